@@ -1,0 +1,1 @@
+"""The exercises of each chapter of the course, with what is right in closed form."""

@@ -1,0 +1,91 @@
+"""The exercises of the course, and what an answer to one of them is worth."""
+
+from __future__ import annotations
+
+import json
+import os
+from dataclasses import asdict, dataclass
+from functools import cache
+from importlib import import_module
+from pathlib import Path
+from pkgutil import iter_modules
+from typing import Any
+
+from kinolab.arguments import require_fit
+from kinolab.errors import InputError, Mistake
+from kinolab.testing import chapters
+from kinolab.testing.judging import Exercise, WrongAnswerError
+
+RECORD = "KINOLAB_GRADES"  # environment: the file that verdicts are added to, a line of JSON each
+MUST_BE_RIGHT = "KINOLAB_SOLUTIONS"  # environment: wrong answers are errors, as in the book
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What an answer is worth.
+
+    Attributes:
+        exercise: Its name.
+        points: What was reached.
+        of: What there is.
+        reason: What is not right; empty where all is.
+    """
+
+    exercise: str
+    points: int
+    of: int
+    reason: str = ""
+
+    def __bool__(self) -> bool:
+        """Whether the answer is right."""
+        return not self.reason
+
+    def __repr__(self) -> str:
+        """Say it in words."""
+        if self.reason:
+            return f"{self.exercise}: not yet: {self.reason}"
+        return f"{self.exercise}: right, {self.points} point{'' if self.points == 1 else 's'}"
+
+
+def check(exercise: str, answer: Any) -> Verdict:
+    """Compare the answer to an exercise of the course with the right one.
+
+    Args:
+        exercise: Its name, such as ``"3.1"``.
+        answer: What the exercise asks for: a number, a function, or a machine.
+
+    Raises:
+        InputError: If there is no such exercise.
+    """
+    require_fit("check exercise", str, exercise)
+    known = exercises()
+    if exercise not in known:
+        what, remedy = f"there is no exercise {exercise!r}.", f"There are {', '.join(known)}."
+        raise InputError([Mistake("check", what, remedy)])
+    verdict = judged(known[exercise], answer)
+    record = os.environ.get(RECORD)
+    if record:
+        with Path(record).open("a", encoding="utf-8") as file:
+            file.write(json.dumps(asdict(verdict)) + "\n")
+    if os.environ.get(MUST_BE_RIGHT) and not verdict:
+        raise AssertionError(repr(verdict))
+    return verdict
+
+
+def judged(exercise: Exercise, answer: Any) -> Verdict:
+    """Return what an answer to an exercise is worth."""
+    if answer is ...:
+        return Verdict(exercise.name, 0, exercise.points, "there is no answer.")
+    try:
+        exercise.judge(answer)
+    except WrongAnswerError as error:
+        return Verdict(exercise.name, 0, exercise.points, str(error))
+    return Verdict(exercise.name, exercise.points, exercise.points)
+
+
+@cache
+def exercises() -> dict[str, Exercise]:
+    """Return all exercises by name, chapter by chapter."""
+    names = sorted(module.name for module in iter_modules(chapters.__path__))
+    modules = [import_module(f"{chapters.__name__}.{name}") for name in names]
+    return {each.name: each for module in modules for each in module.EXERCISES}

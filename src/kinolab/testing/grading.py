@@ -1,0 +1,206 @@
+"""Grades: the notebook of a chapter, or a machine and a scenario of somebody's own."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import os
+import tempfile
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import partial
+from multiprocessing.pool import ThreadPool
+from pathlib import Path
+from typing import Any
+
+from kinolab.arguments import require_fit
+from kinolab.errors import InputError, KinolabError, Mistake
+from kinolab.testing.exercises import RECORD, Verdict, exercises
+
+CELL_SECONDS = 300  # [s] for each cell of a notebook
+SOUND, RICH, SOLVED, PROVED, NEAR = 4, 2, 3, 2, 1  # points of a project
+
+
+@dataclass(frozen=True)
+class Report:
+    """What one notebook or project is worth.
+
+    Attributes:
+        source: The file.
+        verdicts: Of each exercise, in order.
+        errors: Cells that failed, in words.
+    """
+
+    source: str
+    verdicts: tuple[Verdict, ...]
+    errors: tuple[str, ...] = ()
+
+    @property
+    def points(self) -> int:
+        """What was reached."""
+        return sum(verdict.points for verdict in self.verdicts)
+
+    @property
+    def of(self) -> int:
+        """What there is."""
+        return sum(verdict.of for verdict in self.verdicts)
+
+    def __str__(self) -> str:
+        """List the exercises, then what failed."""
+        lines = [f"{self.source}: {self.points} of {self.of} points"]
+        lines += [f"  {verdict!r}" for verdict in self.verdicts]
+        lines += [f"  {error}" for error in self.errors]
+        return "\n".join(lines)
+
+
+def grade(work: str | Path) -> Report:
+    """Grade the notebook of a chapter, or a project.
+
+    A notebook is run from its beginning, in a process and an empty folder of its own; the last
+    answer to each exercise of its chapter counts. A project is a scenario; its machine must obey
+    the laws of mechanics, do more than the upright rolling disk, and be planned for with a proof.
+
+    The code is somebody else's, and runs with your rights: grade only the work of people you trust,
+    or on a computer with nothing to lose.
+
+    Args:
+        work: A notebook (``.ipynb``), or what ``plan`` takes: a scenario's file or name.
+
+    Raises:
+        InputError: If it cannot be read, or what runs notebooks is not installed.
+    """
+    require_fit("grade work", str | Path, work)
+    if str(work).endswith(".ipynb"):
+        return _notebook(Path(work))
+    return _project(str(work))
+
+
+def grade_class(works: Sequence[str | Path], jobs: int = 1) -> str:
+    """Grade many, and return a table as CSV: one row each, with the points of each exercise.
+
+    Work that cannot be read has a row, too, which says why.
+
+    Args:
+        works: Notebooks of one chapter, or scenarios.
+        jobs: How many are graded at once.
+    """
+    require_fit("grade_class works", Sequence[str | Path], works)
+    require_fit("grade_class jobs", int, jobs)
+    with ThreadPool(max(jobs, 1)) as pool:  # each runs in a process of its own
+        reports = pool.map(partial(_whatever_happens), list(works))
+    names = list(dict.fromkeys(v.exercise for report in reports for v in report.verdicts))
+    table = io.StringIO()
+    writer = csv.writer(table, lineterminator="\n")
+    writer.writerow(["work", "points", "of", *names, "remarks"])
+    for report in reports:
+        points = {verdict.exercise: verdict.points for verdict in report.verdicts}
+        remarks = [repr(verdict) for verdict in report.verdicts if not verdict]
+        row = [report.source, report.points, report.of, *(points.get(name, "") for name in names)]
+        writer.writerow([*row, "; ".join([*remarks, *report.errors])])
+    return table.getvalue()
+
+
+def _whatever_happens(work: str | Path) -> Report:
+    try:
+        return grade(work)
+    except KinolabError as error:
+        return Report(str(work), (), (" ".join(str(error).split()),))
+
+
+def _notebook(path: Path) -> Report:
+    try:
+        import nbformat
+        from nbclient import NotebookClient
+        from nbclient.exceptions import CellTimeoutError, DeadKernelError
+    except ImportError as error:
+        remedy = "Install them by pip install 'kinolab[course]'."
+        what = "notebooks are run by nbclient, which is absent."
+        raise InputError([Mistake("grade", what, remedy)]) from error
+    try:
+        notebook: Any = nbformat.read(path, as_version=4)  # type: ignore[no-untyped-call]
+    except Exception as error:  # nbformat's readers raise whatever the bytes provoke
+        told = f"{type(error).__name__}: {error}".splitlines()[0]
+        raise InputError([Mistake(str(path), f"is no readable notebook ({told}).")]) from error
+    wanted = _exercises_in(notebook)
+    if not wanted:
+        what, remedy = "no cell has a check(…).", "Grade a notebook that plan course has written."
+        raise InputError([Mistake(str(path), what, remedy)])
+    errors: list[str] = []
+    with tempfile.TemporaryDirectory() as folder:
+        record = Path(folder) / "grades.jsonl"
+        client = NotebookClient(
+            notebook, timeout=CELL_SECONDS, allow_errors=True,
+            resources={"metadata": {"path": folder}}, kernel_name="python3",
+        )  # fmt: skip
+        try:
+            client.execute(env={**os.environ, RECORD: str(record), "MPLBACKEND": "Agg"})
+        except CellTimeoutError:
+            errors.append(f"A cell took more than {CELL_SECONDS} s; nothing after it has run.")
+        except DeadKernelError:
+            errors.append("Its process ended before the last cell.")
+        lines = record.read_text(encoding="utf-8").splitlines() if record.is_file() else []
+    last = {
+        verdict.exercise: verdict for verdict in (Verdict(**json.loads(line)) for line in lines)
+    }
+    missing = "it was not reached, or its check was removed."
+    verdicts = [
+        last.get(name, Verdict(name, 0, exercises()[name].points, missing)) for name in wanted
+    ]
+    return Report(str(path), tuple(verdicts), (*errors, *_failures(notebook)))
+
+
+def _exercises_in(notebook: Any) -> list[str]:
+    """Return the names of all exercises of the chapters that a notebook has exercises of."""
+    text = "\n".join(cell.source for cell in notebook.cells if cell.cell_type == "code")
+    there = [name for name in exercises() if f'check("{name}"' in text or f"check('{name}'" in text]
+    begun = {name.split(".")[0] for name in there}
+    return [name for name in exercises() if name.split(".")[0] in begun]
+
+
+def _failures(notebook: Any) -> Iterator[str]:
+    code = [cell for cell in notebook.cells if cell.cell_type == "code"]
+    for number, cell in enumerate(code, start=1):
+        for output in cell.outputs:
+            if output.output_type == "error":
+                yield f"Cell {number} fails: {output.ename}: {output.evalue}".splitlines()[0]
+
+
+def _project(what: str) -> Report:
+    """Grade a scenario by the points at the top of this file."""
+    from kinolab.analyze.describe import describe, in_each_mode
+    from kinolab.analyze.examine import examine
+    from kinolab.dynamics import System
+    from kinolab.loading import find_scenario, find_system, load
+    from kinolab.solve import solve
+
+    scenario = find_scenario(what)
+    system = System.of(find_system(scenario))
+    odd = [
+        str(finding)
+        for _, one in in_each_mode(system)
+        for finding in examine(one, scenario.integration)
+        if not finding.holds
+    ]
+    richer = any(
+        generalisation.shown
+        for _, machine in in_each_mode(system)
+        for generalisation in describe(machine).generalisations
+    )
+    plan = solve(load(what))
+    proved = plan.certificate is not None and plan.certificate.passed
+    near = proved and plan.goal_distance <= 1e-3
+    return Report(
+        what,
+        (
+            _part("the laws of mechanics hold", SOUND, not odd, "; ".join(odd)),
+            _part("more than the rolling disk", RICH, richer, "it generalises it in no way."),
+            _part("a plan is found", SOLVED, plan.status == "solved", plan.message),
+            _part("it is proved", PROVED, proved, "no check of it has passed."),
+            _part("it ends in the goal's centre", NEAR, near, f"{plan.goal_distance:.3g} off."),
+        ),
+    )
+
+
+def _part(name: str, points: int, reached: bool, reason: str) -> Verdict:
+    return Verdict(name, points if reached else 0, points, "" if reached else reason)

@@ -1,0 +1,136 @@
+"""How answers are compared with what is right: numbers, functions and machines.
+
+What is right is written beside each exercise in closed form; nothing here derives it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from kinolab.dynamics import System
+from kinolab.errors import KinolabError
+
+TOLERANCE = 1e-6  # of an answer's size
+
+
+class WrongAnswerError(Exception):
+    """An answer that is not right; says where it differs."""
+
+
+@dataclass(frozen=True)
+class Exercise:
+    """One exercise of the course.
+
+    Attributes:
+        name: Chapter and number, as ``3.1``.
+        points: What it is worth.
+        judge: Raises WrongAnswerError for an answer that is not right.
+    """
+
+    name: str
+    points: int
+    judge: Callable[[Any], None]
+
+
+def require_number(answer: Any, expected: float, unit: str = "", tolerance: float = 1e-3) -> None:
+    """Compare a number, to a fraction of its size."""
+    try:
+        given = float(answer)
+    except (TypeError, ValueError) as error:
+        raise WrongAnswerError(f"a number is wanted, not {answer!r}.") from error
+    if not abs(given - expected) <= tolerance * max(abs(expected), 1e-9):
+        raise WrongAnswerError(f"{given:g}{f' {unit}' if unit else ''} is not right.")
+
+
+def require_choice(answer: Any, expected: object) -> None:
+    """Compare an answer out of a few, such as True or a word."""
+    given = answer.strip().lower() if isinstance(answer, str) else answer
+    if given != expected:
+        raise WrongAnswerError(f"{answer!r} is not right.")
+
+
+def require_values(
+    answer: Any,
+    expected: Callable[..., Any],
+    cases: Sequence[tuple[Any, ...]],
+    tolerance: float = TOLERANCE,
+) -> None:
+    """Call an answer, a function, and compare what it returns, numbers or arrays of them.
+
+    Args:
+        answer: The function.
+        expected: Returns what is right.
+        cases: The arguments of each call.
+        tolerance: Fraction of the largest entry by which each may differ.
+    """
+    if not callable(answer):
+        raise WrongAnswerError(f"a function is wanted, not {answer!r}.")
+    for case in cases:
+        shown = ", ".join(_short(value) for value in case)
+        try:
+            given = np.asarray(answer(*case), dtype=float)
+        except Exception as error:  # whatever somebody's function raises
+            told = f"{type(error).__name__}: {error}"
+            if "ellipsis" in told:  # of the dots that the exercise has in place of an answer
+                raise WrongAnswerError("there is no answer.") from error
+            raise WrongAnswerError(f"called with ({shown}), it fails: {told}") from error
+        right = np.asarray(expected(*case), dtype=float)
+        if given.shape != right.shape:
+            what = f"called with ({shown}), it returns shape {given.shape}, not {right.shape}."
+            raise WrongAnswerError(what)
+        size = max(float(np.abs(right).max(initial=0.0)), 1e-9)
+        if not (np.abs(given - right) <= tolerance * size).all():
+            raise WrongAnswerError(f"called with ({shown}), it returns {_short(given)}.")
+
+
+def require_motion(
+    answer: Any,
+    coordinates: Sequence[str],
+    slopes: Callable[[Mapping[str, float], Sequence[float]], Mapping[str, float]],
+    parameters: Mapping[str, float] | None = None,
+    inputs: int = 0,
+) -> None:
+    """Compare a machine's equations of motion with closed forms, at a few states.
+
+    Args:
+        answer: The machine.
+        coordinates: Names that it must have.
+        slopes: Returns the accelerations by name, of the state by name and the inputs.
+        parameters: Values by name, of those that the machine has.
+        inputs: Their number.
+    """
+    if not isinstance(answer, System):
+        raise WrongAnswerError(f"a System is wanted, not {answer!r}.")
+    try:
+        model = answer.model()
+    except KinolabError as error:
+        raise WrongAnswerError(f"its equations cannot be derived: {error}") from error
+    names = model.state_names
+    wanted = [*coordinates, *(f"{name}_dot" for name in coordinates)]
+    if missing := [name for name in wanted if name not in names]:
+        raise WrongAnswerError(
+            f"its states are {', '.join(names)}; {', '.join(missing)} is missing."
+        )
+    if model.nu != inputs:
+        raise WrongAnswerError(f"it has {model.nu} inputs, and {inputs} are wanted.")
+    own = set(model.parameter_names)
+    values = {name: value for name, value in (parameters or {}).items() if name in own}
+    generator = np.random.default_rng(3)
+    for _ in range(4):
+        x = generator.uniform(0.4, 1.4, len(names))
+        u = generator.uniform(-1.0, 1.0, inputs)
+        state = dict(zip(names, x.tolist(), strict=True))
+        found = dict(zip(names, np.asarray(model.f(x, u, **values)).tolist(), strict=True))
+        for name, right in slopes(state, u.tolist()).items():
+            if not abs(found[f"{name}_dot"] - right) <= TOLERANCE * max(abs(right), 1.0):
+                at = ", ".join(f"{entry} = {state[entry]:.3g}" for entry in wanted)
+                what = f"at {at} the acceleration of {name} is {found[f'{name}_dot']:.4g}."
+                raise WrongAnswerError(what)
+
+
+def _short(value: Any) -> str:
+    return np.array2string(np.asarray(value), precision=4, separator=", ", max_line_width=200)
