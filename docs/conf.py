@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 import os
+import re
 from importlib.metadata import version as version_of
 from typing import Any
 
 from docutils import nodes
+from docutils.utils.math import MathError
 from docutils.utils.math.latex2mathml import tex2mathml
+from sphinx.util import logging
+
+LOG = logging.getLogger(__name__)
 
 os.environ["KINOLAB_SOLUTIONS"] = "1"  # a wrong solution is an error of the cell that has it
 
@@ -38,15 +43,22 @@ nb_code_prompt_hide = "Hide the {type}"
 nb_merge_streams = True
 
 
+def _mathml(node: nodes.Element, text: str, *, block: bool) -> str:
+    try:
+        return str(tex2mathml(text.replace(r"\dots", r"\ldots"), as_block=block))
+    except MathError as error:
+        LOG.warning("formula %r: %s", text, error, location=node)
+        return ""
+
+
 def _inline(self: Any, node: nodes.math) -> None:
-    self.body.append(tex2mathml(node.astext()))
+    self.body.append(_mathml(node, node.astext(), block=False))
     raise nodes.SkipNode
 
 
 def _block(self: Any, node: nodes.math_block) -> None:
-    text = node.astext()
-    for line in text.split("\n\n"):
-        self.body.append(f'<div class="math-block">{tex2mathml(line, as_block=True)}</div>\n')
+    for text in re.split(r"\n\n|\$\$\s*\$\$", node.astext()):  # several formulas of one cell
+        self.body.append(f'<div class="math-block">{_mathml(node, text, block=True)}</div>\n')
     raise nodes.SkipNode
 
 

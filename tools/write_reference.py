@@ -37,7 +37,7 @@ HEAD = """\
 # Reference
 
 Every public name, from the docstrings; `python tools/write_reference.py` writes this page. How the
-parts work together is told in [the tutorial of the README](../README.md), and where they stand in
+parts work together is told in [From Python](python.md), and where they stand in
 the code in [the architecture](architecture.md). Arrays are float64 unless something else is said;
 `nx`, `nq`, `nt` and `nu` are the numbers of states, coordinates, independent directions and inputs.
 """

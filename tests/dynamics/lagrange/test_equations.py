@@ -70,7 +70,8 @@ def test_the_printed_equations_are_those_of_the_textbook(name: str, text: str) -
 def test_latex_has_dots_and_greek_letters() -> None:
     latex = kinolab.systems.get("rolling_disk").equations().latex()
     assert latex.startswith("$$L = ")
-    assert r"\ddot{\psi} R^{2} m}{4} &= \mathrm{steer}" in latex
+    assert r"\frac{1}{4} m R^{2} \ddot{\psi} &= \mathrm{steer}" in latex
+    assert r"\frac{3}{2} m R^{2} \ddot{\phi} &= \mathrm{drive}" in latex
     assert latex.count(r"\begin{aligned}") == latex.count(r"\end{aligned}") == 3
 
 

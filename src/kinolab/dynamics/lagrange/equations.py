@@ -18,8 +18,7 @@ import sympy
 
 from kinolab.dynamics.derivation.velocity_coordinates import velocity_of
 from kinolab.dynamics.lagrange.energies import kinetic_energy, loads, potential_energy
-from kinolab.dynamics.lagrange.numbers import with_short_numbers
-from kinolab.dynamics.lagrange.printing import one_line, written_length
+from kinolab.dynamics.lagrange.printing import as_latex, one_line, written_length
 from kinolab.dynamics.lagrange.simplification import grouped, simplified
 from kinolab.dynamics.language.constraints import PositionConstraint
 from kinolab.dynamics.language.expressions import exact
@@ -409,9 +408,7 @@ def _formula(expression: sympy.Expr) -> str:
     length = written_length(expression)
     if length > MAX_SIMPLIFIED:
         return rf"\text{{(an expression of {length} symbols, numbers and operations)}}"
-    short = with_short_numbers(expression)
-    numbers = {n: sympy.Float(one_line(n)) for n in short.atoms(sympy.Float)}
-    return str(sympy.latex(short.xreplace(numbers)))
+    return as_latex(expression)
 
 
 def _groups(equations: Equations) -> Iterator[tuple[str, tuple[sympy.Eq, ...]]]:

@@ -1,10 +1,11 @@
-"""Printing of formulas as one line of plain text: ``1/4 m R² ψ̈ = steer``."""
+"""Printing of formulas: as one line of plain text, ``1/4 m R² ψ̈ = steer``, and as LaTeX."""
 
 from __future__ import annotations
 
 import unicodedata
 
 import sympy
+from sympy.printing.latex import LatexPrinter
 from sympy.printing.precedence import PRECEDENCE, precedence
 from sympy.printing.str import StrPrinter
 
@@ -32,6 +33,13 @@ DOT, DOUBLE_DOT = "\u0307", "\u0308"
 def one_line(expression: sympy.Expr) -> str:
     """Print an expression on one line in mathematical notation."""
     return str(_Printer().doprint(with_short_numbers(expression)))
+
+
+def as_latex(expression: sympy.Expr) -> str:
+    """Print an expression in LaTeX, its factors in the order of the text."""
+    short = with_short_numbers(expression)
+    numbers = {n: sympy.Float(one_line(n)) for n in short.atoms(sympy.Float)}
+    return str(_LatexPrinter({"fold_func_brackets": True}).doprint(short.xreplace(numbers)))
 
 
 def letter(name: str) -> str:
@@ -109,6 +117,31 @@ class _Printer(StrPrinter):  # type: ignore[misc]
         if factor == 1:
             return "1"
         return str(self.parenthesize(factor, precedence(sympy.Mul(2, factor))))
+
+
+class _LatexPrinter(LatexPrinter):  # type: ignore[misc]
+    """SymPy's LaTeX printer, with factors in the order of the text: ``m l^{2}``."""
+
+    def _print_Mul(self, expression: sympy.Mul) -> str:
+        coefficient, rest = expression.as_coeff_Mul(rational=True)
+        sign = "- " if coefficient.is_negative else ""
+        above, below = _above_and_below(rest)
+        over, under = abs(coefficient.p), coefficient.q
+        if below == 1:
+            number = "" if over == under else f"{self._print(sympy.Rational(over, under))} "
+            return f"{sign}{number}{self._factors(above)}"
+        numerator = self._factors(above) if over == 1 else f"{over} {self._factors(above)}"
+        if above == 1:
+            numerator = str(over)
+        denominator = self._factors(below) if under == 1 else f"{under} {self._factors(below)}"
+        return rf"{sign}\frac{{{numerator}}}{{{denominator}}}"
+
+    def _factors(self, product: sympy.Expr) -> str:
+        factors = sorted(sympy.Mul.make_args(product), key=_order)
+        return " ".join(self._factor(factor) for factor in factors)
+
+    def _factor(self, factor: sympy.Expr) -> str:
+        return str(self.parenthesize(factor, PRECEDENCE["Mul"]))
 
 
 def _above_and_below(product: sympy.Expr) -> tuple[sympy.Expr, sympy.Expr]:

@@ -1,0 +1,61 @@
+"""``plan course``: write the course's notebooks, or grade those that were handed in."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from importlib.resources import files
+from pathlib import Path
+
+import click
+
+from kinolab.cli.common import PATH
+from kinolab.errors import InputError, Mistake
+
+NOTEBOOK = ".ipynb"
+REQUIREMENTS = "kinolab[course]\n"  # for Binder and Colab
+
+
+@click.command("course")
+@click.argument("folder", type=PATH, default=Path("course"))
+@click.option("--grade", "graded", multiple=True, type=PATH, help="Work to grade.")
+@click.option("--jobs", default=1, show_default=True, help="How many are graded at once.")
+def command(folder: Path, graded: Sequence[Path], jobs: int) -> int:
+    """Write the course's notebooks into FOLDER, or grade what was handed in.
+
+    Notebooks that are there already are kept. --grade may be repeated; one piece of work gives a
+    report, several give a table as CSV. Graded code runs with your rights.
+    """
+    if graded:
+        from kinolab.testing import grade, grade_class
+
+        click.echo(grade(graded[0]) if len(graded) == 1 else grade_class(graded, jobs))
+        return 0
+    for path, new in write_course(folder):
+        click.echo(f"{'written' if new else 'kept'} {path}")
+    click.echo(f"next: jupyter lab {folder}   (pip install 'kinolab[course]' brings it)")
+    return 0
+
+
+def write_course(folder: Path) -> list[tuple[Path, bool]]:
+    """Write the notebooks that are not there; return the path of each, and whether it is new.
+
+    Raises:
+        InputError: If the folder cannot be written.
+    """
+    written = []
+    contents = {
+        entry.name: entry.read_text(encoding="utf-8")
+        for entry in sorted(files("kinolab.cli.course").iterdir(), key=lambda entry: entry.name)
+        if entry.name.endswith(NOTEBOOK)
+    }
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        for name, text in {**contents, "requirements.txt": REQUIREMENTS}.items():
+            path = folder / name
+            written.append((path, not path.exists()))
+            if not path.exists():
+                path.write_text(text, encoding="utf-8")
+    except OSError as error:
+        what = f"cannot be written: {error.strerror or error}."
+        raise InputError([Mistake(str(folder), what, "Name another folder.")]) from error
+    return written

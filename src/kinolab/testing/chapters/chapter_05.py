@@ -1,0 +1,7 @@
+"""Exercises of chapter 05."""
+
+from __future__ import annotations
+
+from kinolab.testing.judging import Exercise
+
+EXERCISES: tuple[Exercise, ...] = ()
