@@ -27,18 +27,18 @@ def energies(q1: float, q2: float, r1: float, r2: float) -> tuple[float, float]:
 @pytest.mark.parametrize("name", exercises())
 def test_nonsense_is_refused_with_a_reason(name: str) -> None:
     for answer in NONSENSE:
-        verdict = check(name, answer)
-        assert not verdict, (name, answer)
-        assert verdict.points == 0
-        assert verdict.of == exercises()[name].points
-        assert repr(verdict).startswith(f"{name}: not yet: ")
+        mark = check(name, answer)
+        assert not mark, (name, answer)
+        assert mark.points == 0
+        assert mark.of == exercises()[name].points
+        assert repr(mark).startswith(f"{name}: not yet: ")
 
 
 def test_a_right_answer_has_all_points() -> None:
-    verdict = check("3.1", energies)
-    assert verdict
-    assert verdict.points == 2
-    assert repr(verdict) == "3.1: right, 2 points"
+    mark = check("3.1", energies)
+    assert mark
+    assert mark.points == 2
+    assert repr(mark) == "3.1: right, 2 points"
 
 
 def test_another_zero_of_the_potential_energy_is_right_too() -> None:

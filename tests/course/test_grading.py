@@ -34,7 +34,7 @@ def test_the_last_answer_to_each_exercise_counts(tmp_path: Path) -> None:
         'check("3.1", lambda *q: (0.0, 0.0))',
     )
     report = grade(work)
-    assert [(v.exercise, v.points, v.of) for v in report.verdicts] == [
+    assert [(v.exercise, v.points, v.of) for v in report.marks] == [
         ("3.1", 0, 2), ("3.2", 0, 3), ("3.3", 1, 1),
     ]  # fmt: skip
     assert (report.points, report.of) == (1, 6)
@@ -83,7 +83,7 @@ def test_a_class_has_a_row_for_each(tmp_path: Path) -> None:
 def test_a_project_is_graded_by_what_can_be_measured(tmp_path: Path) -> None:
     (tmp_path / "table.toml").write_text(OPEN)
     report = grade(tmp_path / "table.toml")
-    points = {verdict.exercise: verdict.points for verdict in report.verdicts}
+    points = {mark.exercise: mark.points for mark in report.marks}
     assert report.of == 12
     assert points["the laws of mechanics hold"] == 4
     assert points["more than the rolling disk"] == 0  # it is one
@@ -109,7 +109,7 @@ def test_a_chapter_as_it_comes_has_no_points_and_no_solutions(tmp_path: Path) ->
     (chapter,) = tmp_path.glob("03_*.ipynb")
     report = grade(chapter)
     assert report.points == 0
-    assert all(verdict.reason for verdict in report.verdicts)
+    assert all(mark.reason for mark in report.marks)
     assert "hide-cell" not in chapter.read_text()
 
 

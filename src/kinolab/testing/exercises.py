@@ -16,12 +16,12 @@ from kinolab.errors import InputError, Mistake
 from kinolab.testing import chapters
 from kinolab.testing.judging import Exercise, WrongAnswerError
 
-RECORD = "KINOLAB_GRADES"  # environment: the file that verdicts are added to, a line of JSON each
+RECORD = "KINOLAB_GRADES"  # environment: the file that marks are added to, a line of JSON each
 MUST_BE_RIGHT = "KINOLAB_SOLUTIONS"  # environment: wrong answers are errors, as in the book
 
 
 @dataclass(frozen=True)
-class Verdict:
+class Mark:
     """What an answer is worth.
 
     Attributes:
@@ -47,7 +47,7 @@ class Verdict:
         return f"{self.exercise}: right, {self.points} point{'' if self.points == 1 else 's'}"
 
 
-def check(exercise: str, answer: Any) -> Verdict:
+def check(exercise: str, answer: Any) -> Mark:
     """Compare the answer to an exercise of the course with the right one.
 
     Args:
@@ -62,25 +62,25 @@ def check(exercise: str, answer: Any) -> Verdict:
     if exercise not in known:
         what, remedy = f"there is no exercise {exercise!r}.", f"There are {', '.join(known)}."
         raise InputError([Mistake("check", what, remedy)])
-    verdict = judged(known[exercise], answer)
+    mark = judged(known[exercise], answer)
     record = os.environ.get(RECORD)
     if record:
         with Path(record).open("a", encoding="utf-8") as file:
-            file.write(json.dumps(asdict(verdict)) + "\n")
-    if os.environ.get(MUST_BE_RIGHT) and not verdict:
-        raise AssertionError(repr(verdict))
-    return verdict
+            file.write(json.dumps(asdict(mark)) + "\n")
+    if os.environ.get(MUST_BE_RIGHT) and not mark:
+        raise AssertionError(repr(mark))
+    return mark
 
 
-def judged(exercise: Exercise, answer: Any) -> Verdict:
+def judged(exercise: Exercise, answer: Any) -> Mark:
     """Return what an answer to an exercise is worth."""
     if answer is ...:
-        return Verdict(exercise.name, 0, exercise.points, "there is no answer.")
+        return Mark(exercise.name, 0, exercise.points, "there is no answer.")
     try:
         exercise.judge(answer)
     except WrongAnswerError as error:
-        return Verdict(exercise.name, 0, exercise.points, str(error))
-    return Verdict(exercise.name, exercise.points, exercise.points)
+        return Mark(exercise.name, 0, exercise.points, str(error))
+    return Mark(exercise.name, exercise.points, exercise.points)
 
 
 @cache

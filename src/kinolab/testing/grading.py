@@ -16,7 +16,7 @@ from typing import Any
 
 from kinolab.arguments import require_fit
 from kinolab.errors import InputError, KinolabError, Mistake
-from kinolab.testing.exercises import RECORD, Verdict, exercises
+from kinolab.testing.exercises import RECORD, Mark, exercises
 
 CELL_SECONDS = 300  # [s] for each cell of a notebook
 SOUND, RICH, SOLVED, PROVED, NEAR = 4, 2, 3, 2, 1  # points of a project
@@ -28,28 +28,28 @@ class Report:
 
     Attributes:
         source: The file.
-        verdicts: Of each exercise, in order.
+        marks: Of each exercise, in order.
         errors: Cells that failed, in words.
     """
 
     source: str
-    verdicts: tuple[Verdict, ...]
+    marks: tuple[Mark, ...]
     errors: tuple[str, ...] = ()
 
     @property
     def points(self) -> int:
         """What was reached."""
-        return sum(verdict.points for verdict in self.verdicts)
+        return sum(mark.points for mark in self.marks)
 
     @property
     def of(self) -> int:
         """What there is."""
-        return sum(verdict.of for verdict in self.verdicts)
+        return sum(mark.of for mark in self.marks)
 
     def __str__(self) -> str:
         """List the exercises, then what failed."""
         lines = [f"{self.source}: {self.points} of {self.of} points"]
-        lines += [f"  {verdict!r}" for verdict in self.verdicts]
+        lines += [f"  {mark!r}" for mark in self.marks]
         lines += [f"  {error}" for error in self.errors]
         return "\n".join(lines)
 
@@ -89,13 +89,13 @@ def grade_class(works: Sequence[str | Path], jobs: int = 1) -> str:
     require_fit("grade_class jobs", int, jobs)
     with ThreadPool(max(jobs, 1)) as pool:  # each runs in a process of its own
         reports = pool.map(partial(_whatever_happens), list(works))
-    names = list(dict.fromkeys(v.exercise for report in reports for v in report.verdicts))
+    names = list(dict.fromkeys(v.exercise for report in reports for v in report.marks))
     table = io.StringIO()
     writer = csv.writer(table, lineterminator="\n")
     writer.writerow(["work", "points", "of", *names, "remarks"])
     for report in reports:
-        points = {verdict.exercise: verdict.points for verdict in report.verdicts}
-        remarks = [repr(verdict) for verdict in report.verdicts if not verdict]
+        points = {mark.exercise: mark.points for mark in report.marks}
+        remarks = [repr(mark) for mark in report.marks if not mark]
         row = [report.source, report.points, report.of, *(points.get(name, "") for name in names)]
         writer.writerow([*row, "; ".join([*remarks, *report.errors])])
     return table.getvalue()
@@ -140,14 +140,10 @@ def _notebook(path: Path) -> Report:
         except DeadKernelError:
             errors.append("Its process ended before the last cell.")
         lines = record.read_text(encoding="utf-8").splitlines() if record.is_file() else []
-    last = {
-        verdict.exercise: verdict for verdict in (Verdict(**json.loads(line)) for line in lines)
-    }
+    last = {mark.exercise: mark for mark in (Mark(**json.loads(line)) for line in lines)}
     missing = "it was not reached, or its check was removed."
-    verdicts = [
-        last.get(name, Verdict(name, 0, exercises()[name].points, missing)) for name in wanted
-    ]
-    return Report(str(path), tuple(verdicts), (*errors, *_failures(notebook)))
+    marks = [last.get(name, Mark(name, 0, exercises()[name].points, missing)) for name in wanted]
+    return Report(str(path), tuple(marks), (*errors, *_failures(notebook)))
 
 
 def _exercises_in(notebook: Any) -> list[str]:
@@ -202,5 +198,5 @@ def _project(what: str) -> Report:
     )
 
 
-def _part(name: str, points: int, reached: bool, reason: str) -> Verdict:
-    return Verdict(name, points if reached else 0, points, "" if reached else reason)
+def _part(name: str, points: int, reached: bool, reason: str) -> Mark:
+    return Mark(name, points if reached else 0, points, "" if reached else reason)
