@@ -38,4 +38,4 @@ class System(Mechanism):
         return compare(self.equations(), equations)
 
     def _repr_latex_(self) -> str:
-        return self.equations().latex()
+        return self.equations()._repr_latex_()

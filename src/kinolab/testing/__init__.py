@@ -5,8 +5,8 @@ from kinolab.testing.exercises import Mark, check
 from kinolab.testing.grading import Report, grade, grade_class
 
 __all__ = [
-    "Report",
     "Mark",
+    "Report",
     "assert_collision_free",
     "assert_dynamically_feasible",
     "check",

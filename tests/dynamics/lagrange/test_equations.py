@@ -75,6 +75,13 @@ def test_latex_has_dots_and_greek_letters() -> None:
     assert latex.count(r"\begin{aligned}") == latex.count(r"\end{aligned}") == 3
 
 
+def test_a_notebook_shows_them_as_one_formula() -> None:
+    shown = kinolab.systems.get("rolling_disk").equations()._repr_latex_()
+    assert shown.count("$$") == 2
+    assert shown.startswith(r"$$\begin{gathered}L = ")
+    assert shown.count(r"\begin{aligned}") == shown.count(r"\end{aligned}") == 3
+
+
 def test_equations_are_a_sequence_of_balance_and_constraints() -> None:
     equations = kinolab.systems.get("rolling_disk").equations()
     assert len(equations) == 6

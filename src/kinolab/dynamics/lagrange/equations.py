@@ -81,7 +81,9 @@ class Equations(Sequence[sympy.Eq]):
         return "\n".join(_latex(self))
 
     def _repr_latex_(self) -> str:
-        return self.latex()
+        """One formula, as notebooks and books want it."""
+        rows = [formula.removeprefix("$$").removesuffix("$$") for formula in _latex(self)]
+        return "$$\\begin{gathered}" + r" \\[1.5ex] ".join(rows) + "\\end{gathered}$$"
 
 
 def equations_of(system: Mechanism) -> Equations:
