@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from importlib.metadata import version as version_of
+from typing import Any
 
 os.environ["KINOLAB_SOLUTIONS"] = "1"  # a wrong solution is an error of the cell that has it
 
@@ -33,3 +34,14 @@ nb_execution_raise_on_error = True
 nb_code_prompt_show = "Show the {type}"
 nb_code_prompt_hide = "Hide the {type}"
 nb_merge_streams = True
+
+
+def _named(_app: Any, _page: str, _template: str, context: dict[str, Any], _: object) -> None:
+    """Say what is hidden: nothing but solutions is as a whole cell."""
+    if "body" in context:
+        context["body"] = context["body"].replace("Show the content", "Show the solution")
+
+
+def setup(app: Any) -> None:
+    """Connect what this file adds to Sphinx."""
+    app.connect("html-page-context", _named)
