@@ -30,12 +30,13 @@ class System(Mechanism):
         Args:
             equations: Equations of motion in the machine's symbols, with ``acceleration(x)`` for
                 second derivatives and input symbols for inputs, in any order and each up to a
-                factor; with multipliers lambda_1, … or without.
+                factor; with multipliers lambda_1, … (or ``force_of(constraint)``), or without.
 
         Returns:
             True or False, with ``.verdicts`` in words.
         """
-        return compare(self.equations(), equations)
+        names = [constraint.name for constraint in self.constraints]
+        return compare(self.equations(), equations, names)
 
     def _repr_latex_(self) -> str:
         return self.equations()._repr_latex_()

@@ -5,7 +5,21 @@ from __future__ import annotations
 import sympy
 
 from kinolab import systems
-from kinolab.dynamics import acceleration, rate
+from kinolab.dynamics import (
+    Body,
+    System,
+    acceleration,
+    angle,
+    force_of,
+    length,
+    move,
+    parameter,
+    rate,
+    rot_y,
+    rot_z,
+    velocity,
+    zero,
+)
 from kinolab.dynamics.language.symbols import InputSymbol
 
 PENDULUM = systems.get("pendulum")
@@ -78,3 +92,28 @@ def test_an_equation_that_is_left_out_is_missed() -> None:
     assert not verdict
     assert len(verdict.missing) == 1
     assert "steer" in verdict.missing[0]
+
+
+def test_multipliers_are_told_by_name_or_as_forces_of_their_constraints() -> None:
+    m, R = parameter("m", 1.0, "kg"), parameter("R", 0.25, "m")
+    x, y, psi, phi = length("x"), length("y"), angle("psi"), angle("phi")
+    fork = move(x, y, R) @ rot_z(psi)
+    inertia = (m * R**2 / 4, m * R**2 / 2, m * R**2 / 4)
+    coin = Body("coin", fork @ rot_y(phi), mass=m, inertia=inertia)
+    V = velocity(fork)
+    side, roll = zero(V.y, "m"), zero(V.x - R * rate(phi), "rolling")  # named like the mass
+    disk = System("disk", bodies=[coin], constraints=[side, roll])
+    for a, b in (
+        sympy.symbols("lambda_1 lambda_2"),
+        sympy.symbols("lambda_1 lambda_2", real=True),
+        (force_of(side), force_of(roll)),
+    ):
+        assert disk.agrees_with(
+            [
+                m * acceleration(x) + a * sympy.sin(psi) - b * sympy.cos(psi),
+                m * acceleration(y) - a * sympy.cos(psi) - b * sympy.sin(psi),
+                m * R**2 / 4 * acceleration(psi),
+                m * R**2 / 2 * acceleration(phi) + R * b,
+            ]
+        )
+        assert not disk.agrees_with([m * R**2 / 2 * acceleration(phi) - R * b])

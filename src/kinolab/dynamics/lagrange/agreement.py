@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,7 +11,7 @@ import sympy
 from kinolab.dynamics.lagrange.equations import Equations
 from kinolab.dynamics.lagrange.printing import one_line
 from kinolab.dynamics.language.quasi_velocities import QuasiAcceleration
-from kinolab.dynamics.language.symbols import Acceleration, TurnAcceleration
+from kinolab.dynamics.language.symbols import Acceleration, ForceSymbol, TurnAcceleration
 
 RANDOM_POINTS = 8  # at which a difference that SymPy cannot simplify is evaluated
 ROUNDING = 1e-9  # relative size below which such a difference counts as zero
@@ -38,15 +38,24 @@ class Agreement:
         return "\n".join([*self.verdicts, *(f"missing: {text}" for text in self.missing)])
 
 
-def compare(ours: Equations, theirs: Sequence[sympy.Eq | sympy.Expr]) -> Agreement:
+def compare(
+    ours: Equations,
+    theirs: Sequence[sympy.Eq | sympy.Expr],
+    constraints: Sequence[str] = (),
+) -> Agreement:
     """Compare equations of motion, each up to a factor and in any order.
 
     Args:
         ours: kinolab's own; a hand derivation with multipliers is compared with the balance, one
             without with the reduced equations.
-        theirs: Equations, or expressions that equal zero, in the machine's symbols.
+        theirs: Equations, or expressions that equal zero, in the machine's symbols; symbols of the
+            same name are taken for these.
+        constraints: Names of the constraints, in the order of their multipliers lambda_1, ….
     """
     groups = [group for group in (ours.reduced, ours.balance) if group]
+    own = {symbol.name: symbol for e in ours for symbol in e.free_symbols}
+    names = {name: f"lambda_{k}" for k, name in enumerate(constraints, start=1)}
+    theirs = [_renamed(equation, own, names) for equation in theirs]
     best: Agreement | None = None
     for group in groups:
         agreement = _compare([_residual(equation) for equation in group], theirs)
@@ -72,6 +81,18 @@ def _compare(targets: Sequence[sympy.Expr], theirs: Sequence[sympy.Eq | sympy.Ex
         f"{one_line(target)} = 0" for k, target in enumerate(targets) if k not in covered
     )
     return Agreement(tuple(verdicts), tuple(agreed), missing if all(agreed) else ())
+
+
+def _renamed(
+    equation: sympy.Eq | sympy.Expr, own: Mapping[str, sympy.Symbol], multipliers: Mapping[str, str]
+) -> sympy.Basic:
+    """Return an equation in the machine's own symbols, found by their names."""
+    named = {}
+    for symbol in getattr(equation, "free_symbols", ()):
+        is_force = isinstance(symbol, ForceSymbol)
+        name = multipliers.get(symbol.name, symbol.name) if is_force else symbol.name
+        named[symbol] = own.get(name, symbol)
+    return equation.xreplace(named) if named else equation
 
 
 def _residual(equation: sympy.Eq | sympy.Expr) -> sympy.Expr:
