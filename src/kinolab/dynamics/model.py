@@ -199,7 +199,10 @@ class Model:
         """Differences of states and steps along them, on lines, circles and SO(3)."""
         rows, difference, retract = map(self.address, SPACE)
         turned = tuple(self.attitudes.values())
-        return StateSpace(self.circular, turned, rows=rows, difference=difference, retract=retract)
+        return StateSpace(
+            self.circular, turned,
+            rows=rows, difference=difference, retract=retract, owner=self._code,
+        )  # fmt: skip
 
     @property
     def projects(self) -> bool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import gc
 
 import numpy as np
 import pytest
@@ -164,3 +165,14 @@ def test_an_angle_that_limits_keep_on_a_line_does_not_come_round() -> None:
     assert line.difference(x, y)[0] == 6.0
     assert model.space.difference(x, y)[0] == pytest.approx(6.0 - 2 * np.pi, abs=ROUNDING)
     assert (line.nearest(x, y) == y).all()
+
+
+def test_a_space_outlives_its_model() -> None:
+    """Its functions are machine code that somebody must own."""
+    space = systems.get("pendulum").model().space
+    gc.collect()
+    assert space.distance([0.0, 0.0], [1.0, 0.0]) == pytest.approx(1.0)
+    line = space.limited(np.zeros(2, bool))
+    del space
+    gc.collect()
+    assert line.distance([0.0, 0.0], [4.0, 0.0]) == pytest.approx(4.0)

@@ -59,6 +59,7 @@ class StateSpace:
         rows: Address of the loop of a function over pairs of states.
         difference: Address of ``difference``.
         retract: Address of ``retract``.
+        owner: What owns the machine code at these addresses; it lives as long as the space.
 
     Attributes:
         quaternions: The entries of each attitude, as slices.
@@ -73,8 +74,10 @@ class StateSpace:
         rows: int,
         difference: int,
         retract: int,
+        owner: object,
     ) -> None:
         self.circular = circular
+        self._owner = owner
         self.attitudes = tuple(attitudes)
         self.quaternions = tuple(slice(first, first + 4) for first in attitudes)
         self.turns = circular.copy()
@@ -92,7 +95,7 @@ class StateSpace:
         Args:
             circular: Those that do, shape (nx,), circles of this space all of them.
         """
-        return StateSpace(circular, self.attitudes, **self._addresses)
+        return StateSpace(circular, self.attitudes, **self._addresses, owner=self._owner)
 
     @property
     def nx(self) -> int:
