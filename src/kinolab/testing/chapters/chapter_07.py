@@ -47,12 +47,13 @@ def _failure(n: int, p: float, k: int) -> float:
 def _extended(state: tuple[float, float], target: tuple[float, float]) -> list[float]:
     (x, v), (x_wanted, v_wanted) = state, target
     times = np.linspace(0.0, HELD, 2001)
-    free = []
+    free: list[tuple[float, float]] = []
     for push in PUSHES:
         way = x + v * times + push * times**2 / 2
         if way.max() < WALL:
             free.append((float(way[-1]), v + push * HELD))
-    return list(min(free, key=lambda end: (end[0] - x_wanted) ** 2 + (end[1] - v_wanted) ** 2))
+    misses = [(x_end - x_wanted) ** 2 + (v_end - v_wanted) ** 2 for x_end, v_end in free]
+    return list(free[misses.index(min(misses))])
 
 
 def _extend(answer: Any) -> None:

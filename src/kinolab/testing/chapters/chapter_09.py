@@ -15,7 +15,14 @@ from kinolab.testing.judging import Exercise, require_values
 Array = NDArray[np.float64]
 Free = Callable[[Array, Array], bool]
 
-TIME_CASES = [(1.0, 1.0, 10.0), (4.0, 1.0, 1.0), (9.0, 2.0, 3.0), (0.5, 4.0, 0.7), (2.0, 0.5, 1.0)]
+TIME_CASES = [
+    (1.0, 1.0, 10.0),
+    (4.0, 1.0, 1.0),
+    (9.0, 2.0, 3.0),
+    (0.5, 4.0, 0.7),
+    (2.0, 0.5, 1.0),
+    (3.0, 1.0, 2.0),
+]
 DISCS = ((2.0, 0.0, 1.2), (5.0, 1.0, 1.3), (7.5, -0.6, 1.0))  # [m] x, y, radius
 
 
