@@ -278,3 +278,10 @@ def test_a_machine_with_a_mistake_is_an_input_error_of_the_command_line(
     said = capsys.readouterr().err
     assert answer in said
     assert "mistake in kinolab" not in said
+
+
+def test_a_machine_in_a_table_may_be_its_name_alone() -> None:
+    named = {**TABLE, "system": "rolling_disk"}
+    assert kinolab.load(named).system.name == "rolling_disk"
+    with pytest.raises(InputError, match="rolling_disc"):
+        kinolab.load({**TABLE, "system": "rolling_disc"})

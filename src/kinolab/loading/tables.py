@@ -31,8 +31,8 @@ def read_table(table: Mapping[str, Any], *, overrides: Sequence[str] = ()) -> Re
     """Read a scenario from a table, and list its mistakes instead of raising them.
 
     Args:
-        table: Keys and values as in a file; ``system`` may be a System, ``schema`` and ``title``
-            may be left out. Relative paths start at the working directory.
+        table: Keys and values as in a file; ``system`` may be a System or a name, ``schema`` and
+            ``title`` may be left out. Relative paths start at the working directory.
         overrides: ``KEY=VALUE`` texts that replace keys.
     """
     document: dict[str, Any] = {"schema": 1, "title": NAME, **plain(table)}
@@ -80,8 +80,10 @@ def plain(value: Any) -> Any:
 
 
 def _machine_in(document: dict[str, Any]) -> System | None:
-    """Take a machine that is an object out of a document, and say so there."""
+    """Take a machine that is an object out of a document, and say so there; a text is a name."""
     given = document.get("system")
+    if isinstance(given, str):
+        document["system"] = {"name": given}
     if given is None or isinstance(given, Mapping | str | int | float | list):
         return None
     from kinolab.dynamics import System
