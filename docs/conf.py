@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 from importlib.metadata import version as version_of
+from importlib.util import find_spec
+from pathlib import Path
 from typing import Any
 
 os.environ["KINOLAB_SOLUTIONS"] = "1"  # a wrong solution is an error of the cell that has it
@@ -11,15 +13,21 @@ os.environ["KINOLAB_SOLUTIONS"] = "1"  # a wrong solution is an error of the cel
 project, author = "kinolab", "kinolab"
 version = release = version_of("kinolab")
 
-# MathJax comes along, so that formulas need no network; one file has its fonts as drawings.
-extensions = ["myst_nb", "sphinx-mathjax-offline"]
-mathjax_path = "mathjax/tex-svg.js"
+# MathJax comes along, so that formulas need no network: the one file that has its fonts, too.
+MATHJAX = find_spec("sphinx-mathjax-offline")
+assert MATHJAX is not None, "pip install '.[docs]' brings it"
+
+extensions = ["myst_nb"]
+mathjax_path = "tex-svg.js"
 html_theme = "furo"
 html_title = "kinolab"
 html_show_sphinx = False
 html_show_copyright = False
 html_copy_source = False
-html_static_path = ["static"]
+html_static_path = [
+    "static",
+    str(Path(str(MATHJAX.origin)).parent / "static" / "mathjax" / "tex-svg.js"),
+]
 html_css_files = ["course.css"]
 templates_path: list[str] = []
 exclude_patterns = ["static"]
