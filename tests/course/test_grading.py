@@ -81,7 +81,7 @@ def test_a_class_has_a_row_for_each(tmp_path: Path) -> None:
 
 
 def test_a_project_is_graded_by_what_can_be_measured(tmp_path: Path) -> None:
-    (tmp_path / "table.toml").write_text(OPEN)
+    (tmp_path / "table.toml").write_text(OPEN.replace('"rrt"', '"rrt_fast"'))
     report = grade(tmp_path / "table.toml")
     points = {mark.exercise: mark.points for mark in report.marks}
     assert report.of == 12
@@ -89,6 +89,27 @@ def test_a_project_is_graded_by_what_can_be_measured(tmp_path: Path) -> None:
     assert points["more than the rolling disk"] == 0  # it is one
     assert points["a plan is found"] == 3
     assert points["it is proved"] == 2
+
+
+@pytest.mark.parametrize(
+    ("changes", "reason"),
+    [
+        ({"x = 0.0": "x = -1.0"}, "it starts in its goal"),
+        ({"x = 0.0\ny = 0.0\n": ""}, "nothing says where it shall go"),
+        ({"x = -1.0": "x = -9.0"}, "x"),
+    ],
+)
+def test_a_project_without_a_task_keeps_the_points_of_its_machine(
+    changes: dict[str, str], reason: str, tmp_path: Path
+) -> None:
+    text = OPEN
+    for old, new in changes.items():
+        assert old in text
+        text = text.replace(old, new)
+    (tmp_path / "table.toml").write_text(text)
+    report = grade(tmp_path / "table.toml")
+    assert [mark.points for mark in report.marks] == [4, 0, 0, 0, 0]
+    assert all(reason in mark.reason for mark in report.marks[2:])
 
 
 def test_notebooks_are_written_once_and_kept(

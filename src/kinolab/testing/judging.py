@@ -72,7 +72,12 @@ def require_values(
     for case in cases:
         shown = ", ".join(_short(value) for value in case)
         try:
-            given = np.asarray(answer(*case), dtype=float)
+            returned = answer(*case)
+            if returned is None:
+                raise WrongAnswerError("there is no answer: it returns None.")
+            given = np.asarray(returned, dtype=float)
+        except WrongAnswerError:
+            raise
         except Exception as error:  # whatever somebody's function raises
             told = f"{type(error).__name__}: {error}"
             if "ellipsis" in told:  # of the dots that the exercise has in place of an answer
@@ -84,7 +89,8 @@ def require_values(
             raise WrongAnswerError(what)
         size = max(float(np.abs(right).max(initial=0.0)), 1e-9)
         if not (np.abs(given - right) <= tolerance * size).all():
-            raise WrongAnswerError(f"called with ({shown}), it returns {_short(given)}.")
+            what = f"called with ({shown}), it returns {_short(given)}, which is not right."
+            raise WrongAnswerError(what)
 
 
 def require_motion(
@@ -128,7 +134,8 @@ def require_motion(
         for name, right in slopes(state, u.tolist()).items():
             if not abs(found[f"{name}_dot"] - right) <= TOLERANCE * max(abs(right), 1.0):
                 at = ", ".join(f"{entry} = {state[entry]:.3g}" for entry in wanted)
-                what = f"at {at} the acceleration of {name} is {found[f'{name}_dot']:.4g}."
+                under = f" under inputs of {_short(u)}" if inputs else ""
+                what = f"at {at}{under} the acceleration of {name} is {found[f'{name}_dot']:.4g}."
                 raise WrongAnswerError(what)
 
 

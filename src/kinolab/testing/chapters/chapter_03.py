@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from math import cos, sin
 from typing import Any
 
-from kinolab.testing.judging import Exercise, require_motion, require_number, require_values
+from kinolab.testing.judging import (
+    Exercise,
+    WrongAnswerError,
+    require_motion,
+    require_number,
+    require_values,
+)
 
 G = 9.81  # [m/s^2]
 REST, STIFFNESS = 1.0, 50.0  # [m], [N/m] of the spring
@@ -16,15 +22,26 @@ CASES = [(0.0, 0.0, 0.0, 0.0), (0.3, -0.8, 1.2, 0.4), (1.5, 2.5, -0.7, 2.0), (-2
 def _two_pendulums(answer: Any) -> None:
     """T and V, this one less its value at rest, where both hang."""
 
-    def energies(q1: float, q2: float, r1: float, r2: float) -> list[float]:
-        kinetic = r1**2 + 0.5 * r2**2 + r1 * r2 * cos(q1 - q2)
-        return [kinetic, G * (3.0 - 2.0 * cos(q1) - cos(q2))]
+    def kinetic(q1: float, q2: float, r1: float, r2: float) -> float:
+        return r1**2 + 0.5 * r2**2 + r1 * r2 * cos(q1 - q2)
 
-    def given(*case: float) -> list[float]:
-        kinetic, potential = answer(*case)
-        return [kinetic, potential - answer(0.0, 0.0, 0.0, 0.0)[1]]
+    def potential(q1: float, q2: float, _r1: float, _r2: float) -> float:
+        return G * (3.0 - 2.0 * cos(q1) - cos(q2))
 
-    require_values(given if callable(answer) else answer, energies, CASES)
+    def own(*case: float) -> Any:
+        return answer(*case)[1] - answer(0.0, 0.0, 0.0, 0.0)[1]
+
+    if not callable(answer):
+        raise WrongAnswerError(f"a function is wanted, not {answer!r}.")
+    _named("T", lambda *case: answer(*case)[0], kinetic)
+    _named("V less its value where both hang", own, potential)
+
+
+def _named(name: str, given: Callable[..., Any], right: Callable[..., float]) -> None:
+    try:
+        require_values(given, right, CASES)
+    except WrongAnswerError as error:
+        raise WrongAnswerError(f"{name}: {error}") from error
 
 
 def _elastic_pendulum(answer: Any) -> None:
