@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
+import asyncio
 import csv
 import io
 import json
 import os
 import tempfile
 from collections.abc import Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from functools import partial
-from multiprocessing.pool import ThreadPool
 from pathlib import Path
 from typing import Any
 
@@ -90,8 +90,8 @@ def grade_class(works: Sequence[str | Path], jobs: int = 1) -> str:
     """
     require_fit("grade_class works", Sequence[str | Path], works)
     require_fit("grade_class jobs", int, jobs)
-    with ThreadPool(max(jobs, 1)) as pool:  # each runs in a process of its own
-        reports = pool.map(partial(_whatever_happens), list(works))
+    with ThreadPoolExecutor(max(jobs, 1)) as pool:  # each notebook runs in a process of its own
+        reports = list(pool.map(_whatever_happens, works))
     names = list(dict.fromkeys(v.exercise for report in reports for v in report.marks))
     table = io.StringIO()
     writer = csv.writer(table, lineterminator="\n")
@@ -137,7 +137,7 @@ def _notebook(path: Path) -> Report:
             resources={"metadata": {"path": folder}}, kernel_name="python3",
         )  # fmt: skip
         try:
-            client.execute(env={**os.environ, RECORD: str(record), "MPLBACKEND": "Agg"})
+            _execute(client, {**os.environ, RECORD: str(record), "MPLBACKEND": "Agg"})
         except CellTimeoutError:
             errors.append(f"A cell took more than {CELL_SECONDS} s; nothing after it has run.")
         except DeadKernelError:
@@ -147,6 +147,16 @@ def _notebook(path: Path) -> Report:
     missing = "it was not reached, or its check was removed."
     marks = [last.get(name, Mark(name, 0, exercises()[name].points, missing)) for name in wanted]
     return Report(str(path), tuple(marks), (*errors, *_failures(notebook)))
+
+
+def _execute(client: Any, environment: dict[str, str]) -> None:
+    """Run a notebook in a thread, whose event loop is closed; the caller may have a loop itself."""
+
+    async def run() -> None:
+        await client.async_execute(env=environment)
+
+    with ThreadPoolExecutor(1) as thread:
+        thread.submit(asyncio.run, run()).result()
 
 
 def _exercises_in(notebook: Any) -> list[str]:
