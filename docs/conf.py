@@ -47,7 +47,8 @@ nb_merge_streams = True
 def _named(_app: Any, _page: str, _template: str, context: dict[str, Any], _: object) -> None:
     """Say what is hidden: nothing but solutions is as a whole cell."""
     if "body" in context:
-        context["body"] = context["body"].replace("Show the content", "Show the solution")
+        for verb in ("Show", "Hide"):
+            context["body"] = context["body"].replace(f"{verb} the content", f"{verb} the solution")
 
 
 def setup(app: Any) -> None:
