@@ -87,7 +87,11 @@ def unchanged(folder: Path, problem: PlanningTask, report: Mapping[str, Any]) ->
     hashes = recorded if isinstance(recorded, dict) else {}
     scenario = problem.scenario
     meshes = [path for path in _meshes(scenario).values() if path.is_file()]
-    libraries = [materials_file(path, path.read_bytes(), folder) for path in meshes]
+    libraries = [
+        materials_file(path, path.read_bytes(), folder)
+        for path in meshes
+        if path.suffix.lower() == ".obj"
+    ]
     files = [*_meshes(scenario).values(), *libraries, _planner_file(scenario)]
     machine = {MACHINE_FILE} | (
         {FEEDBACK_FILE} if problem.machine.references is not None else set()

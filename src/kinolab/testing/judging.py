@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from kinolab.dynamics import System
+from kinolab.dynamics import Model, System
 from kinolab.errors import KinolabError
 
 TOLERANCE = 1e-6  # of an answer's size
@@ -93,6 +93,16 @@ def require_values(
             raise WrongAnswerError(what)
 
 
+def require_model(answer: Any) -> Model:
+    """Return the compiled equations of motion of an answer, a machine."""
+    if not isinstance(answer, System):
+        raise WrongAnswerError(f"a System is wanted, not {answer!r}.")
+    try:
+        return answer.model()
+    except KinolabError as error:
+        raise WrongAnswerError(f"its equations cannot be derived: {error}") from error
+
+
 def require_motion(
     answer: Any,
     coordinates: Sequence[str],
@@ -109,12 +119,7 @@ def require_motion(
         parameters: Values by name, of those that the machine has.
         inputs: Their number.
     """
-    if not isinstance(answer, System):
-        raise WrongAnswerError(f"a System is wanted, not {answer!r}.")
-    try:
-        model = answer.model()
-    except KinolabError as error:
-        raise WrongAnswerError(f"its equations cannot be derived: {error}") from error
+    model = require_model(answer)
     names = model.state_names
     wanted = [*coordinates, *(f"{name}_dot" for name in coordinates)]
     if missing := [name for name in wanted if name not in names]:

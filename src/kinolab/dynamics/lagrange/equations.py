@@ -78,12 +78,12 @@ class Equations(Sequence[sympy.Eq]):
 
     def latex(self) -> str:
         """Return all equations as LaTeX, one aligned block per group."""
-        return "\n".join(_latex(self))
+        return "\n".join(f"$${formula}$$" for formula in _latex(self))
 
     def _repr_latex_(self) -> str:
         """One formula, as notebooks and books want it."""
-        rows = [formula.removeprefix("$$").removesuffix("$$") for formula in _latex(self)]
-        return "$$\\begin{gathered}" + r" \\[1.5ex] ".join(rows) + "\\end{gathered}$$"
+        rows = r" \\[1.5ex] ".join(_latex(self))
+        return rf"$$\begin{{gathered}}{rows}\end{{gathered}}$$"
 
 
 def equations_of(system: Mechanism) -> Equations:
@@ -400,10 +400,10 @@ def _line(expression: sympy.Expr) -> str:
 
 def _latex(equations: Equations) -> Iterator[str]:
     if equations.balance:
-        yield rf"$$L = {_formula(equations.lagrangian)}$$"
+        yield f"L = {_formula(equations.lagrangian)}"
     for _, group in _groups(equations):
         rows = (rf"{_formula(e.lhs)} &= {_formula(e.rhs)}" for e in group)
-        yield "$$\\begin{aligned}" + r" \\ ".join(rows) + "\\end{aligned}$$"
+        yield r"\begin{aligned}" + r" \\ ".join(rows) + r"\end{aligned}"
 
 
 def _formula(expression: sympy.Expr) -> str:

@@ -55,7 +55,18 @@ def letter(name: str) -> str:
     return base + index.translate(SUBSCRIPTS) if index.isdigit() else f"{base}_{index}"
 
 
-class _Printer(StrPrinter):  # type: ignore[misc]
+class _OrderedFactors:
+    """Of a printer: products by juxtaposition, masses first and rates last."""
+
+    def _factors(self, product: sympy.Expr) -> str:
+        factors = sorted(sympy.Mul.make_args(product), key=_order)
+        return " ".join(self._factor(factor) for factor in factors)
+
+    def _factor(self, factor: sympy.Expr) -> str:
+        raise NotImplementedError
+
+
+class _Printer(_OrderedFactors, StrPrinter):  # type: ignore[misc]
     """SymPy's string printer, with products by juxtaposition and Greek letters."""
 
     def _print_Symbol(self, expression: sympy.Symbol) -> str:
@@ -107,10 +118,6 @@ class _Printer(StrPrinter):  # type: ignore[misc]
             several = several or coefficient.q != 1
         return f"{text}/({below})" if several else f"{text}/{below}"
 
-    def _factors(self, product: sympy.Expr) -> str:
-        factors = sorted(sympy.Mul.make_args(product), key=_order)
-        return " ".join(self._factor(factor) for factor in factors)
-
     def _factor(self, factor: sympy.Expr) -> str:
         if factor.is_number and factor.is_nonnegative and not factor.is_Rational:
             return str(self._print(factor))
@@ -119,7 +126,7 @@ class _Printer(StrPrinter):  # type: ignore[misc]
         return str(self.parenthesize(factor, precedence(sympy.Mul(2, factor))))
 
 
-class _LatexPrinter(LatexPrinter):  # type: ignore[misc]
+class _LatexPrinter(_OrderedFactors, LatexPrinter):  # type: ignore[misc]
     """SymPy's LaTeX printer, with factors in the order of the text: ``m l^{2}``."""
 
     def _print_Mul(self, expression: sympy.Mul) -> str:
@@ -135,10 +142,6 @@ class _LatexPrinter(LatexPrinter):  # type: ignore[misc]
             numerator = str(over)
         denominator = self._factors(below) if under == 1 else f"{under} {self._factors(below)}"
         return rf"{sign}\frac{{{numerator}}}{{{denominator}}}"
-
-    def _factors(self, product: sympy.Expr) -> str:
-        factors = sorted(sympy.Mul.make_args(product), key=_order)
-        return " ".join(self._factor(factor) for factor in factors)
 
     def _factor(self, factor: sympy.Expr) -> str:
         return str(self.parenthesize(factor, PRECEDENCE["Mul"]))

@@ -7,9 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from kinolab.dynamics import System
 from kinolab.errors import KinolabError
-from kinolab.testing.judging import Exercise, WrongAnswerError, require_values
+from kinolab.testing.judging import Exercise, WrongAnswerError, require_model, require_values
 
 G = 9.81  # [m/s^2]
 CEILING = 2.0  # [m] above the floor
@@ -40,12 +39,7 @@ def _thrown(h: float, v: float, t: float) -> list[float]:
 
 
 def _between(answer: Any) -> None:
-    if not isinstance(answer, System):
-        raise WrongAnswerError(f"a System is wanted, not {answer!r}.")
-    try:
-        model = answer.model()
-    except KinolabError as error:
-        raise WrongAnswerError(f"its equations cannot be derived: {error}") from error
+    model = require_model(answer)
     if model.state_names != ("h", "h_dot", "mode"):
         names = ", ".join(model.state_names)
         raise WrongAnswerError(f"its states are {names}, not h, h_dot, mode.")
