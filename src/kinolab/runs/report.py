@@ -57,7 +57,7 @@ def report_of(
         "warnings": [*problem.world.warnings, *rest_warnings(problem), *plan.warnings],
         "diagnosis": {"rejections": plan.rejections},
         "assets": hashes_of(assets),
-        "versions": _versions(),
+        "versions": versions(),
     }
 
 
@@ -83,7 +83,8 @@ def goal_distance_by_unit(problem: PlanningTask, plan: PlanResult) -> dict[str, 
     return distance_by_unit(goal_entries(problem, plan.trajectory.x[-1]))
 
 
-def _versions() -> dict[str, str]:
+def versions() -> dict[str, str]:
+    """Return the versions of Python, kinolab and the libraries that figures depend on."""
     found = {"python": platform.python_version()}
     for package in ("kinolab", *RECORDED):
         try:

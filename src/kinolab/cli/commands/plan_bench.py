@@ -1,0 +1,170 @@
+"""``plan bench``: run a study, many runs of planners on scenarios, and report what it shows."""
+
+from __future__ import annotations
+
+import threading
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from kinolab.cli.common import MAX_JOBS, PATH, echo_json, quiet_option
+from kinolab.cli.interrupts import EXIT_CODE as INTERRUPTED
+from kinolab.cli.interrupts import INTERRUPTS
+from kinolab.cli.progress import Progress
+
+if TYPE_CHECKING:
+    from kinolab.studies.engine import AbstractEngine
+    from kinolab.studies.run_study import Part, StudyFolder
+
+
+@click.command("bench")
+@click.argument("study", type=PATH)
+@click.option("--out", type=PATH, help="Folder of the results; by default studies/<name>.")
+@click.option(
+    "--jobs",
+    type=click.IntRange(1, MAX_JOBS),
+    metavar="N",
+    help="Runs at once; by default as many as there are processors.",
+)
+@click.option(
+    "--dask",
+    metavar="ADDRESS",
+    help="Let a Dask cluster do the runs: its scheduler's address, or local:8.",
+)
+@click.option("--resume", is_flag=True, help="Keep the runs that are there, and make the others.")
+@click.option(
+    "--part", metavar="K/N", help="Make only the K-th of N parts, as one of several computers."
+)
+@click.option(
+    "--rows-from",
+    "others",
+    type=PATH,
+    multiple=True,
+    metavar="DIR",
+    help="Take the runs of another folder of this study; may be repeated.",
+)
+@click.option("--report", is_flag=True, help="Write report.html and report.md at the end.")
+@click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
+@quiet_option
+def command(
+    study: Path,
+    out: Path | None,
+    jobs: int | None,
+    dask: str | None,
+    resume: bool,
+    part: str | None,
+    others: tuple[Path, ...],
+    report: bool,
+    as_json: bool,
+    quiet: bool,
+) -> int:
+    """Run STUDY, a TOML file: scenarios by planners by settings by seeds.
+
+    Every run has a process of its own. Rows are kept as they come, in rows.jsonl; results.parquet,
+    OMPL's benchmark logs and a database for Planner Arena are written at the end. If STUDY is a
+    folder of results, only these and the report are written.
+    """
+    from kinolab.concurrency.processors import processors
+    from kinolab.studies.run_study import StudyFolder
+    from kinolab.studies.study_file import read_study
+
+    progress = Progress(quiet)
+    chosen = _part(part)
+    folder_only = study.is_dir()
+    if folder_only:
+        out, study, resume = study, study / "study.toml", True
+    progress("reading the study and its scenarios")
+    read = read_study(study)
+    folder = StudyFolder(read, out or Path("studies") / study.stem, resume=resume or bool(others))
+    complete = True
+    if not folder_only:
+        complete = _run(folder, jobs or processors(), dask, chosen, others, progress)
+    with INTERRUPTS.writing():
+        written = _write(folder, report, progress)
+    progress.close()
+    solved = sum(row["solved"] for row in folder.rows.values())
+    if as_json:
+        names = [str(path) for path in written]
+        facts = {"runs": len(folder.rows), "of": len(folder.runs.runs), "solved": solved}
+        echo_json({"folder": str(folder.folder), **facts, "files": names})
+    else:
+        click.echo(
+            f"{folder.folder}: {len(folder.rows)} of {len(folder.runs.runs)} runs, {solved} solved"
+        )
+        for path in written:
+            click.echo(f"  {path.relative_to(folder.folder)}")
+        if not complete:
+            click.echo("  interrupted; the same command with --resume goes on")
+    return INTERRUPTED if INTERRUPTS.seen else 0
+
+
+def _run(
+    folder: StudyFolder,
+    jobs: int,
+    dask: str | None,
+    part: Part,
+    others: tuple[Path, ...],
+    progress: Progress,
+) -> bool:
+    from kinolab.studies.engine import LocalEngine
+    from kinolab.studies.run_study import Progress as Done
+
+    ended = threading.Event()
+
+    def engine(own: StudyFolder) -> AbstractEngine:
+        if dask is None:
+            return LocalEngine(jobs, own.root)
+        from kinolab.studies.dask_engine import DaskEngine
+
+        progress("connecting to Dask")
+        return DaskEngine(dask, own.runs.files.values())
+
+    def told(done: Done) -> None:
+        text = f"{done.done} of {done.of} runs, {done.solved} solved, {_spoken(done.left)} left"
+        progress(text, passing=True)
+
+    INTERRUPTS.ask(ended.set)
+    with INTERRUPTS.asking():
+        return folder.run(engine, part=part, others=others, stop=ended.is_set, told=told)
+
+
+def _write(folder: StudyFolder, report: bool, progress: Progress) -> list[Path]:
+    """Write the table and what is made of it; return the paths."""
+    from kinolab.studies.ompl_benchmark import DATABASE, experiments, write_database, write_logs
+
+    rows = list(folder.rows.values())
+    written = [folder.write_table()]
+    if not rows:
+        return written
+    found = experiments(folder.study, rows)
+    written += [*write_logs(folder.folder, found), folder.folder / DATABASE]
+    write_database(written[-1], found)
+    if report:
+        progress("drawing the report")
+        from kinolab.studies.report_page import write_report
+
+        written += write_report(folder.folder, folder.study, rows)
+    return written
+
+
+def _part(text: str | None) -> Part:
+    from kinolab.errors import InputError, Mistake
+    from kinolab.studies.run_study import Part
+
+    if text is None:
+        return Part()
+    number, _, of = text.partition("/")
+    if number.isdecimal() and of.isdecimal() and 1 <= int(number) <= int(of):
+        return Part(int(number), int(of))
+    what = f"{text!r} is no part."
+    raise InputError([Mistake("--part", what, "Write 2/5 for the second of five.")])
+
+
+def _spoken(seconds: float) -> str:
+    """Return a time as one says it."""
+    if seconds < 90:
+        return f"{seconds:.0f} s"
+    if seconds < 5400:
+        return f"{seconds / 60:.0f} min"
+    return f"{seconds / 3600:.1f} h"

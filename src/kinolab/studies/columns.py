@@ -1,0 +1,117 @@
+"""The rows of a study, and its table in Apache Parquet."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from kinolab.files import write_whole
+from kinolab.lazy import library_of
+
+PARQUET = "results.parquet"
+NEED = "studies are written with pyarrow"
+Row = Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column of the table.
+
+    Attributes:
+        name: Its name.
+        kind: ``text``, ``whole``, ``number``, ``truth`` or ``pairs`` (a list of two numbers each).
+        meaning: A phrase; with its unit.
+        timed: Whether it may differ when the same run is made again.
+    """
+
+    name: str
+    kind: str
+    meaning: str
+    timed: bool = False
+
+
+COLUMNS = (
+    Column("index", "whole", "place of the run in the study, from 0"),
+    Column("task", "text", "hash of all that decides the result of the run"),
+    Column("scenario", "text", "name of the scenario"),
+    Column("planner", "text", "name or label of the planner"),
+    Column("seed", "whole", "of the random numbers"),
+    Column("settings", "text", "what was swept, as JSON by dotted key"),
+    Column("fixed", "text", "what the study sets besides, as JSON by dotted key"),
+    Column(
+        "status",
+        "text",
+        "as `plan` reports it, or `error`, `crashed`, `killed`, `out_of_memory`, `cpu_limit`, "
+        "`memory_limit`",
+    ),
+    Column("solved", "truth", "whether there is a verified plan"),
+    Column(
+        "checked", "truth", "whether the files of the run passed `plan check`; null if not asked"
+    ),
+    Column("iterations", "whole", "of the search"),
+    Column("duration", "number", "of the motion, in s"),
+    Column("first_duration", "number", "of the first verified motion, in s"),
+    Column("goal_distance", "number", "norm of the goal errors at the end, in SI units"),
+    Column("clearance", "number", "smallest, in m"),
+    Column("steps", "whole", "of the motion"),
+    Column("motion", "text", "hash of the times, states and inputs of the motion"),
+    Column("statistics", "text", "the planner's own counters, as JSON"),
+    Column("message", "text", "what the run says"),
+    Column("search", "number", "processor time of the search, in s", timed=True),
+    Column("prepare", "number", "time of what precedes a search, in s", timed=True),
+    Column("verify", "number", "time of verification, in s", timed=True),
+    Column("cpu", "number", "processor time of the run, in s", timed=True),
+    Column("wall", "number", "time of the run by the clock, in s", timed=True),
+    Column("memory", "number", "largest resident memory, libraries included, in MB", timed=True),
+    Column(
+        "improvements", "pairs", "verified motions: s since the start, duration in s", timed=True
+    ),
+    Column("began", "number", "start of the run, in s since 1970", timed=True),
+    Column("load", "number", "load average of the computer at the start", timed=True),
+    Column("computer", "text", "hash of processor, cores, system and versions", timed=True),
+    Column("host", "text", "name of the computer", timed=True),
+    Column("processor", "text", "its processor", timed=True),
+    Column("cores", "whole", "processors that it may use", timed=True),
+    Column("system", "text", "operating system and architecture", timed=True),
+    Column("versions", "text", "of Python, kinolab and libraries, as JSON", timed=True),
+)
+
+
+def table_of(rows: Iterable[Row]) -> Any:
+    """Return rows as a table of pyarrow, in the order of the study."""
+    pa = library_of("bench", "pyarrow", NEED)
+    types = {
+        "text": pa.string(),
+        "whole": pa.int64(),
+        "number": pa.float64(),
+        "truth": pa.bool_(),
+        "pairs": pa.list_(pa.list_(pa.float64(), 2)),
+    }
+    ordered = sorted(rows, key=lambda row: row["index"])
+    fields = [
+        pa.field(c.name, types[c.kind], metadata={"meaning": c.meaning.encode()}) for c in COLUMNS
+    ]
+    arrays = [pa.array([row.get(c.name) for row in ordered], types[c.kind]) for c in COLUMNS]
+    return pa.Table.from_arrays(arrays, schema=pa.schema(fields))
+
+
+def write_parquet(path: Path, rows: Iterable[Row]) -> None:
+    """Write rows as a Parquet file, whole or not at all."""
+    library_of("bench", "pyarrow", NEED)
+    import pyarrow.parquet as pq
+
+    out = io.BytesIO()
+    pq.write_table(table_of(rows), out, compression="zstd")
+    write_whole(path, out.getvalue())
+
+
+def read_parquet(path: Path) -> list[dict[str, Any]]:
+    """Return the rows of a Parquet file."""
+    library_of("bench", "pyarrow", NEED)
+    import pyarrow.parquet as pq
+
+    rows: list[dict[str, Any]] = pq.read_table(path).to_pylist()
+    return rows

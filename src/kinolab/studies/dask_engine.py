@@ -1,0 +1,174 @@
+"""Orders done by a Dask cluster: one that runs somewhere, or one on this computer.
+
+Files travel by content, once to each worker, also to those that come later (a worker plugin).
+"""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Callable, Iterable
+from concurrent.futures import Executor
+from contextlib import suppress
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, final
+
+from kinolab.errors import InputError, Mistake
+from kinolab.lazy import library_of
+from kinolab.studies.engine import AbstractEngine, Crew, EngineLostError
+from kinolab.studies.hardware import computer
+from kinolab.studies.orders import Answer, Order
+from kinolab.studies.problem_files import ProblemFiles
+
+if TYPE_CHECKING:
+    from distributed import Client, Worker
+
+LOCAL = "local:"
+CONNECT_SECONDS = 10.0  # [s] for a scheduler to answer
+PATIENCE = 10.0  # [s] without a scheduler before it is given up
+ALLOWED_FAILURES = 50  # workers that may be lost with one order; the engine counts anew
+FOLDER = "kinolab-files"  # below a worker's own
+WHERE = "--dask"
+
+
+@final
+class DaskEngine(AbstractEngine):
+    """The workers of a Dask cluster.
+
+    Args:
+        address: Of a scheduler, such as ``tcp://10.0.0.1:8786``, or ``local:8`` for a cluster of 8
+            workers on this computer.
+        files: What orders need.
+
+    Raises:
+        InputError: If Dask is not installed, no scheduler answers, there are no workers, or they
+            have other versions than this process.
+    """
+
+    def __init__(self, address: str, files: Iterable[ProblemFiles]) -> None:
+        self._cluster: Any = None
+        self._client: Client = self._connected(address)
+        self._gone: float | None = None
+        try:
+            self.workers = self._checked()
+            from kinolab.studies.files_plugin import FilesPlugin
+
+            self._client.register_plugin(FilesPlugin(tuple(files)))
+            self._futures: Executor = self._client.get_executor(pure=False)
+        except BaseException:
+            self.close()
+            raise
+
+    def _connected(self, address: str) -> Client:
+        distributed = library_of("bench", "distributed", "--dask needs Dask's distributed")
+        import dask
+
+        dask.config.set({"distributed.scheduler.allowed-failures": ALLOWED_FAILURES})
+        if address.startswith(LOCAL):
+            count = address.removeprefix(LOCAL)
+            if not (count.isascii() and count.isdigit() and 0 < int(count) <= 1000):
+                what = f"{address!r} is no cluster."
+                raise InputError([Mistake(WHERE, what, "Write local:8, for 8 workers.")])
+            self._cluster = distributed.LocalCluster(
+                n_workers=int(count),
+                threads_per_worker=1,
+                dashboard_address=None,
+                memory_limit=None,
+            )
+            address = self._cluster.scheduler_address
+        try:
+            client: Client = distributed.Client(
+                address, timeout=CONNECT_SECONDS, set_as_default=False
+            )
+            return client
+        except (OSError, TimeoutError, ValueError) as error:
+            reason = str(error).splitlines()[0] if str(error) else type(error).__name__
+            what = f"no scheduler answers at {address} ({reason})."
+            remedy = "`dask scheduler` starts one, `dask worker ADDRESS` its workers; or local:8."
+            raise InputError([Mistake(WHERE, what, remedy)]) from None
+
+    def _checked(self) -> int:
+        """Return how many threads all workers have.
+
+        Raises:
+            InputError: If there are none, or they differ from this process in a version.
+        """
+        threads: int = sum(self._client.nthreads().values())
+        if not threads:
+            what, remedy = "the cluster has no workers.", "Start some: `dask worker ADDRESS`."
+            raise InputError([Mistake(WHERE, what, remedy)])
+        try:
+            found = self._client.run(computer)
+        except Exception as error:
+            what = f"a worker cannot run kinolab ({type(error).__name__}: {error})."
+            raise InputError([Mistake(WHERE, what, "Install the same version there.")]) from None
+        own = json.loads(computer()["versions"])
+        mistakes = []
+        for worker, about in found.items():
+            theirs = json.loads(about["versions"])
+            differing = [
+                f"{n} {theirs.get(n)}, not {v}" for n, v in own.items() if theirs.get(n) != v
+            ]
+            if differing:
+                what = f"worker {worker} has {'; '.join(differing)}."
+                mistakes.append(Mistake(WHERE, what, "Install the same versions there."))
+        if mistakes:
+            raise InputError(mistakes)
+        return threads
+
+    @property
+    def _executor(self) -> Executor:
+        return self._futures
+
+    def _work(self) -> Callable[[Order], Answer]:
+        return do_order
+
+    def require(self) -> None:
+        """Make sure that the scheduler is there.
+
+        Raises:
+            EngineLostError: If it has been away for a while.
+        """
+        if self._client.status == "running":
+            self._gone = None
+            return
+        self._gone = self._gone or time.monotonic()
+        if time.monotonic() > self._gone + PATIENCE:
+            raise EngineLostError("Dask's scheduler is gone. What was answered is kept.")
+
+    def lost(self, error: BaseException) -> bool:
+        """Whether an order failed only because its worker was lost."""
+        from distributed import KilledWorker
+        from distributed.client import FutureCancelledError
+
+        return super().lost(error) or isinstance(error, KilledWorker | FutureCancelledError)
+
+    def close(self) -> None:
+        """Leave the cluster; end it if it is this process's own."""
+        with suppress(Exception):  # a scheduler that is gone need not be left
+            self._client.close(timeout=1)
+        if self._cluster is not None:
+            with suppress(Exception):
+                self._cluster.close(timeout=5)
+
+
+def do_order(order: Order) -> Answer:
+    """Do an order on a worker.
+
+    Raises:
+        WorkerLostError: If the process that does it was lost.
+    """
+    from distributed import get_worker
+
+    return _crew(str(files_root(get_worker()))).answer(order)
+
+
+def files_root(worker: Worker) -> Path:
+    """Return the folder below which a worker keeps files."""
+    return Path(worker.local_directory) / FOLDER
+
+
+@cache
+def _crew(root: str) -> Crew:
+    return Crew(Path(root))

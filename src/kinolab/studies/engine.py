@@ -1,0 +1,191 @@
+"""Engines: they have orders done, on this computer or on a Dask cluster, and give the answers."""
+
+from __future__ import annotations
+
+import threading
+from abc import ABC, abstractmethod
+from collections import deque
+from collections.abc import Callable, Iterator
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, wait
+from itertools import islice
+from pathlib import Path
+from types import TracebackType
+from typing import Self, final
+
+from kinolab.concurrency.cancel import CancellationToken, never_cancelled
+from kinolab.errors import KinolabError
+from kinolab.studies.orders import Answer, Order, failure
+from kinolab.studies.worker_process import FORKS, WorkerLostError, WorkerProcess
+
+AHEAD = 3  # orders per worker that are on their way or done
+TRIES = 10  # of one order whose workers are lost
+POLL = 0.1  # [s] between looks at the token
+
+
+class EngineLostError(KinolabError):
+    """The engine has ended while orders were open; those that were answered are not lost."""
+
+    exit_code = 6
+
+
+class AbstractEngine(ABC):
+    """Has orders done by workers; a context manager that ends them.
+
+    Attributes:
+        workers: Their number.
+    """
+
+    workers: int
+
+    @property
+    @abstractmethod
+    def _executor(self) -> Executor:
+        """What calls a function elsewhere."""
+
+    @abstractmethod
+    def _work(self) -> Callable[[Order], Answer]:
+        """Return the function that does an order, where it is called."""
+
+    @abstractmethod
+    def close(self) -> None:
+        """End all workers, whatever they do."""
+
+    def require(self) -> None:  # noqa: B027  # processes on this computer are always there
+        """Make sure that the engine is there.
+
+        Raises:
+            EngineLostError: If it is not.
+        """
+
+    def lost(self, error: BaseException) -> bool:
+        """Whether an order failed only because its worker was lost."""
+        return isinstance(error, WorkerLostError)
+
+    @final
+    def answers(
+        self, orders: Iterator[Order], stop: CancellationToken = never_cancelled
+    ) -> Iterator[Answer]:
+        """Yield the answer to each order as it comes, until a token is set.
+
+        Only a few orders per worker are open at a time, so that neither this process nor a
+        scheduler needs memory for all. An order whose worker is lost is done again, by another.
+
+        Args:
+            orders: Asked for one by one.
+            stop: Polled.
+
+        Raises:
+            EngineLostError: If the engine has ended.
+        """
+        work, open_now = self._work(), dict[Future[Answer], tuple[Order, int]]()
+        again = deque[tuple[Order, int]]()
+        coming = ((order, 1) for order in orders)
+        while not stop():
+            self.require()
+            room = max(0, AHEAD * self.workers - len(open_now))
+            for order, tried in [*_taken(again, room), *islice(coming, max(0, room - len(again)))]:
+                open_now[self._executor.submit(work, order)] = order, tried
+            if not open_now:
+                return
+            for future in wait(open_now, POLL, FIRST_COMPLETED).done:
+                order, tried = open_now.pop(future)
+                error = WorkerLostError("cancelled") if future.cancelled() else future.exception()
+                if error is None:
+                    yield future.result()
+                elif not self.lost(error):
+                    yield failure(order, "crashed", f"{type(error).__name__}: {error}")
+                elif tried < TRIES:
+                    again.append((order, tried + 1))
+                else:
+                    yield failure(order, "killed", f"{error}, {TRIES} times.")
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, _: type[BaseException] | None, __: BaseException | None, ___: TracebackType | None
+    ) -> None:
+        self.close()
+
+
+def _taken(queue: deque[tuple[Order, int]], most: int) -> Iterator[tuple[Order, int]]:
+    while queue and most > 0:
+        most -= 1
+        yield queue.popleft()
+
+
+@final
+class LocalEngine(AbstractEngine):
+    """Processes on this computer.
+
+    Args:
+        workers: Their number.
+        root: Folder below which the files of orders are.
+    """
+
+    def __init__(self, workers: int, root: Path) -> None:
+        self.workers, self._root = workers, root
+        self._pool = ThreadPoolExecutor(workers, thread_name_prefix="runs")
+        self._crew = Crew(root)
+
+    @property
+    def _executor(self) -> Executor:
+        return self._pool
+
+    def _work(self) -> Callable[[Order], Answer]:
+        return self._crew.answer
+
+    def close(self) -> None:
+        """End all workers, whatever they do."""
+        self._pool.shutdown(wait=False, cancel_futures=True)
+        self._crew.close()
+        self._pool.shutdown(wait=True)
+
+
+class Crew:
+    """A worker process for each thread that asks for answers; those that are lost are replaced.
+
+    Args:
+        root: Folder below which the files of orders are.
+    """
+
+    def __init__(self, root: Path) -> None:
+        self._root, self._lock = root, threading.Lock()
+        self._of_thread: dict[int, WorkerProcess] = {}
+        self._closed = False
+
+    def answer(self, order: Order) -> Answer:
+        """Have an order done by the process of this thread.
+
+        Raises:
+            WorkerLostError: If it was lost.
+        """
+        own = threading.get_ident()
+        with self._lock:
+            if self._closed:
+                raise WorkerLostError("the engine is closed")
+            if own not in self._of_thread:
+                self._of_thread[own] = WorkerProcess()
+            process = self._of_thread[own]
+        try:
+            answer = process.answer(order, self._root)
+        except WorkerLostError:
+            self._drop(own, process)
+            raise
+        if order.isolated and not FORKS:
+            self._drop(own, process)
+        return answer
+
+    def _drop(self, thread: int, process: WorkerProcess) -> None:
+        with self._lock:
+            if self._of_thread.get(thread) is process:
+                del self._of_thread[thread]
+                process.close()
+
+    def close(self) -> None:
+        """End all processes."""
+        with self._lock:
+            self._closed = True
+            for process in self._of_thread.values():
+                process.close()
+            self._of_thread.clear()

@@ -1,0 +1,99 @@
+"""Rows as they come, in a file to which whole lines are added: no crash loses one.
+
+A line that a crash has cut is taken off before the next one is added.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterator
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
+from kinolab.errors import InputError, KinolabError, Mistake
+from kinolab.files import FileLock
+from kinolab.studies.columns import Row
+
+ROWS = "rows.jsonl"
+
+
+class FullError(KinolabError):
+    """A row could not be written."""
+
+    exit_code = 6
+
+
+class Journal:
+    """The rows of a folder, open for more; one process at a time has it.
+
+    Args:
+        folder: Of the study.
+
+    Raises:
+        InputError: If another process has it.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self._path = folder / ROWS
+        self._lock = FileLock(folder / ".lock")
+        if not self._lock.acquire():
+            what = "another process runs this study."
+            raise InputError([Mistake(str(folder), what, "Wait for it, or name another --out.")])
+        whole = sum(len(line) for line in _whole_lines(self._path))
+        self._handle = os.open(self._path, os.O_RDWR | os.O_CREAT, 0o644)
+        os.ftruncate(self._handle, whole)
+        self._end = whole
+
+    def add(self, row: Row) -> None:
+        """Add a row.
+
+        Raises:
+            FullError: If it cannot be written; the rows before it stay.
+        """
+        line = (json.dumps(row, allow_nan=False) + "\n").encode()
+        try:
+            written = os.pwrite(self._handle, line, self._end)
+            if written < len(line):
+                raise OSError("there is no room for a row")
+        except OSError as error:
+            os.ftruncate(self._handle, self._end)
+            reason = error.strerror or str(error)
+            what = f"{self._path}: {reason}. Rows so far are kept; --resume goes on."
+            raise FullError(what) from error
+        self._end += len(line)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, _: type[BaseException] | None, __: BaseException | None, ___: TracebackType | None
+    ) -> None:
+        os.close(self._handle)
+        self._lock.release()
+
+
+def read_rows(folder: Path) -> list[dict[str, Any]]:
+    """Return the rows of a folder; a line that a crash has cut is left out.
+
+    Raises:
+        InputError: If a line is damaged.
+    """
+    rows = []
+    for number, line in enumerate(_whole_lines(folder / ROWS), start=1):
+        try:
+            row = json.loads(line)
+        except ValueError:
+            row = None
+        if not isinstance(row, dict) or not isinstance(row.get("index"), int):
+            where, what = f"{folder / ROWS} line {number}", "this line is damaged."
+            raise InputError([Mistake(where, what, "Remove it; its run is then made again.")])
+        rows.append(row)
+    return rows
+
+
+def _whole_lines(path: Path) -> Iterator[bytes]:
+    if path.is_file():
+        with path.open("rb") as file:
+            yield from (line for line in file if line.endswith(b"\n"))

@@ -1,0 +1,258 @@
+"""Results as OMPL keeps them: benchmark logs, and a database for Planner Arena.
+
+Source: the log's format and the database's tables are those of OMPL 2.0's ``Benchmark.cpp`` and
+``ompl_benchmark_statistics.py`` (ompl.kavrakilab.org/benchmark.html).
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import sqlite3
+from collections import defaultdict
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+from kinolab.files import write_whole
+from kinolab.studies.columns import Row
+from kinolab.studies.study_file import Study
+
+LOGS, DATABASE = "ompl", "planner_arena.db"
+STATUSES = (
+    *("solved", "approximate", "local_minimum", "not_found", "verification_failed", "interrupted"),
+    *("error", "crashed", "killed", "out_of_memory", "cpu_limit", "memory_limit"),
+)
+PROPERTIES: tuple[tuple[str, str], ...] = (  # of a run, as OMPL names them where it has them
+    ("time", "REAL"),
+    ("solved", "BOOLEAN"),
+    ("approximate solution", "BOOLEAN"),
+    ("solution length", "REAL"),
+    ("solution difference", "REAL"),
+    ("solution clearance", "REAL"),
+    ("solution segments", "INTEGER"),
+    ("iterations", "INTEGER"),
+    ("memory", "REAL"),
+    ("cpu time", "REAL"),
+    ("seed", "INTEGER"),
+    ("status", "ENUM"),
+)
+TABLES = """
+CREATE TABLE experiments (id INTEGER PRIMARY KEY AUTOINCREMENT, name VARCHAR(512),
+  totaltime REAL, timelimit REAL, memorylimit REAL, runcount INTEGER, version VARCHAR(128),
+  hostname VARCHAR(1024), cpuinfo TEXT, date DATETIME, seed VARCHAR(24), setup TEXT);
+CREATE TABLE plannerConfigs (id INTEGER PRIMARY KEY AUTOINCREMENT, name VARCHAR(512) NOT NULL,
+  settings TEXT);
+CREATE TABLE enums (name VARCHAR(512), value INTEGER, description TEXT,
+  PRIMARY KEY (name, value));
+CREATE TABLE runs (id INTEGER PRIMARY KEY AUTOINCREMENT, experimentid INTEGER,
+  plannerid INTEGER, {columns},
+  FOREIGN KEY (experimentid) REFERENCES experiments(id) ON DELETE CASCADE,
+  FOREIGN KEY (plannerid) REFERENCES plannerConfigs(id) ON DELETE CASCADE);
+CREATE TABLE progress (runid INTEGER, time REAL, best_cost REAL, PRIMARY KEY (runid, time),
+  FOREIGN KEY (runid) REFERENCES runs(id) ON DELETE CASCADE);
+"""
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """All runs on a scenario that were made on equal computers.
+
+    Attributes:
+        name: Of the scenario, without spaces; with the computer's hash if there are several.
+        rows: Of each planner with its settings, by its name.
+        limits: Of a run: seconds and MB; 0 for none.
+    """
+
+    name: str
+    rows: dict[str, list[Row]]
+    limits: tuple[float, float]
+
+    @property
+    def all_rows(self) -> list[Row]:
+        """The rows of all planners."""
+        return [row for own in self.rows.values() for row in own]
+
+    @property
+    def facts(self) -> dict[str, Any]:
+        """What stands once for all runs."""
+        rows = self.all_rows
+        first, last = min(r["began"] or 0.0 for r in rows), max(r["began"] or 0.0 for r in rows)
+        versions = json.loads(rows[0]["versions"] or "{}")
+        return {
+            "name": self.name,
+            "totaltime": last - first + max((row["wall"] or 0.0) for row in rows),
+            "timelimit": self.limits[0],
+            "memorylimit": self.limits[1],
+            "runcount": max(map(len, self.rows.values())),
+            "version": f"kinolab {versions.get('kinolab', '0')}",
+            "hostname": _word(rows[0]["host"] or "UNKNOWN"),
+            "cpuinfo": f"{rows[0]['processor']}, {rows[0]['cores']} cores\n",
+            "date": datetime.fromtimestamp(first, UTC).strftime("%Y-%m-%d %H:%M:%S"),
+            "seed": "0",
+            "setup": f"{rows[0]['scenario']}\n{rows[0]['versions']}\n",
+        }
+
+
+def experiments(study: Study, rows: Iterable[Row]) -> list[Experiment]:
+    """Return rows by scenario, computer and planner, in the order of the study."""
+    by_place: dict[tuple[str, str], dict[str, list[Row]]] = defaultdict(lambda: defaultdict(list))
+    for row in sorted(rows, key=lambda row: row["index"]):
+        by_place[row["scenario"], row["computer"] or ""][configuration(row)].append(row)
+    computers = {computer for _, computer in by_place}
+    limits = (study.limits.search or study.limits.cpu or 0.0, study.limits.memory or 0.0)
+    return [
+        Experiment(
+            _word(scenario if len(computers) == 1 else f"{scenario}@{computer}"), dict(own), limits
+        )
+        for (scenario, computer), own in by_place.items()
+    ]
+
+
+def configuration(row: Row) -> str:
+    """Return a planner's name with what was swept: ``rrt_fast[goal_bias=0.1]``."""
+    swept = json.loads(row["settings"] or "{}")
+    told = ",".join(f"{key.removeprefix('planner.')}={_short(v)}" for key, v in swept.items())
+    return f"{row['planner']}[{told}]" if told else str(row["planner"])
+
+
+def _short(value: Any) -> str:
+    return f"{value:.6g}" if isinstance(value, float) else str(value)
+
+
+def _word(text: str) -> str:
+    """Return a text without white space, as logs need it for names."""
+    return re.sub(r"\s+", "_", text) or "_"
+
+
+def values_of(row: Row) -> list[float | int | None]:
+    """Return the values of PROPERTIES for a row; None where there is none."""
+    status = row["status"]
+    return [
+        row["search"],
+        int(status == "solved"),
+        int(status in ("approximate", "local_minimum")),
+        row["duration"],
+        row["goal_distance"],
+        row["clearance"],
+        row["steps"],
+        row["iterations"],
+        row["memory"],
+        row["cpu"],
+        row["seed"],
+        STATUSES.index(status) if status in STATUSES else None,
+    ]
+
+
+def log_text(experiment: Experiment) -> str:
+    """Return an experiment as a log that OMPL's own script reads."""
+    return "\n".join(_log_lines(experiment)) + "\n"
+
+
+def _log_lines(experiment: Experiment) -> Iterator[str]:
+    facts = experiment.facts
+    name, _, version = facts["version"].partition(" ")
+    yield f"{name} version {version}"
+    yield f"Experiment {facts['name']}"
+    yield "0 experiment properties"
+    yield f"Running on {facts['hostname']}"
+    yield f"Starting at {facts['date']}"
+    yield from ("<<<|", *facts["setup"].splitlines(), "|>>>")
+    yield from ("<<<|", *facts["cpuinfo"].splitlines(), "|>>>")
+    yield f"{facts['seed']} is the random seed"
+    yield f"{facts['timelimit']:g} seconds per run"
+    yield f"{facts['memorylimit']:g} MB per run"
+    yield f"{facts['runcount']} runs per planner"
+    yield f"{facts['totaltime']:.6f} seconds spent to collect the data"
+    yield "1 enum type"
+    yield "|".join(("status", *STATUSES))
+    yield f"{len(experiment.rows)} planners"
+    for planner, rows in experiment.rows.items():
+        yield planner
+        settings = settings_of(rows)
+        yield f"{len(settings)} common properties"
+        yield from settings
+        yield f"{len(PROPERTIES)} properties for each run"
+        yield from (f"{name} {kind}" for name, kind in PROPERTIES)
+        yield f"{len(rows)} runs"
+        yield from ("; ".join([*map(_cell, values_of(row)), ""]) for row in rows)
+        yield "2 progress properties for each run"
+        yield from ("time REAL", "best cost REAL")
+        yield f"{len(rows)} runs"
+        yield from ("".join(f"{_cell(t)},{_cell(c)},;" for t, c in progress(row)) for row in rows)
+        yield "."
+
+
+def settings_of(rows: Sequence[Row]) -> list[str]:
+    """Return what was set for a planner, as ``key = value``."""
+    told = {**json.loads(rows[0]["fixed"] or "{}"), **json.loads(rows[0]["settings"] or "{}")}
+    return [f"{key} = {_short(value)}" for key, value in told.items()]
+
+
+def progress(row: Row) -> list[tuple[float, float]]:
+    """Return when motions were verified and how long they take, in s; each time once."""
+    best: dict[float, float] = {}
+    for after, duration in row["improvements"] or ():
+        best[after] = min(duration, best.get(after, duration))
+    return sorted(best.items())
+
+
+def _cell(value: float | int | None) -> str:
+    return "nan" if value is None else repr(value)
+
+
+def write_logs(folder: Path, found: Sequence[Experiment]) -> list[Path]:
+    """Write a log for each experiment below ``folder``; return their paths."""
+    (folder / LOGS).mkdir(exist_ok=True)
+    paths = []
+    for one in found:
+        path = folder / LOGS / f"{re.sub('[^A-Za-z0-9_.@-]', '_', one.name)}.log"
+        write_whole(path, log_text(one).encode())
+        paths.append(path)
+    return paths
+
+
+def write_database(path: Path, found: Sequence[Experiment]) -> None:
+    """Write experiments into an SQLite database for Planner Arena, whole or not at all."""
+    columns = ", ".join(f"{name.replace(' ', '_')} {kind}" for name, kind in PROPERTIES)
+    connection = sqlite3.connect(":memory:")
+    with connection:
+        connection.executescript(TABLES.format(columns=columns))
+        named = [("status", value, name) for value, name in enumerate(STATUSES)]
+        connection.executemany("INSERT INTO enums VALUES (?, ?, ?)", named)
+        for one in found:
+            _insert(connection, one)
+    write_whole(path, connection.serialize())
+    connection.close()
+
+
+def _insert(connection: sqlite3.Connection, experiment: Experiment) -> None:
+    facts = experiment.facts
+    places = ", ".join("?" * len(facts))
+    names = ", ".join(facts)
+    made = connection.execute(
+        f"INSERT INTO experiments ({names}) VALUES ({places})", list(facts.values())
+    )
+    for planner, rows in experiment.rows.items():
+        told = (planner, ";".join(settings_of(rows)))
+        known = connection.execute(
+            "SELECT id FROM plannerConfigs WHERE name = ? AND settings = ?", told
+        ).fetchone()
+        config = known[0] if known else _added(connection, told)
+        for row in rows:
+            values = [None, made.lastrowid, config, *values_of(row)]
+            run = connection.execute(
+                f"INSERT INTO runs VALUES ({', '.join('?' * len(values))})", values
+            )
+            connection.executemany(
+                "INSERT INTO progress VALUES (?, ?, ?)",
+                [(run.lastrowid, *p) for p in progress(row)],
+            )
+
+
+def _added(connection: sqlite3.Connection, told: tuple[str, str]) -> int | None:
+    return connection.execute(
+        "INSERT INTO plannerConfigs (name, settings) VALUES (?, ?)", told
+    ).lastrowid

@@ -1,0 +1,355 @@
+"""The report of a study: one page that stands alone, and its tables as Markdown."""
+
+from __future__ import annotations
+
+import html
+import io
+import json
+import math
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from kinolab.files import utf_8, write_whole
+from kinolab.lazy import library_of
+from kinolab.studies.columns import Row
+from kinolab.studies.comparison import (
+    MOST_COMPARED,
+    SIGNIFICANT,
+    Comparison,
+    Group,
+    Interval,
+    comparisons,
+    grouped,
+)
+from kinolab.studies.study_file import Study
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+PAGE, TEXT = "report.html", "report.md"
+INK = "#7a7a7a"  # readable on white and on black
+MOST_DRAWN = 12  # planners in one figure
+STYLE = """
+:root { color-scheme: light dark; }
+body { font: 16px/1.5 system-ui, sans-serif; max-width: 68rem; margin: 2rem auto; }
+body { padding: 0 1rem; }
+table { border-collapse: collapse; display: block; overflow-x: auto; }
+table { font-variant-numeric: tabular-nums; }
+th, td { padding: .25rem .7rem; border-bottom: 1px solid #8884; }
+th, td { text-align: left; white-space: nowrap; }
+figure { margin: 1rem 0; } figure svg { max-width: 100%; height: auto; }
+figcaption, .note { color: #7a7a7a; }
+.warning { border-left: 4px solid #d62728; padding-left: .8rem; }
+"""
+LEGEND = (
+    "*solved*: runs with a verified plan, and the 95 % interval of their share (Wilson). "
+    "*search*: median processor time of a search with its 95 % interval (order statistics); a run "
+    "that is not solved counts as one that never ends. *motion*: median duration of the motions of "
+    "solved runs. *memory*: median of the largest resident memory, libraries included. *other "
+    "ends*: how the others ended."
+)
+COMPARED = (
+    "*ratio*: median search time of the first divided by that of the second, 95 % interval by "
+    "bootstrap. *sooner*: probability that a run of the first is solved sooner than one of the "
+    "second, ties half; *shorter*: the same for the durations of motions. p: Fisher's exact test "
+    "(solved), Mann and Whitney's (time, duration), corrected by Holm's method within a scenario; "
+    f"**bold** below {SIGNIFICANT:g}."
+)
+Table = list[list[str]]
+
+
+def write_report(folder: Path, study: Study, rows: Sequence[Row]) -> list[Path]:
+    """Write report.html and report.md into a folder; return their paths.
+
+    Raises:
+        InputError: If Matplotlib is not installed.
+    """
+    groups = grouped(rows)
+    pairs = comparisons(groups)
+    page, text = folder / PAGE, folder / TEXT
+    write_whole(page, utf_8(page_of(study, rows, groups, pairs)))
+    write_whole(text, utf_8(markdown_of(study, rows, groups, pairs)))
+    return [page, text]
+
+
+def markdown_of(
+    study: Study, rows: Sequence[Row], groups: Sequence[Group], pairs: Sequence[Comparison]
+) -> str:
+    """Return the report's tables as Markdown."""
+    parts = [
+        f"# {study.title}",
+        *sentences(study, rows),
+        _markdown(summary(groups)),
+        LEGEND,
+    ]
+    if pairs:
+        parts += [_markdown(comparison_table(pairs)), COMPARED]
+    return "\n\n".join(parts) + "\n"
+
+
+def page_of(
+    study: Study, rows: Sequence[Row], groups: Sequence[Group], pairs: Sequence[Comparison]
+) -> str:
+    """Return the report as a page that needs nothing else.
+
+    Raises:
+        InputError: If Matplotlib is not installed.
+    """
+    library_of("bench", "matplotlib", "report.html needs Matplotlib")
+    several = len({group.computer for group in groups}) > 1
+    body = [f"<h1>{html.escape(study.title)}</h1>"]
+    for k, sentence in enumerate(sentences(study, rows)):
+        kind = "warning" if several and k == 0 else "note"
+        body.append(f'<p class="{kind}">{_inline(sentence)}</p>')
+    body += [_html(summary(groups)), f'<p class="note">{_inline(LEGEND)}</p>']
+    for place in dict.fromkeys((group.scenario, group.computer) for group in groups):
+        own = [group for group in groups if (group.scenario, group.computer) == place]
+        title = place[0] + (f", on {place[1]}" if several else "")
+        body += [f"<h2>{html.escape(title)}</h2>", *_figures(own, title)]
+        compared = [pair for pair in pairs if pair.first in own]
+        if compared:
+            body += [_html(comparison_table(compared)), f'<p class="note">{_inline(COMPARED)}</p>']
+        elif len(own) > MOST_COMPARED:
+            text = f"More than {MOST_COMPARED} planners are not compared in pairs."
+            body.append(f'<p class="note">{text}</p>')
+    return (
+        '<!doctype html>\n<html lang="en"><head><meta charset="utf-8">\n'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
+        '<meta http-equiv="Content-Security-Policy" content="default-src \'none\'; '
+        "style-src 'unsafe-inline'\">\n"
+        f"<title>{html.escape(study.title)}</title><style>{STYLE}</style></head>\n"
+        "<body>\n" + "\n".join(body) + "\n</body></html>\n"
+    )
+
+
+def sentences(study: Study, rows: Sequence[Row]) -> Iterator[str]:
+    """Yield what must be known about the figures; differing computers come first."""
+    computers = {row["computer"]: row for row in rows if row["computer"]}
+    if len(computers) > 1:
+        yield (
+            f"The runs were made on {len(computers)} kinds of computers (or with as many sets of "
+            "versions). Times are compared within each kind only."
+        )
+    for name, row in computers.items():
+        versions = json.loads(row["versions"])
+        loads = [r["load"] for r in rows if r["computer"] == name and r["load"] is not None]
+        count = sum(r["computer"] == name for r in rows)
+        of = f"{name}: " if len(computers) > 1 else ""
+        yield (
+            f"{of}{row['processor']}, {row['cores']} cores, {row['system']}, Python "
+            f"{versions.get('python')}, kinolab {versions.get('kinolab')}; {count} runs at load "
+            f"averages of {min(loads, default=0.0):.1f} to {max(loads, default=0.0):.1f}."
+        )
+    limits = {
+        "search": (study.limits.search, "s of search"),
+        "iterations": (study.limits.iterations, "iterations"),
+        "cpu": (study.limits.cpu, "s of processor time"),
+        "memory": (study.limits.memory, "MB"),
+    }
+    given = [f"{value:g} {unit}" for value, unit in limits.values() if value is not None]
+    yield f"Limits of a run: {', '.join(given) if given else 'those of its scenario'}."
+    lacking = sum(bool(row["checked"] is False) for row in rows)
+    if lacking:
+        yield f"{lacking} solved runs did not pass the check of their files."
+
+
+def summary(groups: Sequence[Group]) -> Table:
+    """Return the table of all planners, heading first."""
+    several = len({group.computer for group in groups}) > 1
+    heading = ["scenario", "planner", *(["computer"] if several else [])]
+    table = [[*heading, "solved", "search [s]", "motion [s]", "memory [MB]", "other ends"]]
+    for group in groups:
+        share = group.share
+        memory = [row["memory"] for row in group.rows if row["memory"] is not None]
+        ends = Counter(row["status"] for row in group.rows if not row["solved"])
+        table.append(
+            [
+                group.scenario,
+                group.planner,
+                *([group.computer] if several else []),
+                f"{group.solved}/{len(group.rows)} ({share.low:.0%} to {share.high:.0%})",
+                spoken(group.time),
+                spoken(group.duration),
+                f"{np.median(memory):.0f}" if memory else "–",
+                ", ".join(f"{name} ({count})" for name, count in sorted(ends.items())) or "–",
+            ]
+        )
+    return table
+
+
+def comparison_table(pairs: Sequence[Comparison]) -> Table:
+    """Return the table of pairs, heading first."""
+    heading = ["scenario", "first", "second", "ratio", "sooner", "shorter"]
+    table = [[*heading, "p solved", "p time", "p duration"]]
+    for pair in pairs:
+        table.append(
+            [
+                *(pair.first.scenario, pair.first.planner, pair.second.planner),
+                spoken(pair.ratio),
+                _share(pair.sooner),
+                _share(pair.shorter),
+                *(_p(value) for value in (pair.p_solved, pair.p_time, pair.p_duration)),
+            ]
+        )
+    return table
+
+
+def spoken(interval: Interval) -> str:
+    """Return a figure with its interval; ∞ where too few runs are solved."""
+    if math.isnan(interval.value):
+        return "–"
+    low, high = _figure(interval.low), _figure(interval.high)
+    return f"{_figure(interval.value)} ({low} to {high})"
+
+
+def _figure(value: float) -> str:
+    return "∞" if math.isinf(value) else f"{value:.3g}"
+
+
+def _share(value: float) -> str:
+    return "–" if math.isnan(value) else f"{value:.0%}"
+
+
+def _p(value: float) -> str:
+    if math.isnan(value):
+        return "–"
+    text = "<0.001" if value < 0.001 else f"{value:.3f}"
+    return f"**{text}**" if value < SIGNIFICANT else text
+
+
+def _markdown(table: Table) -> str:
+    rows = [table[0], ["---"] * len(table[0]), *table[1:]]
+    return "\n".join(f"| {' | '.join(cell.replace('|', '/') for cell in row)} |" for row in rows)
+
+
+def _html(table: Table) -> str:
+    heading = "".join(f"<th>{html.escape(cell)}</th>" for cell in table[0])
+    rows = "".join(
+        f"<tr>{''.join(f'<td>{_inline(cell)}</td>' for cell in row)}</tr>\n" for row in table[1:]
+    )
+    return f"<table><thead><tr>{heading}</tr></thead><tbody>\n{rows}</tbody></table>"
+
+
+def _inline(text: str) -> str:
+    """Return text as HTML; what Markdown marks by stars is emphasised."""
+    escaped = html.escape(text)
+    for stars, tag in (("**", "strong"), ("*", "em")):
+        parts = escaped.split(stars)
+        if len(parts) % 2:
+            escaped = "".join(
+                part if k % 2 == 0 else f"<{tag}>{part}</{tag}>" for k, part in enumerate(parts)
+            )
+    return escaped
+
+
+def _figures(groups: Sequence[Group], title: str) -> Iterator[str]:
+    """Yield figures as HTML: solved over time, times and durations, and swept settings."""
+    drawn = groups[:MOST_DRAWN]
+    yield _figure_html(
+        _over_time(drawn),
+        f"{title}: share of runs solved over the processor time of the search, and box plots of "
+        "search times and of durations of the motions (solved runs; boxes are quartiles, whiskers "
+        "reach to 1.5 times their distance).",
+    )
+    if len(groups) > MOST_DRAWN:
+        yield f'<p class="note">The first {MOST_DRAWN} of {len(groups)} planners are drawn.</p>'
+    for key in _swept_numbers(groups):
+        yield _figure_html(
+            _against(groups, key), f"{title}: search time of each run against {key}."
+        )
+
+
+def _over_time(groups: Sequence[Group]) -> Figure:
+    figure = _new_figure((11.0, 3.6 + 0.12 * len(groups)))
+    curve, times, durations = figure.subplots(1, 3, width_ratios=[1.2, 1, 1])
+    for k, group in enumerate(groups):
+        found = np.sort(group.times[np.isfinite(group.times)])
+        share = np.arange(1, len(found) + 1) / len(group.rows)
+        if len(found):
+            end = max(float(row["search"] or 0.0) for g in groups for row in g.rows)
+            curve.step(
+                [*found, max(end, found[-1])], [*share, share[-1]], where="post", color=f"C{k}"
+            )
+        curve.plot([], [], color=f"C{k}", label=group.planner)
+    curve.set(xscale="log", ylim=(0, 1.03), xlabel="search [s]", ylabel="share solved")
+    curve.legend(fontsize=7, loc="lower right", labelcolor=INK, framealpha=0.0)
+    _boxes(times, [g.times[np.isfinite(g.times)] for g in groups], groups, "search [s]")
+    times.set_xscale("log")
+    _boxes(durations, [g.durations for g in groups], groups, "motion [s]")
+    durations.set_yticklabels([])
+    return figure
+
+
+def _boxes(axes: Axes, values: Sequence[Any], groups: Sequence[Group], label: str) -> None:
+    colour: dict[str, Any] = {"color": INK}
+    axes.boxplot(
+        list(values), orientation="horizontal", tick_labels=[group.planner for group in groups],
+        boxprops=colour, whiskerprops=colour, capprops=colour,
+        medianprops={"color": "#d62728"}, flierprops={"markeredgecolor": INK, "markersize": 3},
+    )  # fmt: skip
+    axes.invert_yaxis()
+    axes.set_xlabel(label)
+    axes.tick_params(axis="y", labelsize=7)
+
+
+def _swept_numbers(groups: Sequence[Group]) -> list[str]:
+    """Return the keys whose values are numbers, of which there are several."""
+    found: dict[str, set[float]] = {}
+    for group in groups:
+        for row in group.rows:
+            for key, value in json.loads(row["settings"] or "{}").items():
+                if isinstance(value, int | float) and not isinstance(value, bool):
+                    found.setdefault(key, set()).add(value)
+    return [key for key, values in found.items() if len(values) > 2]
+
+
+def _against(groups: Sequence[Group], key: str) -> Figure:
+    figure = _new_figure((7.0, 3.4))
+    axes = figure.subplots()
+    planners = list(dict.fromkeys(row["planner"] for group in groups for row in group.rows))
+    rows = [row for group in groups for row in group.rows if row["search"] is not None]
+    for k, planner in enumerate(planners):
+        for solved, marker in ((True, "o"), (False, "x")):
+            own = [r for r in rows if r["planner"] == planner and bool(r["solved"]) is solved]
+            x = [json.loads(row["settings"])[key] for row in own]
+            axes.plot(
+                x, [row["search"] for row in own], marker, color=f"C{k}", markersize=4, alpha=0.6
+            )
+        axes.plot([], [], "o", color=f"C{k}", label=planner)
+    axes.plot([], [], "x", color=INK, label="not solved")
+    axes.set(yscale="log", xlabel=key, ylabel="search [s]")
+    axes.legend(fontsize=7, labelcolor=INK, framealpha=0.0)
+    return figure
+
+
+def _new_figure(size: tuple[float, float]) -> Figure:
+    from matplotlib.figure import Figure
+
+    return Figure(figsize=size, layout="constrained")
+
+
+def _figure_html(figure: Figure, caption: str) -> str:
+    import matplotlib as mpl
+    from matplotlib.backends.backend_svg import FigureCanvasSVG
+
+    for axes in figure.axes:
+        axes.patch.set_alpha(0.0)
+        axes.tick_params(colors=INK, which="both")
+        axes.xaxis.label.set_color(INK)
+        axes.yaxis.label.set_color(INK)
+        for spine in axes.spines.values():
+            spine.set_color(INK)
+    figure.patch.set_alpha(0.0)
+    out = io.StringIO()
+    FigureCanvasSVG(figure)
+    with mpl.rc_context({"svg.fonttype": "none"}):
+        figure.savefig(out, format="svg", metadata={"Date": None})
+    svg = out.getvalue()
+    svg = svg[svg.index("<svg") :].replace("<svg ", '<svg role="img" ', 1)
+    said = html.escape(caption)
+    return f"<figure>{svg}<figcaption>{said}</figcaption></figure>"

@@ -1,0 +1,245 @@
+"""A study, from its file to its rows: what is missing is run, what comes is kept at once."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import time
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from kinolab.concurrency.cancel import CancellationToken, never_cancelled
+from kinolab.errors import InputError, Mistake
+from kinolab.files import write_whole
+from kinolab.studies.columns import COLUMNS, PARQUET, Row, write_parquet
+from kinolab.studies.engine import AbstractEngine, LocalEngine
+from kinolab.studies.expansion import RunSpec, StudyRuns, expanded
+from kinolab.studies.journal import ROWS, Journal, read_rows
+from kinolab.studies.orders import Answer, SearchOrder, as_told
+from kinolab.studies.study_file import Study
+
+SCENARIOS = "scenarios"  # folder of the files that runs are made from
+STUDY = "study.toml"
+NAMES = tuple(column.name for column in COLUMNS)
+
+
+@dataclass(frozen=True)
+class Part:
+    """One of several parts of a study: every ``of``-th run from the ``number``-th on."""
+
+    number: int = 1
+    of: int = 1
+
+    def has(self, spec: RunSpec) -> bool:
+        """Whether a run belongs to it."""
+        return spec.index % self.of == self.number - 1
+
+
+@dataclass(frozen=True)
+class Progress:
+    """How far a study is.
+
+    Attributes:
+        done: Runs that have a row.
+        of: All runs of the part.
+        solved: Runs with a verified plan.
+        left: Seconds that the others will take, about; NaN before that can be told.
+    """
+
+    done: int
+    of: int
+    solved: int
+    left: float
+
+
+class StudyFolder:
+    """A study, its runs, and the folder of its results.
+
+    Args:
+        study: The study.
+        folder: Of its results; made where it is missing.
+        resume: Whether rows that are there are kept, and only the others made.
+
+    Raises:
+        InputError: With every mistake in the study; if there are rows and ``resume`` is not set, or
+            rows of another study; if pyarrow is not installed.
+    """
+
+    def __init__(self, study: Study, folder: Path, *, resume: bool = False) -> None:
+        from kinolab.lazy import library_of
+        from kinolab.studies.columns import NEED
+
+        library_of("bench", "pyarrow", NEED)
+        _require_limits(study)
+        self.study, self.folder = study, folder
+        earlier = _earlier(folder, resume)
+        self.root = folder / SCENARIOS
+        self.runs: StudyRuns = expanded(study, self.root)
+        limits = study.limits.model_dump()
+        self._tasks = {spec.index: spec.identity(limits) for spec in self.runs.runs}
+        self.rows: dict[int, dict[str, Any]] = {}
+        self._take(earlier, str(folder))
+
+    def _take(self, rows: Iterable[dict[str, Any]], where: str) -> list[dict[str, Any]]:
+        """Add rows of this study; return those that were new.
+
+        Raises:
+            InputError: If one is of another study.
+        """
+        new = []
+        for row in rows:
+            if self._tasks.get(row["index"]) != row.get("task"):
+                what = f"row {row['index']} there is of another study, or its files have changed."
+                remedy = "Name another --out, or remove the rows."
+                raise InputError([Mistake(where, what, remedy)])
+            if row["index"] not in self.rows:
+                self.rows[row["index"]] = row
+                new.append(row)
+        return new
+
+    def run(
+        self,
+        engine: Callable[[StudyFolder], AbstractEngine] | None = None,
+        *,
+        part: Part = Part(),
+        others: Sequence[Path] = (),
+        stop: CancellationToken = never_cancelled,
+        told: Callable[[Progress], None] = lambda _: None,
+    ) -> bool:
+        """Make all runs that have no row, and keep each row as it comes.
+
+        Args:
+            engine: Makes what has runs done; two local processes when left out.
+            part: Which runs to make.
+            others: Folders of the same study, other parts of it, whose rows are taken.
+            stop: Polled; once set, open runs are given up.
+            told: Called after each row.
+
+        Returns:
+            Whether all runs of the part have a row.
+
+        Raises:
+            InputError: If the engine is not there, or a row is of another study.
+            EngineLostError: If the engine ends; rows so far are kept.
+            FullError: If a row cannot be written; rows so far are kept.
+        """
+        with Journal(self.folder) as journal:
+            write_whole(self.folder / STUDY, self.study.path.read_bytes())
+            for other in others:
+                for row in self._take(read_rows(other), str(other)):
+                    journal.add(row)
+            mine = [spec for spec in self.runs.runs if part.has(spec)]
+            missing = [spec for spec in mine if spec.index not in self.rows]
+            if missing:
+                make = engine or (lambda own: LocalEngine(2, own.root))
+                with make(self) as working:
+                    self._make(working, missing, len(mine), journal, stop, told)
+            return all(spec.index in self.rows for spec in mine)
+
+    def _make(
+        self,
+        engine: AbstractEngine,
+        missing: Sequence[RunSpec],
+        of: int,
+        journal: Journal,
+        stop: CancellationToken,
+        told: Callable[[Progress], None],
+    ) -> None:
+        begun, known = time.monotonic(), of - len(missing)
+        solved = sum(bool(row["solved"]) for row in self.rows.values())
+        for made, answer in enumerate(engine.answers(self._orders(missing), stop), start=1):
+            row = self._row(answer)
+            journal.add(row)
+            self.rows[row["index"]] = row
+            solved += row["solved"]
+            left = (time.monotonic() - begun) / made * (len(missing) - made)
+            told(Progress(known + made, of, solved, left))
+
+    def _orders(self, specs: Iterable[RunSpec]) -> Iterator[SearchOrder]:
+        limits = self.study.limits
+        for spec in specs:
+            yield SearchOrder(
+                spec.index,
+                spec.files,
+                seed=spec.seed,
+                overrides=spec.overrides,
+                improve=spec.improve,
+                check=spec.check,
+                search=limits.search,
+                iterations=limits.iterations,
+                cpu=limits.cpu,
+                memory=limits.memory,
+            )
+
+    def _row(self, answer: Answer) -> dict[str, Any]:
+        spec = self.runs.runs[answer["index"]]
+        told = {
+            **as_told(answer),
+            "task": self._tasks[spec.index],
+            "scenario": spec.scenario,
+            "planner": spec.planner,
+            "seed": spec.seed,
+            "settings": json.dumps(dict(spec.settings)),
+            "fixed": json.dumps(dict(spec.fixed)),
+            "solved": answer["status"] == "solved",
+        }
+        return {name: told.get(name) for name in NAMES}
+
+    def write_table(self) -> Path:
+        """Write all rows, in the order of the study, as a Parquet file.
+
+        Returns:
+            Its path.
+        """
+        path = self.folder / PARQUET
+        write_parquet(path, self.rows.values())
+        return path
+
+
+def _require_limits(study: Study) -> None:
+    """Refuse limits that cannot be kept here.
+
+    Raises:
+        InputError: If processes cannot be watched.
+    """
+    from kinolab.lazy import library_of
+    from kinolab.studies.worker_process import FORKS
+
+    if study.limits.cpu is None and study.limits.memory is None:
+        return
+    if not FORKS:
+        what = "limits of processor time and memory need Linux."
+        raise InputError([Mistake(f"{study.path.name} limits", what, "Leave cpu and memory out.")])
+    library_of("bench", "psutil", "limits of processor time and memory need psutil")
+
+
+def _earlier(folder: Path, resume: bool) -> list[dict[str, Any]]:
+    """Return the rows of a folder that is to be written into.
+
+    Raises:
+        InputError: If there are some and they shall not be kept, or it cannot be written.
+    """
+    rows = read_rows(folder) if (folder / ROWS).is_file() else []
+    if rows and not resume:
+        what = f"there are {len(rows)} runs of a study."
+        remedy = "--resume keeps them and goes on; --out names another folder."
+        raise InputError([Mistake(str(folder), what, remedy)])
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        what = f"this folder cannot be made: {error.strerror}."
+        raise InputError([Mistake(str(folder), what, "Name another.")]) from None
+    if not resume:
+        shutil.rmtree(folder / SCENARIOS, ignore_errors=True)
+    return rows
+
+
+def differing(first: Iterable[Row], second: Iterable[Row]) -> list[int]:
+    """Return the runs whose rows differ in more than times and computers, or that one lacks."""
+    lasting = [column.name for column in COLUMNS if not column.timed]
+    one, two = (
+        {row["index"]: [row[n] for n in lasting] for row in rows} for rows in (first, second)
+    )
+    return sorted(index for index in {*one, *two} if one.get(index) != two.get(index))

@@ -1,0 +1,176 @@
+"""A process that does orders one after the other, each in a fork of its own.
+
+Libraries and the problem are loaded once, before the fork: a run of a hundredth of a second costs a
+tenth. The process has no threads when it forks. Where it cannot fork (macOS, whose libraries do not
+survive it), every run has a fresh process instead, which loads everything anew.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import signal
+import sys
+import time
+from contextlib import suppress
+from dataclasses import dataclass
+from multiprocessing import Pipe
+from multiprocessing.connection import Connection, wait
+from pathlib import Path
+from typing import NoReturn
+
+from kinolab.concurrency.serving import serve
+from kinolab.concurrency.starting import bury, start_process
+from kinolab.studies.hardware import computer
+from kinolab.studies.orders import Answer, Order, failure, peak_memory
+
+MODULE = __name__
+FORKS = sys.platform == "linux"
+PERIOD = 0.05  # [s] between looks at a run that has limits
+PR_SET_PDEATHSIG = 1  # Linux: signal that a process gets when its parent dies
+
+
+class WorkerLostError(Exception):
+    """A process has ended before it answered."""
+
+
+@dataclass(frozen=True)
+class Killed:
+    """A run that something outside ended, such as a system without memory; it may be repeated."""
+
+    reason: str
+
+
+class WorkerProcess:
+    """The process, as seen by the one that starts it; it is started when it is needed."""
+
+    def __init__(self) -> None:
+        self._process, self._connection = start_process(MODULE)
+
+    def answer(self, order: Order, root: Path) -> Answer:
+        """Have an order done.
+
+        Args:
+            order: The order.
+            root: Folder below which its files are.
+
+        Raises:
+            WorkerLostError: If the process, or the run in it, was killed.
+        """
+        try:
+            self._connection.send((order, root))
+            answer = self._connection.recv()
+        except (EOFError, OSError) as error:
+            raise WorkerLostError("its process has ended") from error
+        if isinstance(answer, Killed):
+            raise WorkerLostError(answer.reason)
+        found: Answer = answer
+        return found
+
+    def close(self) -> None:
+        """End it, whatever it does."""
+        self._process.kill()
+        bury(self._process)
+        self._connection.close()
+
+
+def enter(handle: int) -> None:
+    """Entry point of the process.
+
+    Args:
+        handle: File descriptor of the connection to the process that started it.
+    """
+    serve(handle, _work)
+
+
+def _work(connection: Connection) -> None:
+    rehearsed: set[str] = set()
+    while True:
+        order, root = connection.recv()
+        connection.send(_answer(order, root / order.files, connection, rehearsed))
+        if order.isolated and not FORKS:
+            return
+
+
+def _answer(
+    order: Order, folder: Path, connection: Connection, rehearsed: set[str]
+) -> Answer | Killed:
+    try:
+        order.prepare(folder)
+    except Exception as error:
+        return failure(order, "error", str(error))
+    if FORKS and order.rehearsal and order.files not in rehearsed:
+        rehearsed.add(order.files)
+        _forked(order.rehearsal, folder, connection)
+    load, at = os.getloadavg()[0], time.time()
+    if not (order.isolated and FORKS):
+        answer: Answer | Killed = order.work(folder)
+    else:
+        answer = _forked(order, folder, connection)
+    if isinstance(answer, Killed):
+        return answer
+    return {"index": order.index, "began": at, "load": load, **computer(), **answer}
+
+
+def _forked(order: Order, folder: Path, connection: Connection) -> Answer | Killed:
+    """Do an order in a fork, which is killed at its limits, or once nobody waits for it."""
+    ours, theirs = Pipe(duplex=False)
+    parent = os.getpid()
+    child = os.fork()
+    if not child:
+        _in_fork(order, folder, theirs, parent)
+    theirs.close()
+    answer, exceeded = None, ""
+    with ours:
+        while True:
+            ready = wait(
+                [ours, connection], PERIOD if order.cpu_limit or order.memory_limit else None
+            )
+            if ours in ready:
+                with suppress(EOFError, OSError):
+                    answer = ours.recv()
+                break
+            if connection in ready:  # no further order comes before this one is answered
+                os.kill(child, signal.SIGKILL)
+                os._exit(1)
+            if exceeded := _exceeded(order, child):
+                os.kill(child, signal.SIGKILL)
+                break
+    _, status, usage = os.wait4(child, 0)
+    used = {"cpu": usage.ru_utime + usage.ru_stime, "memory": peak_memory(usage)}
+    if exceeded:
+        return {
+            **failure(order, exceeded, f"it was ended at its {exceeded.replace('_', ' ')}."),
+            **used,
+        }
+    if answer is not None:
+        return {**answer, "memory": used["memory"]}
+    if os.WIFSIGNALED(status) and os.WTERMSIG(status) == signal.SIGKILL:
+        return Killed("its process was killed, as happens where memory runs out")
+    how = signal.Signals(os.WTERMSIG(status)).name if os.WIFSIGNALED(status) else "its own exit"
+    return {**failure(order, "crashed", f"its process was ended by {how}."), **used}
+
+
+def _in_fork(order: Order, folder: Path, theirs: Connection, parent: int) -> NoReturn:
+    """Do an order in this process, send its answer and leave."""
+    try:
+        ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
+        if os.getppid() == parent:
+            theirs.send(order.work(folder))
+    finally:
+        os._exit(0)  # whatever happened: this is a copy of a process that goes on
+
+
+def _exceeded(order: Order, child: int) -> str:
+    """Return the limit that a process has exceeded; empty if it has not."""
+    import psutil
+
+    with suppress(psutil.Error):
+        process = psutil.Process(child)
+        with process.oneshot():
+            times, memory = process.cpu_times(), process.memory_info().rss / 1e6
+        if order.cpu_limit is not None and times.user + times.system > order.cpu_limit:
+            return "cpu_limit"
+        if order.memory_limit is not None and memory > order.memory_limit:
+            return "memory_limit"
+    return ""
