@@ -18,8 +18,8 @@ from kinolab.cli.progress import escaped
 from kinolab.errors import KinolabError
 
 COMMANDS = (
-    "scenario", "check", "execute", "bench", "plot", "video", "gallery", "view", "list", "equations",
-    "describe", "simulate", "examine", "new", "course", "warm-up", "help",
+    "scenario", "check", "execute", "bench", "plot", "video", "gallery", "view", "list",
+    "equations", "describe", "simulate", "examine", "new", "course", "warm-up", "help",
 )  # fmt: skip
 WHOLE = 200  # characters of a command's summary, none of which is cut
 USAGE, RESOURCES, INTERNAL = 2, 6, 70  # exit codes

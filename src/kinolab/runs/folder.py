@@ -14,6 +14,7 @@ import os
 import zipfile
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from datetime import datetime
 from pathlib import Path
 from typing import Any
 
@@ -38,7 +39,7 @@ from kinolab.verification import Certificate, Check, verify
 from kinolab.verification.clearance_search import Told
 
 PAGE, MODEL = "scene.html", "result.glb"  # the plan in three dimensions
-EXECUTION = ("execution.json", "execution.png")  # of the plan in the folder, by ``plan execute``
+EXECUTION = ("execution.json", "execution.csv", "execution.png")  # by ``plan execute``
 NPZ = "trajectory.npz"
 MOTION_FORMATS: dict[str, Callable[[Trajectory], bytes]] = {  # every one is written in every run
     "trajectory.csv": lambda trajectory: trajectory.to_csv().encode(),
@@ -163,6 +164,14 @@ def replaced_scenario(folder: Path, problem: PlanningTask) -> Path | None:
     except (OSError, LookupError, RecursionError, TypeError, ValueError):
         return None
     return None if earlier == _source(problem) else earlier
+
+
+def written_at(folder: Path) -> datetime | None:
+    """Return the local time at which a run was written into a folder; None if there is none."""
+    try:
+        return datetime.fromtimestamp((folder / "report.json").stat().st_mtime).astimezone()
+    except OSError:
+        return None
 
 
 def _source(problem: PlanningTask) -> Path:

@@ -53,6 +53,13 @@ CREATE TABLE runs (id INTEGER PRIMARY KEY AUTOINCREMENT, experimentid INTEGER,
   FOREIGN KEY (plannerid) REFERENCES plannerConfigs(id) ON DELETE CASCADE);
 CREATE TABLE progress (runid INTEGER, time REAL, best_cost REAL, PRIMARY KEY (runid, time),
   FOREIGN KEY (runid) REFERENCES runs(id) ON DELETE CASCADE);
+CREATE VIEW bestPlannerConfigsPerExperiment AS
+  SELECT plannerid, experimentid, AVG(solved) AS avg_solved, AVG(time) AS avg_total_time
+  FROM runs GROUP BY experimentid, plannerid ORDER BY avg_solved DESC, avg_total_time;
+CREATE VIEW bestPlannerConfigs AS
+  SELECT plannerid, name AS plannerName, AVG(solved) AS avg_solved, AVG(time) AS avg_total_time
+  FROM runs INNER JOIN plannerConfigs ON plannerConfigs.id = plannerid
+  GROUP BY plannerid ORDER BY avg_solved DESC, avg_total_time;
 """
 
 

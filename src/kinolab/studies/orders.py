@@ -129,9 +129,10 @@ class SearchOrder(Order):
 
         def watch(budget: Budget) -> None:
             """Count processor time, so that a busy computer searches as far as an idle one."""
-            budget.clock = time.process_time
-            budget.started = budget.clock()
-            budget.stage = lambda stage: note(stage, budget)
+            if budget.clock is time.monotonic:  # others count work
+                before = time.monotonic() - time.process_time()
+                budget.clock = lambda: before + time.process_time()
+                budget.stage = lambda stage: note(stage, budget)
 
         def note(stage: str, budget: Budget) -> None:
             if stage == "simulate":

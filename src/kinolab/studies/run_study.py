@@ -8,9 +8,10 @@ import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 from kinolab.concurrency.cancel import CancellationToken, never_cancelled
+from kinolab.concurrency.processors import processors
 from kinolab.errors import InputError, Mistake
 from kinolab.files import write_whole
 from kinolab.studies.columns import COLUMNS, PARQUET, Row, write_parquet
@@ -18,11 +19,14 @@ from kinolab.studies.engine import AbstractEngine, LocalEngine
 from kinolab.studies.expansion import RunSpec, StudyRuns, expanded
 from kinolab.studies.journal import ROWS, Journal, read_rows
 from kinolab.studies.orders import Answer, SearchOrder, as_told
+from kinolab.studies.problem_files import ProblemFiles
 from kinolab.studies.study_file import Study
 
 SCENARIOS = "scenarios"  # folder of the files that runs are made from
 STUDY = "study.toml"
 NAMES = tuple(column.name for column in COLUMNS)
+
+MakeEngine: TypeAlias = Callable[[Iterable[ProblemFiles], Path], AbstractEngine]
 
 
 @dataclass(frozen=True)
@@ -101,7 +105,7 @@ class StudyFolder:
 
     def run(
         self,
-        engine: Callable[[StudyFolder], AbstractEngine] | None = None,
+        engine: MakeEngine | None = None,
         *,
         part: Part = Part(),
         others: Sequence[Path] = (),
@@ -111,7 +115,8 @@ class StudyFolder:
         """Make all runs that have no row, and keep each row as it comes.
 
         Args:
-            engine: Makes what has runs done; two local processes when left out.
+            engine: Makes what has runs done, from files and the folder they are in; processes here
+                when left out, as many as there are processors.
             part: Which runs to make.
             others: Folders of the same study, other parts of it, whose rows are taken.
             stop: Polled; once set, open runs are given up.
@@ -133,8 +138,8 @@ class StudyFolder:
             mine = [spec for spec in self.runs.runs if part.has(spec)]
             missing = [spec for spec in mine if spec.index not in self.rows]
             if missing:
-                make = engine or (lambda own: LocalEngine(2, own.root))
-                with make(self) as working:
+                make = engine or (lambda _, root: LocalEngine(processors(), root))
+                with make(self.runs.files.values(), self.root) as working:
                     self._make(working, missing, len(mine), journal, stop, told)
             return all(spec.index in self.rows for spec in mine)
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
 from typing import Literal, TypeAlias
 
 import numpy as np
@@ -22,6 +22,7 @@ from kinolab.trajectory import Trajectory
 
 Outcome: TypeAlias = Literal["reached", "missed", "lost"] | Fault
 
+KEPT = 1000  # runs whose paths are kept; of further ones only how they ended
 SETTLING_FRACTION = 0.25  # of the plan's duration: how much sooner or later it may reach the goal
 
 
@@ -37,6 +38,7 @@ class ExecutionRun:
         excess: Smallest goal error around the plan's end, in tolerances of the plan.
         off: Largest weighted deviation of a state's entry from the plan, shape (steps + 1,).
         parameters: Parameters of the machine, by name.
+        steps: Their number.
     """
 
     outcome: Outcome
@@ -44,11 +46,17 @@ class ExecutionRun:
     excess: float
     off: Array
     parameters: dict[str, float]
+    steps: int
 
     @property
     def deviation(self) -> float:
         """Largest deviation from the plan, in the weights of [metric]."""
         return float(self.off.max())
+
+    @property
+    def ending(self) -> ExecutionRun:
+        """The same without its path: the last state, and the largest deviation."""
+        return replace(self, x=self.x[-1:], off=self.off.max(keepdims=True))
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,17 +66,21 @@ class Execution:
     Attributes:
         conditions: Perturbations of the machine and its sensors.
         seed: Random seed.
-        runs: Result of each.
+        runs: Results of the first 1000.
+        counts: Number of runs by outcome, of all.
+        worst: Largest deviation from the plan, of all, in the weights of [metric].
     """
 
     conditions: Conditions
     seed: int
     runs: tuple[ExecutionRun, ...]
+    counts: dict[str, int]
+    worst: float
 
     @property
-    def counts(self) -> dict[str, int]:
-        """Number of runs by outcome."""
-        return dict(Counter(run.outcome for run in self.runs))
+    def total(self) -> int:
+        """Number of all runs."""
+        return sum(self.counts.values())
 
     @property
     def reached(self) -> int:
@@ -103,20 +115,74 @@ def execute(
     Raises:
         InputError: If the plan has no steps, or no machine has such parameters.
     """
-    if not len(trajectory.u):
-        raise InputError([Mistake("trajectory", "it has no steps.", "Give a plan that moves.")])
-    trajectory = unwrapped(problem, trajectory)
-    tracker, surveillance = (
-        Tracker.along(problem, trajectory, large=large),
-        CollisionMonitor(problem),
-    )
-    made = []
-    for k in range(runs):
-        generator = np.random.default_rng([seed, k])
-        run = _Run(problem, trajectory, tracker, surveillance, conditions, generator)
-        made.append(run.result())
-        told(k + 1)
-    return Execution(conditions, seed, tuple(made))
+    executor = Executor(problem, trajectory, conditions, seed=seed, large=large)
+    return executor.tally(map(executor.run, range(runs)), told)
+
+
+class Executor:
+    """Executes a plan as often as it is asked to; every run depends on its number alone.
+
+    Args:
+        problem: The problem of the plan.
+        trajectory: The plan.
+        conditions: Perturbations of the machine and its sensors.
+        seed: Random seed.
+        large: As of ``execute``.
+
+    Raises:
+        InputError: If the plan has no steps.
+    """
+
+    def __init__(
+        self,
+        problem: PlanningTask,
+        trajectory: Trajectory,
+        conditions: Conditions,
+        *,
+        seed: int = 1,
+        large: float = LARGE_DEVIATION,
+    ) -> None:
+        if not len(trajectory.u):
+            raise InputError([Mistake("trajectory", "it has no steps.", "Give a plan that moves.")])
+        self._problem, self._conditions, self._seed = problem, conditions, seed
+        self._plan = unwrapped(problem, trajectory)
+        self._tracker = Tracker.along(problem, self._plan, large=large)
+        self._surveillance = CollisionMonitor(problem)
+
+    def run(self, k: int) -> ExecutionRun:
+        """Return the result of run k, counted from 0; without its path from the 1000th on.
+
+        Raises:
+            InputError: If no machine has such parameters.
+        """
+        made = _Run(
+            self._problem,
+            self._plan,
+            self._tracker,
+            self._surveillance,
+            self._conditions,
+            np.random.default_rng([self._seed, k]),
+        ).result()
+        return made if k < KEPT else made.ending
+
+    def tally(
+        self, runs: Iterable[ExecutionRun], told: Callable[[int], None] = lambda _: None
+    ) -> Execution:
+        """Count runs as they come, in their order.
+
+        Args:
+            runs: All of them.
+            told: Called after each run with the number of runs so far.
+        """
+        kept: list[ExecutionRun] = []
+        counts, worst = Counter[str](), 0.0
+        for k, run in enumerate(runs):
+            if k < KEPT:
+                kept.append(run)
+            counts[run.outcome] += 1
+            worst = max(worst, run.deviation)
+            told(k + 1)
+        return Execution(self._conditions, self._seed, tuple(kept), dict(counts), worst)
 
 
 class _Run:
@@ -163,7 +229,7 @@ class _Run:
         if fault is not None:
             last, outcome = fault
             x = x[: last + 1]
-        return ExecutionRun(outcome, x, nearest, self._off(x), self._parameters)
+        return ExecutionRun(outcome, x, nearest, self._off(x), self._parameters, len(x) - 1)
 
     def _moved(self, k: int, x: Array, span: float) -> Array:
         """Return the state after a step of the actual machine under the nominal controller."""

@@ -60,7 +60,7 @@ def tube_png(problem: PlanningTask, plan: Trajectory, execution: Execution, titl
 def _said(execution: Execution) -> str:
     c = execution.conditions
     return (
-        f"{execution.reached} of {len(execution.runs)} reached the goal "
+        f"{execution.reached} of {execution.total} reached the goal "
         f"(parameters ±{c.parameters:.0%}, noise {c.noise:.1%}, disturbance {c.disturbance:.1%})"
     )
 
@@ -130,7 +130,7 @@ def execution_to_json(execution: Execution) -> dict[str, Any]:
     return {
         "conditions": dict(vars(execution.conditions)),
         "seed": execution.seed,
-        "runs": len(execution.runs),
+        "runs": execution.total,
         "reached": execution.reached,
         "counts": execution.counts,
         "each": [
@@ -138,7 +138,7 @@ def execution_to_json(execution: Execution) -> dict[str, Any]:
                 "outcome": run.outcome,
                 "excess": run.excess if np.isfinite(run.excess) else None,
                 "deviation": run.deviation if np.isfinite(run.deviation) else None,
-                "steps": len(run.x) - 1,
+                "steps": run.steps,
                 "parameters": run.parameters,
             }
             for run in execution.runs

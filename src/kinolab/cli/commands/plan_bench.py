@@ -2,36 +2,26 @@
 
 from __future__ import annotations
 
-import threading
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from kinolab.cli.common import MAX_JOBS, PATH, echo_json, quiet_option
+from kinolab.cli.common import PATH, echo_json, quiet_option
+from kinolab.cli.engines import dask_option, engine_of, jobs_option
 from kinolab.cli.interrupts import EXIT_CODE as INTERRUPTED
 from kinolab.cli.interrupts import INTERRUPTS
 from kinolab.cli.progress import Progress
 
 if TYPE_CHECKING:
-    from kinolab.studies.engine import AbstractEngine
     from kinolab.studies.run_study import Part, StudyFolder
 
 
 @click.command("bench")
 @click.argument("study", type=PATH)
 @click.option("--out", type=PATH, help="Folder of the results; by default studies/<name>.")
-@click.option(
-    "--jobs",
-    type=click.IntRange(1, MAX_JOBS),
-    metavar="N",
-    help="Runs at once; by default as many as there are processors.",
-)
-@click.option(
-    "--dask",
-    metavar="ADDRESS",
-    help="Let a Dask cluster do the runs: its scheduler's address, or local:8.",
-)
+@jobs_option
+@dask_option
 @click.option("--resume", is_flag=True, help="Keep the runs that are there, and make the others.")
 @click.option(
     "--part", metavar="K/N", help="Make only the K-th of N parts, as one of several computers."
@@ -65,7 +55,6 @@ def command(
     OMPL's benchmark logs and a database for Planner Arena are written at the end. If STUDY is a
     folder of results, only these and the report are written.
     """
-    from kinolab.concurrency.processors import processors
     from kinolab.studies.run_study import StudyFolder
     from kinolab.studies.study_file import read_study
 
@@ -79,7 +68,7 @@ def command(
     folder = StudyFolder(read, out or Path("studies") / study.stem, resume=resume or bool(others))
     complete = True
     if not folder_only:
-        complete = _run(folder, jobs or processors(), dask, chosen, others, progress)
+        complete = _run(folder, jobs, dask, chosen, others, progress)
     with INTERRUPTS.writing():
         written = _write(folder, report, progress)
     progress.close()
@@ -101,32 +90,20 @@ def command(
 
 def _run(
     folder: StudyFolder,
-    jobs: int,
+    jobs: int | None,
     dask: str | None,
     part: Part,
     others: tuple[Path, ...],
     progress: Progress,
 ) -> bool:
-    from kinolab.studies.engine import LocalEngine
     from kinolab.studies.run_study import Progress as Done
-
-    ended = threading.Event()
-
-    def engine(own: StudyFolder) -> AbstractEngine:
-        if dask is None:
-            return LocalEngine(jobs, own.root)
-        from kinolab.studies.dask_engine import DaskEngine
-
-        progress("connecting to Dask")
-        return DaskEngine(dask, own.runs.files.values())
 
     def told(done: Done) -> None:
         text = f"{done.done} of {done.of} runs, {done.solved} solved, {_spoken(done.left)} left"
         progress(text, passing=True)
 
-    INTERRUPTS.ask(ended.set)
-    with INTERRUPTS.asking():
-        return folder.run(engine, part=part, others=others, stop=ended.is_set, told=told)
+    with engine_of(jobs, dask, progress) as (engine, stop):
+        return folder.run(engine, part=part, others=others, stop=stop, told=told)
 
 
 def _write(folder: StudyFolder, report: bool, progress: Progress) -> list[Path]:

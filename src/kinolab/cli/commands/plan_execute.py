@@ -9,9 +9,11 @@ from typing import Any
 import click
 
 from kinolab.cli.common import PATH, json_option, quiet_option
+from kinolab.cli.engines import dask_option, engine_of, jobs_option
 from kinolab.cli.interrupts import INTERRUPTS
 from kinolab.cli.progress import Progress
 
+FEW = 500  # runs for which it is not worth to start other processes
 SHARE: dict[str, Any] = {"type": float, "metavar": "SHARE", "default": 0.0, "show_default": True}
 
 
@@ -39,7 +41,7 @@ SHARE: dict[str, Any] = {"type": float, "metavar": "SHARE", "default": 0.0, "sho
 @click.option("--untracked", is_flag=True, help="Leave out the feedback gains along the plan.")
 @click.option(
     "--runs",
-    type=click.IntRange(1, 100_000),
+    type=click.IntRange(1, 10_000_000),
     default=100,
     show_default=True,
     help="How many times.",
@@ -51,6 +53,8 @@ SHARE: dict[str, Any] = {"type": float, "metavar": "SHARE", "default": 0.0, "sho
     show_default=True,
     help="Seed of the random numbers.",
 )
+@jobs_option
+@dask_option
 @json_option
 @click.option("--no-picture", is_flag=True, help="Leave execution.png out.")
 @quiet_option
@@ -64,6 +68,8 @@ def command(
     untracked: bool,
     runs: int,
     seed: int,
+    jobs: int | None,
+    dask: str | None,
     as_json: bool,
     no_picture: bool,
     quiet: bool,
@@ -72,13 +78,14 @@ def command(
 
     Each simulated machine differs from the one that the plan was made for. Feedback gains along the
     plan keep it on course, together with the machine's own feedback if it has any; both are
-    designed for the plan's parameters. The results are written to execution.json and execution.png
-    in FOLDER.
+    designed for the plan's parameters. The results are written to execution.json, execution.csv
+    and execution.png in FOLDER. They are the same however many do the work.
     """
-    from kinolab.analyze.execute import Conditions, execute, execution_to_json, tube_png
+    from kinolab.analyze.execute import Conditions, execution_to_json, tube_png
     from kinolab.files import write_whole
     from kinolab.lazy import library_of
     from kinolab.runs import read_run
+    from kinolab.studies.executions import TABLE, execute_many
 
     if not no_picture:  # before the work, not after it
         need = "without --no-picture, execution.png needs Matplotlib"
@@ -91,9 +98,18 @@ def command(
     def told(made: int) -> None:
         progress(f"carried out {made} of {runs} times", passing=True)
 
-    execution = execute(
-        run.problem, run.trajectory, conditions, runs=runs, seed=seed, large=large, told=told
-    )
+    with engine_of(jobs, dask, progress) as (make, stop):
+        execution = execute_many(
+            folder,
+            conditions,
+            make if dask or jobs or runs > FEW else None,
+            runs=runs,
+            seed=seed,
+            large=large,
+            table=folder / TABLE,
+            told=told,
+            stop=stop,
+        )
     progress.close()
     report = execution_to_json(execution)
     with INTERRUPTS.writing():
@@ -106,9 +122,8 @@ def command(
         click.echo(json.dumps(report))
         return 0
     counts = ", ".join(f"{count} {outcome}" for outcome, count in sorted(report["counts"].items()))
-    worst = max(one.deviation for one in execution.runs)
     click.echo(f"{folder}: {execution.reached} of {runs} reached the goal ({counts})")
-    click.echo(f"  largest deviation from the plan: {worst:.3g}, weighted")
+    click.echo(f"  largest deviation from the plan: {execution.worst:.3g}, weighted")
     return 0
 
 
