@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from importlib.metadata import version as version_of
 from importlib.util import find_spec
 from pathlib import Path
@@ -44,6 +45,18 @@ nb_code_prompt_hide = "Hide the {type}"
 nb_merge_streams = True
 
 
+# A formula and what follows it: browsers break lines between a picture and a comma.
+FORMULA_AND_MARK = re.compile(
+    r'(<span class="math notranslate nohighlight">[^<]*</span>[,.;:?!)’]+)'
+)
+
+
+def _unbroken(_app: Any, _page: str, _template: str, context: dict[str, Any], _: object) -> None:
+    """Keep a punctuation mark on the line of the formula that it follows."""
+    if "body" in context:
+        context["body"] = FORMULA_AND_MARK.sub(r'<span class="unbroken">\1</span>', context["body"])
+
+
 def _named(_app: Any, _page: str, _template: str, context: dict[str, Any], _: object) -> None:
     """Say what is hidden: nothing but solutions is as a whole cell."""
     if "body" in context:
@@ -54,3 +67,4 @@ def _named(_app: Any, _page: str, _template: str, context: dict[str, Any], _: ob
 def setup(app: Any) -> None:
     """Connect what this file adds to Sphinx."""
     app.connect("html-page-context", _named)
+    app.connect("html-page-context", _unbroken)

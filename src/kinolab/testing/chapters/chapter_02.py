@@ -10,9 +10,17 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from kinolab.testing.judging import Exercise, require_motion, require_values
+from kinolab.testing.chapters import on_copies
+from kinolab.testing.judging import (
+    Exercise,
+    WrongAnswerError,
+    require_model,
+    require_motion,
+    require_values,
+)
 
 G, LENGTH = 9.81, 1.0  # [m/s^2], [m] of the rod
+TOLERANCE = 1e-6  # [m]
 HITCH, BAR = 0.5, 1.2  # [m] behind the car's axle, and of the trailer
 CARS = [(0.0, 0.0, 0.0, 0.0), (1.0, -2.0, 0.7, 0.4), (-3.0, 0.5, -2.0, 1.1), (2.0, 2.0, 1.6, -0.8)]
 
@@ -43,7 +51,10 @@ def _trailer(x: float, y: float, psi: float, beta: float) -> list[float]:
 
 
 def _rod(answer: Any) -> None:
-    """Of T = m l^2 / 6 (beta_dot^2 + sin(beta)^2 alpha_dot^2), by hand."""
+    """Of T = m l^2 / 6 (beta_dot^2 + sin(beta)^2 alpha_dot^2), by hand; and where it hangs then.
+
+    The equations of motion are the same if an angle counts the other way.
+    """
 
     def accelerations(state: Mapping[str, float], _: Sequence[float]) -> dict[str, float]:
         beta, turn, swing = (state[name] for name in ("beta", "alpha_dot", "beta_dot"))
@@ -53,10 +64,21 @@ def _rod(answer: Any) -> None:
         }
 
     require_motion(answer, ["alpha", "beta"], accelerations)
+    model = require_model(answer)
+    if len(answer.bodies) > 1:  # what of the rod each of them is, cannot be known
+        return
+    x = np.zeros(model.nx)
+    x[[model.state_names.index(name) for name in ("alpha", "beta")]] = 0.3, 0.8
+    middle = np.asarray(model.frames(x))[0].reshape(3, 4)[:, 3]
+    along = np.array([sin(0.8) * cos(0.3), sin(0.8) * sin(0.3), cos(0.8)])
+    if not np.allclose(middle, -LENGTH / 2.0 * along, atol=TOLERANCE):
+        place = ", ".join(f"{entry:.4g}" for entry in middle)
+        what = f"at alpha = 0.3, beta = 0.8 its centre of mass is at ({place}), which is not right."
+        raise WrongAnswerError(what)
 
 
 EXERCISES = (
-    Exercise("2.1", 2, lambda answer: require_values(answer, _body_velocity, _moving())),
+    Exercise("2.1", 2, lambda a: require_values(on_copies(a), _body_velocity, _moving())),
     Exercise("2.2", 2, lambda answer: require_values(answer, _trailer, CARS)),
     Exercise("2.3", 3, _rod),
 )

@@ -8,7 +8,14 @@ from typing import Any
 
 import numpy as np
 
-from kinolab.testing.judging import Exercise, require_motion, require_number, require_values
+from kinolab.testing.chapters import THREE_DIGITS, on_copies
+from kinolab.testing.judging import (
+    Exercise,
+    WrongAnswerError,
+    require_motion,
+    require_number,
+    require_values,
+)
 
 G, FRICTION, SPEED = 9.81, 0.6, 1.5  # [m/s^2], of the rim, [m/s]
 RADIUS, SLOPE = 0.25, radians(10.0)  # [m], [rad]
@@ -35,6 +42,18 @@ def _both(mass: np.ndarray, force: np.ndarray, rows: np.ndarray, bend: np.ndarra
     return np.linalg.solve(matrix, np.concatenate([force, -bend]))
 
 
+def _multipliers(answer: Any) -> None:
+    given = on_copies(answer)
+
+    def joined(*case: np.ndarray) -> Any:
+        returned = given(*case)
+        if isinstance(returned, tuple | list) and any(np.ndim(entry) > 0 for entry in returned):
+            raise WrongAnswerError(f"it returns {len(returned)} arrays, and one array is wanted.")
+        return returned
+
+    require_values(joined if callable(answer) else answer, _both, _cases())
+
+
 def _slope(answer: Any) -> None:
     def accelerations(state: Mapping[str, float], _: Sequence[float]) -> dict[str, float]:
         return {"psi": 0.0, "phi": 2.0 * G * sin(SLOPE) * cos(state["psi"]) / (3.0 * RADIUS)}
@@ -43,7 +62,9 @@ def _slope(answer: Any) -> None:
 
 
 EXERCISES = (
-    Exercise("4.1", 1, lambda answer: require_number(answer, FRICTION * G / SPEED, "rad/s")),
-    Exercise("4.2", 3, lambda answer: require_values(answer, _both, _cases())),
+    Exercise(
+        "4.1", 1, lambda answer: require_number(answer, FRICTION * G / SPEED, "rad/s", THREE_DIGITS)
+    ),
+    Exercise("4.2", 3, _multipliers),
     Exercise("4.3", 3, _slope),
 )

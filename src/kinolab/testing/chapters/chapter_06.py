@@ -6,6 +6,7 @@ from math import atan2, cos, hypot, sin, sqrt, tan
 
 import numpy as np
 
+from kinolab.testing.chapters import THREE_DIGITS
 from kinolab.testing.judging import Exercise, require_number, require_values
 
 G, HEIGHT = 9.81, 9.0  # [m/s^2], [m] of the trolley
@@ -42,5 +43,5 @@ def _shortest() -> float:
 EXERCISES = (
     Exercise("6.1", 2, lambda answer: require_values(answer, _reversing, VELOCITIES)),
     Exercise("6.2", 3, lambda answer: require_values(answer, _crane, LOADS)),
-    Exercise("6.3", 2, lambda answer: require_number(answer, _shortest(), "s")),
+    Exercise("6.3", 2, lambda answer: require_number(answer, _shortest(), "s", THREE_DIGITS)),
 )

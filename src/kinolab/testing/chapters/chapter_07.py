@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from kinolab.testing.chapters import on_copies
 from kinolab.testing.judging import Exercise, require_values
 
 Array = NDArray[np.float64]
@@ -18,6 +19,8 @@ NEAREST_CASES = [
     (STATES, np.array([0.1, -3.0]), 0.01),  # rates hardly count
     (STATES, np.array([0.1, -3.0]), 2.0),  # and count
     (STATES, np.array([-1.4, -4.0]), 0.3),
+    (STATES, np.array([-3.0, 0.4]), 0.3),  # half a turn is far
+    (STATES, np.array([-3.0, -3.5]), 0.7),  # and farther than the chord
     (STATES + np.array([2.0 * pi, 0.0]), np.array([-3.1, 0.2]), 0.3),  # angles may be wound up
 ]
 FAILURE_CASES = [(100, 0.02, 1), (100, 0.02, 3), (500, 0.02, 3), (40, 0.3, 8), (3, 0.5, 5)]
@@ -28,6 +31,8 @@ EXTEND_CASES = [
     ((1.9, -0.2), (2.5, 0.0)),  # of the ends before the wall the nearest
     ((1.4, 1.0), (2.0, 2.0)),  # pushing on would hit the wall
     ((1.985, 0.2), (2.0, 0.0)),  # a gentle brake would hit it, and end before it
+    ((1.5, 1.2), (2.0, 0.7)),  # braking gently it would turn behind the wall, but not yet
+    ((1.9, -0.6), (1.5, -1.1)),  # it would have turned behind the wall, before the start
     ((1.0, 0.3), (1.2, 0.3)),
 ]
 
@@ -61,7 +66,7 @@ def _extend(answer: Any) -> None:
 
 
 EXERCISES = (
-    Exercise("7.1", 2, lambda answer: require_values(answer, _nearest, NEAREST_CASES)),
+    Exercise("7.1", 2, lambda a: require_values(on_copies(a), _nearest, NEAREST_CASES)),
     Exercise("7.2", 2, lambda answer: require_values(answer, _failure, FAILURE_CASES)),
     Exercise("7.3", 2, _extend),
 )

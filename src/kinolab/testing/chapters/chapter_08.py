@@ -6,6 +6,7 @@ from math import cos, hypot, sin
 
 import numpy as np
 
+from kinolab.testing.chapters import THREE_DIGITS
 from kinolab.testing.judging import Exercise, require_number, require_values
 
 CENTRE, RADIUS = (2.0, 1.0), 0.5  # [m] of the pillar
@@ -47,5 +48,5 @@ def _gap() -> float:
 EXERCISES = (
     Exercise("8.1", 2, lambda answer: require_values(answer, _push, PLACES)),
     Exercise("8.2", 3, lambda answer: require_values(answer, _torques, POSES)),
-    Exercise("8.3", 2, lambda answer: require_number(answer, _gap(), "m")),
+    Exercise("8.3", 2, lambda answer: require_number(answer, _gap(), "m", THREE_DIGITS)),
 )

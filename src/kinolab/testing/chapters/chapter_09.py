@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cache
 from itertools import combinations, pairwise
 from typing import Any
 
@@ -10,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import expm
 
-from kinolab.testing.judging import Exercise, require_values
+from kinolab.testing.chapters import on_copies
+from kinolab.testing.judging import TOLERANCE, Exercise, WrongAnswerError, require_values
 
 Array = NDArray[np.float64]
 Free = Callable[[Array, Array], bool]
@@ -24,6 +26,7 @@ TIME_CASES = [
     (3.0, 1.0, 2.0),
 ]
 DISCS = ((2.0, 0.0, 1.2), (5.0, 1.0, 1.3), (7.5, -0.6, 1.0))  # [m] x, y, radius
+DETOUR = ((0.0, 0.0), (2.0, -1.6), (5.0, -6.0), (7.5, -1.9), (10.0, 0.0))  # fewest rows, far round
 
 
 def _least_time(distance: float, limit: float, fastest: float) -> float:
@@ -53,10 +56,11 @@ def _free(a: Array, b: Array) -> bool:
     return all(bool((np.hypot(*(points - [x, y]).T) > r).all()) for x, y, r in DISCS)
 
 
+@cache
 def _paths() -> list[Array]:
     random = np.random.default_rng(4)
-    paths: list[Array] = []
-    while len(paths) < 6:
+    paths: list[Array] = [np.array(DETOUR)]
+    while len(paths) < 7:
         side = np.interp(np.arange(9.0), [0, 2, 5, 7, 8], [0, 2, -1.5, 1.5, 0])
         y = random.choice([-1.0, 1.0]) * side + random.normal(0.0, 0.8, 9)
         path = np.column_stack([np.linspace(0.0, 10.0, 9) + random.normal(0.0, 0.4, 9), y])
@@ -81,25 +85,38 @@ def _shortest(path: Array) -> float:
 
 
 def _shortcut(answer: Any) -> None:
-    def length(path: Array) -> float:
-        kept = list(answer(path.copy(), _free))
-        if any(not isinstance(i, int | np.integer) for i in kept):
-            raise ValueError(f"numbers of rows are wanted, not {kept}.")
-        if not kept or kept[0] != 0 or kept[-1] != len(path) - 1 or sorted(set(kept)) != kept:
-            raise ValueError(f"{kept} do not lead from the first row to the last, in order.")
-        rows = path[kept]
-        if not all(_free(a, b) for a, b in pairwise(rows)):
-            raise ValueError(f"the way along the rows {kept} is not free.")
-        return _length(rows)
+    def is_best(path: Array) -> bool:
+        returned = answer(path.copy(), _free)
+        if returned is None:
+            raise WrongAnswerError("there is no answer: it returns None.")
+        _require_best(path, list(returned))
+        return True
 
     cases = [(path,) for path in _paths()]
-    require_values(length if callable(answer) else answer, _shortest, cases)
+    require_values(is_best if callable(answer) else answer, lambda _: True, cases)
+
+
+def _require_best(path: Array, kept: list[Any]) -> None:
+    """Raise a WrongAnswerError unless the rows are a free way, and none is shorter."""
+    if any(not isinstance(i, int | np.integer) for i in kept):
+        raise WrongAnswerError(f"numbers of rows are wanted, not {kept}.")
+    chosen = f"the rows {[int(i) for i in kept]} of a path of {len(path)} points"
+    if not kept or kept[0] != 0 or kept[-1] != len(path) - 1 or sorted(set(kept)) != kept:
+        what = f"{chosen} do not lead from the first row to the last, in increasing order."
+        raise WrongAnswerError(what)
+    rows = path[kept]
+    if not all(_free(a, b) for a, b in pairwise(rows)):
+        raise WrongAnswerError(f"the way along {chosen} is not free.")
+    if _length(rows) > (1.0 + TOLERANCE) * _shortest(path):
+        raise WrongAnswerError(
+            f"the way along {chosen} is {_length(rows):.4g} long, and there is a shorter one."
+        )
 
 
 EXERCISES = (
     Exercise(
         "9.1", 2, lambda answer: require_values(answer, _least_time, TIME_CASES, tolerance=1e-4)
     ),
-    Exercise("9.2", 2, lambda answer: require_values(answer, _defects, _defect_cases())),
+    Exercise("9.2", 2, lambda a: require_values(on_copies(a), _defects, _defect_cases())),
     Exercise("9.3", 3, _shortcut),
 )
