@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, fields
 from functools import cached_property
@@ -75,7 +75,10 @@ class _Multistart:
 
     Attributes:
         due: Tree iterations until the next guess.
+        statistics: Empty: guesses are not counted.
     """
+
+    statistics: ClassVar[Mapping[str, float]] = {}
 
     def __init__(self, problem: PlanningTask, seed: int, budget: Budget) -> None:
         again = math.isfinite(budget.below)  # if so, every other search begins with a guess

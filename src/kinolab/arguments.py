@@ -263,7 +263,11 @@ def _phrases(hint: Any) -> Iterator[str]:
         yield "a table"
     elif origin is not None:
         kind = "tuple" if origin is tuple else "list"
-        yield f"a {kind}, each entry {' or '.join(dict.fromkeys(_phrases(inner[0])))}"
+        entry = " or ".join(dict.fromkeys(_phrases(inner[0])))
+        if kind == "tuple" and entry.startswith("(") and len(get_args(inner[0])) == 2:
+            yield f"a tuple of pairs {entry}; of a single one ({entry},)"
+        else:
+            yield f"a {kind}, each entry {entry}"
     else:
         name = getattr(hint, "__name__", str(hint))
         yield PHRASES.get(name, f"a {name}")

@@ -6,10 +6,12 @@ import hashlib
 import io
 import json
 import math
+import os
 import re
 import shutil
 import subprocess
 from collections.abc import Callable
+from datetime import datetime
 from pathlib import Path
 from typing import Any
 
@@ -453,6 +455,25 @@ def test_a_run_of_another_file_of_the_same_name_is_replaced_with_a_warning(
         cli.run([source, *brief])
         warnings.append("which this one replaces" in capsys.readouterr().err)
     assert warnings == [False, False, True]
+
+
+def test_a_run_that_replaces_an_earlier_one_says_of_when_that_was(
+    tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "table.toml").write_text(OPEN)
+    place = f"  written to {Path('runs', 'table')}"
+    ends = []
+    for _ in range(3):
+        cli.run(["table.toml", "--max-iterations", "1", "--no-animation", "--no-diagnosis"])
+        ends.append(capsys.readouterr().out.splitlines()[-1])
+        report = tmp_path / "runs" / "table" / "report.json"
+        if len(ends) == 2:
+            seconds = datetime(2024, 5, 6, 12, 31).timestamp()
+            os.utime(report, (seconds, seconds))
+    assert ends[0] == place
+    assert re.fullmatch(rf"{re.escape(place)}, replacing the run of (\S+ )?\d\d:\d\d", ends[1])
+    assert ends[2] == f"{place}, replacing the run of 2024-05-06 12:31"
 
 
 def test_a_second_run_in_the_same_folder_leaves_nothing_of_the_first(

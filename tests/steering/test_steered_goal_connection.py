@@ -51,6 +51,9 @@ def test_one_state_of_several_is_tried(narrow: PlanningTask) -> None:
     )
     assert [last.connect(x, 1000.0) for _ in range(6)] == [False, False, True] * 2
     assert last.inputs
+    assert last.statistics["goal_connections"] == 2.0
+    # at least the motions that were found, each twice: as they were computed, and for collisions
+    assert last.statistics["goal_connection_propagations"] >= 4 * len(last.inputs)
     assert not last.connect(x, 1000.0)
     assert last.inputs == []  # none that belong to a state before
 

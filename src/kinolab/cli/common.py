@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -33,6 +34,14 @@ set_option = click.option(
 def echo_json(data: Any) -> None:
     """Print plain data as JSON on one line."""
     click.echo(json.dumps(data, ensure_ascii=False))
+
+
+def replaced(earlier: datetime | None) -> str:
+    """Return what is added to the place of a run: of when the one was that had been there."""
+    if earlier is None:
+        return ""
+    today = earlier.date() == datetime.now().astimezone().date()
+    return f", replacing the run of {earlier:{'%H:%M' if today else '%Y-%m-%d %H:%M'}}"
 
 
 def film_process(progress: Progress) -> FilmProcess:

@@ -315,6 +315,10 @@ class Model:
     ) -> Array:
         """Return the state after one integrator step with the inputs held.
 
+        Of a machine with modes, a step makes the transitions on its way in their order. A guard
+        that becomes negative and positive again within a step is found if it falls at the step's
+        beginning and rises at its end; one that does so twice takes shorter steps.
+
         Args:
             x: State, shape (nx,), or states, shape (N, nx).
             u: Inputs, shape (nu,), or one row per state.

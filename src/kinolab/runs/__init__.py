@@ -12,6 +12,7 @@ from kinolab.runs.folder import (
     replaced_scenario,
     require_place,
     write_run,
+    written_at,
 )
 from kinolab.runs.report import check_to_json, goal_distance_by_unit, margin_to_json
 
@@ -31,4 +32,5 @@ __all__ = [
     "require_place",
     "result_text",
     "write_run",
+    "written_at",
 ]

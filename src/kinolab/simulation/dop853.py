@@ -36,6 +36,7 @@ EXPONENT = -1.0 / 8.0
 # How ``follow`` ended
 WORKED, FULL, TOO_SMALL, SINGULAR, LAW_FAILED, NOT_FINITE, CHATTERS = range(7)
 HALVINGS = 60  # of a step, to locate a transition between modes
+MINIMUM_HALVINGS = 30  # of a step, to find where a guard is least
 LOOKS = 4  # in an interval at least, for one
 MAX_SWITCHES = 1000  # in one interval; more are called chattering
 
@@ -46,7 +47,7 @@ class Ode(NamedTuple):
     f: int
     law: int  # of the feedback that gives u at the beginning of each interval; 0 for none
     project: int  # onto position constraints at the end of each interval; 0 where there are none
-    leaves: int  # whether a mode ends at a state; 0 where a machine has none
+    guards: int  # of transitions at a state, and whether one takes place; 0 without modes
     reset: int  # the state after a transition
     p: Array
     inputs: int  # of f
@@ -57,6 +58,7 @@ class Ode(NamedTuple):
     y: Array  # state, (nx,)
     after: Array  # state after a step, (nx,)
     at: Array  # state of a stage, (nx,)
+    seen: Array  # what ``guards`` wrote at y, after a step and on the way, (3, 1 + 3 guards)
     u: Array  # inputs held, (inputs,)
     progress: Array  # time reached in [s]
 
@@ -71,7 +73,9 @@ class StepTable(NamedTuple):
     coefficients: Array  # (m, 7, nx)
 
 
-def make_ode(addresses: dict[str, int], p: Array, inputs: int, atol: Array, rtol: float) -> Record:
+def make_ode(
+    addresses: dict[str, int], p: Array, inputs: int, atol: Array, rtol: float, guards: int = 0
+) -> Record:
     """Return the record of an ODE.
 
     Args:
@@ -81,13 +85,15 @@ def make_ode(addresses: dict[str, int], p: Array, inputs: int, atol: Array, rtol
         inputs: Number of the inputs of f.
         atol: Absolute tolerance of each state entry, shape (nx,).
         rtol: Relative tolerance.
+        guards: Most transitions by which a mode may end.
     """
     nx = len(atol)
     return Record(
         Ode(
             **addresses, p=np.append(p, 0.0), inputs=inputs, atol=np.array(atol), rtol=rtol,
             k=np.empty((STAGES + 1 + EXTRA_STAGES, nx)), y=np.empty(nx), after=np.empty(nx),
-            at=np.empty(nx), u=np.zeros(inputs + 1), progress=np.zeros(1),
+            at=np.empty(nx), seen=np.zeros((3, 1 + 3 * guards)), u=np.zeros(inputs + 1),
+            progress=np.zeros(1),
         )
     )  # fmt: skip
 
@@ -224,13 +230,71 @@ def keep(ode, table, row, knot, begin, end):  # type: ignore[no-untyped-def]
     return failed
 
 
+BEGIN, END, BETWEEN = range(3)  # rows of ``Ode.seen``
+
+
 @kernel
-def leaves(ode, x):  # type: ignore[no-untyped-def]
-    """Say whether a transition takes place at a state x (nx,), by the scratch array ``at``."""
+def leaves(ode, x, row):  # type: ignore[no-untyped-def]
+    """Say whether a transition takes place at a state x (nx,), and write a row of ``seen``."""
     u, p = ode.u.ctypes.data, ode.p.ctypes.data
-    ode.at[0] = 0.0
-    call_under(ode.leaves, x.ctypes.data, u, p, ode.at.ctypes.data)
-    return ode.at[0] > 0.0
+    ode.seen[row, 0] = 0.0
+    call_under(ode.guards, x.ctypes.data, u, p, ode.seen[row].ctypes.data)
+    return ode.seen[row, 0] > 0.0
+
+
+@kernel
+def returns(ode, j, h):  # type: ignore[no-untyped-def]
+    """Say whether guard j may have been negative for a while within a step of h seconds.
+
+    It is positive and falls at the beginning, rises at the end, and is not positive there or where
+    the tangents meet, below which a convex guard never is.
+    """
+    g, falling = ode.seen[BEGIN, 3 * j + 1], ode.seen[BEGIN, 3 * j + 2]
+    last, rising = ode.seen[END, 3 * j + 1], ode.seen[END, 3 * j + 2]
+    if not (g > 0.0 and falling < 0.0 and rising > 0.0):
+        return False
+    meet = (last - g - rising * h) / (falling - rising)
+    return last <= 0.0 or g + falling * meet <= 0.0
+
+
+@kernel
+def near_minimum(ode, j, h):  # type: ignore[no-untyped-def]
+    """Return the length of a step to a transition near guard j's minimum; 0 if there is none."""
+    low, high = 0.0, h
+    for _ in range(MINIMUM_HALVINGS):
+        middle = 0.5 * (low + high)
+        if trial(ode, middle) != 0:
+            return 0.0
+        if leaves(ode, ode.after, BETWEEN):
+            return middle
+        if ode.seen[BETWEEN, 3 * j + 2] < 0.0:
+            low = middle
+        else:
+            high = middle
+    return 0.0
+
+
+@kernel
+def until_transition(ode, h):  # type: ignore[no-untyped-def]
+    """Shorten a step of h seconds to its first transition, if there is one, and make it.
+
+    Returns:
+        Its length in [s]; 0 if it failed.
+    """
+    if leaves(ode, ode.after, END):
+        h = located(ode, h)
+        if trial(ode, h) != 0:
+            return 0.0
+        leaves(ode, ode.after, END)
+    for j in range(ode.seen.shape[1] // 3):
+        if returns(ode, j, h):
+            found = near_minimum(ode, j, h)
+            if found > 0.0:
+                h = located(ode, found)
+            if trial(ode, h) != 0:
+                return 0.0
+            leaves(ode, ode.after, END)
+    return h
 
 
 @kernel
@@ -239,7 +303,7 @@ def located(ode, h):  # type: ignore[no-untyped-def]
     low, high = 0.0, h
     for _ in range(HALVINGS):
         middle = 0.5 * (low + high)
-        if trial(ode, middle) == 0 and leaves(ode, ode.after):
+        if trial(ode, middle) == 0 and leaves(ode, ode.after, BETWEEN):
             high = middle
         else:
             low = middle
@@ -260,7 +324,7 @@ def switch(ode):  # type: ignore[no-untyped-def]
 def switched(ode):  # type: ignore[no-untyped-def]
     """Make all transitions that take place at y; return how many, negative for how it failed."""
     count = 0
-    while ode.leaves != 0 and leaves(ode, ode.y):
+    while ode.guards != 0 and leaves(ode, ode.y, BEGIN):
         count += 1
         if count > MAX_SWITCHES:
             return -CHATTERS
@@ -297,11 +361,12 @@ def accepted(ode, t, h, end):  # type: ignore[no-untyped-def]
         shrunk = SAFETY * error**EXPONENT
         h *= shrunk if shrunk > MIN_FACTOR else MIN_FACTOR  # MIN_FACTOR where it is NaN
         most = 1.0
-    if ode.leaves != 0 and leaves(ode, ode.after):
-        h = located(ode, h)
-        now = t + h
-        if trial(ode, h) != 0:
+    if ode.guards != 0:
+        length = until_transition(ode, h)
+        if length == 0.0:
             return SINGULAR, h, t, 1.0
+        if length != h:
+            h, now = length, t + length
     factor = MAX_FACTOR if error == 0.0 else SAFETY * error**EXPONENT
     return WORKED, h, now, min(most, factor)
 
@@ -319,7 +384,7 @@ def integrate(ode, begin, end, knot, dense, table, row):  # type: ignore[no-unty
         row: Shape (1,), first row of the table that is free; written.
     """
     t, h, switches, fresh = begin, 0.0, 0, True
-    longest = (end - begin) / LOOKS if ode.leaves != 0 else end - begin
+    longest = (end - begin) / LOOKS if ode.guards != 0 else end - begin
     ode.progress[0] = t
     while True:
         made = switched(ode)

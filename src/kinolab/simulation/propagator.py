@@ -65,6 +65,7 @@ class Propagator:
     Attributes:
         problem: The machine and its world.
         rejections: Counts of rejected motions by cause and source.
+        propagations: Steps made so far.
     """
 
     def __init__(
@@ -81,6 +82,7 @@ class Propagator:
         # Checked in Python; most machines have none.
         self._has_rare_limits = bool(np.isfinite(problem.rate_bounds).any() or problem.keep_outs)
         self.rejections = Rejections() if rejections is None else rejections
+        self.propagations = 0
 
     def step(
         self, x: Sequence[float], u: Sequence[float], duration: float
@@ -96,6 +98,7 @@ class Propagator:
         """
         calls = self._calls
         calls.x[:], calls.u[:] = x, u
+        self.propagations += 1
         if calls.step(duration):
             self.rejections.add("equations", lambda: ["the step has no result"])
             return list(x), False

@@ -192,11 +192,13 @@ def _ode(model: Model, scales: Array, parameters: dict[str, float]) -> Record:
         "f": plant.address("f"),
         "law": 0 if plant is model else model.address("law"),
         "project": plant.address("project") if loops and plant.projects else 0,
-        "leaves": model.address("leaves") if model.machine.modes else 0,
+        "guards": model.address("guards") if model.machine.modes else 0,
         "reset": model.address("reset") if model.machine.modes else 0,
     }
     p = plant.parameter_vector(**parameters)
-    return make_ode(addresses, p, plant.nu, ATOL * scales, RTOL)
+    sources = [transition.source for transition in model.machine.transitions]
+    guards = max(map(sources.count, sources), default=0)
+    return make_ode(addresses, p, plant.nu, ATOL * scales, RTOL, guards)
 
 
 def _grown(table: StepTable) -> StepTable:

@@ -30,6 +30,7 @@ class Rollout:
 
     Attributes:
         step: Length of a propagation step in [s].
+        propagations: Steps made so far.
     """
 
     def __init__(self, problem: PlanningTask, stop: CancellationToken = never_cancelled) -> None:
@@ -38,7 +39,7 @@ class Rollout:
         # Euler steps define a discrete-time problem; they approximate no continuous one.
         method = settings.method if discrete else settings.accurate_method
         self._calls = CompiledStep(problem, method)
-        self._problem, self.step = problem, problem.step
+        self._problem, self.step, self.propagations = problem, problem.step, 0
         self._pieces = 1 if discrete else _pieces(problem)
 
     def follow(self, x0: Array, u: Array) -> Array | None:
@@ -55,6 +56,7 @@ class Rollout:
             if k % STEPS_PER_CANCELLATION_CHECK == 1:
                 raise_if_cancelled(self._stop)
             calls.u[:] = held
+            self.propagations += 1
             for _ in range(self._pieces):
                 if calls.step(short):
                     return None
@@ -103,9 +105,14 @@ def _pieces(problem: PlanningTask) -> int:
 
 
 class ZeroOrderHold:
-    """Simulates a machine under zero-order hold in propagation steps, without collision checks."""
+    """Simulates a machine under zero-order hold in propagation steps, without collision checks.
+
+    Attributes:
+        propagations: Steps made so far.
+    """
 
     def __init__(self, problem: PlanningTask) -> None:
+        self.propagations = 0
         self._model = problem.model  # owns the compiled code
         self._machine, self._step = Record(machine_of(problem)), problem.step
 
@@ -116,6 +123,7 @@ class ZeroOrderHold:
     def end_of(self, x: Array, inputs: Array, steps: int) -> Array | None:
         """Return the state after holding each row of inputs (rows, nu) for some steps."""
         reached, held = np.array(x, dtype=float), np.ascontiguousarray(inputs, dtype=float)
+        self.propagations += len(held) * steps
         failed = hold(self._machine, held, steps, self._step, reached, np.empty_like(reached))
         return None if failed or not np.isfinite(reached).all() else reached
 
@@ -131,11 +139,12 @@ class CandidateRollouts:
     Attributes:
         inputs: One per rollout, shape (count, nu); to be set before a call.
         states: Of the rollouts without their start, shape (count, steps, nx).
+        propagations: Steps made so far.
     """
 
     def __init__(self, problem: PlanningTask, count: int, steps: int) -> None:
         model, h, substeps = problem.model, problem.step, problem.scenario.integration.substeps
-        self.inputs = np.zeros((count, model.nu))
+        self.inputs, self.propagations = np.zeros((count, model.nu)), 0
         self._knots = np.zeros((count, steps + 1, model.nx))
         self.states = self._knots[:, 1:]
         self._model, self._p = model, model.parameter_vector()  # kept: addresses point into them
@@ -153,6 +162,7 @@ class CandidateRollouts:
         """Return the states of rollout k, shape (steps, nx); NaN from a failing step on."""
         self._knots[k, 0] = start
         for j, arguments in enumerate(self._calls[k]):
+            self.propagations += 1
             if self._step(*arguments):
                 self.states[k, j:] = np.nan
                 break

@@ -60,6 +60,12 @@ class GoalConnection:
         self._failed: Array | None = None  # last state that failed, not to be retried
         self._holds = [max(1, round(length * steps / CONTROL_INTERVALS)) for length in DURATIONS]
 
+    @property
+    def propagations(self) -> int:
+        """Steps simulated so far, with those of the propagator."""
+        steered = 0 if self._steering is None else self._steering.rollout.propagations
+        return self._propagator.propagations + self._rollout.propagations + steered
+
     def inputs(self, x: Array) -> list[tuple[Array, Array]] | None:
         """Return inputs (nu,) and states (nx,) per step from x (nx,) into the goal, or None."""
         if self._failed is not None and np.array_equal(x, self._failed):
@@ -183,10 +189,18 @@ class SteeredGoalConnection:
         self, problem: PlanningTask, every: int, goal_region_scale: float, stop: CancellationToken
     ) -> None:
         self.inputs: list[list[float]] = []
-        self._every, self._met = every, 0
+        self._every, self._met, self._tried = every, 0, 0
         self._within = goal_region_scale if problem.machine.flat is None else np.inf
         propagator = Propagator(problem)
         self._arrival = GoalConnection(problem, MAX_SHOOTING_STEPS, propagator, stop, shoots=False)
+
+    @property
+    def statistics(self) -> dict[str, float]:
+        """Return the numbers of states that were tried and of steps that this took, by name."""
+        return {
+            "goal_connections": float(self._tried),
+            "goal_connection_propagations": float(self._arrival.propagations),
+        }
 
     def connect(self, values: list[float], excess: float) -> bool:
         """Say whether the state was tried and a motion into the goal found.
@@ -201,6 +215,7 @@ class SteeredGoalConnection:
         self._met += 1
         if self._met % self._every:
             return False
+        self._tried += 1
         motion = self._arrival.inputs(np.array(values))
         self.inputs = [u.tolist() for u, _ in motion or ()]
         return bool(self.inputs)

@@ -52,6 +52,28 @@ def test_configuration_spaces_are_products(name: str, space: str, dimension: int
     assert described(name).dimension == dimension
 
 
+def test_bodies_are_told_with_their_masses_and_the_boxes_around_their_shapes() -> None:
+    """By hand: the hull of 0.4 x 0.26 m from the castor, 97.5 mm below the axle, to 0.2 m above."""
+    robot, left, right = described("diff_drive").bodies
+    assert (robot.name, robot.mass) == ("robot", 9.0)
+    assert robot.extent == pytest.approx((0.40, 0.26, 0.2975))
+    assert left.mass == right.mass == 0.0  # the robot's mass counts the wheels
+    assert left.extent == pytest.approx((0.195, 0.04, 0.195))
+    text = described_as_text(described("diff_drive")).splitlines()
+    assert "  bodies: 3" in text
+    assert "    left wheel   0 kg  0.195 x 0.04 x 0.195 m" in text
+    data = description_to_json(described("diff_drive"))["bodies"]
+    assert [body["name"] for body in data] == ["robot", "left wheel", "right wheel"]
+
+
+def test_a_body_without_a_shape_has_no_extent() -> None:
+    q = angle("q")
+    bob = Body("bob", rot_z(q) @ move(1.0), mass=2.5)
+    found = describe(System("s", bodies=[bob]))
+    assert [(body.mass, body.extent) for body in found.bodies] == [(2.5, None)]
+    assert "    bob  2.5 kg  no shape" in described_as_text(found)
+
+
 def test_two_cranes_are_two_mechanisms_and_others_are_one() -> None:
     assert mechanisms(systems.get("two_cranes")) == [
         ("x_a", "l_a", "sway_a"),

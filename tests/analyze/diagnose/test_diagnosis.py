@@ -15,6 +15,7 @@ import kinolab
 from kinolab import cli, planners
 from kinolab.analyze.diagnose import diagnosis
 from kinolab.analyze.diagnose.verification_summary import verification_sentences
+from kinolab.errors import KinolabError
 from kinolab.problem import PlanningTask
 from kinolab.simulation.reference import resimulate
 from kinolab.solve import PlanResult
@@ -76,6 +77,66 @@ def test_the_narrow_door_comes_first(tmp_path: Path, monkeypatch: pytest.MonkeyP
     why = kinolab.diagnose(problem, found, progress=said.append)
     assert why.sentences[0].startswith("The way is about 2 cm too narrow: ")
     assert said[0] == "looking at start and goal"
+
+
+@pytest.mark.usefixtures("hurried")
+@pytest.mark.parametrize(
+    ("planner", "other"),
+    [
+        ("rrt_fast", "--planner auto, in which kpiece_fast and rrt_fast take turns"),
+        ("auto", "--planner kpiece_fast or rrt_fast, which then has all of the time"),
+    ],
+)
+def test_where_nothing_is_in_the_way_the_last_word_is_what_to_try(
+    planner: str, other: str, tmp_path: Path
+) -> None:
+    """An open table, and a search of a single iteration within 20 s; both are given four times."""
+    problem = problem_of(tmp_path, OPEN, "planner.max_iterations=1", "goal.tolerance=0.1")
+    found = problem.solve(planner=planner, seed=1)
+    why = kinolab.diagnose(problem, found)
+    assert why.retries
+    assert not any(retry.solved for retry in why.retries)
+    assert why.sentences[-1].startswith(
+        "Nothing that was looked at rules a plan out: search longer"
+    )
+    assert "(--time-limit 80 --max-iterations 4), or with another planner" in why.sentences[-1]
+    assert other in why.sentences[-1]
+
+
+@pytest.mark.usefixtures("hurried")
+def test_a_diagnosis_prints_its_sentences(tmp_path: Path) -> None:
+    problem = problem_of(tmp_path, OPEN)
+    why = kinolab.diagnose(problem, problem.solve(seed=1, max_iterations=1))
+    assert str(why).splitlines() == list(why.sentences)
+    assert repr(why) == f"<Diagnosis: {why.sentences[0]}>"
+
+
+def test_the_iterations_of_its_searches_can_be_given(tmp_path: Path) -> None:
+    """One iteration does not cross the table, 20 000 do, though the plan's search made one."""
+    problem = problem_of(tmp_path, OPEN, "goal.tolerance=0.1")
+    found = problem.solve(planner="rrt_fast", seed=1, max_iterations=1)
+    few = kinolab.diagnose(problem, found, max_iterations=1)
+    many = kinolab.diagnose(problem, found, max_iterations=20_000)
+    assert not any(retry.solved for retry in few.retries)
+    assert any(retry.solved for retry in many.retries)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ({"max_iterations": 0}, "diagnose max_iterations: 0 is no number of iterations. Give 1"),
+        ({"time_limit": 2.0}, "diagnose time_limit: it is an argument of solve. A diagnosis takes"),
+        ({"seed": 2}, "diagnose seed: it is an argument of solve. The plan's seed is taken again"),
+    ],
+)
+def test_what_means_nothing_to_a_diagnosis_is_refused_with_what_would_work(
+    arguments: dict[str, float], words: str, tmp_path: Path
+) -> None:
+    problem = problem_of(tmp_path, OPEN)
+    found = problem.solve(seed=1, max_iterations=1)
+    with pytest.raises(KinolabError) as refused:
+        kinolab.diagnose(problem, found, **arguments)
+    assert words in str(refused.value)
 
 
 def test_a_diagnosis_ends_in_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -7,6 +7,7 @@ import sympy
 from kinolab import systems
 from kinolab.dynamics import (
     Body,
+    Force,
     System,
     acceleration,
     angle,
@@ -44,15 +45,44 @@ def test_a_wrong_sign_of_gravity_is_named() -> None:
     hand = M * L**2 * acceleration(THETA) - M * G * L * sympy.sin(THETA) - TORQUE
     verdict = PENDULUM.agrees_with([hand])
     assert not verdict
-    assert str(verdict) == "equation 1: lacks 2 m g l sin(\u03b8)."
+    wrong, right = "-m g l sin(\u03b8)", "m g l sin(\u03b8)"
+    assert str(verdict) == f"equation 1: has {wrong} where it should be {right}."
 
 
 def test_a_forgotten_torque_and_an_invented_term_are_named() -> None:
     hand = M * L**2 * acceleration(THETA) + M * G * L * sympy.sin(THETA) + M * rate(THETA) ** 2
     verdict = PENDULUM.agrees_with([hand])
     assert not verdict
-    assert "has too much m \u03b8\u0307\u00b2" in str(verdict)
-    assert "torque" in str(verdict)
+    assert str(verdict) == "equation 1: has m \u03b8\u0307\u00b2 too much and lacks -torque."
+
+
+def test_a_term_that_a_puck_in_polar_coordinates_lacks_is_named_with_its_sign() -> None:
+    """By hand: m r'' - m r theta'^2 = pull, as 1/m of it, doubled, and with its sides swapped."""
+    m, r, theta = parameter("m", 2.0, "kg"), length("r"), angle("theta")
+    spoke = rot_z(theta) @ move(r, 0, 0)
+    puck = Body("puck", spoke, mass=m)
+    polar = System(
+        "polar", bodies=[puck], inputs=[Force("pull", on=puck, along=spoke.x, limit=1.0)]
+    )
+    pull, spin = InputSymbol("pull"), rate(theta) ** 2
+    right = sympy.Eq(m * acceleration(r), m * r * spin + pull)
+    assert polar.agrees_with([right]).agreed == (True,)
+    for hand, words in (
+        (m * acceleration(r) - pull, "lacks -m r \u03b8\u0307\u00b2"),
+        (
+            m * acceleration(r) - 2 * m * r * spin - pull,
+            "has -2 m r \u03b8\u0307\u00b2 where it should be -m r \u03b8\u0307\u00b2",
+        ),
+        (acceleration(r) - r * spin, "lacks -pull/m"),
+        (2 * m * acceleration(r) - 2 * pull, "lacks -2 m r \u03b8\u0307\u00b2"),
+        (pull - m * acceleration(r), "lacks m r \u03b8\u0307\u00b2"),
+        (
+            sympy.Eq(m * acceleration(r), pull - m * r * spin),
+            "with all terms on the left it has m r \u03b8\u0307\u00b2 where it should be "
+            "-m r \u03b8\u0307\u00b2",
+        ),
+    ):
+        assert str(polar.agrees_with([hand])) == f"equation 1: {words}."
 
 
 def test_an_identity_that_nobody_simplified_is_no_difference() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from typing import Any
 
 import numpy as np
 import pytest
@@ -21,6 +22,8 @@ from kinolab.dynamics import (
     move,
     output,
     parameter,
+    rate,
+    rot_z,
 )
 from kinolab.dynamics.derivation.lowering import evaluate
 from kinolab.dynamics.language.json.machine_file import machine_from_json, machine_to_json
@@ -93,9 +96,62 @@ def test_a_symbol_that_means_nothing_is_refused_with_what_would_work(
     with pytest.raises(InputError) as caught:
         machine(FlatOutputs(outputs=(("U", X),), determined=((X, output("U") + stranger),)))
     expected = (
-        f"flat: the symbol {stranger} means nothing here. "
-        "Use output(name, order) up to order 2, coordinates and parameters."
+        f"system 'glider' flat determined x: the symbol {stranger} means nothing here. "
+        "Use output(name, order) up to order 2 of the outputs U, coordinates listed before, and "
+        "parameters."
     )
+    assert str(caught.value) == expected
+
+
+@pytest.mark.parametrize(
+    ("outputs", "determined", "words"),
+    [
+        (
+            (("U", X), ("V", Y)),
+            ((X, output("U")),),
+            "outputs 'V': it is defined by y, which the outputs do not determine. Add (y, …) to",
+        ),
+        (
+            (("U", X), ("V", Y)),
+            ((X, output("U") - Y), (Y, output("V"))),
+            "determined x: it is a function of y, which is not determined before it. Put (y, …)",
+        ),
+        (
+            (("U", rate(X)),),
+            ((X, output("U")),),
+            "outputs 'U': the symbol x_dot means nothing here. Define an output by coordinates",
+        ),
+        (
+            (("U", X), ("U", Y)),
+            ((X, output("U")), (Y, output("U"))),
+            "outputs 'U': 2 outputs have this name. Give each a name of its own.",
+        ),
+    ],
+)
+def test_a_flat_map_that_cannot_be_evaluated_says_where_and_what_would_work(
+    outputs: Any, determined: Any, words: str
+) -> None:
+    with pytest.raises(InputError) as caught:
+        machine(FlatOutputs(outputs=outputs, determined=determined))
+    assert str(caught.value).startswith(f"system 'glider' flat {words}")
+
+
+@pytest.mark.parametrize("outputs", [{"U": X}, ("U", X), ["U"]])
+def test_outputs_are_pairs_and_an_error_shows_how_a_single_one_is_written(outputs: Any) -> None:
+    with pytest.raises(InputError) as caught:
+        FlatOutputs(outputs=outputs, determined=((X, output("U")),))
+    number = "a number or an expression of the machine's symbols"
+    pair = f"(a text, {number})"
+    assert str(caught.value).startswith("FlatOutputs outputs: it is ")
+    assert f". Give a tuple of pairs {pair}; of a single one ({pair},)." in str(caught.value)
+
+
+def test_a_curve_steers_by_its_curvature_alone() -> None:
+    psi = angle("psi")
+    body = Body("body", move(X, Y) @ rot_z(psi), mass=M, inertia=0.1)
+    with pytest.raises(InputError) as caught:
+        System("cart", bodies=[body], flat=PlaneCurves(X, Y, psi, steered=((psi, output("U")),)))
+    expected = "flat steered psi: the symbol U means nothing here. Use CURVATURE and parameters."
     assert expected in str(caught.value)
 
 

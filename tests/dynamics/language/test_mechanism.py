@@ -1,6 +1,7 @@
 """A machine as frozen data."""
 
 import pytest
+import sympy
 
 import kinolab.systems
 from kinolab.dynamics import Body, System, angle, length, move, rot_z
@@ -11,6 +12,12 @@ X, Y, TH = length("x"), length("y"), angle("th")
 
 def ball() -> Body:
     return Body("ball", move(X, Y) @ rot_z(TH), mass=1, inertia=0.1)
+
+
+def test_one_number_of_inertia_stands_for_three_equal_moments() -> None:
+    assert ball().inertia_matrix == sympy.diag(0.1, 0.1, 0.1)
+    principal = Body("ball", move(X), mass=1, inertia=(0.1, 0.1, 0.1))
+    assert principal.inertia == Body("ball", move(X), mass=1, inertia=0.1).inertia
 
 
 def test_coordinates_come_in_the_order_they_were_made_unless_listed() -> None:

@@ -31,6 +31,64 @@ def test_a_ball_bounces_as_in_closed_form() -> None:
     assert np.abs(reference(model, steps[0], t)[:, :2] - expected).max() < 1e-11
 
 
+def bouncing_between(z: float, speed: float, time: float) -> tuple[float, float]:
+    """Height and speed of a ball that neither floor (0) nor ceiling (1 m) slows down."""
+    g, left = 9.81, time
+    while True:
+        fall = (speed + np.sqrt(speed**2 + 2 * g * z)) / g
+        square = speed**2 - 2 * g * (1.0 - z)
+        rise = (speed - np.sqrt(square)) / g if square > 0 and speed > 0 else np.inf
+        next_ = min(fall, rise)
+        if next_ >= left:
+            return z + speed * left - g * left**2 / 2, speed - g * left
+        z, speed, left = float(rise < fall), g * next_ - speed, left - next_
+
+
+@pytest.mark.parametrize("step", [0.85, 0.5, 0.2, 0.05])
+@pytest.mark.parametrize("speed", [4.6, 6.0])
+def test_a_step_finds_the_ceiling_that_a_ball_meets_and_falls_from(
+    step: float, speed: float
+) -> None:
+    """Within one step it passes the ceiling and is below it again, or has hit the floor as well.
+
+    With 4.6 m/s it would rise to 1.08 m, so that it is above the ceiling for 0.25 s.
+    """
+    z = length("z", -1.0, 2.0)
+    floor = Transition("floor", "flight", "flight", until=z, restitution=1.0)
+    ceiling = Transition("ceiling", "flight", "flight", until=1 - z, restitution=1.0)
+    model = System(
+        "ball",
+        bodies=[Body("ball", move(0, 0, z), mass=1.0)],
+        gravity=toward("-z", 9.81),
+        modes=[Mode("flight")],
+        transitions=[floor, ceiling],
+    ).model()
+    t = step * np.arange(5)
+    expected = np.array([bouncing_between(0.0, speed, time) for time in t])
+    x = np.array([0.0, speed, 0.0])
+    steps = model.steps(x, np.zeros((4, 0)), np.diff(t))
+    assert np.abs(steps[:, :2] - expected).max() < 1e-10  # [m], [m/s]; 4e-15 s in each of bounces
+    assert np.abs(reference(model, x, t)[:, :2] - expected).max() < 1e-10
+
+
+def test_a_ball_that_stays_below_the_ceiling_does_not_meet_it() -> None:
+    """4.4 m/s carry it 0.987 m high: the tangents meet above the ceiling, the ball does not."""
+    z = length("z", -1.0, 2.0)
+    ceiling = Transition("ceiling", "flight", "flight", until=1 - z, restitution=1.0)
+    model = System(
+        "ball",
+        bodies=[Body("ball", move(0, 0, z), mass=1.0)],
+        gravity=toward("-z", 9.81),
+        modes=[Mode("flight")],
+        transitions=[ceiling],
+    ).model()
+    expected = [4.4 * 0.8 - 9.81 * 0.8**2 / 2, 4.4 - 9.81 * 0.8]
+    x = np.array([0.0, 4.4, 0.0])
+    assert model.step(x, [], 0.8)[:2] == pytest.approx(expected, abs=1e-12)
+    end = reference(model, x, np.array([0.0, 0.8]))[-1]
+    assert end[:2] == pytest.approx(expected, abs=1e-10)
+
+
 def test_bounces_without_end_are_an_error_that_names_them() -> None:
     model, rest = ball().model(), Ball(1.0, 0.0, 0.7, 9.81).rest_time
     with pytest.raises(SingularError, match=r"without end \(bounce\)"):

@@ -115,5 +115,8 @@ def test_a_goal_that_is_not_hit_by_chance_is_steered_into(name: str, tmp_path: P
     problem = problem_of(tmp_path, OPEN, "goal.tolerance=0.001", "goal.at_rest=true")
     led = problem.solve(planner=name, seed=1, max_iterations=3000, goal_connection_period=100)
     assert led.status == "solved"
+    assert 1 <= led.statistics["goal_connections"] <= 3000 / 100
+    assert led.statistics["goal_connection_propagations"] >= 1
     alone = problem.solve(planner=name, seed=1, max_iterations=3000, goal_connection_period=0)
     assert alone.status != "solved"
+    assert not alone.statistics.get("goal_connections")

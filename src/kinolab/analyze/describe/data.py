@@ -26,6 +26,7 @@ def description_to_json(found: Description) -> dict[str, Any]:
         "further_states": list(found.states.further),
         "velocities": [{"name": name, "what": what} for name, what in found.velocities],
         "singular": found.singular or None,
+        "bodies": [asdict(body) for body in found.bodies],
         "constraints": [asdict(constraint) for constraint in found.constraints],
         "integrable_combinations": list(closure.combinations) if closure else [],
         "integrals": [str(integral) for integral in closure.integrals] if closure else [],

@@ -9,6 +9,7 @@ from kinolab.analyze.describe.at_rest import AtRest, examined_at_rest
 from kinolab.analyze.describe.conserved import conserved_momenta, cyclic_coordinates_of
 from kinolab.analyze.describe.decoupling import Decoupling, decoupling_of
 from kinolab.analyze.describe.generalisations import Generalisation, generalisations_of
+from kinolab.analyze.describe.sizes import BodySize, body_sizes
 from kinolab.analyze.describe.states import StateStorage, state_storage
 from kinolab.analyze.describe.topology import dimension_of, space_of
 from kinolab.dynamics import Model, System, VectorFields
@@ -67,7 +68,7 @@ class Description:
             is undecided.
         generalisations: Six generalisations of the upright rolling disk.
         left_out: What could not be determined, in sentences.
-        solids: How many bodies have a shape.
+        bodies: Each with its mass and the extent of its shapes.
         watched: Pairs of bodies or cables that may not touch each other, by name.
         cyclic: Coordinates on which the Lagrangian does not depend.
         conserved: Coordinates on which neither energies nor forces depend, without forces of their
@@ -93,7 +94,7 @@ class Description:
     rests: tuple[AtRest, ...]
     generalisations: tuple[Generalisation, ...]
     left_out: tuple[str, ...]
-    solids: int = 0
+    bodies: tuple[BodySize, ...] = ()
     watched: tuple[tuple[str, str], ...] = ()
     cyclic: tuple[str, ...] = ()
     conserved: tuple[str, ...] = ()
@@ -149,7 +150,7 @@ def describe(system: System, *, switching: Sequence[str] = ()) -> Description:
             system, freedom=freedom, pushes=pushes, potential=potential, switching=switching
         ),
         left_out=tuple(left_out),
-        solids=sum(bool(body.shapes) for body in system.bodies),
+        bodies=body_sizes(system),
         watched=system.collisions,
         cyclic=cyclic_coordinates_of(system),
         conserved=conserved_momenta(system),

@@ -7,6 +7,7 @@ from textwrap import wrap
 
 from kinolab.analyze.describe.controllability import sentences
 from kinolab.analyze.describe.description import Description
+from kinolab.analyze.describe.sizes import BodySize
 from kinolab.dynamics.language.inputs import Input, bounds_of
 
 LINE_WIDTH = 100  # characters per line
@@ -31,6 +32,7 @@ def _lines(found: Description) -> Iterator[str]:
         yield from wrap(
             found.singular, LINE_WIDTH, initial_indent="    ", subsequent_indent="      "
         )
+    yield from _group("bodies", [_body_row(body) for body in found.bodies])
     yield from _group("constraints", [(c.name, c.kind) for c in found.constraints])
     yield from _group("inputs", [_input_row(entry) for entry in found.inputs])
     yield from _watched(found)
@@ -55,7 +57,7 @@ def _lines(found: Description) -> Iterator[str]:
 
 def _watched(found: Description) -> Iterator[str]:
     """Yield the pairs that may not touch; other bodies may pass through each other."""
-    if found.solids < 2:
+    if sum(body.extent is not None for body in found.bodies) < 2:
         return
     pairs = "; ".join(f"{a} and {b}" for a, b in found.watched)
     text = f"pairs that must not touch: {pairs or 'none; bodies may pass through each other'}"
@@ -74,6 +76,13 @@ def _group(title: str, rows: Sequence[Sequence[str]]) -> Iterator[str]:
     for row in rows:
         cells = (cell.ljust(width) for cell, width in zip(row, widths, strict=True))
         yield f"    {'  '.join(cells)}".rstrip()
+
+
+def _body_row(body: BodySize) -> tuple[str, str, str]:
+    extent = "no shape"
+    if body.extent is not None:
+        extent = f"{' x '.join(f'{edge:.3g}' for edge in body.extent)} m"
+    return body.name, f"{body.mass:.4g} kg", extent
 
 
 def _input_row(entry: Input) -> tuple[str, str, str]:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from kinolab.analyze.diagnose.approach import approach_sentences, unmet_sentences
+from kinolab.analyze.diagnose.next_search import next_search_sentence
 from kinolab.analyze.diagnose.reached_rates import unreached_directions, unreached_sentences
 from kinolab.analyze.diagnose.relaxation_trials import (
     RelaxationTrial,
@@ -20,6 +21,7 @@ from kinolab.analyze.diagnose.relaxation_trials import (
 from kinolab.analyze.diagnose.state_clearance import clearance_sentences, largest_clearance
 from kinolab.analyze.diagnose.verification_summary import verification_sentences
 from kinolab.arguments import require_fit
+from kinolab.errors import InputError, Mistake
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 from kinolab.problem.goal_entries import GoalEntry, goal_entries
@@ -66,12 +68,24 @@ LIMIT = "limit"  # the cause under which planners count limit violations
 TOTAL_SECONDS = 15.0  # of the whole diagnosis
 PASSAGE_SECONDS = 9.0  # of the geometric path search
 
+# of ``solve``, each with what would work instead
+SOLVE_ARGUMENTS: Mapping[str, str] = {
+    "planner": "The plan's planner searches again; give another planner's plan.",
+    "seed": "The plan's seed is taken again; give a plan of another seed.",
+    "time_limit": f"A diagnosis takes {TOTAL_SECONDS:g} s at most; max_iterations makes its "
+    "searches shorter.",
+    "jobs": "Leave it out: one search is made at a time.",
+    "anytime": "Leave it out: the first motion into the goal answers the question.",
+    "optimize": "Leave it out: motions are not improved.",
+    "improve": "Leave it out: motions are not improved.",
+}
+
 Say = Callable[[str], None]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Diagnosis:
-    """Findings about a search.
+    """Findings about a search; ``print`` shows them in words.
 
     Attributes:
         sentences: The findings in words, the most useful one first.
@@ -101,6 +115,14 @@ class Diagnosis:
     passage: Passage | None
     seconds: float
 
+    def __repr__(self) -> str:
+        """Name its first finding; ``print`` shows all of them."""
+        return f"<Diagnosis: {' '.join(self.sentences[:1])}>"
+
+    def __str__(self) -> str:
+        """Return its findings, one a line."""
+        return "\n".join(self.sentences)
+
     def to_json(self) -> dict[str, Any]:
         """Return everything as plain data; what is not finite becomes null."""
         plain: dict[str, Any] = _plain(asdict(self))
@@ -108,7 +130,12 @@ class Diagnosis:
 
 
 def diagnose(
-    problem: PlanningTask, plan: PlanResult, *, progress: Say | None = None, **settings: Any
+    problem: PlanningTask,
+    plan: PlanResult,
+    *,
+    progress: Say | None = None,
+    max_iterations: int | None = None,
+    **settings: Any,
 ) -> Diagnosis:
     """Diagnose why a search found no plan; takes about 15 s at most.
 
@@ -118,13 +145,20 @@ def diagnose(
         problem: The problem.
         plan: Result of the search, by any planner.
         progress: Receives progress messages.
+        max_iterations: Of each search with one thing changed; as many as the plan's search made
+            when left out.
         settings: Planner settings in addition to the scenario's.
 
     Raises:
-        InputError: If an argument is something else.
+        InputError: If an argument is something else, or one of ``solve`` that means nothing here.
     """
     require_fit("diagnose problem", PlanningTask, problem)
     require_fit("diagnose plan", PlanResult, plan)
+    require_fit("diagnose max_iterations", int | None, max_iterations)
+    if max_iterations is not None and max_iterations < 1:
+        what = f"{max_iterations} is no number of iterations."
+        raise InputError([Mistake("diagnose max_iterations", what, "Give 1 or more.")])
+    _require_settings(settings)
     begun, say = time.monotonic(), progress or (lambda _: None)
     say("looking at start and goal")
     goals = goal_states(problem)
@@ -132,11 +166,26 @@ def diagnose(
     if plan.status != "solved":
         passage = _passage(problem, goals, say)
         left = TOTAL_SECONDS - (time.monotonic() - begun)
-        found = replace(
-            found, passage=passage, retries=relaxation_trials(problem, plan, settings, left, say)
-        )
+        most = plan.iterations if max_iterations is None else max_iterations
+        trials = relaxation_trials(problem, plan, settings, left, say, most)
+        found = replace(found, passage=passage, retries=trials)
     sentences = tuple(_sentences(problem, plan, goals, found))
     return replace(found, sentences=sentences, seconds=time.monotonic() - begun)
+
+
+def _require_settings(settings: Mapping[str, Any]) -> None:
+    """Require that nothing is given but settings of a planner.
+
+    Raises:
+        InputError: If an argument of ``solve`` is among them.
+    """
+    wrong = [
+        Mistake(f"diagnose {name}", "it is an argument of solve.", SOLVE_ARGUMENTS[name])
+        for name in SOLVE_ARGUMENTS
+        if name in settings
+    ]
+    if wrong:
+        raise InputError(wrong)
 
 
 def _described(problem: PlanningTask, plan: PlanResult, goals: GoalStates) -> Diagnosis:
@@ -190,12 +239,12 @@ def _sentences(
     if not goals.inside:
         yield from unmet_sentences(problem, goals.nearest)
     blocked = found.passage is not None and found.passage.blocked
+    verdicts = list(verification_sentences(problem, plan)) if stiff is None else []
     if found.passage is not None and blocked:
         yield found.passage.sentence
     yield from unreached_sentences(found.unreached)
     yield from holding_sentences(problem, found.start_held, found.goal_held)
-    if stiff is None:
-        yield from verification_sentences(problem, plan)
+    yield from verdicts
     yield from trial_sentences(found.retries)
     # Limits violated by unstable steps are not what stops the machine.
     limits = {LIMIT} if stiff is not None else set()
@@ -207,6 +256,9 @@ def _sentences(
     yield from clearance_sentences(found.start_clearance, found.goal_clearance)
     if found.passage is not None and not blocked:
         yield found.passage.sentence
+    causes = (stiff, not goals.inside, blocked, found.unreached, verdicts)
+    if not any(causes) and not any(retry.solved for retry in found.retries):
+        yield next_search_sentence(problem, plan)
 
 
 def _plain(value: Any) -> Any:

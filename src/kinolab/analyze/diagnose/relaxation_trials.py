@@ -42,8 +42,9 @@ def relaxation_trials(
     settings: Mapping[str, Any],
     seconds: float,
     say: Callable[[str], None] = lambda _: None,
+    max_iterations: int | None = None,
 ) -> tuple[RelaxationTrial, ...]:
-    """Search again with one thing changed at a time, never longer than the search that failed.
+    """Search again with one thing changed at a time.
 
     Args:
         problem: The unsolved problem.
@@ -51,7 +52,9 @@ def relaxation_trials(
         settings: Planner settings other than the scenario's.
         seconds: For all searches together.
         say: Receives progress messages.
+        max_iterations: Of each search; as many as the failed one made when left out.
     """
+    most = plan.iterations if max_iterations is None else max_iterations
     end = time.monotonic() + seconds
     planner = make_planner(problem, _known(plan.planner), dict(settings))
     tried = []
@@ -61,7 +64,7 @@ def relaxation_trials(
             break
         say(f"trying again {change.words}")
         begun = time.monotonic()
-        budget = Budget(left, max(plan.iterations, 1))
+        budget = Budget(left, max(most, 1))
         solved = _solved(change, planner, plan.seed, budget)
         tried.append(RelaxationTrial(change.name, change.words, solved, time.monotonic() - begun))
     return tuple(tried)

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from kinolab.analyze.examine.common_mistakes import mistakes_in
+from kinolab.analyze.examine.energy_sources import energy_sources
 from kinolab.analyze.examine.law_check import LawCheck
 from kinolab.dynamics import Model, System
 from kinolab.dynamics.derivation.singularity import singularity_of
@@ -47,6 +48,7 @@ def examine(system: System, integration: IntegrationSection | None = None) -> It
     try:
         yield from _mass_matrix(model, states)
         yield _energy(model, states[0], inputs)
+        yield from energy_sources(model, states)
     except NoDynamicsError as error:
         yield LawCheck("a kinematic machine", 0.0, 0.0, str(error))
     if integration is not None:

@@ -18,6 +18,7 @@ from kinolab.cli.common import (
     echo_json,
     film_process,
     quiet_option,
+    replaced,
     set_option,
     write_pictures,
 )
@@ -92,7 +93,7 @@ def command(
     quiet: bool,
 ) -> int:
     """Plan a scenario."""
-    from kinolab.runs import PAGE, require_place
+    from kinolab.runs import PAGE, require_place, written_at
     from kinolab.solve.plan_summary import summary
 
     if live and jobs > 1:
@@ -112,6 +113,7 @@ def command(
         problem = _load(scenario, [*overrides, *options])
     folder = out or Path("runs") / problem.name
     require_place(folder)
+    earlier = written_at(folder)
     for note in problem.world.notes:
         progress(f"note: {note}", lasting=not quiet)
     for warning in _warnings(problem, folder):
@@ -155,7 +157,7 @@ def command(
     if as_json:
         echo_json({"folder": str(folder), **report})
     else:
-        _say(f"  written to {folder}")
+        _say(f"  written to {folder}{replaced(earlier)}")
     return INTERRUPTED if INTERRUPTS.seen else found.exit_code
 
 

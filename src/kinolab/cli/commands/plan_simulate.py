@@ -6,7 +6,14 @@ from pathlib import Path
 
 import click
 
-from kinolab.cli.common import PATH, film_process, quiet_option, set_option, write_pictures
+from kinolab.cli.common import (
+    PATH,
+    film_process,
+    quiet_option,
+    replaced,
+    set_option,
+    write_pictures,
+)
 from kinolab.cli.interrupts import INTERRUPTS
 from kinolab.cli.progress import Progress
 
@@ -36,7 +43,7 @@ def command(
     """
     from kinolab.analyze.simulate import simulate
     from kinolab.loading import build_problem, find_scenario
-    from kinolab.runs import write_run
+    from kinolab.runs import write_run, written_at
     from kinolab.solve import PlanResult
 
     progress = Progress(quiet)
@@ -49,6 +56,7 @@ def command(
         "simulated", trajectory, None, "none", 0, 0, distance, message="Moved by itself."
     )
     folder = out or Path("runs") / f"{problem.name}_simulated"
+    earlier = written_at(folder)
     with INTERRUPTS.writing():
         report = write_run(folder, problem, moved)
     if not no_animation:
@@ -56,5 +64,6 @@ def command(
         with progress.compiling(), film_process(progress) as film:
             write_pictures(problem, moved, folder, report, film, lambda: None)
     progress.close()
-    click.echo(f"simulated: {trajectory.duration:g} s\n  written to {folder}")
+    place = f"{folder}{replaced(earlier)}"
+    click.echo(f"simulated: {trajectory.duration:g} s\n  written to {place}")
     return moved.exit_code

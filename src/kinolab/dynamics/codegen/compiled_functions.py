@@ -12,6 +12,6 @@ RATES = (  # functions of (x, u, p, out, mode)
     *("constraint_residual", "constraint_forces", "requirements"),
 )
 STEPPERS = tuple(f"step_{method}" for method in METHODS)
-SWITCHES = ("leaves", "reset")  # of a machine with modes: whether one ends, and what follows
+SWITCHES = ("leaves", "guards", "reset")  # of a machine with modes: whether one ends, and how
 # have a twin of references
 CLOSED_LOOP_FUNCTIONS = (*RATES, *STEPPERS, "tangent", "jacobian", "rows_under")

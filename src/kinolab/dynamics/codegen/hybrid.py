@@ -1,15 +1,21 @@
 """LLVM IR for a machine with modes: the functions of each, and those that choose among them.
 
 Every function of a machine asks the last entry of the state in which mode it is, and calls that
-mode's own. Two functions are new:
+mode's own. Three functions are new:
 
     int leaves(const double *x, const double *u, const double *p, double *out, long mode)
+    int guards(const double *x, const double *u, const double *p, double *out, long mode)
     int reset(const double *x, const double *u, const double *p, double *out, long mode)
 
 ``leaves`` writes the number, from 1, of the first transition that takes place at a state, 0 for
-none: its guard is not positive and falls. ``reset`` writes the state after that transition, x
-itself where none takes place. A step ends at the first instant at which a transition takes place,
-found by bisection of the step's length; after the reset the rest is made in the next mode.
+none: its guard is not positive and falls. ``guards`` writes the same number and, for each
+transition, its guard, the guard's rate and the condition under which it counts. ``reset`` writes
+the state after that transition, x itself where none takes place.
+
+A step ends at the first instant at which a transition takes place, found by bisection of the step's
+length; after the reset the rest is made in the next mode. A guard may also fall below zero and
+return within one step. Where it falls at the beginning and rises at the end, its tangents there
+bound a convex guard from below; only if that bound is not positive is the guard's minimum searched.
 """
 
 from __future__ import annotations
@@ -24,6 +30,7 @@ from kinolab.dynamics.codegen.llvm import Register, Routine, literal
 from kinolab.dynamics.mode_derivations import ModeDerivation
 
 HALVINGS = 48  # of a step, to locate a transition: 1 s to 4e-15 s
+MINIMUM_HALVINGS = 24  # of a step, to find where a guard is least: 1 s to 6e-8 s
 MAX_SWITCHES = 64  # in one step; more are called chattering
 DEFINED = re.compile(r"^define (?:internal )?(\w+) @(\w+)\(([^)]*)\)", re.MULTILINE)
 SHARED = ("rows_at", "rows_under", "rows_between", "difference", "retract")  # know no modes
@@ -49,8 +56,9 @@ def emit_hybrid(modes: Sequence[ModeDerivation]) -> str:
                 for _, name, parameters in functions
                 if name not in SHARED and "ptr %x" in parameters  # others are linear algebra
             ),
-            *(_step(method, states) for method in STEPPERS),
-            _leaves(modes, states),
+            *(_step(method, states, _most_guards(modes)) for method in STEPPERS),
+            _leaves(modes),
+            _guards(modes, states),
             _reset(modes, states),
         ]
     )
@@ -100,21 +108,37 @@ def _switches(mode: ModeDerivation, k: int) -> Iterator[str]:
     tape = d.binding.tape
     given = {"x": d.state, "u": d.binding.inputs, "p": d.binding.parameters}
     guards = [node for guard in mode.guards for node in guard]
-    yield emit_function(_in(k, "guards"), tape, given, guards)
+    yield emit_function(_in(k, "guard"), tape, given, guards)
     for j, reset in enumerate(mode.resets):
         yield emit_function(_in(k, f"reset{j}"), tape, given, reset)
     yield emit_function(_in(k, "landed"), tape, given, mode.landed)
 
 
-def _leaves(modes: Sequence[ModeDerivation], states: int) -> str:
+def _most_guards(modes: Sequence[ModeDerivation]) -> int:
+    return max(len(mode.guards) for mode in modes)
+
+
+def _leaves(modes: Sequence[ModeDerivation]) -> str:
     routine = Routine("leaves", LEAVES)
-    values = routine.array(3 * max(len(mode.guards) for mode in modes))
+    seen = routine.array(1 + 3 * _most_guards(modes))
+    status = routine.line(f"call i32 @guards(ptr %x, ptr %u, ptr %p, ptr {seen}, i64 %mode)")
+    routine.store("%out", 0, routine.load(seen, 0))
+    routine.give(status)
+    return routine.text()
+
+
+def _guards(modes: Sequence[ModeDerivation], states: int) -> str:
+    routine = Routine("guards", LEAVES)
+    values = routine.at("%out", 1)
     current = _mode_of(routine, states)
-    zero = literal(0.0)
+    zero, far = literal(0.0), literal(1.0)
     routine.store("%out", 0, zero)
+    for j in range(_most_guards(modes)):  # a mode may have fewer
+        for i, value in enumerate((far, zero, zero)):
+            routine.store(values, 3 * j + i, value)
     for k, mode in enumerate(modes):
         mark = routine.fork(routine.line(f"icmp eq i64 {current}, {k}"))
-        call = f"call i32 @{_in(k, 'guards')}(ptr %x, ptr %u, ptr %p, ptr {values}, i64 %mode)"
+        call = f"call i32 @{_in(k, 'guard')}(ptr %x, ptr %u, ptr %p, ptr {values}, i64 %mode)"
         status = routine.line(call)
         found = zero
         for j in reversed(range(len(mode.guards))):
@@ -155,61 +179,157 @@ def _reset(modes: Sequence[ModeDerivation], states: int) -> str:
     return routine.text()
 
 
-def _step(method: str, states: int) -> str:
+def _step(method: str, states: int, guards: int) -> str:
     """Return a step that switches modes on its way."""
-    routine = Routine(method, STEP)
-    begin, end, which = routine.array(states), routine.array(states), routine.array(1)
-    status = routine.cell("i32", "0")
-    rest, low, high = (routine.cell("double", literal(0.0)) for _ in range(3))
-    routine.put("double", rest, "%h")
-    routine.copy("%x", begin, states)
+    return _Step(method, states, guards).text()
 
-    def note(failed: Register) -> None:
-        so_far = routine.get("i32", status)
-        routine.put("i32", status, routine.line(f"or i32 {so_far}, {failed}"))
 
-    def flow(length: Register) -> None:
-        call = f"call i32 @{FLOW}{method}(ptr {begin}, ptr %u, ptr %p, double {length}"
-        note(routine.line(f"{call}, ptr {end}, i64 %substeps, i64 %mode)"))
+class _Step:
+    """A step that switches modes on its way, written part by part."""
 
-    def left(state: Register) -> Register:
-        call = f"call i32 @leaves(ptr {state}, ptr %u, ptr %p, ptr {which}, i64 %mode)"
-        note(routine.line(call))
-        return routine.line(f"fcmp ogt double {routine.load(which, 0)}, {literal(0.0)}")
+    def __init__(self, method: str, states: int, guards: int) -> None:
+        self._method, self._states, self._guards = method, states, guards
+        self._routine = routine = Routine(method, STEP)
+        self._begin, self._end, self._between = (routine.array(states) for _ in range(3))
+        self._here, self._there, self._seen = (routine.array(1 + 3 * guards) for _ in range(3))
+        self._status = routine.cell("i32", "0")
+        zero = literal(0.0)
+        self._rest, self._low, self._high = (routine.cell("double", zero) for _ in range(3))
+        self._crossed = routine.cell("i1", "false")
 
-    with routine.loop(0, MAX_SWITCHES):
-        with routine.when(left(begin)):
-            note(
-                routine.line(f"call i32 @reset(ptr {begin}, ptr %u, ptr %p, ptr {end}, i64 %mode)")
-            )
-            routine.copy(end, begin, states)
-        length = routine.get("double", rest)
-        flow(length)
-        again = left(begin)  # as the reset has left it: another transition at the same instant
-        stays = routine.line(f"xor i1 {left(end)}, true")
-        done = routine.line(f"and i1 {stays}, {routine.line(f'xor i1 {again}, true')}")
-        mark = routine.fork(done)
-        routine.copy(end, "%out", states)
-        routine.give(routine.get("i32", status))
-        routine.join(mark)
-        with routine.when(routine.line(f"xor i1 {again}, true")):
-            routine.put("double", low, literal(0.0))
-            routine.put("double", high, length)
-            with routine.loop(0, HALVINGS):
-                a, b = routine.get("double", low), routine.get("double", high)
-                middle = routine.mul(routine.add(a, b), literal(0.5))
-                flow(middle)
-                over = left(end)
-                routine.put(
-                    "double", high, routine.line(f"select i1 {over}, double {middle}, double {b}")
-                )
-                routine.put(
-                    "double", low, routine.line(f"select i1 {over}, double {a}, double {middle}")
-                )
-            made = routine.get("double", high)
-            flow(made)
-            routine.copy(end, begin, states)
-            routine.put("double", rest, routine.sub(length, made))
-    routine.copy(begin, "%out", states)
-    routine.give(str(CHATTERS))
-    return routine.text()
+    def text(self) -> str:
+        """Return the whole function."""
+        routine, begin, end = self._routine, self._begin, self._end
+        routine.put("double", self._rest, "%h")
+        routine.copy("%x", begin, self._states)
+        with routine.loop(0, MAX_SWITCHES):
+            with routine.when(self._left(begin, self._here)):
+                call = f"call i32 @reset(ptr {begin}, ptr %u, ptr %p, ptr {end}, i64 %mode)"
+                self._note(routine.line(call))
+                routine.copy(end, begin, self._states)
+            length = routine.get("double", self._rest)
+            self._flow(length, end)
+            again = self._left(begin, self._here)  # another one at the same instant
+            over = self._left(end, self._there)
+            routine.put("i1", self._crossed, over)
+            routine.put("double", self._high, length)
+            with routine.when(self._not(again)):
+                self._shorten(over)
+            stays = self._not(routine.get("i1", self._crossed))
+            mark = routine.fork(routine.line(f"and i1 {stays}, {self._not(again)}"))
+            routine.copy(end, "%out", self._states)
+            routine.give(routine.get("i32", self._status))
+            routine.join(mark)
+            with routine.when(self._not(again)):
+                routine.copy(end, begin, self._states)
+                made = routine.get("double", self._high)
+                routine.put("double", self._rest, routine.sub(length, made))
+        routine.copy(begin, "%out", self._states)
+        routine.give(str(CHATTERS))
+        return routine.text()
+
+    def _not(self, condition: Register) -> Register:
+        return self._routine.line(f"xor i1 {condition}, true")
+
+    def _note(self, failed: Register) -> None:
+        so_far = self._routine.get("i32", self._status)
+        self._routine.put("i32", self._status, self._routine.line(f"or i32 {so_far}, {failed}"))
+
+    def _flow(self, length: Register, to: Register) -> None:
+        """Make a step in one mode."""
+        call = f"call i32 @{FLOW}{self._method}(ptr {self._begin}, ptr %u, ptr %p, double {length}"
+        self._note(self._routine.line(f"{call}, ptr {to}, i64 %substeps, i64 %mode)"))
+
+    def _left(self, state: Register, values: Register) -> Register:
+        """Return whether a transition takes place at a state; its guards are written."""
+        call = f"call i32 @guards(ptr {state}, ptr %u, ptr %p, ptr {values}, i64 %mode)"
+        self._note(self._routine.line(call))
+        found = self._routine.load(values, 0)
+        return self._routine.line(f"fcmp ogt double {found}, {literal(0.0)}")
+
+    def _halve(self) -> Register:
+        a, b = (self._routine.get("double", cell) for cell in (self._low, self._high))
+        return self._routine.mul(self._routine.add(a, b), literal(0.5))
+
+    def _narrow(self, down: Register, middle: Register) -> None:
+        """Make a length the upper end of the interval where a condition holds, else the lower."""
+        a, b = (self._routine.get("double", cell) for cell in (self._low, self._high))
+        for cell, pair in ((self._high, (middle, b)), (self._low, (a, middle))):
+            self._routine.put("double", cell, self._routine.line(_select(down, *pair)))
+
+    def _shorten(self, over: Register) -> None:
+        """Shorten the step to its first transition: at its end, or where a guard is least."""
+        routine = self._routine
+        with routine.when(over):
+            self._locate()
+            self._left(self._end, self._there)
+        for j in range(self._guards):
+            span = routine.get("double", self._high)
+            with routine.when(_returns(routine, self._here, self._there, j, span)):
+                self._search(j)
+
+    def _locate(self) -> None:
+        """Shorten ``high``, at which a transition takes place, to the first such instant."""
+        routine = self._routine
+        routine.put("double", self._low, literal(0.0))
+        with routine.loop(0, HALVINGS):
+            middle = self._halve()
+            self._flow(middle, self._end)
+            self._narrow(self._left(self._end, self._seen), middle)
+        self._flow(routine.get("double", self._high), self._end)
+
+    def _search(self, j: int) -> None:
+        """Shorten the step to a transition near the minimum of guard j, if there is one."""
+        routine = self._routine
+        found, length = routine.cell("i1", "false"), routine.get("double", self._high)
+        routine.put("double", self._low, literal(0.0))
+        with routine.loop(0, MINIMUM_HALVINGS), routine.when(self._not(routine.get("i1", found))):
+            middle = self._halve()
+            self._flow(middle, self._between)
+            over = self._left(self._between, self._seen)
+            routine.put("i1", found, over)
+            rate = routine.load(self._seen, 3 * j + 2)
+            rises = routine.line(f"fcmp oge double {rate}, {literal(0.0)}")
+            self._narrow(routine.line(f"or i1 {over}, {rises}"), middle)
+        over = routine.get("i1", found)
+        with routine.when(over):
+            routine.put("i1", self._crossed, "true")
+            self._locate()
+            self._left(self._end, self._there)
+        with routine.when(self._not(over)):
+            routine.put("double", self._high, length)
+
+
+def _select(condition: Register, one: Register, other: Register) -> str:
+    return f"select i1 {condition}, double {one}, double {other}"
+
+
+def _returns(routine: Routine, here: Register, there: Register, j: int, span: Register) -> Register:
+    """Return whether a guard may have been negative for a while within a step.
+
+    It is positive and falls at the beginning, rises at the end, and is not positive there or where
+    the tangents meet, below which a convex guard never is.
+
+    Args:
+        routine: What asks.
+        here: What ``guards`` wrote at the beginning.
+        there: The same at the end.
+        j: Index of the guard.
+        span: Length of the step in [s].
+    """
+    zero = literal(0.0)
+    g, falling = (routine.load(here, 3 * j + i) for i in (1, 2))
+    last, rising = (routine.load(there, 3 * j + i) for i in (1, 2))
+    height = routine.sub(routine.sub(last, g), routine.mul(rising, span))
+    meet = routine.div(height, routine.sub(falling, rising))
+    least = routine.add(g, routine.mul(falling, meet))
+    low = routine.line(f"fcmp ole double {least}, {zero}")
+    below = routine.line(f"fcmp ole double {last}, {zero}")
+    returns = routine.line(f"or i1 {low}, {below}")
+    for test in (
+        f"fcmp ogt double {g}, {zero}",
+        f"fcmp olt double {falling}, {zero}",
+        f"fcmp ogt double {rising}, {zero}",
+    ):
+        returns = routine.line(f"and i1 {returns}, {routine.line(test)}")
+    return returns

@@ -71,12 +71,12 @@ def _compare(targets: Sequence[sympy.Expr], theirs: Sequence[sympy.Eq | sympy.Ex
     for number, equation in enumerate(theirs, start=1):
         index, difference = min(
             ((k, _difference(_residual(equation), target)) for k, target in enumerate(targets)),
-            key=lambda pair: len(sympy.Add.make_args(pair[1])) if pair[1] != 0 else 0,
+            key=lambda pair: len(sympy.Add.make_args(pair[1].rest)) if pair[1].rest != 0 else 0,
         )
-        if difference == 0:
+        if difference.rest == 0:
             covered.add(index)
-        agreed.append(difference == 0)
-        verdicts.append(f"equation {number}: {_verdict(difference)}")
+        agreed.append(difference.rest == 0)
+        verdicts.append(f"equation {number}: {_verdict(difference, _sides(equation))}")
     missing = tuple(
         f"{one_line(target)} = 0" for k, target in enumerate(targets) if k not in covered
     )
@@ -97,23 +97,58 @@ def _renamed(
 
 def _residual(equation: sympy.Eq | sympy.Expr) -> sympy.Expr:
     """Return left minus right, expanded."""
-    sides = equation.args if isinstance(equation, sympy.Equality) else (equation, 0)
-    return sympy.expand(sides[0] - sides[1])
+    left, right = _sides(equation)
+    return sympy.expand(left - right)
 
 
-def _difference(theirs: sympy.Expr, ours: sympy.Expr) -> sympy.Expr:
-    """Return theirs minus ours, scaled so that an acceleration has the same factor."""
+def _sides(equation: sympy.Eq | sympy.Expr) -> tuple[sympy.Expr, sympy.Expr]:
+    """Return what an equation has on its left and on its right."""
+    if isinstance(equation, sympy.Equality):
+        return equation.lhs, equation.rhs
+    return equation, sympy.Integer(0)
+
+
+@dataclass(frozen=True)
+class _Difference:
+    """Two expressions that should vanish together, and what one of them has more than the other.
+
+    Attributes:
+        rest: Theirs minus ours; 0 where they agree.
+        theirs: A hand derivation's, expanded.
+        ours: kinolab's, expanded, with the same factor.
+        factor: By which theirs was multiplied before it was expanded.
+    """
+
+    rest: sympy.Expr
+    theirs: sympy.Expr
+    ours: sympy.Expr
+    factor: sympy.Expr
+
+
+def _difference(theirs: sympy.Expr, ours: sympy.Expr) -> _Difference:
+    """Compare two expressions, scaled so that an acceleration has the same factor.
+
+    It is kinolab's that is scaled, so that terms are named as the hand derivation has them, except
+    where this would divide by a sum.
+    """
+    factor = sympy.Integer(1)
     for symbol in sorted(ours.free_symbols, key=str):
         if not isinstance(symbol, Acceleration | QuasiAcceleration | TurnAcceleration):
             continue
         mine, other = sympy.diff(ours, symbol), sympy.diff(theirs, symbol)
         if mine == 0 or other == 0:
             continue
-        factor = sympy.simplify(mine / other)
-        rest = sympy.expand(sympy.expand(factor * theirs) - ours)
-        rest = rest if rest == 0 else sympy.expand(sympy.trigsimp(rest))
-        return sympy.Integer(0) if _vanishes(rest) else rest
-    return sympy.expand(theirs - ours)
+        scale = sympy.simplify(other / mine)
+        if sympy.denom(scale).has(sympy.Add):
+            factor = 1 / scale
+            theirs = sympy.expand(factor * theirs)
+        else:
+            ours = sympy.expand(scale * ours)
+        break
+    rest = sympy.expand(theirs - ours)
+    rest = rest if rest == 0 else sympy.expand(sympy.trigsimp(rest))
+    rest = sympy.Integer(0) if _vanishes(rest) else rest
+    return _Difference(rest, theirs, ours, factor)
 
 
 def _vanishes(expression: sympy.Expr) -> bool:
@@ -130,17 +165,42 @@ def _vanishes(expression: sympy.Expr) -> bool:
     return True
 
 
-def _verdict(difference: sympy.Expr) -> str:
-    if difference == 0:
+def _verdict(difference: _Difference, sides: tuple[sympy.Expr, sympy.Expr]) -> str:
+    """Say that an equation agrees, or which of its terms do not, with their signs."""
+    if difference.rest == 0:
         return "agrees."
-    return " and ".join(_terms(difference)) + "."
+    found = f"{' and '.join(_terms(difference))}."
+    if difference.factor != 1:
+        found = f"multiplied by {one_line(difference.factor)} it {found}"
+    if 0 in sides:
+        return found
+    return f"with all terms on the left it {found}"
 
 
-def _terms(difference: sympy.Expr) -> Iterator[str]:
-    """Name every extra or missing term, once per sign."""
-    terms = sympy.Add.make_args(difference)
-    extra = [t for t in terms if not t.could_extract_minus_sign()]
-    lacking = [-t for t in terms if t.could_extract_minus_sign()]
-    for words, group in (("has too much", extra), ("lacks", lacking)):
-        if group:
-            yield f"{words} {', '.join(one_line(term) for term in group)}"
+def _terms(difference: _Difference) -> Iterator[str]:
+    """Name every term that is extra, lacking or has another factor, as it stands or should."""
+    theirs, ours = (_coefficients(side) for side in (difference.theirs, difference.ours))
+    extra, lacking, altered = [], [], []
+    for kind, gap in sorted(_coefficients(difference.rest).items(), key=lambda pair: str(pair[0])):
+        has, should = theirs.get(kind, 0), ours.get(kind, 0)
+        if has and should and has - should == gap:
+            altered.append(f"{one_line(has * kind)} where it should be {one_line(should * kind)}")
+        elif should == -gap or (has != gap and gap.could_extract_minus_sign()):
+            lacking.append(one_line(-gap * kind))
+        else:
+            extra.append(one_line(gap * kind))
+    if extra:
+        yield f"has {', '.join(extra)} too much"
+    if lacking:
+        yield f"lacks {', '.join(lacking)}"
+    if altered:
+        yield f"has {', '.join(altered)}"
+
+
+def _coefficients(expression: sympy.Expr) -> dict[sympy.Expr, sympy.Expr]:
+    """Return the number before each term of a sum, by the rest of the term."""
+    found: dict[sympy.Expr, sympy.Expr] = {}
+    for term in sympy.Add.make_args(expression):
+        number, kind = term.as_coeff_Mul()
+        found[kind] = found.get(kind, sympy.Integer(0)) + number
+    return found

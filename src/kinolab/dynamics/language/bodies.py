@@ -25,8 +25,9 @@ class Body:
         frame: Pose of the centre of mass.
         mass: In [kg].
         inertia: About the centre of mass along the frame's axes, in [kg m^2]: the principal
-            moments (xx, yy, zz), or (xx, yy, zz, xy, xz, yz) with the entries of the matrix; 0
-            for a point mass.
+            moments (xx, yy, zz), or (xx, yy, zz, xy, xz, yz) with the entries of the matrix. A
+            single number, such as 0.01, stands for three equal moments, as of a ball, a cube or a
+            body that turns about one axis only; 0 for a point mass.
         added_mass: Added mass of an ideal fluid: six numbers for (x, y, z) in [kg] and about
             (x, y, z) in [kg m^2], or the symmetric 6x6 matrix in that order, in the body's axes.
         shape: One or several solids in the body's frame; none for a pure mass.

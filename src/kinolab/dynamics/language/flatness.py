@@ -103,9 +103,3 @@ def output_symbols(outputs: Iterable[str]) -> Iterator[OutputSymbol]:
     yield CURVATURE
     for name in outputs:
         yield from (output(name, order) for order in range(MAX_ORDERS))
-
-
-def symbols_used(flat: Flat) -> set[sympy.Symbol]:
-    """Return the symbols of all expressions of a flat map."""
-    pairs = flat.steered if isinstance(flat, PlaneCurves) else (*flat.outputs, *flat.determined)
-    return {symbol for _, expression in pairs for symbol in exact(expression).free_symbols}

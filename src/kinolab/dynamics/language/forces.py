@@ -10,7 +10,15 @@ import sympy
 from kinolab.arguments import checked
 from kinolab.dynamics.language.bodies import Body
 from kinolab.dynamics.language.expressions import exact, sympify_fields
-from kinolab.dynamics.language.frames import Frame, Number, distance, time_derivative
+from kinolab.dynamics.language.frames import (
+    Frame,
+    Number,
+    distance,
+    move,
+    pose,
+    time_derivative,
+    velocity,
+)
 from kinolab.dynamics.language.shapes import ORIGIN, Point
 from kinolab.errors import InputError, Mistake
 
@@ -153,6 +161,11 @@ class Viscous:
         """Convert numbers to expressions."""
         sympify_fields(self, "velocity", "coefficient")
 
+    @property
+    def power(self) -> sympy.Expr:
+        """Its power in [W], negative where it takes energy out."""
+        return -exact(self.coefficient) * exact(self.velocity) ** 2
+
 
 @checked
 @dataclass(frozen=True)
@@ -173,6 +186,12 @@ class Coulomb:
     def __post_init__(self) -> None:
         """Convert numbers to expressions."""
         sympify_fields(self, "velocity", "strength", "smoothing")
+
+    @property
+    def power(self) -> sympy.Expr:
+        """Its power in [W], negative where it takes energy out."""
+        v = exact(self.velocity)
+        return -exact(self.strength) * v * sympy.tanh(v / exact(self.smoothing))
 
 
 @checked
@@ -197,6 +216,12 @@ class SlidingFriction:
     def __post_init__(self) -> None:
         """Convert numbers to expressions."""
         sympify_fields(self, "slip", "strength", "smoothing")
+
+    @property
+    def power(self) -> sympy.Expr:
+        """Its power in [W], negative where it takes energy out."""
+        square = sum(exact(v) ** 2 for v in self.slip)
+        return -exact(self.strength) * square / sympy.sqrt(square + exact(self.smoothing) ** 2)
 
 
 @checked
@@ -223,7 +248,41 @@ class Wrench:
         """Convert numbers to expressions."""
         sympify_fields(self, "force", "torque", "at")
 
+    @property
+    def power(self) -> sympy.Expr:
+        """Its power in [W], less that of its reaction."""
+        point = self.on.frame @ move(*map(exact, self.at))
+        moves, force, torque = velocity(point), sympy.Matrix(self.force), sympy.Matrix(self.torque)
+        power = force.dot(moves.linear) + torque.dot(moves.angular)
+        if self.reacts_on is None:
+            return power
+        turned, place = pose(point)
+        other, (axes, origin) = velocity(self.reacts_on.frame), pose(self.reacts_on.frame)
+        angular = axes * other.angular
+        linear = axes * other.linear + angular.cross(place - origin)
+        return power - (turned * force).dot(linear) - (turned * torque).dot(angular)
 
-Effort: TypeAlias = (
-    Potential | Spring | Rope | Buoyancy | Viscous | Coulomb | SlidingFriction | Wrench
-)
+
+Friction: TypeAlias = Viscous | Coulomb | SlidingFriction
+Effort: TypeAlias = Potential | Spring | Rope | Buoyancy | Friction | Wrench
+
+
+def friction_strength(friction: Friction) -> tuple[str, sympy.Expr]:
+    """Return what must not be negative, so that friction takes energy out, and its name."""
+    name = "coefficient" if isinstance(friction, Viscous) else "strength"
+    return name, exact(getattr(friction, name))
+
+
+def effort_name(effort: Effort) -> str:
+    """Return what an error or a report calls a force: its kind, and what it acts on."""
+    match effort:
+        case Viscous():
+            return f"viscous friction of {effort.velocity}"
+        case Coulomb():
+            return f"Coulomb friction of {effort.velocity}"
+        case SlidingFriction():
+            return f"sliding friction of {effort.slip[0]} and {effort.slip[1]}"
+        case Wrench():
+            return f"wrench on body {effort.on.name!r}"
+        case _:
+            return type(effort).__name__.lower()

@@ -14,8 +14,8 @@ import sympy
 from kinolab.dynamics.language.bodies import Body, Cable
 from kinolab.dynamics.language.expressions import exact
 from kinolab.dynamics.language.feedback import Feedback, Regulator
-from kinolab.dynamics.language.flatness import output_symbols, symbols_used
-from kinolab.dynamics.language.forces import Rope
+from kinolab.dynamics.language.flatness import CURVATURE, FlatOutputs, output_symbols
+from kinolab.dynamics.language.forces import Friction, Rope, effort_name, friction_strength
 from kinolab.dynamics.language.inputs import bounds_of
 from kinolab.dynamics.language.mechanism_parts import (
     AnyCoordinate,
@@ -75,6 +75,8 @@ def mistakes_of(
     for effort in (*system.efforts, *(e for mode in system.modes for e in mode.efforts)):
         if isinstance(effort, Rope):
             yield from _rope(system, effort)
+        elif isinstance(effort, Friction):
+            yield from _friction(system, effort)
     for entry in system.inputs:
         try:
             bounds_of(entry)
@@ -257,15 +259,50 @@ def _flatness(system: MechanismParts) -> Iterator[Mistake]:
     """Check that a flat map uses the machine's coordinates and parameters."""
     if system.flat is None:
         return
-    where = f"{_where(system)} flat"
-    for coordinate in system.flat.coordinates:
+    where, flat = f"{_where(system)} flat", system.flat
+    for coordinate in flat.coordinates:
         if coordinate not in system.coordinates:
             yield Mistake(where, f"{coordinate} is no coordinate of the machine.")
-    outputs = getattr(system.flat, "outputs", ())
-    known = {*system.coordinates, *system.parameters, *output_symbols(n for n, _ in outputs)}
-    for symbol in sorted(symbols_used(system.flat) - known, key=str):
-        remedy = "Use output(name, order) up to order 2, coordinates and parameters."
-        yield Mistake(where, f"the symbol {symbol} means nothing here.", remedy)
+    if isinstance(flat, FlatOutputs):
+        yield from _flat_outputs(system, flat, where)
+        return
+    own = {*flat.coordinates, CURVATURE, *system.parameters}
+    for coordinate, expression in flat.steered:
+        for symbol in sorted(exact(expression).free_symbols - own, key=str):
+            what = f"the symbol {symbol} means nothing here."
+            yield Mistake(f"{where} steered {coordinate}", what, "Use CURVATURE and parameters.")
+
+
+def _flat_outputs(system: MechanismParts, flat: FlatOutputs, where: str) -> Iterator[Mistake]:
+    """Check that outputs are functions of coordinates, and coordinates of outputs, in order."""
+    for name, count in Counter(name for name, _ in flat.outputs).items():
+        if count > 1:
+            what = f"{count} outputs have this name."
+            yield Mistake(f"{where} outputs {name!r}", what, "Give each a name of its own.")
+    for name, expression in flat.outputs:
+        own = {*system.coordinates, *system.parameters}
+        for symbol in sorted(exact(expression).free_symbols - own, key=str):
+            what = f"the symbol {symbol} means nothing here."
+            remedy = "Define an output by coordinates and parameters."
+            yield Mistake(f"{where} outputs {name!r}", what, remedy)
+        for symbol in system.coordinates:
+            if symbol in exact(expression).free_symbols and symbol not in flat.coordinates:
+                what = f"it is defined by {symbol}, which the outputs do not determine."
+                remedy = f"Add ({symbol}, …) to determined."
+                yield Mistake(f"{where} outputs {name!r}", what, remedy)
+    known = {*system.parameters, *output_symbols(name for name, _ in flat.outputs)} - {CURVATURE}
+    for coordinate, expression in flat.determined:
+        for symbol in sorted(exact(expression).free_symbols - known, key=str):
+            if symbol in system.coordinates:
+                what = f"it is a function of {symbol}, which is not determined before it."
+                remedy = f"Put ({symbol}, …) before it, or use outputs instead."
+            else:
+                what = f"the symbol {symbol} means nothing here."
+                remedy = "Use output(name, order) up to order 2 of the outputs "
+                remedy += f"{', '.join(name for name, _ in flat.outputs)}, coordinates listed "
+                remedy += "before, and parameters."
+            yield Mistake(f"{where} determined {coordinate}", what, remedy)
+        known.add(coordinate)
 
 
 def _feedback(system: MechanismParts) -> Iterator[Mistake]:
@@ -366,6 +403,26 @@ def _rope(system: MechanismParts, rope: Rope) -> Iterator[Mistake]:
             yield Mistake("rope", f"its {name} is {system.number(value):g}.", "Give 0 or more.")
     if length.free_symbols <= set(system.parameters) and not system.number(length) > 0:
         yield Mistake("rope", f"its length is {system.number(length):g} m.", "It must be positive.")
+
+
+def _friction(system: MechanismParts, friction: Friction) -> Iterator[Mistake]:
+    """Check that friction takes energy out, as far as numbers and parameters tell."""
+    name, strength = friction_strength(friction)
+    value = _number_in(system, strength)
+    if value is not None and not 0 <= value < math.inf:
+        remedy = "Give 0 or more: friction takes energy out. A Wrench may feed it in."
+        yield Mistake(effort_name(friction), f"its {name} is {value:g}.", remedy)
+    smoothing = _number_in(system, getattr(friction, "smoothing", 1.0))
+    if smoothing is not None and not 0 < smoothing < math.inf:
+        remedy = "It must be positive."
+        yield Mistake(effort_name(friction), f"its smoothing is {smoothing:g}.", remedy)
+
+
+def _number_in(system: MechanismParts, value: Any) -> float | None:
+    """Return an expression's value; None if it depends on more than parameters."""
+    stated = exact(value)
+    known = all(isinstance(symbol, Parameter) for symbol in stated.free_symbols)
+    return system.number(stated) if known else None
 
 
 def _body(system: MechanismParts, body: Body) -> Iterator[Mistake]:

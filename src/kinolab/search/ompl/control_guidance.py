@@ -86,6 +86,11 @@ class ControlGuide:
         self._stopped: list[float] = []
         self._steps = self._left = 0
 
+    @property
+    def propagations(self) -> int:
+        """Steps simulated so far to compare inputs."""
+        return self._rollouts.propagations
+
     def hold(self, state: list[float], drawn: list[float], control: Any) -> list[float]:
         """Return the input to apply from a state; for a new motion also write it to ``control``."""
         if state == self._here and drawn == self._held:

@@ -83,7 +83,7 @@ def search(
             rounds.all_over = True  # OMPL rejects the start, which lies within the safety margin
     t, u = input_rows(problem, nearest)
     statistics = {f"rejected_by_{cause}": float(n) for cause, n in setup.rejections.counts.items()}
-    statistics |= {**truth.statistics, "restarts": float(rounds.restarts)}
+    statistics |= {**truth.statistics, "restarts": float(rounds.restarts), **setup.statistics}
     shares = setup.rejections.shares()
     graph = None if rounds.all_over else _graph(setup, planner)  # would exceed the time limit
     outcome = _outcome(rounds, len(u))

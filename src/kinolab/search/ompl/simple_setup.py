@@ -76,7 +76,7 @@ class OmplSetup:
                 problem, samples, guidance, goal_region_scale=goal_region_scale, seed=seed, **held
             )
         propagation = StatePropagator(problem, self.states, self.guide, given_up)
-        self.forget = propagation.forget
+        self.forget, self._propagation = propagation.forget, propagation
         self.space = self.states.space
         self.rejections = propagation.rejections
         information = oc.SpaceInformation(self.space, control_space(problem, self.states))
@@ -98,6 +98,12 @@ class OmplSetup:
         self.problem_definition.addStartState(start)
         goal = GoalRegion(problem, self.states, information, samples, last_step)
         self.problem_definition.setGoal(goal)
+
+    @property
+    def statistics(self) -> dict[str, float]:
+        """Counters of simulated steps, and of goal connections where they are tried, by name."""
+        connections = {} if self.last_step is None else self.last_step.statistics
+        return {"propagations": float(self._propagation.propagations), **connections}
 
     def trajectory(self, path: Any = None) -> Trajectory:
         """Return what an OMPL planner found as a trajectory, simulated anew from the start.

@@ -37,6 +37,12 @@ class StatePropagator:
         self._given_up = given_up
         self.rejections = self._propagator.rejections
 
+    @property
+    def propagations(self) -> int:
+        """Steps simulated so far, with those of the lookahead."""
+        ahead = 0 if self._guide is None else self._guide.propagations
+        return self._propagator.propagations + ahead
+
     def propagate(self, state: Any, control: Any, duration: float, result: Any) -> None:
         """Write the state after one step; the validity of the step is kept for ``is_valid``."""
         values, held = self._states.read(state), [control[i] for i in self._inputs]

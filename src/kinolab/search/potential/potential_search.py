@@ -124,10 +124,10 @@ def _rows(problem: PlanningTask, trail: PartialMotion) -> tuple[Array, Array]:
 
 def _where(problem: PlanningTask, escapes: RandomWalkEscapes) -> dict[str, float]:
     """Return the configuration of the lowest minimum, by coordinate names."""
-    lowest = min(escapes.minima, key=lambda minimum: minimum.height)
+    lowest = min(escapes.minima, key=lambda minimum: minimum.lowest)
     names = problem.model.state_names[: problem.model.nq]
-    place = {f"minimum_{n}": float(v) for n, v in zip(names, lowest.trail.end, strict=False)}
-    return {"minimum_potential": lowest.height, **place}
+    place = {f"minimum_{n}": float(v) for n, v in zip(names, lowest.place, strict=False)}
+    return {"minimum_potential": lowest.lowest, **place}
 
 
 def _result(

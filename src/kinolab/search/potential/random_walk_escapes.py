@@ -34,11 +34,16 @@ class LocalMinimum:
 
     Attributes:
         trail: The motion to it.
-        height: Its potential in [m].
+        height: The potential at its end in [m].
+        place: The state of the descent at which the potential was lowest, shape (nx,); a descent
+            goes on for a while before it counts as stuck.
+        lowest: The potential there in [m].
     """
 
     trail: PartialMotion
     height: float
+    place: Array
+    lowest: float
 
 
 class RandomWalkEscapes:
@@ -93,18 +98,23 @@ class RandomWalkEscapes:
         self, trail: PartialMotion, generator: np.random.Generator, budget: Budget
     ) -> Ending:
         """Descend; a goal that re-simulation misses counts as a minimum."""
+        begun = len(trail.states) - 1
         ending = self._descent.follow(trail, generator, budget)
         if ending is Ending.GOAL and not self._reached(trail):
             ending = Ending.MINIMUM
         if ending is Ending.MINIMUM:
-            self._note(trail)
+            self._note(trail, begun)
         return ending
 
-    def _note(self, trail: PartialMotion) -> None:
+    def _note(self, trail: PartialMotion, begun: int) -> None:
+        """Keep the minimum in which a descent ended that began at a state of its motion."""
         height = float(self._field.potential(trail.end[None])[0])
         if all(height < minimum.height - MIN_IMPROVEMENT for minimum in self.minima):
             self._since_progress = 0
-        self.minima.append(LocalMinimum(trail, height))
+        descended = np.array(trail.states[begun:])
+        heights = self._field.potential(descended)
+        k = int(np.argmin(heights))
+        self.minima.append(LocalMinimum(trail, height, descended[k], float(heights[k])))
 
     def _origin(self, generator: np.random.Generator) -> PartialMotion:
         """Return a motion from whose end to start a random walk.

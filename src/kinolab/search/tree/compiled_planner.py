@@ -102,6 +102,7 @@ class AbstractCompiledPlanner(AbstractTreeSearch):
             outcome = Outcome.APPROXIMATE if len(u) else Outcome.NOT_FOUND
             outcome = Outcome.INTERRUPTED if budget.interrupted else outcome
         statistics = truth.statistics | {"restarts": float(slices.restarts)} | best.statistics
+        statistics |= beside.statistics
         result = SearchResult(
             outcome,
             problem.step * np.arange(len(u) + 1.0),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Protocol
 
@@ -28,6 +28,10 @@ class SubSearch(Protocol):
 
     due: float
 
+    @property
+    def statistics(self) -> Mapping[str, float]:
+        """Counters to report, by name."""
+
     def advance(self, iterations: int, tree: AbstractTreeExtension) -> Array | None:
         """Take a turn if due; return inputs (N, nu) from the start into the goal, or None."""
 
@@ -42,6 +46,11 @@ class InterleavedSearches:
     def due(self) -> float:
         """Iterations of the tree until the next turn of any; infinite where there are none."""
         return min((member.due for member in self._members), default=math.inf)
+
+    @property
+    def statistics(self) -> dict[str, float]:
+        """The counters of all of them, by name."""
+        return {name: n for member in self._members for name, n in member.statistics.items()}
 
     def advance(self, iterations: int, tree: AbstractTreeExtension) -> Array | None:
         """Advance all of them; return the first solution (N, nu), or None."""
@@ -74,6 +83,7 @@ class GoalConnections:
         self._problem, self._scale, self._budget = problem, goal_region_scale, budget
         self._period = self.due = period or math.inf
         self._generator = np.random.default_rng(seed)
+        self.statistics: Mapping[str, float] = {}  # none before the first attempt
 
     @cached_property
     def _connection(self) -> SteeredGoalConnection:
@@ -92,6 +102,8 @@ class GoalConnections:
         self.due = self._period
         node = int(self._generator.integers(tree.nodes.size[0]))
         x = tree.nodes.x[node]
-        if not self._connection.connect(x.tolist(), self._problem.goal_excess(x)):
+        found = self._connection.connect(x.tolist(), self._problem.goal_excess(x))
+        self.statistics = self._connection.statistics
+        if not found:
             return None
         return np.concatenate([controls_to(tree.nodes, node), self._connection.inputs])

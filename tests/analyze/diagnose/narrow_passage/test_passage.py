@@ -32,6 +32,15 @@ def test_a_door_2_cm_too_narrow_is_called_that(machine: str, width: float, tmp_p
     assert {pair.split(" – ")[1] for pair in found.beside} == {"left wall", "right wall"}
 
 
+def test_a_door_that_is_narrower_by_more_than_a_wheel_is_thick(tmp_path: Path) -> None:
+    """The robot needs 37 cm over its wheels of 4 cm each; a door of 30 cm lacks 7 cm of it."""
+    thin = door(0.30).replace("box = [0.1, ", "box = [0.04, ")
+    found = passage(tmp_path, thin)
+    assert found.narrow_by == pytest.approx(0.07, abs=FINE)
+    assert found.sentence.startswith("The way is about 7 cm too narrow: ")
+    assert {pair.split(" – ")[0] for pair in found.beside} <= {"left wheel", "right wheel"}
+
+
 @pytest.mark.parametrize(("machine", "width"), [("diff_drive", ROBOT), ("rolling_disk", COIN)])
 def test_a_door_2_cm_wider_than_the_machine_is_not_too_narrow(
     machine: str, width: float, tmp_path: Path

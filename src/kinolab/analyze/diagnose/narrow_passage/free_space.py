@@ -19,10 +19,14 @@ class FreeSpace:
     Args:
         problem: The machine and the world.
         checker: Collision checker of the machine, shrunk as desired.
+        shifts: How its bodies are displaced in their own frames in [m], shape (bodies, 3).
     """
 
-    def __init__(self, problem: PlanningTask, checker: CollisionChecker) -> None:
+    def __init__(
+        self, problem: PlanningTask, checker: CollisionChecker, shifts: Array | None = None
+    ) -> None:
         self._calls = CompiledStep(problem)
+        self._shifts = shifts if shifts is not None and shifts.any() else None
         self._problem, self._checker = problem, checker
         nq, unlimited = problem.model.nq, problem.space.turns
         self._limits = [
@@ -55,6 +59,9 @@ class FreeSpace:
     def _place(self, x: Sequence[float]) -> CompiledStep:
         self._calls.next[:] = x
         self._calls.frames()
+        if self._shifts is not None:
+            poses = self._calls.poses.reshape(-1, 3, 4)
+            poses[:, :, 3] += np.einsum("bij,bj->bi", poses[:, :, :3], self._shifts)
         return self._calls
 
     def _shifted(self, x: Sequence[float], shift: Array) -> tuple[Array, Array]:

@@ -52,12 +52,15 @@ class Passage:
         beside: The pairs of body and obstacle that block it, if it is too narrow.
         finished: Whether there was time for all searches; otherwise a path may have been missed,
             and less than ``narrow_by`` may suffice.
+        at_most: Whether less than ``narrow_by`` may suffice, because a body that blocks it is too
+            thin to become so much narrower.
     """
 
     open: bool
     narrow_by: float | None = None
     beside: tuple[str, ...] = ()
     finished: bool = True
+    at_most: bool = False
 
     @property
     def blocked(self) -> bool:
@@ -75,7 +78,8 @@ class Passage:
             return f"No way was found{missing}."
         width, beside = _width(self.narrow_by), ", ".join(self.beside)
         if self.finished:
-            return f"The way is about {width} too narrow: {beside}."
+            figure = "at most" if self.at_most else "about"
+            return f"The way is {figure} {width} too narrow: {beside}."
         return f"No way was found in time, but one for a machine {width} narrower: {beside}."
 
 
@@ -116,7 +120,9 @@ def find_passage(
         return Passage(open=True)
     tight = search.tight(path, slim)
     lack = SHRINKAGE_QUANTUM * (slim if search.is_one_sided(tight, slim) else 2 * slim)
-    return Passage(False, lack, search.touched(tight, slim), not search.expired())
+    beside = search.touched(tight, slim)
+    at_most = not search.is_exact(slim, beside)
+    return Passage(False, lack, beside, not search.expired(), at_most)
 
 
 class _Search:
@@ -171,6 +177,10 @@ class _Search:
         """Whether half the shrinkage suffices after a translation, as at a low gate."""
         shape, by = self._fit.shape((slim + 1) // 2), (slim + 1) // 2 * SHRINKAGE_QUANTUM
         return any(not any(shape.collides(x, by * side) for x in tight.tolist()) for side in SIDES)
+
+    def is_exact(self, slim: int, pairs: Sequence[str]) -> bool:
+        """Whether the bodies that touch something are narrower by all of the shrinkage."""
+        return self._fit.is_exact(slim, {pair.partition(" – ")[0] for pair in pairs})
 
     def touched(self, tight: Array, slim: int) -> tuple[str, ...]:
         """Name what a slightly too large machine touches on a path, most frequent first."""

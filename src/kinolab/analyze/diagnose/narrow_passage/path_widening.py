@@ -9,11 +9,16 @@ roadmaps: the small-step retraction method, Autonomous Robots 19(3), 2005.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 
 import numpy as np
 from numpy.typing import NDArray
 
+from kinolab.analyze.diagnose.narrow_passage.attached_bodies import (
+    attachments,
+    half_widths,
+    shifts,
+)
 from kinolab.analyze.diagnose.narrow_passage.free_space import FreeSpace
 from kinolab.analyze.diagnose.narrow_passage.path_deformation import PathDeformation
 from kinolab.numerics.arrays import Array
@@ -26,6 +31,8 @@ HORIZON = 0.1  # [m] clearance within which a displaced state need not be rechec
 class RequiredShrinkage:
     """Machines shrunk by any number of quanta, made on demand.
 
+    Wheels that are too thin to lose as much come closer to the body beside which they are.
+
     Args:
         problem: The machine and the world.
     """
@@ -33,14 +40,30 @@ class RequiredShrinkage:
     def __init__(self, problem: PlanningTask) -> None:
         self._problem, self._checker = problem, problem.checker()
         self._shapes: dict[int, FreeSpace] = {}
+        self._attached = attachments(problem)
         self._inflated = FreeSpace(problem, self._checker.inflated(HORIZON, ground=False))
 
     def shape(self, slim: int) -> FreeSpace:
         """Return the machine shrunk by ``slim`` quanta on every side."""
         if slim not in self._shapes:
-            checker = self._checker.slimmer(slim * SHRINKAGE_QUANTUM) if slim > 0 else self._checker
-            self._shapes[slim] = FreeSpace(self._problem, checker)
+            by = slim * SHRINKAGE_QUANTUM
+            checker = self._checker.slimmer(by) if slim > 0 else self._checker
+            moved = shifts(self._attached, by, len(self._problem.bodies))
+            self._shapes[slim] = FreeSpace(self._problem, checker, moved)
         return self._shapes[slim]
+
+    def is_exact(self, slim: int, names: Collection[str]) -> bool:
+        """Return whether the bodies of some names are narrower by all of the shrinkage.
+
+        A body that is thinner than that keeps a remainder, unless it comes closer to another one.
+        """
+        moved = {(entry.body, entry.axis) for entry in self._attached}
+        return not any(
+            width < slim * SHRINKAGE_QUANTUM and (i, axis) not in moved
+            for i, body in enumerate(self._problem.bodies)
+            if body.name in names
+            for axis, width in enumerate(half_widths(body))
+        )
 
     def clearance(self, path: Array) -> Array:
         """Return a lower bound on the clearance at each state, shape (n,): ``HORIZON`` or 0.

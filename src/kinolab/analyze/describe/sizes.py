@@ -1,0 +1,48 @@
+"""The bodies of a machine: what they weigh, and how large their shapes are."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from kinolab.dynamics import Body, System
+from kinolab.world.geometry import placement, sizes
+from kinolab.world.support_functions import half_extent
+
+
+@dataclass(frozen=True)
+class BodySize:
+    """A body's mass and size.
+
+    Attributes:
+        name: Name of the body.
+        mass: In [kg].
+        extent: Edges of the box around its shapes, along the axes of its frame, in [m]; None if it
+            has no shape.
+    """
+
+    name: str
+    mass: float
+    extent: tuple[float, float, float] | None
+
+
+def body_sizes(system: System) -> tuple[BodySize, ...]:
+    """Return masses and sizes of a machine's bodies, in its order."""
+    return tuple(
+        BodySize(body.name, system.number(body.mass), _extent(system, body))
+        for body in system.bodies
+    )
+
+
+def _extent(system: System, body: Body) -> tuple[float, float, float] | None:
+    corners = []
+    for shape in system.resolved_shapes(body):
+        kind, half = sizes(shape)
+        frame = placement(shape)
+        reach = np.array([half_extent(int(kind), half, *axis) for axis in frame[:, :3]])
+        corners += [frame[:, 3] - reach, frame[:, 3] + reach]
+    if not corners:
+        return None
+    x, y, z = np.ptp(corners, axis=0).tolist()
+    return x, y, z

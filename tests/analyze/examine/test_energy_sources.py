@@ -1,0 +1,123 @@
+"""Friction with the wrong sign feeds energy in, and is named; friction as it should be is not."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+import sympy
+
+from kinolab.analyze.examine import LawCheck, examine
+from kinolab.dynamics import (
+    WORLD,
+    Body,
+    Control,
+    Coulomb,
+    Force,
+    SlidingFriction,
+    System,
+    Viscous,
+    Wrench,
+    length,
+    move,
+    parameter,
+    rate,
+    rot_z,
+    velocity,
+)
+from kinolab.dynamics.language.forces import Effort
+from kinolab.errors import InputError
+
+SPEED = 2.0  # [m/s], the limit
+X, Y = length("x", -3.0, 3.0, speed=SPEED), length("y", -3.0, 3.0, speed=SPEED)
+SLEDGE = Body("sledge", move(X, Y), mass=2.0, inertia=0.1)
+PUSH = Force("push", on=SLEDGE, along=WORLD.x, limit=1.0)
+
+
+def told(*efforts: Effort, body: Body = SLEDGE) -> list[LawCheck]:
+    machine = System("s", bodies=[body], inputs=[PUSH], efforts=efforts)
+    laws = ("friction takes energy out", "no energy comes from nowhere")
+    return [check for check in examine(machine) if check.law in laws]
+
+
+def test_a_wrench_along_the_velocity_is_friction_with_the_wrong_sign() -> None:
+    """c = 3 N s/m along x: the power is 3 v^2, within half of the speed limit at most 3 W."""
+    (found,) = told(Wrench(on=SLEDGE, force=(3.0 * rate(X), 0, 0)))
+    assert not found.holds
+    watts = re.search(
+        r"wrench on body 'sledge' feeds in up to (\S+) W while all inputs", found.note
+    )
+    assert watts is not None
+    assert 0.0 < float(watts[1]) <= 3.0 * (SPEED / 2) ** 2
+
+
+@pytest.mark.parametrize("turn", [0.0, 0.7])
+def test_drag_takes_energy_out_in_any_axes(turn: float) -> None:
+    """The frame of the body is turned; its own velocity components are what the force opposes."""
+    frame = move(X, Y) @ rot_z(turn)
+    V, body = velocity(frame), Body("sledge", frame, mass=2.0, inertia=0.1)
+    push = Force("push", on=body, along=frame.x, limit=1.0)
+    drag = Wrench(on=body, force=(-3.0 * V.x, -2.0 * V.y * abs(V.y), 0))
+    machine = System("s", bodies=[body], inputs=[push], efforts=[drag])
+    assert all("energy comes" not in one.law and one.holds for one in examine(machine))
+
+
+def test_a_damper_between_two_bodies_counts_their_relative_velocity() -> None:
+    """F = -c (v1 - v2) on one, its reaction on the other: -c (v1 - v2)^2 in all, never positive."""
+    first = Body("first", move(X, 0), mass=1.0, inertia=0.1)
+    second = Body("second", move(Y, 1), mass=1.0, inertia=0.1)
+    push = Force("push", on=first, along=WORLD.x, limit=1.0)
+    for sign, holds in ((-1, True), (1, False)):
+        force = (sign * 0.5 * (rate(X) - rate(Y)), 0, 0)
+        damper = Wrench(on=first, force=force, reacts_on=second)
+        machine = System("s", bodies=[first, second], inputs=[push], efforts=[damper])
+        assert all(check.holds for check in examine(machine)) is holds
+
+
+def test_a_coefficient_that_becomes_negative_on_the_way_is_found() -> None:
+    """1 - 20 x^2 is negative beyond 0.22 m, and positions are looked at up to 1.5 m."""
+    (found,) = told(Viscous(rate(X), 1.0 - 20.0 * X**2))
+    assert not found.holds
+    assert "viscous friction of x_dot" in found.note
+    assert told(Viscous(rate(X), 1.0 + 20.0 * X**2)) == []
+
+
+def test_a_wind_is_told_but_breaks_no_law() -> None:
+    (found,) = told(Wrench(on=SLEDGE, force=(0.5, 0, 0)))
+    assert found.holds
+    assert "but the wrench on body 'sledge' feeds in" in found.note
+
+
+def test_what_an_input_drives_is_no_finding() -> None:
+    motor = Control("motor", limit=1.0)
+    pushed = Wrench(on=SLEDGE, force=((1 + motor.symbol) * rate(X), 0, 0))
+    machine = System("s", bodies=[SLEDGE], inputs=[motor], efforts=[pushed])
+    assert all(check.holds for check in examine(machine))
+
+
+@pytest.mark.parametrize(
+    ("effort", "words"),
+    [
+        (Viscous(rate(X), -0.5), "viscous friction of x_dot: its coefficient is -0.5. Give 0 or"),
+        (Coulomb(rate(X), -1.0), "Coulomb friction of x_dot: its strength is -1. Give 0 or more"),
+        (Coulomb(rate(X), 1.0, 0.0), "Coulomb friction of x_dot: its smoothing is 0. It must be"),
+        (
+            SlidingFriction((rate(X), rate(Y)), -2.0),
+            "sliding friction of x_dot and y_dot: its strength is -2.",
+        ),
+    ],
+)
+def test_friction_with_a_bad_number_is_refused_where_it_is_declared(
+    effort: Effort, words: str
+) -> None:
+    with pytest.raises(InputError) as refused:
+        System("s", bodies=[SLEDGE], inputs=[PUSH], efforts=[effort])
+    assert words in str(refused.value)
+
+
+def test_a_parameter_that_makes_friction_negative_is_refused() -> None:
+    b = parameter("b", 0.2, "N s/m")
+    machine = System("s", bodies=[SLEDGE], inputs=[PUSH], efforts=[Viscous(rate(X), b)])
+    with pytest.raises(InputError, match=r"viscous friction of x_dot: its coefficient is -0\.2"):
+        machine.with_parameters(b=-0.2)
+    assert machine.with_parameters(b=0.0).number(sympy.Integer(1) * b) == 0.0
