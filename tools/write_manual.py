@@ -1,4 +1,4 @@
-"""Write docs/machines.md, docs/scenarios.md and docs/files.md from the code and its manual.
+"""Write machines.md, scenarios.md, files.md and benchmarking.md in docs/ from code and manual.
 
     python tools/write_manual.py [--check]
 

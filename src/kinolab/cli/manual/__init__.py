@@ -1,4 +1,4 @@
-"""The pages of the manual that follow from the code: machines, scenarios, the files of a run."""
+"""The pages of the manual that follow from the code: machines, scenarios, the files of a run, studies."""
 
 from __future__ import annotations
 
@@ -43,10 +43,17 @@ def _files() -> str:
     return files_page()
 
 
+def _studies() -> str:
+    from kinolab.cli.manual.study_keys import studies_page
+
+    return studies_page()
+
+
 PAGES: Mapping[str, ManualPage] = {
     "machine": ManualPage("machines.md", _machines),
     "scenario": ManualPage("scenarios.md", _scenarios),
     "files": ManualPage("files.md", _files),
+    "study": ManualPage("benchmarking.md", _studies),
 }
 
 
