@@ -21,6 +21,7 @@ COMMANDS = (
     "scenario", "check", "execute", "bench", "plot", "video", "gallery", "view", "list",
     "equations", "describe", "simulate", "examine", "new", "course", "warm-up", "help",
 )  # fmt: skip
+OF_MACHINES = ("describe", "equations", "examine", "simulate", "new")  # in a folder of their own
 WHOLE = 200  # characters of a command's summary, none of which is cut
 USAGE, RESOURCES, INTERNAL = 2, 6, 70  # exit codes
 
@@ -37,7 +38,8 @@ class _Front(click.Group):
         return list(COMMANDS)
 
     def get_command(self, _: click.Context, name: str) -> click.Command:
-        module = import_module(f"kinolab.cli.commands.plan_{name.replace('-', '_')}")
+        folder = "commands.machines" if name in OF_MACHINES else "commands"
+        module = import_module(f"kinolab.cli.{folder}.plan_{name.replace('-', '_')}")
         command: click.Command = module.command
         return command
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,7 +15,9 @@ from kinolab.cli.interrupts import INTERRUPTS
 from kinolab.cli.progress import Progress
 
 if TYPE_CHECKING:
-    from kinolab.studies.run_study import Part, StudyFolder
+    from kinolab.studies.columns import Row
+    from kinolab.studies.run_study import StudyFolder, StudyPart
+    from kinolab.studies.study_file import Study
 
 
 @click.command("bench")
@@ -55,34 +58,34 @@ def command(
     OMPL's benchmark logs and a database for Planner Arena are written at the end. If STUDY is a
     folder of results, only these and the report are written.
     """
-    from kinolab.studies.run_study import StudyFolder
+    from kinolab.studies.expansion import run_count
+    from kinolab.studies.journal import first_rows, read_rows
+    from kinolab.studies.run_study import STUDY, StudyFolder
     from kinolab.studies.study_file import read_study
 
     progress = Progress(quiet)
     chosen = _part(part)
-    folder_only = study.is_dir()
-    if folder_only:
-        out, study, resume = study, study / "study.toml", True
-    progress("reading the study and its scenarios")
-    read = read_study(study)
-    folder = StudyFolder(read, out or Path("studies") / study.stem, resume=resume or bool(others))
     complete = True
-    if not folder_only:
-        complete = _run(folder, jobs, dask, chosen, others, progress)
-    with INTERRUPTS.writing():
-        written = _write(folder, report, progress)
-    progress.close()
-    solved = sum(row["solved"] for row in folder.rows.values())
-    if as_json:
-        names = [str(path) for path in written]
-        facts = {"runs": len(folder.rows), "of": len(folder.runs.runs), "solved": solved}
-        echo_json({"folder": str(folder.folder), **facts, "files": names})
+    if study.is_dir():
+        out, read = study, read_study(study / STUDY)
+        rows = first_rows(read_rows(out))
     else:
-        click.echo(
-            f"{folder.folder}: {len(folder.rows)} of {len(folder.runs.runs)} runs, {solved} solved"
-        )
+        progress("reading the study and its scenarios")
+        read, out = read_study(study), out or Path("studies") / study.stem
+        folder = StudyFolder(read, out, resume=resume or bool(others))
+        complete = _run(folder, jobs, dask, chosen, others, progress)
+        rows = list(folder.rows.values())
+    with INTERRUPTS.writing():
+        written = _write(out, read, rows, report, progress)
+    progress.close()
+    of, solved = run_count(read), sum(row["solved"] for row in rows)
+    if as_json:
+        facts = {"runs": len(rows), "of": of, "solved": solved}
+        echo_json({"folder": str(out), **facts, "files": [str(path) for path in written]})
+    else:
+        click.echo(f"{out}: {len(rows)} of {of} runs, {solved} solved")
         for path in written:
-            click.echo(f"  {path.relative_to(folder.folder)}")
+            click.echo(f"  {path.relative_to(out)}")
         if not complete:
             click.echo("  interrupted; the same command with --resume goes on")
     return INTERRUPTED if INTERRUPTS.seen else 0
@@ -92,13 +95,13 @@ def _run(
     folder: StudyFolder,
     jobs: int | None,
     dask: str | None,
-    part: Part,
+    part: StudyPart,
     others: tuple[Path, ...],
     progress: Progress,
 ) -> bool:
-    from kinolab.studies.run_study import Progress as Done
+    from kinolab.studies.run_study import StudyProgress
 
-    def told(done: Done) -> None:
+    def told(done: StudyProgress) -> None:
         text = f"{done.done} of {done.of} runs, {done.solved} solved, {_spoken(done.left)} left"
         progress(text, passing=True)
 
@@ -106,34 +109,37 @@ def _run(
         return folder.run(engine, part=part, others=others, stop=stop, told=told)
 
 
-def _write(folder: StudyFolder, report: bool, progress: Progress) -> list[Path]:
+def _write(
+    folder: Path, study: Study, rows: Sequence[Row], report: bool, progress: Progress
+) -> list[Path]:
     """Write the table and what is made of it; return the paths."""
+    from kinolab.studies.columns import PARQUET, write_parquet
     from kinolab.studies.ompl_benchmark import DATABASE, experiments, write_database, write_logs
 
-    rows = list(folder.rows.values())
-    written = [folder.write_table()]
+    written = [folder / PARQUET]
+    write_parquet(written[0], rows)
     if not rows:
         return written
-    found = experiments(folder.study, rows)
-    written += [*write_logs(folder.folder, found), folder.folder / DATABASE]
+    found = experiments(study, rows)
+    written += [*write_logs(folder, found), folder / DATABASE]
     write_database(written[-1], found)
     if report:
         progress("drawing the report")
         from kinolab.studies.report_page import write_report
 
-        written += write_report(folder.folder, folder.study, rows)
+        written += write_report(folder, study, rows)
     return written
 
 
-def _part(text: str | None) -> Part:
+def _part(text: str | None) -> StudyPart:
     from kinolab.errors import InputError, Mistake
-    from kinolab.studies.run_study import Part
+    from kinolab.studies.run_study import StudyPart
 
     if text is None:
-        return Part()
+        return StudyPart()
     number, _, of = text.partition("/")
     if number.isdecimal() and of.isdecimal() and 1 <= int(number) <= int(of):
-        return Part(int(number), int(of))
+        return StudyPart(int(number), int(of))
     what = f"{text!r} is no part."
     raise InputError([Mistake("--part", what, "Write 2/5 for the second of five.")])
 
