@@ -1,4 +1,4 @@
-"""The pages of the manual that follow from the code: machines, scenarios, the files of a run, studies."""
+"""The pages of the manual that follow from the code: machines, scenarios, runs and studies."""
 
 from __future__ import annotations
 
