@@ -32,7 +32,7 @@ from kinolab.loading import load
 from kinolab.scenario import builtin_scenarios
 from kinolab.studies.dask_engine import DaskEngine
 from kinolab.studies.engine import AbstractEngine, LocalEngine
-from kinolab.studies.orders import Answer, Order, SearchOrder
+from kinolab.studies.orders import Answer, SearchOrder, WorkOrder
 from kinolab.studies.problem_files import ProblemFiles, files_of
 
 SPAN = 0.5  # [s] of a run
@@ -40,7 +40,7 @@ SEARCHED = ("falling_disk_slalom", "rrt_fast")
 
 
 def timed(
-    make: Callable[[], AbstractEngine], orders: Sequence[Order]
+    make: Callable[[], AbstractEngine], orders: Sequence[WorkOrder]
 ) -> tuple[float, float, list[Answer]]:
     """Return the seconds of start-up and of all orders, and their answers."""
     begun = time.perf_counter()
@@ -55,7 +55,7 @@ def timed(
 
 
 def compared(
-    orders: Sequence[Order], files: ProblemFiles, options: argparse.Namespace
+    orders: Sequence[WorkOrder], files: ProblemFiles, options: argparse.Namespace
 ) -> Iterator[str]:
     """Yield table rows: plain processes and Dask workers in turn."""
     with tempfile.TemporaryDirectory() as root:
@@ -81,7 +81,7 @@ def compared(
         )
 
 
-def searches(options: argparse.Namespace) -> tuple[list[Order], ProblemFiles]:
+def searches(options: argparse.Namespace) -> tuple[list[WorkOrder], ProblemFiles]:
     """Return searches of about half a second: of a fixed number of iterations."""
     name, planner = SEARCHED
     files = files_of(load(name, overrides=[f"planner.name={planner}"]))

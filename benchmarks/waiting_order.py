@@ -6,11 +6,11 @@ import time
 from dataclasses import dataclass
 from pathlib import Path
 
-from kinolab.studies.orders import Answer, Order
+from kinolab.studies.orders import Answer, WorkOrder
 
 
 @dataclass(frozen=True)
-class WaitingOrder(Order):
+class WaitingOrder(WorkOrder):
     """Waits, and uses no processor."""
 
     seconds: float

@@ -7,7 +7,12 @@ import re
 from importlib.metadata import version as version_of
 from importlib.util import find_spec
 from pathlib import Path
+from runpy import run_path
 from typing import Any
+
+from sphinx.util import logging
+
+from kinolab.errors import KinolabError
 
 os.environ["KINOLAB_SOLUTIONS"] = "1"  # a wrong solution is an error of the cell that has it
 
@@ -32,6 +37,9 @@ html_static_path = [
 html_css_files = ["course.css"]
 templates_path: list[str] = []
 exclude_patterns = ["static"]
+
+LOG = logging.getLogger(__name__)
+GALLERY = Path(__file__).resolve().parents[1] / "tools" / "write_gallery.py"
 
 myst_enable_extensions = ["dollarmath", "amsmath", "colon_fence", "deflist"]
 myst_heading_anchors = 3
@@ -64,7 +72,24 @@ def _named(_app: Any, _page: str, _template: str, context: dict[str, Any], _: ob
             context["body"] = context["body"].replace(f"{verb} the content", f"{verb} the solution")
 
 
+def _plans(app: Any) -> None:
+    """Write the interactive pages that the films of the gallery lead to, from the kept motions.
+
+    Each motion is verified anew; one that does not solve its scenario is a warning.
+    """
+    if app.builder.name != "html":
+        return
+    gallery = run_path(str(GALLERY))
+    for name in gallery["kept_plans"]():
+        try:
+            gallery["write_plan_page"](name, Path(app.outdir))
+        except KinolabError as error:
+            remedy = f"python tools/write_gallery.py --plans {name} plans it anew"
+            LOG.warning("the gallery's plan for %s: %s\n%s", name, error, remedy)
+
+
 def setup(app: Any) -> None:
     """Connect what this file adds to Sphinx."""
+    app.connect("builder-inited", _plans)
     app.connect("html-page-context", _named)
     app.connect("html-page-context", _unbroken)

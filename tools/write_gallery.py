@@ -1,10 +1,12 @@
 """Write docs/gallery.md from the machines and scenarios themselves.
 
     python tools/write_gallery.py [--check]
-    python tools/write_gallery.py --images [NAME ...] [--seed N]
+    python tools/write_gallery.py [--images [NAME ...]] [--plans [NAME ...]] [--seed N]
 
 With --check nothing is written: it shows how the page differs and returns 1 if it does. With
---images scenarios are planned and filmed first: those named, or all that have no picture yet.
+--images scenarios are planned and filmed first: those named, or all that have no picture yet. The
+motion of a film is kept in docs/plans, from which the site's build makes an interactive page. With
+--plans motions are planned and kept without a film: those named, or all that have a film.
 """
 
 from __future__ import annotations
@@ -17,6 +19,7 @@ import sys
 from collections.abc import Iterable, Iterator, Sequence
 from importlib import import_module
 from pathlib import Path
+from typing import Any
 from unicodedata import normalize
 
 import sympy
@@ -27,15 +30,24 @@ from kinolab.dynamics import Attitude, Constraint, Coordinate, System
 from kinolab.dynamics.lagrange.printing import SUPERSCRIPTS, one_line
 from kinolab.dynamics.language.constraints import PositionConstraint
 from kinolab.dynamics.language.inputs import bounds_of
+from kinolab.dynamics.language.mechanism import Mechanism
+from kinolab.errors import InputError, Mistake
+from kinolab.files import utf_8, write_whole
 from kinolab.problem import PlanningTask
+from kinolab.problem.goal_entries import distance_by_unit, goal_entries
+from kinolab.problem.unwrapping import unwrapped
+from kinolab.runs import check_to_json, margin_to_json
 from kinolab.scenario import builtin_scenarios, dynobench
 from kinolab.show.film.animation import film_of
 from kinolab.show.film.gif import gif_parts
-from kinolab.trajectory import Trajectory
+from kinolab.show.page import page_html
+from kinolab.show.view import content_of
+from kinolab.trajectory import Trajectory, read_csv
+from kinolab.verification import Certificate, verify
 from kinolab.world import Obstacle
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
-PAGE, IMAGES = DOCS / "gallery.md", DOCS / "images"
+PAGE, IMAGES, PLANS = DOCS / "gallery.md", DOCS / "images", DOCS / "plans"
 
 # The order of the course; machines that are not in it follow by name.
 COURSE = (
@@ -56,7 +68,12 @@ INTRODUCTION = """\
 
 Every machine that comes with kinolab, and the scenario that plans for it. `python
 tools/write_gallery.py` writes this page from the machines and scenarios themselves, so that it says
-what they are. Units are SI and radians; `plan equations NAME` prints the equations of motion."""
+what they are. Units are SI and radians; `plan equations NAME` prints the equations of motion.
+
+On the documentation site, a click on a film opens the [interactive page](page.md) of a plan, which
+was verified when the site was built."""
+
+KEPT = "A motion that was planned before; it was verified when this page was made."
 
 
 def page() -> str:
@@ -103,7 +120,8 @@ def machine_section(machine: System, problems: Iterable[PlanningTask]) -> Iterat
     problems = list(problems)
     prose, source = description(machine.name)
     yield f"## {heading(machine.name)}"
-    yield from filter(None, map(image, problems))
+    for problem in problems:
+        yield from image(problem)
     yield from prose
     yield from machine_tables(machine)
     if source:
@@ -227,12 +245,19 @@ def scenario_section(problem: PlanningTask) -> Iterator[str]:
     yield "What the goal does not name is free."
 
 
-def image(problem: PlanningTask) -> str:
-    """Return the picture of a scenario as Markdown, or nothing."""
+def image(problem: PlanningTask) -> Iterator[str]:
+    """Yield the picture of a scenario as Markdown, if there is one, and the way to its plan."""
     path = image_of(problem.name)
     if path is None:
-        return ""
-    return f"![{problem.scenario.title}]({path.relative_to(DOCS).as_posix()})"
+        return
+    picture = f"![{problem.scenario.title}]({path.relative_to(DOCS).as_posix()})"
+    if not plan_of(problem.name).is_file():
+        yield picture
+        return
+    # As HTML: a Markdown link to what is no document would be a broken one to Sphinx.
+    link = f'<a class="plan" href="{plan_page(problem.name)}">'
+    yield f"{link}{picture}</a>"
+    yield f"{link}The plan as an interactive page</a>"
 
 
 def image_of(name: str) -> Path | None:
@@ -315,7 +340,7 @@ def goals_of_bodies(problem: PlanningTask) -> Iterator[Sequence[str]]:
         yield what, f"along {vector(axis.target)}", number(axis.tolerance), "rad"
 
 
-def unit_of(machine: System, name: str) -> str:
+def unit_of(machine: Mechanism, name: str) -> str:
     """Return the unit of a coordinate, a rate or a further state, by its name."""
     known = {state.name: units(state.unit) for state in machine.states}
     for coordinate in machine.coordinates:
@@ -375,20 +400,100 @@ def formula(expression: sympy.Expr) -> str:
     return one_line(expression.xreplace(whole))
 
 
-def draw(name: str, seed: int) -> bool:
-    """Plan a scenario and film the motion; say how that went."""
+def plan_of(name: str) -> Path:
+    """Return the file of a scenario's kept motion, whether there is one or not."""
+    return PLANS / f"{name}.csv"
+
+
+def plan_page(name: str) -> str:
+    """Return where the site has the interactive page of a scenario's plan."""
+    return f"gallery/{name}.html"
+
+
+def kept_plans() -> list[str]:
+    """Return the scenarios whose motion is kept."""
+    return sorted(path.stem for path in PLANS.glob("*.csv"))
+
+
+def write_plan_page(name: str, site: Path) -> Path:
+    """Write the interactive page of a scenario's kept motion, which is verified anew.
+
+    Args:
+        name: Of the scenario.
+        site: Folder of the site.
+
+    Returns:
+        The page's file.
+
+    Raises:
+        InputError: If there is no such scenario, the motion is another machine's, or it does not
+            solve the scenario.
+    """
+    problem = kinolab.load(name)
+    motion = kept_motion(problem)
+    certificate = verify(problem, motion)
+    if not certificate.passed:
+        failures = "; ".join(map(str, certificate.failures))
+        what = f"this motion does not solve the scenario {name}: {failures}."
+        raise InputError([Mistake(f"docs/plans/{name}.csv", what)])
+    content = content_of(problem, motion, facts(problem, motion, certificate))
+    target = site / plan_page(name)
+    target.parent.mkdir(parents=True, exist_ok=True)
+    write_whole(target, utf_8(page_html(content)))
+    return target
+
+
+def kept_motion(problem: PlanningTask) -> Trajectory:
+    """Return the kept motion of a scenario.
+
+    Raises:
+        InputError: If its file is missing or damaged, or another machine's.
+    """
+    model, plant = problem.model, problem.model.plant
+    references = () if plant is model else model.control_names
+    path = plan_of(problem.name)
+    return unwrapped(problem, read_csv(path, model.state_names, plant.control_names, references))
+
+
+def facts(problem: PlanningTask, motion: Trajectory, certificate: Certificate) -> dict[str, Any]:
+    """Return what a page says about a verified motion, by the keys of a report."""
+    return {
+        "status": "solved",
+        "message": KEPT,
+        "cost": motion.duration,
+        "duration": motion.duration,
+        "goal_distance_by_unit": distance_by_unit(goal_entries(problem, motion.x[-1])),
+        "margin": margin_to_json(certificate),
+        "verification": [check_to_json(check) for check in certificate.checks],
+    }
+
+
+def renew(name: str, seed: int, filmed: bool) -> bool:
+    """Plan a scenario, keep the motion, and film it if asked; say how that went."""
     problem = kinolab.load(name)
     found = problem.solve(seed=seed)
     if found.trajectory is None or found.exit_code != 0:
-        print(f"{name}: {found.status}, no picture. {found.message}")
+        print(f"{name}: {found.status}, nothing is written. {found.message}")
         return False
-    path = IMAGES / f"{name}.gif"
+    motion = found.trajectory
+    PLANS.mkdir(exist_ok=True)
+    motion.to_csv(plan_of(name))
+    written = [plan_of(name)]
+    if filmed:
+        written.append(draw(problem, motion))
+    sizes = ", ".join(f"{path.name} of {path.stat().st_size} bytes" for path in written)
+    print(f"{name}: {motion.duration:.1f} s of motion, {sizes}", flush=True)
+    return True
+
+
+def draw(problem: PlanningTask, motion: Trajectory) -> Path:
+    """Film a motion, with fewer frames where the film would be too large; return its file."""
+    path = IMAGES / f"{problem.name}.gif"
     for frames in FRAMES:
-        film(path, problem, found.trajectory, frames)
+        film(path, problem, motion, frames)
         if path.stat().st_size < LARGEST:
             break
-    print(f"{name}: {found.trajectory.duration:.1f} s of motion, {path.stat().st_size} bytes")
-    return True
+    return path
 
 
 def film(path: Path, problem: PlanningTask, trajectory: Trajectory, frames: int) -> None:
@@ -406,14 +511,15 @@ def speed_for(duration: float, frames: int) -> float:
 
 
 def main() -> int:
-    """Write the page, or check it; draw pictures before if asked."""
+    """Write the page, or check it; plan and draw pictures before if asked."""
     options = arguments()
-    drawn = [draw(name, options.seed) for name in options.images]
+    wanted = [*options.images, *(name for name in options.plans if name not in options.images)]
+    done = [renew(name, options.seed, filmed=name in options.images) for name in wanted]
     text = page()
     if options.check:
         return 1 if differs(text) else 0
     PAGE.write_text(text, encoding="utf-8")
-    return 0 if all(drawn) else 1
+    return 0 if all(done) else 1
 
 
 def arguments() -> argparse.Namespace:
@@ -421,15 +527,18 @@ def arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description="Write docs/gallery.md.")
     parser.add_argument("--check", action="store_true", help="write nothing, show what differs")
     parser.add_argument("--images", nargs="*", metavar="NAME", help="plan and film scenarios first")
-    parser.add_argument("--seed", type=int, default=1, help="of the plans that are filmed")
+    parser.add_argument("--plans", nargs="*", metavar="NAME", help="plan scenarios first")
+    parser.add_argument("--seed", type=int, default=1, help="of the plans")
     options = parser.parse_args()
     known = builtin_scenarios()
-    unknown = set(options.images or ()) - set(known)
+    unknown = {*(options.images or ()), *(options.plans or ())} - set(known)
     if unknown:
         parser.error(f"no such scenario: {', '.join(unknown)}; known: {', '.join(known)}")
     if options.images == []:
         options.images = [name for name in known if image_of(name) is None]
-    options.images = options.images or []
+    if options.plans == []:
+        options.plans = [name for name in known if image_of(name) is not None]
+    options.images, options.plans = options.images or [], options.plans or []
     return options
 
 

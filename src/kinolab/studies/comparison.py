@@ -22,7 +22,7 @@ from scipy import stats
 
 from kinolab.numerics.arrays import Array
 from kinolab.studies.columns import Row
-from kinolab.studies.ompl_benchmark import configuration
+from kinolab.studies.ompl_benchmark import configuration, placed
 
 CONFIDENCE = 0.95
 SIGNIFICANT = 0.05
@@ -70,7 +70,10 @@ class Group:
     def times(self) -> Array:
         """Processor time of each search in [s]; infinite where it is not solved."""
         return np.array(
-            [row["search"] if row["solved"] and row["search"] else math.inf for row in self.rows]
+            [
+                math.inf if row["search"] is None or not row["solved"] else row["search"]
+                for row in self.rows
+            ]
         )
 
     @property
@@ -118,14 +121,16 @@ class Comparison:
 def grouped(rows: Iterable[Row]) -> list[Group]:
     """Return rows by scenario, computer and planner, in the order of the study."""
     found: dict[tuple[str, str, str], list[Row]] = {}
-    for row in sorted(rows, key=lambda row: row["index"]):
-        key = (row["scenario"], configuration(row), row["computer"] or "")
-        found.setdefault(key, []).append(row)
+    for row, computer in placed(rows):
+        found.setdefault((row["scenario"], configuration(row), computer), []).append(row)
     return [Group(*key, tuple(own)) for key, own in found.items()]
 
 
 def median(values: Array) -> Interval:
     """Return the median and its interval by order statistics, which needs no distribution.
+
+    Args:
+        values: Shape (n,); some may be infinite.
 
     Source: David and Nagaraja, Order Statistics, 2003, section 7.1.
     """

@@ -6,29 +6,28 @@ Files travel by content, once to each worker, also to those that come later (a w
 from __future__ import annotations
 
 import json
+import logging
+import re
 import time
 from collections.abc import Callable, Iterable
 from concurrent.futures import Executor
 from contextlib import suppress
-from functools import cache
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, final
 
 from kinolab.errors import InputError, Mistake
 from kinolab.lazy import library_of
-from kinolab.studies.engine import AbstractEngine, Crew, EngineLostError
+from kinolab.studies.engine import AbstractEngine, EngineLostError
 from kinolab.studies.hardware import computer
-from kinolab.studies.orders import Answer, Order
+from kinolab.studies.orders import Answer, WorkOrder
 from kinolab.studies.problem_files import ProblemFiles
 
 if TYPE_CHECKING:
-    from distributed import Client, Worker
+    from distributed import Client
 
 LOCAL = "local:"
 CONNECT_SECONDS = 10.0  # [s] for a scheduler to answer
 PATIENCE = 10.0  # [s] without a scheduler before it is given up
 ALLOWED_FAILURES = 50  # workers that may be lost with one order; the engine counts anew
-FOLDER = "kinolab-files"  # below a worker's own
 WHERE = "--dask"
 
 
@@ -48,9 +47,9 @@ class DaskEngine(AbstractEngine):
 
     def __init__(self, address: str, files: Iterable[ProblemFiles]) -> None:
         self._cluster: Any = None
-        self._client: Client = self._connected(address)
         self._gone: float | None = None
         try:
+            self._client: Client = self._connected(address)
             self.workers = self._checked()
             from kinolab.studies.files_plugin import FilesPlugin
 
@@ -67,14 +66,16 @@ class DaskEngine(AbstractEngine):
         dask.config.set({"distributed.scheduler.allowed-failures": ALLOWED_FAILURES})
         if address.startswith(LOCAL):
             count = address.removeprefix(LOCAL)
-            if not (count.isascii() and count.isdigit() and 0 < int(count) <= 1000):
+            if not (re.fullmatch("[0-9]{1,4}", count) and 0 < int(count) <= 1000):
                 what = f"{address!r} is no cluster."
                 raise InputError([Mistake(WHERE, what, "Write local:8, for 8 workers.")])
             self._cluster = distributed.LocalCluster(
                 n_workers=int(count),
                 threads_per_worker=1,
                 dashboard_address=None,
+                scheduler_kwargs={"dashboard_address": "127.0.0.1:0"},  # any port that is free
                 memory_limit=None,
+                silence_logs=logging.CRITICAL,
             )
             address = self._cluster.scheduler_address
         try:
@@ -121,7 +122,9 @@ class DaskEngine(AbstractEngine):
     def _executor(self) -> Executor:
         return self._futures
 
-    def _work(self) -> Callable[[Order], Answer]:
+    def _work(self) -> Callable[[WorkOrder], Answer]:
+        from kinolab.studies.files_plugin import do_order
+
         return do_order
 
     def require(self) -> None:
@@ -151,24 +154,3 @@ class DaskEngine(AbstractEngine):
         if self._cluster is not None:
             with suppress(Exception):
                 self._cluster.close(timeout=5)
-
-
-def do_order(order: Order) -> Answer:
-    """Do an order on a worker.
-
-    Raises:
-        WorkerLostError: If the process that does it was lost.
-    """
-    from distributed import get_worker
-
-    return _crew(str(files_root(get_worker()))).answer(order)
-
-
-def files_root(worker: Worker) -> Path:
-    """Return the folder below which a worker keeps files."""
-    return Path(worker.local_directory) / FOLDER
-
-
-@cache
-def _crew(root: str) -> Crew:
-    return Crew(Path(root))

@@ -14,7 +14,7 @@ from typing import Self, final
 
 from kinolab.concurrency.cancel import CancellationToken, never_cancelled
 from kinolab.errors import KinolabError
-from kinolab.studies.orders import Answer, Order, failure
+from kinolab.studies.orders import Answer, WorkOrder, failure
 from kinolab.studies.worker_process import FORKS, WorkerLostError, WorkerProcess
 
 AHEAD = 3  # orders per worker that are on their way or done
@@ -43,7 +43,7 @@ class AbstractEngine(ABC):
         """What calls a function elsewhere."""
 
     @abstractmethod
-    def _work(self) -> Callable[[Order], Answer]:
+    def _work(self) -> Callable[[WorkOrder], Answer]:
         """Return the function that does an order, where it is called."""
 
     @abstractmethod
@@ -63,7 +63,7 @@ class AbstractEngine(ABC):
 
     @final
     def answers(
-        self, orders: Iterator[Order], stop: CancellationToken = never_cancelled
+        self, orders: Iterator[WorkOrder], stop: CancellationToken = never_cancelled
     ) -> Iterator[Answer]:
         """Yield the answer to each order as it comes, until a token is set.
 
@@ -77,8 +77,8 @@ class AbstractEngine(ABC):
         Raises:
             EngineLostError: If the engine has ended.
         """
-        work, open_now = self._work(), dict[Future[Answer], tuple[Order, int]]()
-        again = deque[tuple[Order, int]]()
+        work, open_now = self._work(), dict[Future[Answer], tuple[WorkOrder, int]]()
+        again = deque[tuple[WorkOrder, int]]()
         coming = ((order, 1) for order in orders)
         while not stop():
             self.require()
@@ -108,7 +108,7 @@ class AbstractEngine(ABC):
         self.close()
 
 
-def _taken(queue: deque[tuple[Order, int]], most: int) -> Iterator[tuple[Order, int]]:
+def _taken(queue: deque[tuple[WorkOrder, int]], most: int) -> Iterator[tuple[WorkOrder, int]]:
     while queue and most > 0:
         most -= 1
         yield queue.popleft()
@@ -126,13 +126,13 @@ class LocalEngine(AbstractEngine):
     def __init__(self, workers: int, root: Path) -> None:
         self.workers, self._root = workers, root
         self._pool = ThreadPoolExecutor(workers, thread_name_prefix="runs")
-        self._crew = Crew(root)
+        self._crew = WorkerProcesses(root)
 
     @property
     def _executor(self) -> Executor:
         return self._pool
 
-    def _work(self) -> Callable[[Order], Answer]:
+    def _work(self) -> Callable[[WorkOrder], Answer]:
         return self._crew.answer
 
     def close(self) -> None:
@@ -142,7 +142,7 @@ class LocalEngine(AbstractEngine):
         self._pool.shutdown(wait=True)
 
 
-class Crew:
+class WorkerProcesses:
     """A worker process for each thread that asks for answers; those that are lost are replaced.
 
     Args:
@@ -154,7 +154,7 @@ class Crew:
         self._of_thread: dict[int, WorkerProcess] = {}
         self._closed = False
 
-    def answer(self, order: Order) -> Answer:
+    def answer(self, order: WorkOrder) -> Answer:
         """Have an order done by the process of this thread.
 
         Raises:

@@ -17,7 +17,7 @@ from kinolab.errors import KinolabError
 from kinolab.files import whole_file
 from kinolab.runs import read_run
 from kinolab.studies.engine import AbstractEngine
-from kinolab.studies.orders import Answer, Order
+from kinolab.studies.orders import Answer, WorkOrder
 from kinolab.studies.problem_files import ProblemFiles, files_in
 
 
@@ -35,7 +35,7 @@ HEADING = ("run", "outcome", "excess", "deviation", "steps")
 
 
 @dataclass(frozen=True)
-class ExecutionOrder(Order):
+class ExecutionOrder(WorkOrder):
     """Consecutive executions of a plan.
 
     Attributes:
@@ -133,6 +133,13 @@ def written(path: Path, runs: Iterable[ExecutionRun]) -> Iterator[Iterator[Execu
         text.detach()
 
 
+def _until(stop: CancellationToken, runs: Iterable[ExecutionRun]) -> Iterator[ExecutionRun]:
+    for run in runs:
+        yield run
+        if stop():
+            raise KeyboardInterrupt
+
+
 def _rows_written(writer: RowWriter, runs: Iterable[ExecutionRun]) -> Iterator[ExecutionRun]:
     for k, run in enumerate(runs):
         if not k:
@@ -175,7 +182,7 @@ def execute_many(
     run = read_run(folder)
     executor = Executor(run.problem, run.trajectory, conditions, seed=seed, large=large)
     if make is None:
-        with written(table, map(executor.run, range(runs))) as coming:
+        with written(table, _until(stop, map(executor.run, range(runs)))) as coming:
             return executor.tally(coming, told)
     executor.run(0)  # mistakes in the conditions are told once, here
     files = plan_files(folder)

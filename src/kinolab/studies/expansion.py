@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import itertools
 import json
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,7 +22,7 @@ from kinolab.search.plugins import seen_from
 from kinolab.studies.problem_files import SCENARIO, ProblemFiles, files_of
 from kinolab.studies.study_file import Case, NamedPlanner, Range, Sobol, Study
 
-MOST_RUNS = 10_000_000
+MOST_RUNS = 1_000_000
 
 
 @dataclass(frozen=True)
@@ -91,8 +92,12 @@ def expanded(study: Study, root: Path) -> StudyRuns:
     Raises:
         InputError: With every mistake in scenarios, planners and settings.
     """
+    if (count := run_count(study)) > MOST_RUNS:
+        what = f"it has {count} runs."
+        raise InputError([Mistake(study.path.name, what, f"At most {MOST_RUNS} are made.")])
     mistakes: list[Mistake] = []
     packed: dict[str, ProblemFiles] = {}
+    meanings: dict[tuple[object, ...], tuple[object, ...]] = {}
     groups: list[tuple[int, tuple[Any, ...]]] = []
     for number, case in enumerate(study.cases, start=1):
         where = f"{study.path.name} [[case]] {number}" if study.case else study.path.name
@@ -114,18 +119,33 @@ def expanded(study: Study, root: Path) -> StudyRuns:
             packed[files.key] = files
             label = (one.label or one.name) if one else problem.scenario.planner.name
             told = (problem.name, label, files.key, bool(case.improve), bool(case.check), fixed)
+            name = (problem.name, label, frozenset(key for key, _ in points[0]))
+            if meanings.setdefault(name, told[2:4]) != told[2:4]:
+                what = f"{label!r} on {problem.name!r} already names something else."
+                remedy = 'Give one a label: planners = [{ name = "…", label = "…" }].'
+                mistakes.append(Mistake(where, what, remedy))
+                continue
             groups += [(seed, (*told, point)) for seed in seeds for point in points]
     if mistakes:
         raise InputError(dict.fromkeys(mistakes))
-    if len(groups) > MOST_RUNS:
-        what = f"it has {len(groups)} runs."
-        raise InputError([Mistake(study.path.name, what, f"At most {MOST_RUNS} are made.")])
     groups.sort(key=lambda group: group[0])  # stable: otherwise as they stand in the file
     runs = [
         RunSpec(index, scenario, label, point, seed, key, improve, check, fixed)
         for index, (seed, (scenario, label, key, improve, check, fixed, point)) in enumerate(groups)
     ]
     return StudyRuns(tuple(runs), packed)
+
+
+def run_count(study: Study) -> int:
+    """Return how many runs a study has, without making any of them."""
+    return sum(
+        len(case.scenarios or [])
+        * len(case.planners or [None])
+        * math.prod(len(values) for values in (case.sweep or {}).values())
+        * (case.sobol.points if case.sobol else 1)
+        * len(_seeds(case))
+        for case in study.cases
+    )
 
 
 def _seeds(case: Case) -> Sequence[int]:
@@ -157,8 +177,11 @@ def sobol_points(sobol: Sobol) -> Iterator[tuple[tuple[str, float], ...]]:
 
 def _in_range(limits: Range, share: float) -> float:
     if limits.scale == "log":
-        return float(limits.low * (limits.high / limits.low) ** share)
-    return float(limits.low + (limits.high - limits.low) * share)
+        low, high = math.log(limits.low), math.log(limits.high)
+        value = math.exp(low + (high - low) * share)
+    else:
+        value = limits.low + (limits.high - limits.low) * share
+    return min(max(value, limits.low), limits.high)  # rounding leads no further
 
 
 def _loaded(

@@ -1,13 +1,18 @@
-"""What each worker of a Dask cluster is given once: the files of all problems."""
+"""What each worker of a Dask cluster has: the files of all problems, and processes for orders."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
 
-from distributed import Worker, WorkerPlugin
+from distributed import Worker, WorkerPlugin, get_worker
 
-from kinolab.studies.dask_engine import files_root
+from kinolab.studies.engine import WorkerProcesses
+from kinolab.studies.orders import Answer, WorkOrder
 from kinolab.studies.problem_files import ProblemFiles
+
+FOLDER = "kinolab-files"  # below a worker's own
 
 
 @dataclass(frozen=True)
@@ -29,3 +34,27 @@ class FilesPlugin(WorkerPlugin):  # type: ignore[misc]
         """Write the files."""
         for one in self.files:
             one.written(files_root(worker))
+
+    def teardown(self, worker: Worker) -> None:
+        """End the processes that have done its orders."""
+        crew_of(str(files_root(worker))).close()
+
+
+def do_order(order: WorkOrder) -> Answer:
+    """Do an order on a worker.
+
+    Raises:
+        WorkerLostError: If the process that does it was lost.
+    """
+    return crew_of(str(files_root(get_worker()))).answer(order)
+
+
+def files_root(worker: Worker) -> Path:
+    """Return the folder below which a worker keeps files."""
+    return Path(worker.local_directory) / FOLDER
+
+
+@cache
+def crew_of(root: str) -> WorkerProcesses:
+    """Return the processes that do orders on this worker, from files below a folder."""
+    return WorkerProcesses(Path(root))

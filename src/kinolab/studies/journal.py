@@ -5,15 +5,15 @@ A line that a crash has cut is taken off before the next one is added.
 
 from __future__ import annotations
 
+import fcntl
 import json
 import os
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
 from kinolab.errors import InputError, KinolabError, Mistake
-from kinolab.files import FileLock
 from kinolab.studies.columns import Row
 
 ROWS = "rows.jsonl"
@@ -37,10 +37,16 @@ class Journal:
 
     def __init__(self, folder: Path) -> None:
         self._path = folder / ROWS
-        self._lock = FileLock(folder / ".lock")
-        if not self._lock.acquire():
+        self._lock = os.open(folder / ".lock", os.O_RDWR | os.O_CREAT, 0o600)
+        try:
+            fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            os.close(self._lock)
             what = "another process runs this study."
-            raise InputError([Mistake(str(folder), what, "Wait for it, or name another --out.")])
+            remedy = "Wait for it, or name another --out."
+            raise InputError([Mistake(str(folder), what, remedy)]) from None
+        except OSError:
+            pass  # this file system has no locks
         whole = sum(len(line) for line in _whole_lines(self._path))
         self._handle = os.open(self._path, os.O_RDWR | os.O_CREAT, 0o644)
         os.ftruncate(self._handle, whole)
@@ -71,7 +77,7 @@ class Journal:
         self, _: type[BaseException] | None, __: BaseException | None, ___: TracebackType | None
     ) -> None:
         os.close(self._handle)
-        self._lock.release()
+        os.close(self._lock)
 
 
 def read_rows(folder: Path) -> list[dict[str, Any]]:
@@ -84,13 +90,21 @@ def read_rows(folder: Path) -> list[dict[str, Any]]:
     for number, line in enumerate(_whole_lines(folder / ROWS), start=1):
         try:
             row = json.loads(line)
-        except ValueError:
+        except (ValueError, RecursionError):
             row = None
         if not isinstance(row, dict) or not isinstance(row.get("index"), int):
             where, what = f"{folder / ROWS} line {number}", "this line is damaged."
             raise InputError([Mistake(where, what, "Remove it; its run is then made again.")])
         rows.append(row)
     return rows
+
+
+def first_rows(rows: Iterable[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Return the first row of each run."""
+    found: dict[int, dict[str, Any]] = {}
+    for row in rows:
+        found.setdefault(row["index"], row)
+    return list(found.values())
 
 
 def _whole_lines(path: Path) -> Iterator[bytes]:

@@ -16,7 +16,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from kinolab.files import write_whole
+from kinolab.files import utf_8, write_whole
 from kinolab.studies.columns import Row
 from kinolab.studies.study_file import Study
 
@@ -54,13 +54,19 @@ CREATE TABLE runs (id INTEGER PRIMARY KEY AUTOINCREMENT, experimentid INTEGER,
 CREATE TABLE progress (runid INTEGER, time REAL, best_cost REAL, PRIMARY KEY (runid, time),
   FOREIGN KEY (runid) REFERENCES runs(id) ON DELETE CASCADE);
 CREATE VIEW bestPlannerConfigsPerExperiment AS
-  SELECT plannerid, experimentid, AVG(solved) AS avg_solved, AVG(time) AS avg_total_time
-  FROM runs GROUP BY experimentid, plannerid ORDER BY avg_solved DESC, avg_total_time;
+  SELECT plannerid, experimentid, MIN(avg_solved) AS avg_solved, avg_total_time
+  FROM (SELECT plannerid, plannerName, experimentid, AVG(solved) AS avg_solved,
+    AVG(total_time) AS avg_total_time FROM ({measured}) GROUP BY plannerid, experimentid)
+  GROUP BY plannerName, experimentid ORDER BY avg_solved DESC, avg_total_time ASC;
 CREATE VIEW bestPlannerConfigs AS
-  SELECT plannerid, name AS plannerName, AVG(solved) AS avg_solved, AVG(time) AS avg_total_time
-  FROM runs INNER JOIN plannerConfigs ON plannerConfigs.id = plannerid
-  GROUP BY plannerid ORDER BY avg_solved DESC, avg_total_time;
+  SELECT plannerid, MIN(avg_solved) AS avg_solved, avg_total_time
+  FROM (SELECT plannerid, plannerName, AVG(solved) AS avg_solved,
+    AVG(total_time) AS avg_total_time FROM ({measured}) GROUP BY plannerid)
+  GROUP BY plannerName ORDER BY avg_solved DESC, avg_total_time ASC;
 """
+MEASURED = """SELECT plannerid, plannerConfigs.name AS plannerName, experimentid, solved,
+    time AS total_time FROM plannerConfigs INNER JOIN experiments INNER JOIN runs
+    ON plannerConfigs.id = runs.plannerid AND experiments.id = runs.experimentid"""
 
 
 @dataclass(frozen=True)
@@ -86,28 +92,30 @@ class Experiment:
     def facts(self) -> dict[str, Any]:
         """What stands once for all runs."""
         rows = self.all_rows
-        first, last = min(r["began"] or 0.0 for r in rows), max(r["began"] or 0.0 for r in rows)
-        versions = json.loads(rows[0]["versions"] or "{}")
+        began = [row["began"] for row in rows if row["began"] is not None] or [0.0]
+        first, last = min(began), max(began)
+        known = next((row for row in rows if row["computer"]), rows[0])
+        versions = json.loads(known["versions"] or "{}")
         return {
             "name": self.name,
-            "totaltime": last - first + max((row["wall"] or 0.0) for row in rows),
+            "totaltime": round(last - first + max((row["wall"] or 0.0) for row in rows), 6),
             "timelimit": self.limits[0],
             "memorylimit": self.limits[1],
             "runcount": max(map(len, self.rows.values())),
             "version": f"kinolab {versions.get('kinolab', '0')}",
-            "hostname": _word(rows[0]["host"] or "UNKNOWN"),
-            "cpuinfo": f"{rows[0]['processor']}, {rows[0]['cores']} cores\n",
+            "hostname": _word(known["host"] or "UNKNOWN"),
+            "cpuinfo": _line(f"{known['processor']}, {known['cores']} cores") + "\n",
             "date": datetime.fromtimestamp(first, UTC).strftime("%Y-%m-%d %H:%M:%S"),
             "seed": "0",
-            "setup": f"{rows[0]['scenario']}\n{rows[0]['versions']}\n",
+            "setup": f"{_line(rows[0]['scenario'])}\n{_line(known['versions'] or '{}')}\n",
         }
 
 
 def experiments(study: Study, rows: Iterable[Row]) -> list[Experiment]:
     """Return rows by scenario, computer and planner, in the order of the study."""
     by_place: dict[tuple[str, str], dict[str, list[Row]]] = defaultdict(lambda: defaultdict(list))
-    for row in sorted(rows, key=lambda row: row["index"]):
-        by_place[row["scenario"], row["computer"] or ""][configuration(row)].append(row)
+    for row, computer in placed(rows):
+        by_place[row["scenario"], computer][configuration(row)].append(row)
     computers = {computer for _, computer in by_place}
     limits = (study.limits.search or study.limits.cpu or 0.0, study.limits.memory or 0.0)
     return [
@@ -118,11 +126,30 @@ def experiments(study: Study, rows: Iterable[Row]) -> list[Experiment]:
     ]
 
 
+def placed(rows: Iterable[Row]) -> Iterator[tuple[Row, str]]:
+    """Yield rows in the order of the study, each with its computer's hash.
+
+    A run that was lost with its process has none; it counts where the others were made, so that
+    shares of solved runs miss none of them. Where these were made on several kinds of computers, it
+    is that of the run before it.
+    """
+    ordered = sorted(rows, key=lambda row: row["index"])
+    last = next((row["computer"] for row in ordered if row["computer"]), "")
+    for row in ordered:
+        last = row["computer"] or last
+        yield row, last
+
+
 def configuration(row: Row) -> str:
     """Return a planner's name with what was swept: ``rrt_fast[goal_bias=0.1]``."""
     swept = json.loads(row["settings"] or "{}")
     told = ",".join(f"{key.removeprefix('planner.')}={_short(v)}" for key, v in swept.items())
-    return f"{row['planner']}[{told}]" if told else str(row["planner"])
+    return _line(f"{row['planner']}[{told}]" if told else str(row["planner"]))
+
+
+def _line(text: str) -> str:
+    """Return a text on one line, as logs and tables need it."""
+    return "".join(c if c.isprintable() else " " for c in text)
 
 
 def _short(value: Any) -> str:
@@ -131,7 +158,7 @@ def _short(value: Any) -> str:
 
 def _word(text: str) -> str:
     """Return a text without white space, as logs need it for names."""
-    return re.sub(r"\s+", "_", text) or "_"
+    return re.sub(r"\s+", "_", _line(text)) or "_"
 
 
 def values_of(row: Row) -> list[float | int | None]:
@@ -166,11 +193,11 @@ def _log_lines(experiment: Experiment) -> Iterator[str]:
     yield "0 experiment properties"
     yield f"Running on {facts['hostname']}"
     yield f"Starting at {facts['date']}"
-    yield from ("<<<|", *facts["setup"].splitlines(), "|>>>")
-    yield from ("<<<|", *facts["cpuinfo"].splitlines(), "|>>>")
+    yield from ("<<<|", *facts["setup"].rstrip("\n").split("\n"), "|>>>")
+    yield from ("<<<|", facts["cpuinfo"].rstrip("\n"), "|>>>")
     yield f"{facts['seed']} is the random seed"
-    yield f"{facts['timelimit']:g} seconds per run"
-    yield f"{facts['memorylimit']:g} MB per run"
+    yield f"{facts['timelimit']!r} seconds per run"
+    yield f"{facts['memorylimit']!r} MB per run"
     yield f"{facts['runcount']} runs per planner"
     yield f"{facts['totaltime']:.6f} seconds spent to collect the data"
     yield "1 enum type"
@@ -195,7 +222,7 @@ def _log_lines(experiment: Experiment) -> Iterator[str]:
 def settings_of(rows: Sequence[Row]) -> list[str]:
     """Return what was set for a planner, as ``key = value``."""
     told = {**json.loads(rows[0]["fixed"] or "{}"), **json.loads(rows[0]["settings"] or "{}")}
-    return [f"{key} = {_short(value)}" for key, value in told.items()]
+    return [_line(f"{key} = {_short(value)}") for key, value in told.items()]
 
 
 def progress(row: Row) -> list[tuple[float, float]]:
@@ -213,11 +240,16 @@ def _cell(value: float | int | None) -> str:
 def write_logs(folder: Path, found: Sequence[Experiment]) -> list[Path]:
     """Write a log for each experiment below ``folder``; return their paths."""
     (folder / LOGS).mkdir(exist_ok=True)
-    paths = []
+    paths: list[Path] = []
     for one in found:
-        path = folder / LOGS / f"{re.sub('[^A-Za-z0-9_.@-]', '_', one.name)}.log"
-        write_whole(path, log_text(one).encode())
+        name = re.sub("[^A-Za-z0-9_.@-]", "_", one.name)[:200]
+        path = folder / LOGS / f"{name}.log"
+        if path in paths:  # another one whose name differs in what file names do not have
+            path = folder / LOGS / f"{name}.{len(paths) + 1}.log"
+        write_whole(path, utf_8(log_text(one)))
         paths.append(path)
+    for old in {*(folder / LOGS).glob("*.log")}.difference(paths):  # of rows before
+        old.unlink()
     return paths
 
 
@@ -226,7 +258,7 @@ def write_database(path: Path, found: Sequence[Experiment]) -> None:
     columns = ", ".join(f"{name.replace(' ', '_')} {kind}" for name, kind in PROPERTIES)
     connection = sqlite3.connect(":memory:")
     with connection:
-        connection.executescript(TABLES.format(columns=columns))
+        connection.executescript(TABLES.format(columns=columns, measured=MEASURED))
         named = [("status", value, name) for value, name in enumerate(STATUSES)]
         connection.executemany("INSERT INTO enums VALUES (?, ?, ?)", named)
         for one in found:
@@ -243,7 +275,7 @@ def _insert(connection: sqlite3.Connection, experiment: Experiment) -> None:
         f"INSERT INTO experiments ({names}) VALUES ({places})", list(facts.values())
     )
     for planner, rows in experiment.rows.items():
-        told = (planner, ";".join(settings_of(rows)))
+        told = (planner, "".join(f"{line}\n;" for line in settings_of(rows)))  # as OMPL has them
         known = connection.execute(
             "SELECT id FROM plannerConfigs WHERE name = ? AND settings = ?", told
         ).fetchone()

@@ -22,13 +22,14 @@ from kinolab.problem import PlanningTask
 from kinolab.search import Budget
 from kinolab.studies.problem_files import SCENARIO
 
+COMPILE_SECONDS = 60.0  # [s] of processor time in which all loops of a planner are compiled
 KEPT_PROBLEMS = 4  # by each process, so that the seeds of one need not load it again
 
 Answer = dict[str, Any]
 
 
 @dataclass(frozen=True)
-class Order(ABC):
+class WorkOrder(ABC):
     """Work for a process.
 
     Attributes:
@@ -52,7 +53,7 @@ class Order(ABC):
         return None
 
     @property
-    def rehearsal(self) -> Order | None:
+    def rehearsal(self) -> WorkOrder | None:
         """A short order that has all loops compiled, done once before others are timed."""
         return None
 
@@ -66,7 +67,7 @@ class Order(ABC):
 
 
 @dataclass(frozen=True)
-class SearchOrder(Order):
+class SearchOrder(WorkOrder):
     """One search, verified.
 
     Attributes:
@@ -100,9 +101,10 @@ class SearchOrder(Order):
         return self.memory
 
     @property
-    def rehearsal(self) -> Order | None:
-        """A search of one iteration."""
-        return replace(self, iterations=1, improve=False, check=False, cpu=None, memory=None)
+    def rehearsal(self) -> WorkOrder | None:
+        """A search of one iteration; it, too, ends where its planner heeds no limit."""
+        cpu = None if self.cpu is None else max(self.cpu, COMPILE_SECONDS)
+        return replace(self, iterations=1, improve=False, check=False, cpu=cpu)
 
     def prepare(self, folder: Path) -> None:
         """Load the problem."""
@@ -190,10 +192,10 @@ def _problem(folder: Path, overrides: tuple[str, ...]) -> PlanningTask:
 
 def peak_memory(usage: resource.struct_rusage) -> float:
     """Return the largest memory of a process that has ended, in MB."""
-    return usage.ru_maxrss / (1e6 if sys.platform == "darwin" else 1e3)
+    return usage.ru_maxrss * (1 if sys.platform == "darwin" else 1024) / 1e6
 
 
-def failure(order: Order, status: str, message: str) -> Answer:
+def failure(order: WorkOrder, status: str, message: str) -> Answer:
     """Return the answer of an order that gave none."""
     return {"index": order.index, "status": status, "message": message}
 

@@ -6,6 +6,7 @@ import html
 import io
 import json
 import math
+import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -34,6 +35,7 @@ if TYPE_CHECKING:
 PAGE, TEXT = "report.html", "report.md"
 INK = "#7a7a7a"  # readable on white and on black
 MOST_DRAWN = 12  # planners in one figure
+METADATA = ("Creator", "Date", "Format", "Type")  # that Matplotlib writes unless they are None
 STYLE = """
 :root { color-scheme: light dark; }
 body { font: 16px/1.5 system-ui, sans-serif; max-width: 68rem; margin: 2rem auto; }
@@ -227,6 +229,11 @@ def _markdown(table: Table) -> str:
     return "\n".join(f"| {' | '.join(cell.replace('|', '/') for cell in row)} |" for row in rows)
 
 
+def _label(text: str) -> str:
+    """Return a text as Matplotlib draws it: dollars are no formulas, all labels are shown."""
+    return (f" {text}" if text.startswith("_") else text).replace("$", r"\$")
+
+
 def _html(table: Table) -> str:
     heading = "".join(f"<th>{html.escape(cell)}</th>" for cell in table[0])
     rows = "".join(
@@ -275,11 +282,13 @@ def _over_time(groups: Sequence[Group]) -> Figure:
             curve.step(
                 [*found, max(end, found[-1])], [*share, share[-1]], where="post", color=f"C{k}"
             )
-        curve.plot([], [], color=f"C{k}", label=group.planner)
-    curve.set(xscale="log", ylim=(0, 1.03), xlabel="search [s]", ylabel="share solved")
+        curve.plot([], [], color=f"C{k}", label=_label(group.planner))
+    curve.set(ylim=(0, 1.03), xlabel="search [s]", ylabel="share solved")
     curve.legend(fontsize=7, loc="lower right", labelcolor=INK, framealpha=0.0)
     _boxes(times, [g.times[np.isfinite(g.times)] for g in groups], groups, "search [s]")
-    times.set_xscale("log")
+    if any(np.isfinite(group.times).any() for group in groups):  # no logarithm of nothing
+        curve.set_xscale("log")
+        times.set_xscale("log")
     _boxes(durations, [g.durations for g in groups], groups, "motion [s]")
     durations.set_yticklabels([])
     return figure
@@ -288,7 +297,7 @@ def _over_time(groups: Sequence[Group]) -> Figure:
 def _boxes(axes: Axes, values: Sequence[Any], groups: Sequence[Group], label: str) -> None:
     colour: dict[str, Any] = {"color": INK}
     axes.boxplot(
-        list(values), orientation="horizontal", tick_labels=[group.planner for group in groups],
+        list(values), orientation="horizontal", tick_labels=[_label(g.planner) for g in groups],
         boxprops=colour, whiskerprops=colour, capprops=colour,
         medianprops={"color": "#d62728"}, flierprops={"markeredgecolor": INK, "markersize": 3},
     )  # fmt: skip
@@ -303,26 +312,34 @@ def _swept_numbers(groups: Sequence[Group]) -> list[str]:
     for group in groups:
         for row in group.rows:
             for key, value in json.loads(row["settings"] or "{}").items():
-                if isinstance(value, int | float) and not isinstance(value, bool):
+                if _is_number(value):
                     found.setdefault(key, set()).add(value)
     return [key for key, values in found.items() if len(values) > 2]
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)
 
 
 def _against(groups: Sequence[Group], key: str) -> Figure:
     figure = _new_figure((7.0, 3.4))
     axes = figure.subplots()
-    planners = list(dict.fromkeys(row["planner"] for group in groups for row in group.rows))
-    rows = [row for group in groups for row in group.rows if row["search"] is not None]
-    for k, planner in enumerate(planners):
+    rows = [
+        row
+        for group in groups
+        for row in group.rows
+        if row["search"] is not None and _is_number(json.loads(row["settings"] or "{}").get(key))
+    ]
+    for k, planner in enumerate(dict.fromkeys(row["planner"] for row in rows)):
         for solved, marker in ((True, "o"), (False, "x")):
             own = [r for r in rows if r["planner"] == planner and bool(r["solved"]) is solved]
             x = [json.loads(row["settings"])[key] for row in own]
             axes.plot(
                 x, [row["search"] for row in own], marker, color=f"C{k}", markersize=4, alpha=0.6
             )
-        axes.plot([], [], "o", color=f"C{k}", label=planner)
+        axes.plot([], [], "o", color=f"C{k}", label=_label(planner))
     axes.plot([], [], "x", color=INK, label="not solved")
-    axes.set(yscale="log", xlabel=key, ylabel="search [s]")
+    axes.set(yscale="log" if rows else "linear", xlabel=_label(key), ylabel="search [s]")
     axes.legend(fontsize=7, labelcolor=INK, framealpha=0.0)
     return figure
 
@@ -348,8 +365,9 @@ def _figure_html(figure: Figure, caption: str) -> str:
     out = io.StringIO()
     FigureCanvasSVG(figure)
     with mpl.rc_context({"svg.fonttype": "none"}):
-        figure.savefig(out, format="svg", metadata={"Date": None})
+        figure.savefig(out, format="svg", metadata=dict.fromkeys(METADATA))
     svg = out.getvalue()
     svg = svg[svg.index("<svg") :].replace("<svg ", '<svg role="img" ', 1)
+    svg = re.sub(r' xmlns(:\w+)?="[^"]*"', "", svg, count=2)  # HTML knows its names
     said = html.escape(caption)
     return f"<figure>{svg}<figcaption>{said}</figcaption></figure>"

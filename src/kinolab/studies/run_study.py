@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import shutil
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
@@ -30,7 +29,7 @@ MakeEngine: TypeAlias = Callable[[Iterable[ProblemFiles], Path], AbstractEngine]
 
 
 @dataclass(frozen=True)
-class Part:
+class StudyPart:
     """One of several parts of a study: every ``of``-th run from the ``number``-th on."""
 
     number: int = 1
@@ -42,7 +41,7 @@ class Part:
 
 
 @dataclass(frozen=True)
-class Progress:
+class StudyProgress:
     """How far a study is.
 
     Attributes:
@@ -107,10 +106,10 @@ class StudyFolder:
         self,
         engine: MakeEngine | None = None,
         *,
-        part: Part = Part(),
+        part: StudyPart = StudyPart(),
         others: Sequence[Path] = (),
         stop: CancellationToken = never_cancelled,
-        told: Callable[[Progress], None] = lambda _: None,
+        told: Callable[[StudyProgress], None] = lambda _: None,
     ) -> bool:
         """Make all runs that have no row, and keep each row as it comes.
 
@@ -130,7 +129,12 @@ class StudyFolder:
             EngineLostError: If the engine ends; rows so far are kept.
             FullError: If a row cannot be written; rows so far are kept.
         """
+        for other in others:
+            if not (other / ROWS).is_file():
+                what, remedy = "there are no rows of a study.", "Name the folder of its results."
+                raise InputError([Mistake(str(other), what, remedy)])
         with Journal(self.folder) as journal:
+            self._take(read_rows(self.folder), str(self.folder))  # of a process just before
             write_whole(self.folder / STUDY, self.study.path.read_bytes())
             for other in others:
                 for row in self._take(read_rows(other), str(other)):
@@ -150,7 +154,7 @@ class StudyFolder:
         of: int,
         journal: Journal,
         stop: CancellationToken,
-        told: Callable[[Progress], None],
+        told: Callable[[StudyProgress], None],
     ) -> None:
         begun, known = time.monotonic(), of - len(missing)
         solved = sum(bool(row["solved"]) for row in self.rows.values())
@@ -160,7 +164,7 @@ class StudyFolder:
             self.rows[row["index"]] = row
             solved += row["solved"]
             left = (time.monotonic() - begun) / made * (len(missing) - made)
-            told(Progress(known + made, of, solved, left))
+            told(StudyProgress(known + made, of, solved, left))
 
     def _orders(self, specs: Iterable[RunSpec]) -> Iterator[SearchOrder]:
         limits = self.study.limits
@@ -236,8 +240,6 @@ def _earlier(folder: Path, resume: bool) -> list[dict[str, Any]]:
     except OSError as error:
         what = f"this folder cannot be made: {error.strerror}."
         raise InputError([Mistake(str(folder), what, "Name another.")]) from None
-    if not resume:
-        shutil.rmtree(folder / SCENARIOS, ignore_errors=True)
     return rows
 
 

@@ -2,20 +2,25 @@
 
 from __future__ import annotations
 
+import math
 import tomllib
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal, get_args
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import BaseModel, ConfigDict, Field, PrivateAttr, ValidationError, model_validator
 from pydantic_core import ErrorDetails
 
 from kinolab.errors import InputError, Mistake, unknown_name
 from kinolab.scenario.file_lookup import read_text
-from kinolab.scenario.toml_text import key_text, shown
+from kinolab.scenario.toml_text import MOST_PARTS, key_text, long_key, shown
 
 MOST_SEEDS = 1_000_000
+MOST_SEED = 2**63 - 1  # the largest that tables hold
 MOST_POINTS = 65_536  # of a Sobol sequence
+MOST_KEYS = 64  # that are swept by one sequence or grid
+MOST_TOLD = 100  # mistakes; more are not read
 NAMED_ELSEWHERE = {  # keys of a scenario that a study names by keys of its own
     "planner.name": "List planners under planners.",
     "planner.seed": "Give seeds.",
@@ -23,6 +28,8 @@ NAMED_ELSEWHERE = {  # keys of a scenario that a study names by keys of its own
     "planner.max_iterations": "Give [limits] iterations.",
     "system.name": "List scenarios under scenarios.",
     "system.file": "List scenarios under scenarios.",
+    "planner": "Give its keys, such as planner.goal_bias.",
+    "system": "Give its keys, such as system.parameters.",
 }
 
 Positive = Annotated[float, Field(gt=0.0)]
@@ -42,7 +49,7 @@ class Limits(Table):
         Positive | None, Field(description="Processor time of a search, in s; the scenario's.")
     ] = None
     iterations: Annotated[
-        Annotated[int, Field(gt=0)] | None,
+        Annotated[int, Field(gt=0, le=MOST_SEED)] | None,
         Field(description="Iterations of a search; the scenario's."),
     ] = None
     cpu: Annotated[
@@ -56,8 +63,6 @@ class Limits(Table):
 class Range(Table):
     """Between which values a Sobol sequence varies a key."""
 
-    model_config = ConfigDict(populate_by_name=True)
-
     low: Annotated[float, Field(alias="from", description="Lowest value.")]
     high: Annotated[float, Field(alias="to", description="Highest value.")]
     scale: Annotated[
@@ -68,6 +73,8 @@ class Range(Table):
     def _sensible(self) -> Range:
         if self.low >= self.high:
             raise ValueError("its from is not below its to")
+        if not math.isfinite(self.high - self.low):
+            raise ValueError("it is wider than numbers reach")
         if self.scale == "log" and self.low <= 0.0:
             raise ValueError("a logarithmic scale needs values above 0")
         return self
@@ -81,7 +88,8 @@ class Sobol(Table):
     ]
     seed: Annotated[int, Field(ge=0, description="Of the scrambling.")] = 1
     ranges: Annotated[
-        dict[str, Range], Field(min_length=1, description="By key, { from = …, to = … }.")
+        dict[str, Range],
+        Field(min_length=1, max_length=MOST_KEYS, description="By key, { from = …, to = … }."),
     ]
 
 
@@ -89,7 +97,9 @@ class NamedPlanner(Table):
     """A planner with settings and a label of its own."""
 
     name: Annotated[str, Field(min_length=1, description="A planner's name, or file.py:Class.")]
-    label: Annotated[str, Field(description="What tables call it; its name when left out.")] = ""
+    label: Annotated[
+        str, Field(max_length=100, description="What tables call it; its name when left out.")
+    ] = ""
     settings: Annotated[dict[str, Value], Field(description="Keys of [planner] and values.")] = {}
 
 
@@ -106,9 +116,9 @@ class Case(Table):
     ] = None
     seeds: Annotated[
         Annotated[int, Field(gt=0, le=MOST_SEEDS)]
-        | Annotated[list[Annotated[int, Field(ge=0)]], Field(min_length=1)]
+        | Annotated[list[Annotated[int, Field(ge=0, le=MOST_SEED)]], Field(min_length=1)]
         | None,
-        Field(description="How many, from 1 on, or a list."),
+        Field(description=f"How many, from 1 on, up to {MOST_SEEDS}, or a list."),
     ] = None
     improve: Annotated[
         bool | None, Field(description="Whether motions are made exact and shorter; false.")
@@ -121,19 +131,16 @@ class Case(Table):
     ] = None
     sweep: Annotated[
         dict[str, Annotated[list[Value], Field(min_length=1)]] | None,
-        Field(description="Lists of values by dotted key; all combinations are run."),
+        Field(
+            max_length=MOST_KEYS,
+            description="Lists of values by dotted key; all combinations are run.",
+        ),
     ] = None
     sobol: Annotated[Sobol | None, Field(description="Ranges by dotted key, and points.")] = None
 
 
 class Study(Case):
-    """A study: what all cases share, and the cases, if there are several.
-
-    Attributes:
-        path: Of its file.
-    """
-
-    model_config = ConfigDict(populate_by_name=True)
+    """A study: what all cases share, and the cases, if there are several."""
 
     schema_version: Annotated[Literal[1], Field(alias="schema", description="1.")]
     title: Annotated[str, Field(min_length=1, description="What the study asks, in a line.")]
@@ -141,7 +148,12 @@ class Study(Case):
     case: Annotated[
         list[Case], Field(description="[[case]]: further combinations, with keys of their own.")
     ] = []
-    path: Path = Field(default=Path("study.toml"), exclude=True)
+    _path: Path = PrivateAttr(default=Path("study.toml"))
+
+    @property
+    def path(self) -> Path:
+        """Of its file."""
+        return self._path
 
     @property
     def cases(self) -> list[Case]:
@@ -159,40 +171,99 @@ def read_study(path: Path) -> Study:
     Raises:
         InputError: With every mistake that can be found without its scenarios.
     """
-    text = read_text(path)
+    document = _document(read_text(path), path)
+    mistakes = []
     try:
-        document = tomllib.loads(text)
-    except (tomllib.TOMLDecodeError, RecursionError) as error:
-        raise InputError([Mistake(path.name, f"this is not TOML: {error}.")]) from None
-    if document.keys() >= {"system"}:
-        what = "this is a scenario, not a study."
-        raise InputError([Mistake(path.name, what, f"`plan {path}` plans it.")])
-    document.pop("path", None)
-    try:
-        study = Study.model_validate(document).model_copy(update={"path": path})
+        study = Study.model_validate(document)
+        study._path = path
     except ValidationError as error:
-        lines = error.errors(include_url=False)
-        raise InputError(dict.fromkeys(_mistake(line, path) for line in lines)) from None
-    mistakes = list(_missing(study))
-    if mistakes:
-        raise InputError(mistakes)
+        mistakes += [_mistake(line, path) for line in _told(error)]
+    mistakes += _misplaced(document, path)
+    told = list(dict.fromkeys(mistakes))
+    if len(told) > MOST_TOLD:
+        rest = Mistake(path.name, "there are more mistakes than these.", "Mend these first.")
+        told = [*told[:MOST_TOLD], rest]
+    if told:
+        raise InputError(told)
     return study
 
 
-def _missing(study: Study) -> Iterator[Mistake]:
-    """Yield what cannot be left out, and keys that stand where others belong."""
-    for number, case in enumerate(study.cases, start=1):
-        where = f"{study.path.name} [[case]] {number}" if study.case else study.path.name
-        if not case.scenarios:
+def _document(text: str, path: Path) -> dict[str, Any]:
+    """Return what a file holds.
+
+    Raises:
+        InputError: If it is not TOML, or not a study.
+    """
+    if line := long_key(text):
+        what = f"a key has more than {MOST_PARTS} parts with dots between them."
+        raise InputError([Mistake(f"{path.name} line {line}", what, "Shorten it.")])
+    try:
+        document = tomllib.loads(text)
+    except RecursionError:
+        what, remedy = "its lists or tables are nested too deep.", "Flatten them."
+        raise InputError([Mistake(path.name, what, remedy)]) from None
+    except tomllib.TOMLDecodeError as error:
+        what = f"this is not TOML: {error}."
+        remedy = 'TOML has key = value, "text" in quotes, [lists] and { tables = "closed" }.'
+        raise InputError([Mistake(path.name, what, remedy)]) from None
+    except ValueError:  # Python reads at most 4300 digits
+        what = "one of its numbers is too long to read."
+        raise InputError([Mistake(path.name, what, "Shorten the number.")]) from None
+    if "system" in document:
+        what = "this is a scenario, not a study."
+        raise InputError([Mistake(path.name, what, f"`plan {path}` plans it.")])
+    return document
+
+
+def _misplaced(document: Mapping[str, Any], path: Path) -> Iterator[Mistake]:
+    """Yield what cannot be left out, and keys that stand where others belong.
+
+    The document need not be one of a study in other respects: all mistakes are told at once.
+    """
+    named = document.get("case")
+    cases = [case for case in named if isinstance(case, dict)] if isinstance(named, list) else []
+    for number, case in enumerate(cases or [{}], start=1):
+        where = f"{path.name} [[case]] {number}" if cases else path.name
+        told = {**document, **case}
+        if "scenarios" not in told:
             yield Mistake(where, "no scenarios are named.", 'Write scenarios = ["…"].')
-        swept = [*(case.sweep or {}), *(case.sobol.ranges if case.sobol else {})]
-        for key in [*(case.settings or {}), *swept]:
-            if key in NAMED_ELSEWHERE:
-                yield Mistake(
-                    f"{where} {key_text(key)}", "this is not set here.", NAMED_ELSEWHERE[key]
-                )
-        for key in sorted({key for key in swept if swept.count(key) > 1}):
-            yield Mistake(f"{where} {key_text(key)}", "it is swept twice.", "Leave one out.")
+        swept = [*_keys(told.get("sweep")), *_keys(_table(told.get("sobol")).get("ranges"))]
+        for key in [*_keys(told.get("settings")), *swept, *_planner_keys(told.get("planners"))]:
+            if remedy := NAMED_ELSEWHERE.get(_plain(key)):
+                yield Mistake(f"{where} {key_text(key)}", "this is not set here.", remedy)
+        for key, count in sorted(Counter(swept).items()):
+            if count > 1:
+                yield Mistake(f"{where} {key_text(key)}", "it is swept twice.", "Leave one out.")
+
+
+def _table(value: object) -> Mapping[str, Any]:
+    return value if isinstance(value, dict) else {}
+
+
+def _keys(value: object) -> list[str]:
+    return list(_table(value))
+
+
+def _planner_keys(planners: object) -> list[str]:
+    """Return the keys that planners of a list set, as a scenario has them."""
+    tables = [_table(one) for one in planners] if isinstance(planners, list) else []
+    return [f"planner.{key}" for one in tables for key in _keys(one.get("settings"))]
+
+
+def _plain(key: str) -> str:
+    """Return a dotted key without the quotes and spaces that TOML allows around its parts."""
+    return ".".join(part.strip(" \t\"'") for part in key.split("."))
+
+
+def _told(error: ValidationError) -> list[ErrorDetails]:
+    """Return what pydantic found; of a value that may be of several kinds only what is nearest.
+
+    Where a list or table has a mistake inside, that it is no number or text is not one more.
+    """
+    lines = error.errors(include_url=False)
+    places = [tuple(_place(line["loc"])[0]) for line in lines]
+    outer = {place[:length] for place in places for length in range(len(place))}
+    return [line for line, place in zip(lines, places, strict=True) if place not in outer]
 
 
 def _mistake(line: ErrorDetails, path: Path) -> Mistake:
@@ -201,7 +272,6 @@ def _mistake(line: ErrorDetails, path: Path) -> Mistake:
     where = f"{path.name} {_written(keys)}".rstrip()
     if line["type"] == "extra_forbidden":
         known = sorted(field.alias or name for name, field in model.model_fields.items())
-        known = [name for name in known if name != "path"]
         unknown = unknown_name("key", str(keys[-1]), known=known)
         return Mistake(where, unknown.what, unknown.remedy)
     if line["type"] == "missing":
@@ -220,7 +290,7 @@ def _place(location: tuple[int | str, ...]) -> tuple[list[int | str], type[Table
         fields = {field.alias or name: field for name, field in model.model_fields.items()}
         if isinstance(part, int):
             keys.append(part)
-        elif part in fields and part != "path":
+        elif part in fields:
             keys.append(part)
             about = fields[part].description or about
             model = _model_in(fields[part].annotation) or model

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import ctypes
 import os
+import resource
 import signal
 import sys
 import time
@@ -22,7 +23,7 @@ from typing import NoReturn
 from kinolab.concurrency.serving import serve
 from kinolab.concurrency.starting import bury, start_process
 from kinolab.studies.hardware import computer
-from kinolab.studies.orders import Answer, Order, failure, peak_memory
+from kinolab.studies.orders import Answer, WorkOrder, failure, peak_memory
 
 MODULE = __name__
 FORKS = sys.platform == "linux"
@@ -47,7 +48,7 @@ class WorkerProcess:
     def __init__(self) -> None:
         self._process, self._connection = start_process(MODULE)
 
-    def answer(self, order: Order, root: Path) -> Answer:
+    def answer(self, order: WorkOrder, root: Path) -> Answer:
         """Have an order done.
 
         Args:
@@ -93,18 +94,20 @@ def _work(connection: Connection) -> None:
 
 
 def _answer(
-    order: Order, folder: Path, connection: Connection, rehearsed: set[str]
+    order: WorkOrder, folder: Path, connection: Connection, rehearsed: set[str]
 ) -> Answer | Killed:
     try:
         order.prepare(folder)
     except Exception as error:
-        return failure(order, "error", str(error))
+        return {**computer(), **failure(order, "error", str(error))}
     if FORKS and order.rehearsal and order.files not in rehearsed:
         rehearsed.add(order.files)
         _forked(order.rehearsal, folder, connection)
     load, at = os.getloadavg()[0], time.time()
     if not (order.isolated and FORKS):
-        answer: Answer | Killed = order.work(folder)
+        done = order.work(folder)
+        memory = peak_memory(resource.getrusage(resource.RUSAGE_SELF))
+        answer: Answer | Killed = {**done, "memory": memory}
     else:
         answer = _forked(order, folder, connection)
     if isinstance(answer, Killed):
@@ -112,7 +115,7 @@ def _answer(
     return {"index": order.index, "began": at, "load": load, **computer(), **answer}
 
 
-def _forked(order: Order, folder: Path, connection: Connection) -> Answer | Killed:
+def _forked(order: WorkOrder, folder: Path, connection: Connection) -> Answer | Killed:
     """Do an order in a fork, which is killed at its limits, or once nobody waits for it."""
     ours, theirs = Pipe(duplex=False)
     parent = os.getpid()
@@ -151,7 +154,7 @@ def _forked(order: Order, folder: Path, connection: Connection) -> Answer | Kill
     return {**failure(order, "crashed", f"its process was ended by {how}."), **used}
 
 
-def _in_fork(order: Order, folder: Path, theirs: Connection, parent: int) -> NoReturn:
+def _in_fork(order: WorkOrder, folder: Path, theirs: Connection, parent: int) -> NoReturn:
     """Do an order in this process, send its answer and leave."""
     try:
         ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
@@ -161,7 +164,7 @@ def _in_fork(order: Order, folder: Path, theirs: Connection, parent: int) -> NoR
         os._exit(0)  # whatever happened: this is a copy of a process that goes on
 
 
-def _exceeded(order: Order, child: int) -> str:
+def _exceeded(order: WorkOrder, child: int) -> str:
     """Return the limit that a process has exceeded; empty if it has not."""
     import psutil
 

@@ -1,0 +1,86 @@
+"""A Dask cluster makes the same rows; what would spoil them is refused before the first run."""
+
+from __future__ import annotations
+
+import json
+import socket
+from collections.abc import Callable
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from kinolab.errors import InputError
+from kinolab.studies import dask_engine
+from kinolab.studies.dask_engine import DaskEngine
+from kinolab.studies.run_study import StudyFolder, differing
+from tests.studies.tiny_study import LIMITED, TINY, kept, rows_made, study_in
+
+pytest.importorskip("distributed")
+pytestmark = pytest.mark.filterwarnings(  # distributed's own, as it leaves
+    "ignore::ResourceWarning", "ignore::pytest.PytestUnraisableExceptionWarning"
+)
+
+
+def refused(address: str) -> str:
+    with pytest.raises(InputError) as caught:
+        DaskEngine(address, [])
+    return str(caught.value)
+
+
+@pytest.mark.parametrize(
+    "address", ["local:0", "local:x", "local:", "local:-1", "local:²", f"local:{'9' * 5000}"]
+)
+def test_an_address_that_is_no_cluster_is_refused(address: str) -> None:
+    assert refused(address) == f"--dask: {address!r} is no cluster. Write local:8, for 8 workers."
+
+
+def test_a_scheduler_that_does_not_answer_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(dask_engine, "CONNECT_SECONDS", 0.3)
+    with socket.socket() as unused:
+        unused.bind(("127.0.0.1", 0))
+        address = f"tcp://127.0.0.1:{unused.getsockname()[1]}"
+        told = refused(address)
+    assert told.startswith(f"--dask: no scheduler answers at {address} (")
+    assert told.endswith("starts one, `dask worker ADDRESS` its workers; or local:8.")
+
+
+def test_a_cluster_makes_the_rows_of_processes_here(tmp_path: Path) -> None:
+    study = study_in(tmp_path, f"{TINY}seeds = 4\n{LIMITED}")
+    here = rows_made(study, tmp_path / "here")
+    folder = StudyFolder(study, tmp_path / "there")
+    assert folder.run(lambda files, _: DaskEngine("local:2", files))
+    there = [folder.rows[index] for index in sorted(folder.rows)]
+    assert differing(here, there) == []
+    assert len(kept(tmp_path / "there")) == 4
+
+
+def test_a_worker_with_another_version_is_refused_before_the_first_run(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    about: dict[str, Any] = dask_engine.computer()
+    versions = {**json.loads(about["versions"]), "numba": "9.9"}
+    theirs = json.loads(about["versions"])["numba"]
+    other = {**about, "versions": json.dumps(versions)}
+    monkeypatch.setattr(dask_engine, "computer", OtherHere(other, dask_engine.computer))
+    folder = StudyFolder(study_in(tmp_path, TINY), tmp_path / "out")
+    with pytest.raises(InputError) as caught:
+        folder.run(lambda files, _: DaskEngine("local:1", files))
+    told = str(caught.value)
+    assert told.startswith("--dask: worker tcp://")
+    assert told.endswith(f" has numba {theirs}, not 9.9. Install the same versions there.")
+    assert kept(tmp_path / "out") == []
+
+
+class OtherHere:
+    """Says here that a version is another one; where it is sent to, what is true there."""
+
+    def __init__(self, here: dict[str, Any], there: Callable[[], dict[str, Any]]) -> None:
+        self._here, self._there = here, there
+
+    def __call__(self) -> dict[str, Any]:
+        return self._here
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return getattr, (import_module(self._there.__module__), self._there.__name__)
