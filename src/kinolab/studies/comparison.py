@@ -119,11 +119,13 @@ class Comparison:
 
 
 def grouped(rows: Iterable[Row]) -> list[Group]:
-    """Return rows by scenario, computer and planner, in the order of the study."""
+    """Return rows by scenario, then by computer and planner, in the order of the study."""
     found: dict[tuple[str, str, str], list[Row]] = {}
     for row, computer in placed(rows):
         found.setdefault((row["scenario"], configuration(row), computer), []).append(row)
-    return [Group(*key, tuple(own)) for key, own in found.items()]
+    scenarios = list(dict.fromkeys(scenario for scenario, _, _ in found))
+    groups = [Group(*key, tuple(own)) for key, own in found.items()]
+    return sorted(groups, key=lambda group: scenarios.index(group.scenario))
 
 
 def median(values: Array) -> Interval:

@@ -27,7 +27,13 @@ if TYPE_CHECKING:
 LOCAL = "local:"
 CONNECT_SECONDS = 10.0  # [s] for a scheduler to answer
 PATIENCE = 10.0  # [s] without a scheduler before it is given up
-ALLOWED_FAILURES = 50  # workers that may be lost with one order; the engine counts anew
+SETTINGS = {  # of Dask, for clusters on this computer: what watches workers takes their processors
+    "distributed.scheduler.allowed-failures": 50,  # with one order; the engine counts anew
+    "distributed.worker.profile.enabled": False,
+    "distributed.admin.tick.interval": "1s",
+    "distributed.admin.system-monitor.interval": "5s",
+    "distributed.admin.system-monitor.gil.enabled": False,
+}
 WHERE = "--dask"
 
 
@@ -63,7 +69,7 @@ class DaskEngine(AbstractEngine):
         distributed = library_of("bench", "distributed", "--dask needs Dask's distributed")
         import dask
 
-        dask.config.set({"distributed.scheduler.allowed-failures": ALLOWED_FAILURES})
+        dask.config.set(SETTINGS)
         if address.startswith(LOCAL):
             count = address.removeprefix(LOCAL)
             if not (re.fullmatch("[0-9]{1,4}", count) and 0 < int(count) <= 1000):

@@ -10,7 +10,7 @@ import re
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -38,13 +38,14 @@ MOST_DRAWN = 12  # planners in one figure
 METADATA = ("Creator", "Date", "Format", "Type")  # that Matplotlib writes unless they are None
 STYLE = """
 :root { color-scheme: light dark; }
-body { font: 16px/1.5 system-ui, sans-serif; max-width: 68rem; margin: 2rem auto; }
+body { font: 16px/1.5 system-ui, sans-serif; max-width: 76rem; margin: 2rem auto; }
 body { padding: 0 1rem; }
 table { border-collapse: collapse; display: block; overflow-x: auto; }
-table { font-variant-numeric: tabular-nums; }
-th, td { padding: .25rem .7rem; border-bottom: 1px solid #8884; }
+table { font-variant-numeric: tabular-nums; font-size: .85rem; }
+th, td { padding: .25rem .5rem; border-bottom: 1px solid #8884; }
 th, td { text-align: left; white-space: nowrap; }
-figure { margin: 1rem 0; } figure svg { max-width: 100%; height: auto; }
+figure { margin: 1rem 0; } figure svg { max-width: 100%; min-width: 36rem; height: auto; }
+figure { overflow-x: auto; }
 figcaption, .note { color: #7a7a7a; }
 .warning { border-left: 4px solid #d62728; padding-left: .8rem; }
 """
@@ -287,11 +288,22 @@ def _over_time(groups: Sequence[Group]) -> Figure:
     curve.legend(fontsize=7, loc="lower right", labelcolor=INK, framealpha=0.0)
     _boxes(times, [g.times[np.isfinite(g.times)] for g in groups], groups, "search [s]")
     if any(np.isfinite(group.times).any() for group in groups):  # no logarithm of nothing
-        curve.set_xscale("log")
-        times.set_xscale("log")
+        _log(curve, "x")
+        _log(times, "x")
     _boxes(durations, [g.durations for g in groups], groups, "motion [s]")
     durations.set_yticklabels([])
     return figure
+
+
+def _log(axes: Axes, name: Literal["x", "y"]) -> None:
+    """Make an axis logarithmic, with plain numbers at 1, 2 and 5 of each decade."""
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+    axes.set(**{f"{name}scale": "log"})
+    axis = axes.xaxis if name == "x" else axes.yaxis
+    axis.set_major_locator(LogLocator(10.0, (1.0, 2.0, 5.0)))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axis.set_minor_formatter(NullFormatter())
 
 
 def _boxes(axes: Axes, values: Sequence[Any], groups: Sequence[Group], label: str) -> None:
@@ -339,7 +351,9 @@ def _against(groups: Sequence[Group], key: str) -> Figure:
             )
         axes.plot([], [], "o", color=f"C{k}", label=_label(planner))
     axes.plot([], [], "x", color=INK, label="not solved")
-    axes.set(yscale="log" if rows else "linear", xlabel=_label(key), ylabel="search [s]")
+    if rows:
+        _log(axes, "y")
+    axes.set(xlabel=_label(key), ylabel="search [s]")
     axes.legend(fontsize=7, labelcolor=INK, framealpha=0.0)
     return figure
 
