@@ -119,10 +119,21 @@ class Comparison:
 
 
 def grouped(rows: Iterable[Row]) -> list[Group]:
-    """Return rows by scenario, then by computer and planner, in the order of the study."""
+    """Return rows by scenario, then by computer and planner, in the order of the study.
+
+    Where a scenario has more planners with settings than are compared, a group has all settings of
+    a planner: the points of a Sobol sequence are a sample, not so many planners.
+    """
+    placed_rows = list(placed(rows))
+    settings: dict[tuple[str, str], set[str]] = {}
+    for row, computer in placed_rows:
+        settings.setdefault((row["scenario"], computer), set()).add(configuration(row))
     found: dict[tuple[str, str, str], list[Row]] = {}
-    for row, computer in placed(rows):
-        found.setdefault((row["scenario"], configuration(row), computer), []).append(row)
+    for row, computer in placed_rows:
+        scenario = row["scenario"]
+        many = len(settings[scenario, computer]) > MOST_COMPARED
+        name = str(row["planner"]) if many else configuration(row)
+        found.setdefault((scenario, name, computer), []).append(row)
     scenarios = list(dict.fromkeys(scenario for scenario, _, _ in found))
     groups = [Group(*key, tuple(own)) for key, own in found.items()]
     return sorted(groups, key=lambda group: scenarios.index(group.scenario))
@@ -130,6 +141,9 @@ def grouped(rows: Iterable[Row]) -> list[Group]:
 
 def median(values: Array) -> Interval:
     """Return the median and its interval by order statistics, which needs no distribution.
+
+    Fewer than 6 values have none of 95 %: their range covers the median less often. Its ends are
+    then NaN.
 
     Args:
         values: Shape (n,); some may be infinite.
@@ -141,9 +155,10 @@ def median(values: Array) -> Interval:
         return Interval(math.nan, math.nan, math.nan)
     ordered = np.sort(values)
     low = int(stats.binom.ppf((1.0 - CONFIDENCE) / 2.0, n, 0.5))
-    low = max(low, 1)  # the interval of few values is their range
     with np.errstate(invalid="ignore"):
         middle = ordered[n // 2] if n % 2 else _mean(ordered[n // 2 - 1], ordered[n // 2])
+    if not low:
+        return Interval(float(middle), math.nan, math.nan)
     return Interval(float(middle), float(ordered[low - 1]), float(ordered[n - low]))
 
 

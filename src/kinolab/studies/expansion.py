@@ -113,7 +113,8 @@ def expanded(study: Study, root: Path) -> StudyRuns:
             except InputError as error:
                 named = f"{where} {source}" + (f", {one.label or one.name}" if one else "")
                 mistakes += [
-                    Mistake(f"{named}: {m.where}", m.what, m.remedy) for m in error.mistakes
+                    Mistake(f"{named}: {m.where.removeprefix('--set ')}", m.what, m.remedy)
+                    for m in error.mistakes
                 ]
                 continue
             packed[files.key] = files
@@ -161,7 +162,7 @@ def _points(case: Case) -> Iterator[tuple[tuple[str, Any], ...]]:
         yield (*point, *further)
 
 
-def sobol_points(sobol: Sobol) -> Iterator[tuple[tuple[str, float], ...]]:
+def sobol_points(sobol: Sobol) -> Iterator[tuple[tuple[str, float | int], ...]]:
     """Yield the points of a scrambled Sobol sequence in its ranges.
 
     Source: Sobol, USSR Comput. Math. Math. Phys. 7 (1967); scrambling after Owen, as in SciPy.
@@ -175,13 +176,14 @@ def sobol_points(sobol: Sobol) -> Iterator[tuple[tuple[str, float], ...]]:
         yield tuple((key, _in_range(limits, share)) for (key, limits), share in placed)
 
 
-def _in_range(limits: Range, share: float) -> float:
+def _in_range(limits: Range, share: float) -> float | int:
     if limits.scale == "log":
         low, high = math.log(limits.low), math.log(limits.high)
         value = math.exp(low + (high - low) * share)
     else:
         value = limits.low + (limits.high - limits.low) * share
-    return min(max(value, limits.low), limits.high)  # rounding leads no further
+    value = min(max(value, limits.low), limits.high)  # rounding leads no further
+    return round(value) if limits.whole else value
 
 
 def _loaded(

@@ -16,6 +16,7 @@ import numpy as np
 
 from kinolab.files import utf_8, write_whole
 from kinolab.lazy import library_of
+from kinolab.scenario.toml_text import value_text
 from kinolab.studies.columns import Row
 from kinolab.studies.comparison import (
     MOST_COMPARED,
@@ -26,7 +27,8 @@ from kinolab.studies.comparison import (
     comparisons,
     grouped,
 )
-from kinolab.studies.study_file import Study
+from kinolab.studies.expansion import run_count
+from kinolab.studies.study_file import NamedPlanner, Study
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -35,6 +37,8 @@ if TYPE_CHECKING:
 PAGE, TEXT = "report.html", "report.md"
 INK = "#7a7a7a"  # readable on white and on black
 MOST_DRAWN = 12  # planners in one figure
+MOST_MESSAGES = 5  # that are quoted
+WIDE = 20.0  # a positive range whose ends differ by more has a logarithmic axis
 METADATA = ("Creator", "Date", "Format", "Type")  # that Matplotlib writes unless they are None
 STYLE = """
 :root { color-scheme: light dark; }
@@ -54,15 +58,19 @@ LEGEND = (
     "*search*: median processor time of a search with its 95 % interval (order statistics); a run "
     "that is not solved counts as one that never ends. *motion*: median duration of the motions of "
     "solved runs. *memory*: median of the largest resident memory, libraries included. *other "
-    "ends*: how the others ended."
+    "ends*: how the others ended. Of fewer than 6 runs there is no interval of a median. Where a "
+    f"scenario has more than {MOST_COMPARED} planners with settings, all settings of a planner "
+    "are one row."
 )
 COMPARED = (
     "*ratio*: median search time of the first divided by that of the second, 95 % interval by "
     "bootstrap. *sooner*: probability that a run of the first is solved sooner than one of the "
     "second, ties half; *shorter*: the same for the durations of motions. p: Fisher's exact test "
-    "(solved), Mann and Whitney's (time, duration), corrected by Holm's method within a scenario; "
+    "(solved), Mann and Whitney's (time, duration), each corrected by Holm's method for all pairs "
+    "of a scenario; "
     f"**bold** below {SIGNIFICANT:g}."
 )
+TOO_MANY = f"More than {MOST_COMPARED} planners are not compared in pairs."
 Table = list[list[str]]
 
 
@@ -89,9 +97,12 @@ def markdown_of(
         *sentences(study, rows),
         _markdown(summary(groups)),
         LEGEND,
+        *_messages(rows),
     ]
     if pairs:
         parts += [_markdown(comparison_table(pairs)), COMPARED]
+    elif _too_many(groups):
+        parts.append(TOO_MANY)
     return "\n\n".join(parts) + "\n"
 
 
@@ -110,6 +121,7 @@ def page_of(
         kind = "warning" if several and k == 0 else "note"
         body.append(f'<p class="{kind}">{_inline(sentence)}</p>')
     body += [_html(summary(groups)), f'<p class="note">{_inline(LEGEND)}</p>']
+    body += [f'<p class="warning">{html.escape(text)}</p>' for text in _messages(rows)]
     for place in dict.fromkeys((group.scenario, group.computer) for group in groups):
         own = [group for group in groups if (group.scenario, group.computer) == place]
         title = place[0] + (f", on {place[1]}" if several else "")
@@ -118,8 +130,7 @@ def page_of(
         if compared:
             body += [_html(comparison_table(compared)), f'<p class="note">{_inline(COMPARED)}</p>']
         elif len(own) > MOST_COMPARED:
-            text = f"More than {MOST_COMPARED} planners are not compared in pairs."
-            body.append(f'<p class="note">{text}</p>')
+            body.append(f'<p class="note">{TOO_MANY}</p>')
     return (
         '<!doctype html>\n<html lang="en"><head><meta charset="utf-8">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
@@ -131,23 +142,27 @@ def page_of(
 
 
 def sentences(study: Study, rows: Sequence[Row]) -> Iterator[str]:
-    """Yield what must be known about the figures; differing computers come first."""
+    """Yield what must be known about the figures; what may mislead comes first."""
     computers = {row["computer"]: row for row in rows if row["computer"]}
     if len(computers) > 1:
         yield (
             f"The runs were made on {len(computers)} kinds of computers (or with as many sets of "
             "versions). Times are compared within each kind only."
         )
+    if len(rows) < (of := run_count(study)):
+        yield f"These are {len(rows)} of the {of} runs of the study."
     for name, row in computers.items():
         versions = json.loads(row["versions"])
         loads = [r["load"] for r in rows if r["computer"] == name and r["load"] is not None]
         count = sum(r["computer"] == name for r in rows)
-        of = f"{name}: " if len(computers) > 1 else ""
+        which = f"{name}: " if len(computers) > 1 else ""
         yield (
-            f"{of}{row['processor']}, {row['cores']} cores, {row['system']}, Python "
+            f"{which}{row['processor']}, {row['cores']} cores, {row['system']}, Python "
             f"{versions.get('python')}, kinolab {versions.get('kinolab')}; {count} runs at load "
             f"averages of {min(loads, default=0.0):.1f} to {max(loads, default=0.0):.1f}."
         )
+        if max(loads, default=0.0) > 1.5 * row["cores"]:
+            yield "The load was higher than there are processors: times are longer than when quiet."
     limits = {
         "search": (study.limits.search, "s of search"),
         "iterations": (study.limits.iterations, "iterations"),
@@ -156,9 +171,48 @@ def sentences(study: Study, rows: Sequence[Row]) -> Iterator[str]:
     }
     given = [f"{value:g} {unit}" for value, unit in limits.values() if value is not None]
     yield f"Limits of a run: {', '.join(given) if given else 'those of its scenario'}."
+    yield from _told_by_cases(study)
     lacking = sum(bool(row["checked"] is False) for row in rows)
     if lacking:
         yield f"{lacking} solved runs did not pass the check of their files."
+
+
+def _told_by_cases(study: Study) -> Iterator[str]:
+    """Yield what the study sets, as far as the names of planners do not say it."""
+    improved = {bool(case.improve) for case in study.cases}
+    if improved == {True}:
+        yield "Motions were made exact and shorter; *motion* is after that."
+    elif improved == {True, False}:
+        yield "In some cases motions were made exact and shorter, in others not."
+    if any(case.check for case in study.cases):
+        yield "Solved runs were checked once more from their files."
+    for case in study.cases:
+        told = {**(case.settings or {})}
+        for planner in case.planners or []:
+            if isinstance(planner, NamedPlanner) and planner.settings:
+                label = planner.label or planner.name
+                told |= {f"{label}: {key}": value for key, value in planner.settings.items()}
+        if told:
+            named = "; ".join(f"{key} = {value_text(value)}" for key, value in told.items())
+            yield f"Set for {', '.join(case.scenarios or [])}: {named}."
+
+
+def _too_many(groups: Sequence[Group]) -> bool:
+    """Whether a scenario has too many planners to compare them in pairs."""
+    return (
+        max(Counter((g.scenario, g.computer) for g in groups).values(), default=0) > MOST_COMPARED
+    )
+
+
+def _messages(rows: Sequence[Row]) -> Iterator[str]:
+    """Yield what runs said that failed by a mistake or a crash, each once."""
+    said = Counter(
+        (row["status"], str(row["message"]).strip().splitlines()[-1])
+        for row in rows
+        if row["status"] in ("error", "crashed", "killed", "out_of_memory") and row["message"]
+    )
+    for (status, text), count in said.most_common(MOST_MESSAGES):
+        yield f"{status} ({count}): {text}"
 
 
 def summary(groups: Sequence[Group]) -> Table:
@@ -206,6 +260,8 @@ def spoken(interval: Interval) -> str:
     """Return a figure with its interval; ∞ where too few runs are solved."""
     if math.isnan(interval.value):
         return "–"
+    if math.isnan(interval.low) or math.isinf(interval.low):
+        return _figure(interval.value)
     low, high = _figure(interval.low), _figure(interval.high)
     return f"{_figure(interval.value)} ({low} to {high})"
 
@@ -350,11 +406,16 @@ def _against(groups: Sequence[Group], key: str) -> Figure:
                 x, [row["search"] for row in own], marker, color=f"C{k}", markersize=4, alpha=0.6
             )
         axes.plot([], [], "o", color=f"C{k}", label=_label(planner))
-    axes.plot([], [], "x", color=INK, label="not solved")
+    if not all(row["solved"] for row in rows):
+        axes.plot([], [], "x", color=INK, label="not solved")
     if rows:
         _log(axes, "y")
+        swept = [json.loads(row["settings"])[key] for row in rows]
+        if min(swept) > 0.0 and max(swept) > WIDE * min(swept):
+            _log(axes, "x")
     axes.set(xlabel=_label(key), ylabel="search [s]")
-    axes.legend(fontsize=7, labelcolor=INK, framealpha=0.0)
+    if rows:
+        axes.legend(fontsize=7, labelcolor=INK, framealpha=0.0)
     return figure
 
 

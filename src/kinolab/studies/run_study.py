@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
@@ -77,9 +78,15 @@ class StudyFolder:
         library_of("bench", "pyarrow", NEED)
         _require_limits(study)
         self.study, self.folder = study, folder
+        new = not folder.exists()
         earlier = _earlier(folder, resume)
         self.root = folder / SCENARIOS
-        self.runs: StudyRuns = expanded(study, self.root)
+        try:
+            self.runs: StudyRuns = expanded(study, self.root)
+        except InputError:
+            if new:  # nothing is left behind by a study that cannot be run
+                shutil.rmtree(folder, ignore_errors=True)
+            raise
         limits = study.limits.model_dump()
         self._tasks = {spec.index: spec.identity(limits) for spec in self.runs.runs}
         self.rows: dict[int, dict[str, Any]] = {}
@@ -94,8 +101,11 @@ class StudyFolder:
         new = []
         for row in rows:
             if self._tasks.get(row["index"]) != row.get("task"):
-                what = f"row {row['index']} there is of another study, or its files have changed."
-                remedy = "Name another --out, or remove the rows."
+                what = (
+                    f"row {row['index']} there is of another study, or of this one before a "
+                    "setting, a limit, a scenario or the number of seeds was changed."
+                )
+                remedy = f"{STUDY} there is the study of its rows; or name another --out."
                 raise InputError([Mistake(where, what, remedy)])
             if row["index"] not in self.rows:
                 self.rows[row["index"]] = row

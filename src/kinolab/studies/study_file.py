@@ -46,17 +46,18 @@ class Limits(Table):
     """``[limits]``: of each run; what is left out is not limited, or as the scenario says."""
 
     search: Annotated[
-        Positive | None, Field(description="Processor time of a search, in s; the scenario's.")
+        Positive | None,
+        Field(description="Processor time of a search, in s, above 0; else the scenario's limit."),
     ] = None
     iterations: Annotated[
         Annotated[int, Field(gt=0, le=MOST_SEED)] | None,
-        Field(description="Iterations of a search; the scenario's."),
+        Field(description="Iterations of a search, 1 or more; else the scenario's limit."),
     ] = None
     cpu: Annotated[
-        Positive | None, Field(description="Processor time of a run, in s; a run ends there.")
+        Positive | None, Field(description="Processor time of a run, in s, above 0; it ends there.")
     ] = None
     memory: Annotated[
-        Positive | None, Field(description="Memory of a run, in MB; a run ends there.")
+        Positive | None, Field(description="Memory of a run, in MB, above 0; it ends there.")
     ] = None
 
 
@@ -66,8 +67,12 @@ class Range(Table):
     low: Annotated[float, Field(alias="from", description="Lowest value.")]
     high: Annotated[float, Field(alias="to", description="Highest value.")]
     scale: Annotated[
-        Literal["linear", "log"], Field(description="How values are spread between them.")
+        Literal["linear", "log"],
+        Field(description='"linear" or "log": how values are spread between them.'),
     ] = "linear"
+    whole: Annotated[
+        bool, Field(description="true or false: whether values are rounded to whole numbers.")
+    ] = False
 
     @model_validator(mode="after")
     def _sensible(self) -> Range:
@@ -108,23 +113,29 @@ class Case(Table):
 
     scenarios: Annotated[
         list[str] | None,
-        Field(min_length=1, description="Built-in names, or paths from the study's folder."),
+        Field(
+            min_length=1, description="Built-in names, or paths from the study's folder; required."
+        ),
     ] = None
     planners: Annotated[
         list[str | NamedPlanner] | None,
-        Field(min_length=1, description="Names or { name, label, settings }; the scenario's own."),
+        Field(
+            min_length=1, description="Names or { name, label, settings }; else the scenario's own."
+        ),
     ] = None
     seeds: Annotated[
         Annotated[int, Field(gt=0, le=MOST_SEEDS)]
         | Annotated[list[Annotated[int, Field(ge=0, le=MOST_SEED)]], Field(min_length=1)]
         | None,
-        Field(description=f"How many, from 1 on, up to {MOST_SEEDS}, or a list."),
+        Field(description=f"How many, from 1 on, up to {MOST_SEEDS}, or a list; else 1."),
     ] = None
     improve: Annotated[
-        bool | None, Field(description="Whether motions are made exact and shorter; false.")
+        bool | None,
+        Field(description="true or false: whether motions are made exact and shorter; else false."),
     ] = None
     check: Annotated[
-        bool | None, Field(description="Whether each run is re-checked from its files; false.")
+        bool | None,
+        Field(description="true or false: whether solved runs are checked from files; else false."),
     ] = None
     settings: Annotated[
         dict[str, Value] | None, Field(description="Values by a scenario's dotted keys.")
@@ -142,8 +153,12 @@ class Case(Table):
 class Study(Case):
     """A study: what all cases share, and the cases, if there are several."""
 
-    schema_version: Annotated[Literal[1], Field(alias="schema", description="1.")]
-    title: Annotated[str, Field(min_length=1, description="What the study asks, in a line.")]
+    schema_version: Annotated[
+        Literal[1], Field(alias="schema", description="The number 1, of this format; required.")
+    ]
+    title: Annotated[
+        str, Field(min_length=1, description="What the study asks, in a line; required.")
+    ]
     limits: Annotated[Limits, Field(description="Of each run.")] = Limits()
     case: Annotated[
         list[Case], Field(description="[[case]]: further combinations, with keys of their own.")
@@ -234,6 +249,14 @@ def _misplaced(document: Mapping[str, Any], path: Path) -> Iterator[Mistake]:
         for key, count in sorted(Counter(swept).items()):
             if count > 1:
                 yield Mistake(f"{where} {key_text(key)}", "it is swept twice.", "Leave one out.")
+        set_too = {*_keys(told.get("settings")), *_planner_keys(told.get("planners"))}
+        for key in sorted({*swept} & set_too):
+            what = "it is swept, and set to one value."
+            yield Mistake(f"{where} {key_text(key)}", what, "Leave one out, or write two [[case]].")
+        seeds = told.get("seeds")
+        if isinstance(seeds, list) and len(set(map(repr, seeds))) < len(seeds):
+            what = "a seed is listed twice, which would count a run twice."
+            yield Mistake(f"{where} seeds", what, "Leave it out.")
 
 
 def _table(value: object) -> Mapping[str, Any]:

@@ -47,6 +47,9 @@ def test_the_study_in_five_minutes_is_the_one_in_the_repository() -> None:
 def test_the_first_study_of_the_page_can_be_read(tmp_path: Path) -> None:
     shown = re.findall(r"```toml\n(.*?)```", PAGE, re.DOTALL)[0]
     (tmp_path / "study.toml").write_text(shown, encoding="utf-8")
+    maze = (ROOT / "scenarios/rolling_disk_maze.toml").read_text(encoding="utf-8")
+    (tmp_path / "my_maze.toml").write_text(maze, encoding="utf-8")
+    (tmp_path / "meshes").symlink_to(ROOT / "scenarios/meshes")
     study = read_study(tmp_path / "study.toml")
-    assert study.seeds == 20
     assert study.limits.search == 10.0
+    assert len(expanded(study, tmp_path / "files").runs) == 2 * 2 * 20 * 2 * 2

@@ -76,7 +76,7 @@ def command(
         complete = _run(folder, jobs, dask, chosen, others, progress)
         rows = list(folder.rows.values())
     with INTERRUPTS.writing():
-        written = _write(out, read, rows, report, progress)
+        written = _write(out, read, rows, report and not INTERRUPTS.seen, progress)
     progress.close()
     of, solved = run_count(read), sum(row["solved"] for row in rows)
     if as_json:
