@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shutil
 from pathlib import Path
 
 import pytest
@@ -49,7 +50,8 @@ def test_the_first_study_of_the_page_can_be_read(tmp_path: Path) -> None:
     (tmp_path / "study.toml").write_text(shown, encoding="utf-8")
     maze = (ROOT / "scenarios/rolling_disk_maze.toml").read_text(encoding="utf-8")
     (tmp_path / "my_maze.toml").write_text(maze, encoding="utf-8")
-    (tmp_path / "meshes").symlink_to(ROOT / "scenarios/meshes")
+    (tmp_path / "meshes").mkdir()
+    shutil.copy(ROOT / "scenarios/meshes/rolling_disk_maze.stl", tmp_path / "meshes")
     study = read_study(tmp_path / "study.toml")
     assert study.limits.search == 10.0
     assert len(expanded(study, tmp_path / "files").runs) == 2 * 2 * 20 * 2 * 2
