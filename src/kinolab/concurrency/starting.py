@@ -48,7 +48,7 @@ def start_process(module: str) -> tuple[Process, Connection]:
     code = ENTRY.format(module=module)
     command = [sys.executable, "-c", code, json.dumps(sys.path), str(theirs.fileno())]
     try:
-        with theirs, deaf_to_interrupts():
+        with theirs, _deaf_to_interrupts():
             process = subprocess.Popen(
                 command, pass_fds=[theirs.fileno()], stdin=subprocess.DEVNULL, stdout=STDERR
             )
@@ -74,11 +74,8 @@ def kill_all() -> None:
 
 
 @contextmanager
-def deaf_to_interrupts() -> Iterator[None]:
-    """Block SIGINT, so that processes started here are shielded before they can ignore it.
-
-    Threads started here block it, too, and so do the processes that these start.
-    """
+def _deaf_to_interrupts() -> Iterator[None]:
+    """Block SIGINT, so that processes started here are shielded before they can ignore it."""
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield

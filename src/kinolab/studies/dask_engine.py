@@ -14,7 +14,6 @@ from concurrent.futures import Executor
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any, final
 
-from kinolab.concurrency.starting import deaf_to_interrupts
 from kinolab.errors import InputError, Mistake
 from kinolab.lazy import library_of
 from kinolab.studies.engine import AbstractEngine, EngineLostError
@@ -60,7 +59,7 @@ class DaskEngine(AbstractEngine):
             self.workers = self._checked()
             from kinolab.studies.files_plugin import FilesPlugin
 
-            self._client.register_plugin(FilesPlugin(tuple(files)))
+            self._client.register_plugin(FilesPlugin(tuple(files), self._cluster is not None))
             self._futures: Executor = self._client.get_executor(pure=False)
         except BaseException:
             self.close()
@@ -76,15 +75,14 @@ class DaskEngine(AbstractEngine):
             if not (re.fullmatch("[0-9]{1,4}", count) and 0 < int(count) <= 1000):
                 what = f"{address!r} is no cluster."
                 raise InputError([Mistake(WHERE, what, "Write local:8, for 8 workers.")])
-            with deaf_to_interrupts():  # its workers are ended, they do not hear Ctrl-C
-                self._cluster = distributed.LocalCluster(
-                    n_workers=int(count),
-                    threads_per_worker=1,
-                    dashboard_address=None,
-                    scheduler_kwargs={"dashboard_address": "127.0.0.1:0"},  # any that is free
-                    memory_limit=None,
-                    silence_logs=logging.CRITICAL,
-                )
+            self._cluster = distributed.LocalCluster(
+                n_workers=int(count),
+                threads_per_worker=1,
+                dashboard_address=None,
+                scheduler_kwargs={"dashboard_address": "127.0.0.1:0"},  # any port that is free
+                memory_limit=None,
+                silence_logs=logging.CRITICAL,
+            )
             address = self._cluster.scheduler_address
         try:
             client: Client = distributed.Client(

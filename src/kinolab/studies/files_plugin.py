@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import signal
+import threading
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -21,9 +23,12 @@ class FilesPlugin(WorkerPlugin):  # type: ignore[misc]
 
     Attributes:
         files: What orders need.
+        ours: Whether this process has started the worker, and ends it: then Ctrl-C, which a
+            terminal sends to both, is not for the worker.
     """
 
     files: tuple[ProblemFiles, ...]
+    ours: bool = False
 
     @property
     def name(self) -> str:
@@ -32,6 +37,8 @@ class FilesPlugin(WorkerPlugin):  # type: ignore[misc]
 
     def setup(self, worker: Worker) -> None:
         """Write the files."""
+        if self.ours and threading.current_thread() is threading.main_thread():
+            signal.signal(signal.SIGINT, signal.SIG_IGN)
         for one in self.files:
             one.written(files_root(worker))
 
