@@ -8,6 +8,7 @@ from __future__ import annotations
 import json
 import logging
 import re
+import threading
 import time
 from collections.abc import Callable, Iterable
 from concurrent.futures import Executor
@@ -25,6 +26,8 @@ if TYPE_CHECKING:
     from distributed import Client
 
 LOCAL = "local:"
+CLOSE_SECONDS = 10.0  # [s] for a cluster to end
+HURRY_SECONDS = 0.2  # [s] the same after Ctrl-C; the rest ends with this process
 CONNECT_SECONDS = 10.0  # [s] for a scheduler to answer
 PATIENCE = 10.0  # [s] without a scheduler before it is given up
 SETTINGS = {  # of Dask, for clusters on this computer: what watches workers takes their processors
@@ -155,6 +158,11 @@ class DaskEngine(AbstractEngine):
 
     def close(self) -> None:
         """Leave the cluster; end it if it is this process's own."""
+        leaving = threading.Thread(target=self._leave, daemon=True)
+        leaving.start()
+        leaving.join(HURRY_SECONDS if self.hurried else CLOSE_SECONDS)
+
+    def _leave(self) -> None:
         with suppress(Exception):  # a scheduler that is gone need not be left
             self._client.close(timeout=1)
         if self._cluster is not None:

@@ -33,9 +33,11 @@ class AbstractEngine(ABC):
 
     Attributes:
         workers: Their number.
+        hurried: Whether somebody waits for the end, so that ``close`` may not take long.
     """
 
     workers: int
+    hurried: bool = False
 
     @property
     @abstractmethod
@@ -98,6 +100,7 @@ class AbstractEngine(ABC):
                     again.append((order, tried + 1))
                 else:
                     yield failure(order, "killed", f"{error}, {TRIES} times.")
+        self.hurried = True
 
     def __enter__(self) -> Self:
         return self
