@@ -121,4 +121,5 @@ def _place(error: BaseException, file: Path | None) -> str:
 def _is_a_users(path: Path) -> bool:
     """Whether a line of code is neither kinolab's nor Python's machinery of imports."""
     machinery = (Path(__file__).parents[1], Path(str(importlib.__file__)).parent)
-    return not str(path).startswith("<") and not any(map(path.is_relative_to, machinery))
+    backport = "importlib_metadata" in path.parts  # of libraries for older versions of Python
+    return not (backport or str(path).startswith("<") or any(map(path.is_relative_to, machinery)))

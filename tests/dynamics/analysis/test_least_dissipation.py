@@ -92,7 +92,7 @@ def test_friction_along_a_line_holds_in_it_alone() -> None:
     [
         (box(Viscous(V.x, 1.0)), {"psi_dot": 1.0}, "it has no dry friction"),
         (box(*feet(0.0)[:1]), {"psi_dot": 1.0}, "it has no dry friction"),
-        (box(*feet(-1.0)), {"psi_dot": 1.0}, "the strength of a friction is -1"),
+        (box(*feet(X - 1.0)), {"psi_dot": 1.0}, "the strength of a friction is -1"),
         (box(Coulomb(V.x, V.x**2)), {"psi_dot": 1.0}, "It must be a number"),
         (
             box(*feet()).changed(constraints=[zero(rate(X), "held")]),
