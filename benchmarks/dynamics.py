@@ -185,12 +185,9 @@ def pinocchio_time(model: Model) -> str:
 
 def describe() -> str:
     """Return what this ran on."""
-    name = platform.machine()
-    if os.path.exists("/proc/cpuinfo"):
-        with open("/proc/cpuinfo", encoding="utf-8") as file:
-            models = (line.split(":")[1].strip() for line in file if "model name" in line)
-            name = next(models, name)
-    return f"{name}, {os.cpu_count()} cores, Python {platform.python_version()}"
+    from kinolab.studies.hardware import processor
+
+    return f"{processor()}, {os.cpu_count()} cores, Python {platform.python_version()}"
 
 
 def main() -> None:

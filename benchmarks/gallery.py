@@ -26,7 +26,6 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor, as_completed
 from dataclasses import asdict, dataclass, replace
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from statistics import median
 from typing import Any
@@ -318,28 +317,12 @@ def other_exits(runs: Iterable[Run]) -> str:
 
 def describe() -> str:
     """Return what this ran on, and the versions."""
-    return f"{processor()}, {os.cpu_count()} cores, {platform.system()}\n\n{versions()}"
+    from kinolab.runs.report import versions
+    from kinolab.studies.hardware import processor
 
-
-def processor() -> str:
-    """Return the name of the processor."""
-    if os.path.exists("/proc/cpuinfo"):
-        with open("/proc/cpuinfo", encoding="utf-8") as file:
-            models = (line.split(":")[1].strip() for line in file if "model name" in line)
-            return next(models, platform.machine())
-    return platform.processor() or platform.machine()
-
-
-def versions() -> str:
-    """Return the versions of Python, kinolab and what runs record."""
-    from kinolab import __version__
-    from kinolab.runs.report import RECORDED
-
-    named = [f"Python {platform.python_version()}", f"kinolab {__version__}"]
-    for package in RECORDED:
-        with contextlib.suppress(PackageNotFoundError):
-            named.append(f"{package} {version(package)}")
-    return ", ".join(named)
+    there = {name: number for name, number in versions().items() if number != "absent"}
+    named = ", ".join(f"{'Python' if n == 'python' else n} {v}" for n, v in there.items())
+    return f"{processor()}, {os.cpu_count()} cores, {platform.system()}\n\n{named}"
 
 
 def circumstances(options: argparse.Namespace, runs: Sequence[Run], planned: int) -> Iterator[str]:

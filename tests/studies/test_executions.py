@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from kinolab.analyze.execute import Conditions
+from kinolab.runs import read_run
 from kinolab.studies.engine import AbstractEngine, LocalEngine
 from kinolab.studies.executions import BATCH, execute_many
 from kinolab.studies.problem_files import ProblemFiles
@@ -34,7 +35,7 @@ def local(workers: int) -> Make:
 def executed(folder: Path, make: Make | None, table: Path, **options: Any) -> Any:
     told: list[int] = []
     options = {"runs": RUNS, "seed": 5, "told": told.append, **options}
-    found = execute_many(folder, CONDITIONS, make, large=0.2, table=table, **options)
+    found = execute_many(read_run(folder), CONDITIONS, make, large=0.2, table=table, **options)
     assert told == [*range(1, options["runs"] + 1)]
     return found
 
@@ -68,7 +69,7 @@ def test_an_interrupt_writes_nothing(
 
     with pytest.raises(KeyboardInterrupt):
         execute_many(
-            table_run.folder,
+            read_run(table_run.folder),
             CONDITIONS,
             make,
             runs=100 * BATCH,

@@ -130,7 +130,9 @@ def test_whatever_a_planner_does_the_rows_of_others_are_what_they_are(tmp_path: 
 
 def test_a_rehearsal_has_limits_too() -> None:
     """Or a planner that heeds none would hold up a study before its first run."""
-    order = SearchOrder(0, "files", seed=1, cpu=1.0, memory=500.0, improve=True, check=True)
+    order = SearchOrder(
+        0, "files", seed=1, cpu_limit=1.0, memory_limit=500.0, improve=True, check=True
+    )
     rehearsal = order.rehearsal
     assert isinstance(rehearsal, SearchOrder)
     assert (rehearsal.memory_limit, rehearsal.iterations) == (500.0, 1)

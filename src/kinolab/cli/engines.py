@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -16,7 +16,7 @@ from kinolab.cli.progress import Progress
 from kinolab.concurrency.cancel import CancellationToken
 
 if TYPE_CHECKING:
-    from kinolab.studies.engine import AbstractEngine
+    from kinolab.studies.engine import AbstractEngine, MakeEngine
     from kinolab.studies.problem_files import ProblemFiles
 
 dask_option = click.option(
@@ -35,7 +35,7 @@ jobs_option = click.option(
 @contextmanager
 def engine_of(
     jobs: int | None, dask: str | None, progress: Progress
-) -> Iterator[tuple[Callable[[Iterable[ProblemFiles], Path], AbstractEngine], CancellationToken]]:
+) -> Iterator[tuple[MakeEngine, CancellationToken]]:
     """Yield what makes the engine, from files and the folder they are in, and Ctrl-C as a token."""
     from kinolab.concurrency.processors import processors
     from kinolab.studies.engine import LocalEngine

@@ -16,11 +16,11 @@ from contextlib import suppress
 from typing import NoReturn
 
 from kinolab.cli.interrupts import EXIT_CODE, INTERRUPTED, INTERRUPTS, ONE_PRESS, STDERR
+from kinolab.concurrency.parent_death import end_with_parent
 
 END_SECONDS = 0.9  # [s] after Ctrl-C the child is killed; by then it has exited if it could
 END_SOON_SECONDS = 0.2  # [s] the same after the second Ctrl-C
 WRITING_SECONDS = 1.0  # [s] more to complete the files of a run
-PR_SET_PDEATHSIG = 1  # Linux: signal that a process gets when its parent dies
 
 
 def supervise() -> None:
@@ -100,9 +100,7 @@ def _raise_signal(number: int) -> None:
 def _leave_with(parent: int) -> None:
     """Make this child exit when its parent is killed."""
     if sys.platform == "linux":
-        from ctypes import CDLL
-
-        CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
+        end_with_parent()
     else:
         threading.Thread(target=_leave_after, args=(parent,), daemon=True).start()
     if os.getppid() != parent:  # the parent was already gone

@@ -5,16 +5,17 @@ from __future__ import annotations
 import threading
 from abc import ABC, abstractmethod
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, wait
 from itertools import islice
 from pathlib import Path
 from types import TracebackType
-from typing import Self, final
+from typing import Self, TypeAlias, final
 
 from kinolab.concurrency.cancel import CancellationToken, never_cancelled
 from kinolab.errors import KinolabError
 from kinolab.studies.orders import Answer, WorkOrder, failure
+from kinolab.studies.problem_files import ProblemFiles
 from kinolab.studies.worker_process import FORKS, WorkerLostError, WorkerProcess
 
 AHEAD = 3  # orders per worker that are on their way or done
@@ -109,6 +110,10 @@ class AbstractEngine(ABC):
         self, _: type[BaseException] | None, __: BaseException | None, ___: TracebackType | None
     ) -> None:
         self.close()
+
+
+MakeEngine: TypeAlias = Callable[[Iterable[ProblemFiles], Path], AbstractEngine]
+"""Makes an engine, from the files that orders need and a folder for them."""
 
 
 def _taken(queue: deque[tuple[WorkOrder, int]], most: int) -> Iterator[tuple[WorkOrder, int]]:

@@ -15,8 +15,8 @@ from kinolab.analyze.execute import Conditions, Execution, ExecutionRun, Executo
 from kinolab.concurrency.cancel import CancellationToken, never_cancelled
 from kinolab.errors import KinolabError
 from kinolab.files import whole_file
-from kinolab.runs import read_run
-from kinolab.studies.engine import AbstractEngine
+from kinolab.runs import Run, read_run
+from kinolab.studies.engine import AbstractEngine, MakeEngine
 from kinolab.studies.orders import Answer, WorkOrder
 from kinolab.studies.problem_files import ProblemFiles, files_in
 
@@ -76,11 +76,6 @@ class ExecutionOrder(WorkOrder):
 
 
 _kept: dict[tuple[object, ...], Executor] = {}  # of this process; the last one
-
-
-def plan_files(folder: Path) -> ProblemFiles:
-    """Return the files of a run that its execution needs."""
-    return files_in(folder, NEEDED)
 
 
 def executions(
@@ -150,9 +145,9 @@ def _rows_written(writer: RowWriter, runs: Iterable[ExecutionRun]) -> Iterator[E
 
 
 def execute_many(
-    folder: Path,
+    run: Run,
     conditions: Conditions,
-    make: Callable[[Iterable[ProblemFiles], Path], AbstractEngine] | None,
+    make: MakeEngine | None,
     *,
     runs: int,
     seed: int,
@@ -164,7 +159,7 @@ def execute_many(
     """Execute the plan of a finished run many times, and write how each ended.
 
     Args:
-        folder: Of the run.
+        run: The finished run.
         conditions: Perturbations of the machine and its sensors.
         make: Makes the engine, from files and the folder they are in; this process does everything
             when None.
@@ -176,16 +171,15 @@ def execute_many(
         stop: Polled; once set, nothing is written.
 
     Raises:
-        InputError: If the run, the conditions or the engine are not there.
+        InputError: If the plan has no steps, no machine fits the conditions, or there is no engine.
         KeyboardInterrupt: If ``stop`` was set.
     """
-    run = read_run(folder)
     executor = Executor(run.problem, run.trajectory, conditions, seed=seed, large=large)
     if make is None:
         with written(table, _until(stop, map(executor.run, range(runs)))) as coming:
             return executor.tally(coming, told)
     executor.run(0)  # mistakes in the conditions are told once, here
-    files = plan_files(folder)
+    files = files_in(run.folder, NEEDED)
     with tempfile.TemporaryDirectory() as root, make([files], Path(root)) as engine:
         made = executions(engine, files, conditions, runs=runs, seed=seed, large=large, stop=stop)
         with written(table, made) as coming:

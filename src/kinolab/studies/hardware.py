@@ -19,7 +19,7 @@ def computer() -> dict[str, Any]:
     """Return what figures depend on, and a hash of it: figures with equal ones may be compared."""
     about = {
         "host": platform.node(),
-        "processor": _processor(),
+        "processor": processor(),
         "cores": processors(),
         "system": f"{platform.system()} {platform.machine()}",
         "versions": json.dumps(versions(), sort_keys=True),
@@ -28,7 +28,8 @@ def computer() -> dict[str, Any]:
     return {**about, "computer": hashlib.sha256(repr(told).encode()).hexdigest()[:8]}
 
 
-def _processor() -> str:
+def processor() -> str:
+    """Return the name of the processor."""
     with suppress(OSError):
         for line in Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines():
             if line.startswith("model name"):

@@ -12,7 +12,7 @@ import time
 import traceback
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, ClassVar
@@ -35,22 +35,16 @@ class WorkOrder(ABC):
     Attributes:
         index: Its place among all.
         files: Key of the files that it needs.
+        cpu_limit: Processor time in [s] at which its process is ended; None for no limit.
+        memory_limit: Memory in [MB] at which its process is ended; None for no limit.
     """
 
     index: int
     files: str
+    cpu_limit: float | None = field(default=None, kw_only=True)
+    memory_limit: float | None = field(default=None, kw_only=True)
 
     isolated: ClassVar[bool] = True  # whether it has a process of its own, with limits
-
-    @property
-    def cpu_limit(self) -> float | None:
-        """Processor time in [s] at which its process is ended."""
-        return None
-
-    @property
-    def memory_limit(self) -> float | None:
-        """Memory in [MB] at which its process is ended."""
-        return None
 
     @property
     def rehearsal(self) -> WorkOrder | None:
@@ -77,8 +71,6 @@ class SearchOrder(WorkOrder):
         check: Whether it is re-checked from its files.
         search: Processor time of the search in [s]; the scenario's limit when None.
         iterations: Of the search; the scenario's limit when None.
-        cpu: Processor time of the run in [s]; None for no limit.
-        memory: In [MB]; None for no limit.
     """
 
     seed: int
@@ -87,24 +79,12 @@ class SearchOrder(WorkOrder):
     check: bool = False
     search: float | None = None
     iterations: int | None = None
-    cpu: float | None = None
-    memory: float | None = None
-
-    @property
-    def cpu_limit(self) -> float | None:
-        """Processor time in [s] at which its process is ended."""
-        return self.cpu
-
-    @property
-    def memory_limit(self) -> float | None:
-        """Memory in [MB] at which its process is ended."""
-        return self.memory
 
     @property
     def rehearsal(self) -> WorkOrder | None:
         """A search of one iteration; it, too, ends where its planner heeds no limit."""
-        cpu = None if self.cpu is None else max(self.cpu, COMPILE_SECONDS)
-        return replace(self, iterations=1, improve=False, check=False, cpu=cpu)
+        cpu = None if self.cpu_limit is None else max(self.cpu_limit, COMPILE_SECONDS)
+        return replace(self, iterations=1, improve=False, check=False, cpu_limit=cpu)
 
     def prepare(self, folder: Path) -> None:
         """Load the problem."""

@@ -8,25 +8,22 @@ import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any
 
 from kinolab.concurrency.cancel import CancellationToken, never_cancelled
 from kinolab.concurrency.processors import processors
 from kinolab.errors import InputError, Mistake
 from kinolab.files import write_whole
-from kinolab.studies.columns import COLUMNS, PARQUET, Row, write_parquet
-from kinolab.studies.engine import AbstractEngine, LocalEngine
+from kinolab.studies.columns import COLUMNS, Row
+from kinolab.studies.engine import AbstractEngine, LocalEngine, MakeEngine
 from kinolab.studies.expansion import RunSpec, StudyRuns, expanded
 from kinolab.studies.journal import ROWS, Journal, read_rows
 from kinolab.studies.orders import Answer, SearchOrder, as_told
-from kinolab.studies.problem_files import ProblemFiles
 from kinolab.studies.study_file import Study
 
 SCENARIOS = "scenarios"  # folder of the files that runs are made from
 STUDY = "study.toml"
 NAMES = tuple(column.name for column in COLUMNS)
-
-MakeEngine: TypeAlias = Callable[[Iterable[ProblemFiles], Path], AbstractEngine]
 
 
 @dataclass(frozen=True)
@@ -49,7 +46,7 @@ class StudyProgress:
         done: Runs that have a row.
         of: All runs of the part.
         solved: Runs with a verified plan.
-        left: Seconds that the others will take, about; NaN before that can be told.
+        left: Seconds that the others will take, about.
     """
 
     done: int
@@ -188,8 +185,8 @@ class StudyFolder:
                 check=spec.check,
                 search=limits.search,
                 iterations=limits.iterations,
-                cpu=limits.cpu,
-                memory=limits.memory,
+                cpu_limit=limits.cpu,
+                memory_limit=limits.memory,
             )
 
     def _row(self, answer: Answer) -> dict[str, Any]:
@@ -205,16 +202,6 @@ class StudyFolder:
             "solved": answer["status"] == "solved",
         }
         return {name: told.get(name) for name in NAMES}
-
-    def write_table(self) -> Path:
-        """Write all rows, in the order of the study, as a Parquet file.
-
-        Returns:
-            Its path.
-        """
-        path = self.folder / PARQUET
-        write_parquet(path, self.rows.values())
-        return path
 
 
 def _require_limits(study: Study) -> None:

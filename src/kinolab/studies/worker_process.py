@@ -7,7 +7,6 @@ survive it), every run has a fresh process instead, which loads everything anew.
 
 from __future__ import annotations
 
-import ctypes
 import os
 import resource
 import signal
@@ -20,6 +19,7 @@ from multiprocessing.connection import Connection, wait
 from pathlib import Path
 from typing import NoReturn
 
+from kinolab.concurrency.parent_death import end_with_parent
 from kinolab.concurrency.serving import serve
 from kinolab.concurrency.starting import bury, start_process
 from kinolab.studies.hardware import computer
@@ -28,7 +28,6 @@ from kinolab.studies.orders import Answer, WorkOrder, failure, peak_memory
 MODULE = __name__
 FORKS = sys.platform == "linux"
 PERIOD = 0.05  # [s] between looks at a run that has limits
-PR_SET_PDEATHSIG = 1  # Linux: signal that a process gets when its parent dies
 
 
 class WorkerLostError(Exception):
@@ -157,7 +156,7 @@ def _forked(order: WorkOrder, folder: Path, connection: Connection) -> Answer | 
 def _in_fork(order: WorkOrder, folder: Path, theirs: Connection, parent: int) -> NoReturn:
     """Do an order in this process, send its answer and leave."""
     try:
-        ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
+        end_with_parent()
         if os.getppid() == parent:
             theirs.send(order.work(folder))
     finally:

@@ -79,7 +79,8 @@ def command(
     Each simulated machine differs from the one that the plan was made for. Feedback gains along the
     plan keep it on course, together with the machine's own feedback if it has any; both are
     designed for the plan's parameters. The results are written to execution.json, execution.csv
-    and execution.png in FOLDER. They are the same however many do the work.
+    and execution.png in FOLDER. They are the same however many do the work;
+    up to 500 runs are done by one process, unless --jobs says otherwise.
     """
     from kinolab.analyze.execute import Conditions, execution_to_json, tube_png
     from kinolab.files import write_whole
@@ -100,7 +101,7 @@ def command(
 
     with engine_of(jobs, dask, progress) as (make, stop):
         execution = execute_many(
-            folder,
+            run,
             conditions,
             make if dask or jobs or runs > FEW else None,
             runs=runs,
