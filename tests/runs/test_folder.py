@@ -54,6 +54,7 @@ def test_a_run_has_the_files_that_are_promised(maze_run: Finished) -> None:
         "trajectory.npz",
         "search.npz",
         "report.json",
+        "certificate.json",
         "scenario.toml",
         "animation.gif",
         "scene.html",
@@ -71,7 +72,7 @@ def test_the_folder_says_what_it_is(maze_run: Finished) -> None:
     text = (maze_run.folder / README).read_text(encoding="utf-8")
     assert text.startswith("A coin rolls through a maze\nsolved: ")
     named = re.findall(r"\b[\w.]+\.(?:csv|npz|json|toml|html)\b", text)
-    assert len(named) == 5
+    assert len(named) == 6
     assert [name for name in named if not (maze_run.folder / Path(name)).is_file()] == []
     assert "plan help files" in text
     assert max(map(len, text.splitlines())) <= 100
@@ -272,7 +273,7 @@ def test_a_mesh_that_changed_fails(run_copy: Path, capsys: Capture) -> None:
     mesh.write_text(mesh.read_text().replace("0 0 1\n", "0 0 2\n", 1))
     assert code_of(run_copy) == 7
     out = capsys.readouterr().out
-    assert "FAILED assets" in out
+    assert "FAILED files" in out
     assert mesh.name in out
 
 
@@ -281,7 +282,7 @@ def test_a_machine_that_changed_fails(run_copy: Path, capsys: Capture) -> None:
     machine.write_text(machine.read_text().replace('"default": 1.0', '"default": 1.01'))
     assert code_of(run_copy) == 7
     out = capsys.readouterr().out
-    assert "FAILED assets" in out
+    assert "FAILED files" in out
     assert "FAILED dynamics" in out
     assert "machine.json" in out
 

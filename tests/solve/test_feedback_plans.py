@@ -136,7 +136,7 @@ def test_a_law_that_was_changed_is_noticed(
     name, tree = law["law"][0]
     law["law"][0] = [name, {"expression": ["mul", 1.01, tree["expression"]]}]
     file.write_text(json.dumps(law))
-    assert {"assets", "feedback"} <= {check.name for check in check_run(tmp_path).failures}
+    assert {"files", "feedback"} <= {check.name for check in check_run(tmp_path).failures}
     file.write_text("{}")
     with pytest.raises(InputError, match=r"feedback\.json: the key 'references' is missing"):
         check_run(tmp_path)

@@ -74,9 +74,9 @@ def test_a_good_motion_passes_every_check(lane: PlanningTask) -> None:
 
 
 def test_a_certificate_prints_what_passed_what_did_not_and_its_margin(lane: PlanningTask) -> None:
-    assert str(verify(lane, straight())).splitlines()[0] == "12 of 12 checks passed"
+    assert str(verify(lane, straight())).splitlines()[0] == "13 of 13 checks passed"
     short = verify(lane, straight(2))
-    assert str(short).startswith("11 of 12 checks passed\n  FAILED goal (")
+    assert str(short).startswith("12 of 13 checks passed\n  FAILED goal (")
     near = replace(short, margin=ClearanceMargin(0.02, 1.5, ("coin – bench",)))
     assert str(near).endswith("\n  smallest clearance 20 mm at t = 1.5 s (coin – bench)")
 

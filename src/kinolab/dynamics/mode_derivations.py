@@ -70,13 +70,15 @@ def in_mode(system: Mechanism, mode: str) -> Mechanism:
     if mode not in names:
         raise UnknownNameError("mode", mode, known=names)
     states = [entry for entry in system.states if entry.name != MODE]
-    made = _in_mode(system, names.index(mode)).changed(states=states, velocities=system.velocities)
+    made = machine_in_mode(system, names.index(mode)).changed(
+        states=states, velocities=system.velocities
+    )
     d = derive(made, idle_inputs=True)
     acting = [e for e, node in zip(made.inputs, d.binding.inputs, strict=True) if _reaches(d, node)]
     return made.changed(inputs=acting)
 
 
-def _in_mode(system: Mechanism, index: int) -> Mechanism:
+def machine_in_mode(system: Mechanism, index: int) -> Mechanism:
     """Return a machine as it is in one of its modes, with the same symbols in the same order."""
     mode = system.modes[index]
     constrained = any(m.constraints for m in system.modes) or bool(system.constraints)
@@ -104,7 +106,7 @@ def derive_modes(system: Mechanism) -> list[ModeDerivation]:
         what = "a machine with modes has no feedback of its own yet."
         raise InputError([Mistake(f"system {system.name!r} feedback", what, "Leave it out.")])
     mistakes: list[Mistake] = []
-    machines = [_in_mode(system, index) for index in range(len(system.modes))]
+    machines = [machine_in_mode(system, index) for index in range(len(system.modes))]
     derived: list[Derivation] = []
     for mode, machine in zip(system.modes, machines, strict=True):
         try:

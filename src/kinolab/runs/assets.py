@@ -5,13 +5,11 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 from kinolab.dynamics.language.json.machine_folder import FEEDBACK_FILE, MACHINE_FILE
 from kinolab.problem import PlanningTask
 from kinolab.scenario import Origin, Scenario
 from kinolab.scenario.user_code import python_reference, text_of
-from kinolab.verification import Check
 from kinolab.world.meshes.obj_materials import materials_file, with_materials
 
 
@@ -78,13 +76,16 @@ def _portable_planner(scenario: Scenario) -> str:
 
 def hashes_of(assets: Mapping[str, bytes]) -> dict[str, str]:
     """Return the SHA-256 of each file, by name."""
-    return {name: _digest(content) for name, content in assets.items()}
+    return {name: digest_of(content) for name, content in assets.items()}
 
 
-def unchanged(folder: Path, problem: PlanningTask, report: Mapping[str, Any]) -> Check:
-    """Compare the files that a run's scenario uses with the hashes in its report."""
-    recorded = report.get("assets")
-    hashes = recorded if isinstance(recorded, dict) else {}
+def used_assets(folder: Path, problem: PlanningTask) -> set[str]:
+    """Return the names of the files below ``assets/`` that a run's own scenario uses.
+
+    Args:
+        folder: Of the run.
+        problem: Built from its scenario.
+    """
     scenario = problem.scenario
     meshes = [path for path in _meshes(scenario).values() if path.is_file()]
     libraries = [
@@ -96,19 +97,9 @@ def unchanged(folder: Path, problem: PlanningTask, report: Mapping[str, Any]) ->
     machine = {MACHINE_FILE} | (
         {FEEDBACK_FILE} if problem.machine.references is not None else set()
     )
-    used = {*machine, *(path.name for path in files if path is not None)}
-    changed = [
-        name
-        for name in sorted(used | set(hashes))
-        if _digest_of(folder / "assets" / Path(name).name) != hashes.get(name)
-    ]
-    detail = f"changed since the run, or not listed: {', '.join(changed)}" if changed else ""
-    return Check("assets", float(len(changed)), 0.0, not changed, detail)
+    return {*machine, *(path.name for path in files if path is not None)}
 
 
-def _digest_of(path: Path) -> str | None:
-    return _digest(path.read_bytes()) if path.is_file() else None
-
-
-def _digest(content: bytes) -> str:
+def digest_of(content: bytes) -> str:
+    """Return the SHA-256 of a file's content."""
     return hashlib.sha256(content).hexdigest()

@@ -26,7 +26,8 @@ from kinolab.loading import build_problem
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 from kinolab.problem.unwrapping import unwrapped
-from kinolab.runs.assets import assets_of, portable_scenario, unchanged
+from kinolab.runs.assets import assets_of, digest_of, portable_scenario
+from kinolab.runs.certificate_file import CERTIFICATE, certificate_bytes, unchanged
 from kinolab.runs.dynobench_result import has_its_steps, result_text
 from kinolab.runs.readme import README, readme_of
 from kinolab.runs.report import report_of
@@ -41,6 +42,7 @@ from kinolab.verification.clearance_search import Told
 PAGE, MODEL = "scene.html", "result.glb"  # the plan in three dimensions
 EXECUTION = ("execution.json", "execution.csv", "execution.png")  # by ``plan execute``
 NPZ = "trajectory.npz"
+DERIVED = (NPZ, "result.yaml")  # they say what trajectory.csv says
 MOTION_FORMATS: dict[str, Callable[[Trajectory], bytes]] = {  # every one is written in every run
     "trajectory.csv": lambda trajectory: trajectory.to_csv().encode(),
     NPZ: Trajectory.to_npz,
@@ -48,7 +50,7 @@ MOTION_FORMATS: dict[str, Callable[[Trajectory], bytes]] = {  # every one is wri
 PLOT_NAMES = ("states", "inputs", "phase", "configuration")  # by ``plan plot``
 PLOTS = tuple(f"plots/{name}.{form}" for form in ("svg", "png") for name in PLOT_NAMES)
 PICTURES = ("animation.gif", "animation.mp4", PAGE, MODEL)
-OPTIONAL = ("search.npz", "result.yaml", *PICTURES, *EXECUTION, *PLOTS)
+OPTIONAL = (CERTIFICATE, "search.npz", "result.yaml", *PICTURES, *EXECUTION, *PLOTS)
 
 
 @dataclass(frozen=True)
@@ -78,16 +80,21 @@ def write_run(folder: Path, problem: PlanningTask, plan: PlanResult) -> dict[str
     removed, so that the folder never mixes two runs.
     """
     assets = assets_of(problem)
-    report = report_of(problem, plan, assets)
-    report["scenario_file"] = os.path.relpath(_source(problem), folder.resolve())
     files: dict[str, bytes] = {f"assets/{name}": content for name, content in assets.items()}
     files["scenario.toml"] = write_scenario(portable_scenario(problem)).encode()
     if plan.trajectory is not None:
         files |= {name: write(plan.trajectory) for name, write in MOTION_FORMATS.items()}
         files |= _benchmark_result(problem, plan.trajectory) if plan.status == "solved" else {}
+    certified = None
+    if plan.trajectory is not None and plan.certificate is not None:
+        proved = {name: content for name, content in files.items() if name not in DERIVED}
+        files[CERTIFICATE] = certificate_bytes(problem, plan.certificate, proved)
+        certified = digest_of(files[CERTIFICATE])
     if plan.graph is not None:
         files["search.npz"] = plan.graph.to_npz(problem.model.state_names)
     files[README] = utf_8(readme_of(problem, plan))
+    report = report_of(problem, plan, assets, certified)
+    report["scenario_file"] = os.path.relpath(_source(problem), folder.resolve())
     files["report.json"] = _json(report)
     stale = {*MOTION_FORMATS, *OPTIONAL, *_recorded_assets(folder)} - set(files)
     (folder / "assets").mkdir(parents=True, exist_ok=True)
@@ -216,7 +223,7 @@ def _motion_in(folder: Path, problem: PlanningTask) -> Trajectory:
     return read_csv(folder / "trajectory.csv", model.state_names, plant.control_names, references)
 
 
-def check_run(folder: Path, told: Told | None = None) -> Certificate:
+def check_run(folder: Path, told: Told | None = None, *, thorough: bool = False) -> Certificate:
     """Verify a finished run from its files alone.
 
     What is verified is ``trajectory.csv``; a ``trajectory.npz`` beside it must say the same.
@@ -224,12 +231,13 @@ def check_run(folder: Path, told: Told | None = None) -> Certificate:
     Args:
         folder: Of the run.
         told: Called now and then with what is being done, in words.
+        thorough: As ``verify``.
 
     Raises:
         InputError: If a file is missing or damaged.
     """
     run = read_run(folder)
-    certificate = verify(run.problem, run.trajectory, told)
+    certificate = verify(run.problem, run.trajectory, told, thorough=thorough)
     files = [unchanged(run.folder, run.problem, run.report)]
     if (folder / NPZ).is_file():
         files.append(_same_in_npz(folder, _motion_in(folder, run.problem)))

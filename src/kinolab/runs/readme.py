@@ -15,6 +15,7 @@ trajectory.csv   the motion, a row per step; trajectory.npz has the same for Num
                  inputs are held from their row to the next, so the last row has none
                  (there is none if nothing was found)
 report.json      how it was found, every check of it, and what went wrong if something did
+certificate.json what was proved of the motion, what was not, and of which files
 scenario.toml    what was asked for, with every default; assets/ has what belongs to it
 scene.html       the motion in three dimensions, if pictures were drawn: open it in a browser
 

@@ -21,12 +21,18 @@ RECORDED = ("numpy", "scipy", "sympy", "numba", "llvmlite", "ompl", "python-fcl"
 
 
 def report_of(
-    problem: PlanningTask, plan: PlanResult, assets: Mapping[str, bytes]
+    problem: PlanningTask,
+    plan: PlanResult,
+    assets: Mapping[str, bytes],
+    certified: str | None = None,
 ) -> dict[str, Any]:
     """Return what ``report.json`` says; what is not finite becomes null.
 
     Args:
+        problem: What was planned.
+        plan: What came of it.
         assets: Content of the files below ``assets/``, by name.
+        certified: SHA-256 of ``certificate.json``; None where nothing was verified.
     """
     certificate = plan.certificate
     return {
@@ -56,6 +62,7 @@ def report_of(
         "notes": list(problem.world.notes),
         "warnings": [*problem.world.warnings, *rest_warnings(problem), *plan.warnings],
         "diagnosis": {"rejections": plan.rejections},
+        "certificate": certified,
         "assets": hashes_of(assets),
         "versions": versions(),
     }

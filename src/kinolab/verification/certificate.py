@@ -57,20 +57,28 @@ class Certificate:
         return "\n  ".join(lines if self.margin is None else [*lines, str(self.margin)])
 
 
-def verify(problem: PlanningTask, trajectory: Trajectory, told: Told | None = None) -> Certificate:
+def verify(
+    problem: PlanningTask,
+    trajectory: Trajectory,
+    told: Told | None = None,
+    *,
+    thorough: bool = False,
+) -> Certificate:
     """Check that a trajectory solves a problem: dynamics, limits, goal and collisions.
 
     Args:
         problem: The problem.
         trajectory: To be checked.
         told: Called now and then with what is being done, in words.
+        thorough: Whether the equations of motion, derived a second way, are compared with the
+            compiled ones along the whole motion; otherwise they are at a sample of rows.
 
     Raises:
         InputError: If an argument is something else.
     """
     require_fit("verify problem", PlanningTask, problem)
     require_fit("verify trajectory", Trajectory, trajectory)
-    context = CheckContext(problem, trajectory, told=told)
+    context = CheckContext(problem, trajectory, told=told, thorough=thorough)
     checks = tuple(_checked(context, CHECKS))
     free = any(check.name == "collision" and check.passed for check in checks)
     return Certificate(checks, least_clearance(context.clearance_search) if free else None)

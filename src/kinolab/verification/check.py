@@ -84,12 +84,14 @@ class CheckContext:
         stored: The trajectory as given.
         known_motion: Motion to check instead of the re-simulated one, such as a planner's own.
         told: Called now and then with what is being done, in words.
+        thorough: Whether the equations of motion are compared along the whole motion.
     """
 
     problem: PlanningTask
     stored: Trajectory
     known_motion: ReferenceMotion | None = None
     told: Told | None = None
+    thorough: bool = False
 
     @property
     def trajectory(self) -> Trajectory:

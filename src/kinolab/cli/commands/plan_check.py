@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -17,16 +18,22 @@ if TYPE_CHECKING:
 
 @click.command("check")
 @click.argument("folders", nargs=-1, required=True, type=PATH)
+@click.option(
+    "--thorough",
+    is_flag=True,
+    help="Compare the equations of motion with a second derivation along the whole motion.",
+)
 @json_option
 @quiet_option
-def command(folders: Sequence[Path], as_json: bool, quiet: bool) -> int:
+def command(folders: Sequence[Path], thorough: bool, as_json: bool, quiet: bool) -> int:
     """Verify finished runs from their files alone."""
     from kinolab.runs import check_run, check_to_json, margin_to_json
 
     progress = Progress(quiet)
 
     def checked(folder: Path) -> Certificate:
-        return check_run(folder, lambda text: progress(f"{folder}: {text}", passing=True))
+        told = partial(progress, passing=True)
+        return check_run(folder, lambda text: told(f"{folder}: {text}"), thorough=thorough)
 
     certificates = {str(folder): checked(folder) for folder in folders}
     progress.close()

@@ -64,12 +64,30 @@ def loads(system: Mechanism) -> Iterator[tuple[sympy.Expr, sympy.Expr]]:
 
     A load's generalised force is the strength times d(velocity)/d(rate).
     """
+    yield from velocity_loads(system)
+    for strength, position in position_loads(system):
+        yield strength, time_derivative(position)
+
+
+def position_loads(system: Mechanism) -> Iterator[tuple[sympy.Expr, sympy.Expr]]:
+    """Yield (strength, position) of every load along a function of the coordinates.
+
+    Its generalised force is the strength times d(position)/dq.
+    """
+    for effort in system.efforts:
+        if isinstance(effort, Rope):
+            yield -effort.tension, effort.stretch
+    for entry in system.inputs:
+        if isinstance(entry, Pull):
+            yield -entry.symbol, distance(*entry.between)
+
+
+def velocity_loads(system: Mechanism) -> Iterator[tuple[sympy.Expr, sympy.Expr]]:
+    """Yield (strength, velocity) of every other load that is not in the potential energy."""
     for effort in system.efforts:
         match effort:
             case Viscous() | Coulomb() | SlidingFriction():
                 yield from _friction(effort)
-            case Rope():
-                yield -effort.tension, time_derivative(effort.stretch)
             case Wrench():
                 yield from _wrench(effort)
     for entry in system.inputs:
@@ -86,8 +104,6 @@ def loads(system: Mechanism) -> Iterator[tuple[sympy.Expr, sympy.Expr]]:
                     R, p = pose(entry.on.frame)
                     moving = _velocity_at(entry.reacts_on.frame, p)
                     yield -entry.symbol, (R * axis).dot(moving)
-            case Pull():
-                yield -entry.symbol, time_derivative(distance(*entry.between))
 
 
 def _kinetic(body: Body) -> sympy.Expr:

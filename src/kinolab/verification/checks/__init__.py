@@ -9,6 +9,7 @@ from collections.abc import Callable
 from kinolab.verification.check import Check, CheckContext
 from kinolab.verification.checks.along_motion import limits, requirements
 from kinolab.verification.checks.contacts import collision
+from kinolab.verification.checks.equations_of_motion import equations
 from kinolab.verification.checks.goal_reached import goal
 from kinolab.verification.checks.knot_defects import drift, dynamics, error_growth, start
 from kinolab.verification.checks.stored_rows import (
@@ -26,6 +27,7 @@ CHECKS: tuple[CheckFunction, ...] = (
     times,
     start,
     dynamics,
+    equations,
     constraints,
     inputs,
     feedback,

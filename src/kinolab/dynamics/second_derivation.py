@@ -1,0 +1,60 @@
+"""A machine's state derivative by its second derivation, from energies and multipliers.
+
+It is derived once and kept on disk as data, so that comparing with it needs no symbols.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from kinolab.dynamics.codegen.cache import key_of, read_record, write_record
+from kinolab.dynamics.lagrange.multiplier_form import MultiplierForm
+from kinolab.dynamics.model import Model
+from kinolab.numerics.arrays import Array
+
+
+class SecondDerivation:
+    """The equations of motion of a machine without its feedback, as ``MultiplierForm`` has them.
+
+    Args:
+        model: The machine.
+    """
+
+    def __init__(self, model: Model) -> None:
+        self._model = model.plant
+        self._forms: dict[int, MultiplierForm] = {}
+
+    def derivative(self, x: Array, u: Array) -> Array:
+        """Return the derivatives of states (m, nx) under the plant's inputs (m, nu), (m, nx).
+
+        They are NaN where something is undefined.
+        """
+        x, u = np.asarray(x, dtype=float), np.asarray(u, dtype=float)
+        if not self._model.machine.modes:
+            return self._form(0).derivative(x, u)
+        changes = np.zeros_like(x)
+        for mode in np.unique(x[:, -1]):
+            rows = x[:, -1] == mode
+            changes[rows] = self._form(int(mode)).derivative(x[rows], u[rows])
+        return changes
+
+    def _form(self, mode: int) -> MultiplierForm:
+        if mode not in self._forms:
+            key = key_of(f"{self._model.key} multiplier form of mode {mode}")
+            form = read_record(key)
+            if not isinstance(form, MultiplierForm):
+                form = self._derived(mode)
+                write_record(key, form)
+            self._forms[mode] = form
+        return self._forms[mode]
+
+    def _derived(self, mode: int) -> MultiplierForm:
+        from kinolab.dynamics.derivation.velocity_coordinates import chosen_quasi_velocities
+        from kinolab.dynamics.lagrange.multiplier_equations import multiplier_form
+        from kinolab.dynamics.mode_derivations import machine_in_mode
+
+        model, system = self._model, self._model.system
+        if system.modes:
+            system = machine_in_mode(system, mode)
+        quasi = chosen_quasi_velocities(system) if model.quasi_velocities else ()
+        return multiplier_form(system, quasi, [model.rate_names[i] for i in model.independent])

@@ -1,0 +1,125 @@
+"""``certificate.json``: what was proved of a plan, and of which files, so that changes show."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from kinolab.files import utf_8
+from kinolab.problem import PlanningTask
+from kinolab.runs.assets import digest_of, used_assets
+from kinolab.runs.report import check_to_json, margin_to_json, versions
+from kinolab.verification import Certificate, Check
+
+CERTIFICATE = "certificate.json"
+SCHEMA_VERSION = 1
+PROVED = (
+    "From the start in scenario.toml, under the inputs in trajectory.csv, the machine in "
+    "assets/machine.json moves as the rows of trajectory.csv say. An integrator that no planner "
+    "uses has followed the motion.",
+    "Its equations of motion, derived a second way, agree with those that were integrated at the "
+    "rows that were compared.",
+    "Constraints hold; inputs, coordinates and velocities stay within their limits, and the "
+    "machine's requirements are met.",
+    "The motion ends in the goal.",
+    "No body or cable touches an obstacle, nor any other that it is to be kept apart from, also "
+    "between the rows: a lower bound of the clearance was found along the whole motion.",
+    "An error at the start grows by no more than the factor given, so that the plan can be "
+    "followed as it is.",
+)
+NOT_PROVED = (
+    "That the machine is as it is described: its masses, friction and shapes were taken as given.",
+    "That a machine which is disturbed, or differs from its description, follows the plan: "
+    "`plan execute` tries that.",
+    "Anything about what is not in the scenario, such as bodies without shapes, and pairs of "
+    "bodies that nobody asked to be kept apart.",
+    "Bounds on rounding: they are far below the margins, but were not computed by interval "
+    "arithmetic.",
+    "Who wrote these files: their hashes show what changed by accident, and are no signature.",
+)
+
+
+def certificate_to_json(
+    problem: PlanningTask, certificate: Certificate, files: Mapping[str, bytes]
+) -> dict[str, Any]:
+    """Return a certificate as plain data.
+
+    Args:
+        problem: What was planned.
+        certificate: The results of all checks.
+        files: Content of the files that it is about, by their names in the run's folder.
+    """
+    return {
+        "schema_version": SCHEMA_VERSION,
+        "scenario": problem.name,
+        "system": problem.machine.name,
+        "passed": certificate.passed,
+        "checks": [check_to_json(check) for check in certificate.checks],
+        "margin": margin_to_json(certificate),
+        "proved": list(PROVED if certificate.passed else ()),
+        "not_proved": list(NOT_PROVED),
+        "files": {name: digest_of(content) for name, content in sorted(files.items())},
+        "versions": versions(),
+    }
+
+
+def certificate_bytes(
+    problem: PlanningTask, certificate: Certificate, files: Mapping[str, bytes]
+) -> bytes:
+    """Return the content of ``certificate.json``; arguments as ``certificate_to_json``."""
+    content = certificate_to_json(problem, certificate, files)
+    return utf_8(json.dumps(content, indent=1, ensure_ascii=False) + "\n")
+
+
+def unchanged(folder: Path, problem: PlanningTask, report: Mapping[str, Any]) -> Check:
+    """Compare the files of a run with the hashes in its certificate.
+
+    Its report has the hash of the certificate, and those of the assets, which are all there is of
+    a run that has no certificate.
+    """
+    assets = _table(report.get("assets"))
+    recorded = {f"assets/{Path(name).name}": digest for name, digest in assets.items()}
+    changed = set()
+    if (digest := report.get("certificate")) is not None:
+        content = _content(folder / CERTIFICATE)
+        certified = _table(_parsed(content).get("files"))
+        if content is None or digest_of(content) != digest:
+            changed.add(CERTIFICATE)
+        elif recorded != {
+            name: certified[name] for name in certified if name.startswith("assets/")
+        }:
+            changed.add("report.json")
+        recorded |= certified
+    used = {f"assets/{name}" for name in used_assets(folder, problem)}
+    for name in {*recorded, *used}:
+        content = _content(folder / name) if _is_below(folder, name) else None
+        if content is None or digest_of(content) != recorded.get(name):
+            changed.add(name)
+    detail = f"changed since the run, or not listed: {', '.join(sorted(changed))}"
+    return Check("files", float(len(changed)), 0.0, not changed, detail if changed else "")
+
+
+def _is_below(folder: Path, name: str) -> bool:
+    """Whether a name that a file gives leads to nowhere outside the run's folder."""
+    return folder.resolve() in (folder / name).resolve().parents
+
+
+def _content(path: Path) -> bytes | None:
+    try:
+        return path.read_bytes()
+    except OSError:
+        return None
+
+
+def _parsed(content: bytes | None) -> dict[str, Any]:
+    try:
+        parsed = json.loads(content or b"")
+    except (RecursionError, ValueError):
+        return {}
+    return parsed if isinstance(parsed, dict) else {}
+
+
+def _table(found: Any) -> dict[str, Any]:
+    return found if isinstance(found, dict) else {}

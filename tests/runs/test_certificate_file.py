@@ -1,0 +1,99 @@
+"""``certificate.json``: what was proved of which files, and what changed since."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import shutil
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from kinolab.runs import check_run
+from kinolab.verification import Check
+from tests.conftest import Finished
+
+CERTIFIED = ("scenario.toml", "trajectory.csv", "assets/machine.json")
+
+
+def certificate(folder: Path) -> dict[str, Any]:
+    found: dict[str, Any] = json.loads((folder / "certificate.json").read_text())
+    return found
+
+
+def files_check(folder: Path) -> Check:
+    return next(check for check in check_run(folder).checks if check.name == "files")
+
+
+def test_it_says_what_was_checked_and_how_near_the_motion_came(maze_run: Finished) -> None:
+    found = certificate(maze_run.folder)
+    assert found["passed"] is True
+    assert found["checks"] == maze_run.report["verification"]
+    assert found["margin"] == maze_run.report["margin"]
+    assert found["margin"]["clearance"] > 0
+    assert found["versions"] == maze_run.report["versions"]
+    assert found["proved"]
+    assert any("signature" in sentence for sentence in found["not_proved"])
+
+
+def test_it_has_the_hash_of_every_file_that_it_is_about(maze_run: Finished) -> None:
+    files = certificate(maze_run.folder)["files"]
+    assets = {f"assets/{path.name}" for path in (maze_run.folder / "assets").iterdir()}
+    assert set(files) == {*CERTIFIED, *assets}
+    for name, digest in files.items():
+        assert hashlib.sha256((maze_run.folder / name).read_bytes()).hexdigest() == digest
+
+
+def test_a_plan_that_was_refused_proves_nothing(run_copy: Path) -> None:
+    from kinolab.runs.certificate_file import certificate_to_json
+    from kinolab.runs.folder import read_run
+    from kinolab.verification import Certificate
+
+    refused = Certificate((Check("goal", 2.0, 1.0, False, "x is off"),))
+    found = certificate_to_json(read_run(run_copy).problem, refused, {})
+    assert found["passed"] is False
+    assert found["proved"] == []
+    assert found["not_proved"]
+
+
+@pytest.mark.parametrize("name", [*CERTIFIED, "certificate.json"])
+def test_a_file_that_changed_is_named(run_copy: Path, name: str) -> None:
+    path = run_copy / name
+    text = path.read_text(encoding="utf-8")  # what it says stays the same, only its bytes do not
+    path.write_bytes(
+        (text.replace("\n", "\r\n") if name.endswith(".csv") else f"{text}\n").encode()
+    )
+    check = files_check(run_copy)
+    assert not check.passed
+    assert check.detail.endswith(f": {name}")
+
+
+def test_all_files_that_changed_are_named(run_copy: Path) -> None:
+    for name in ("scenario.toml", "assets/machine.json"):
+        (run_copy / name).write_text((run_copy / name).read_text() + "\n")
+    assert files_check(run_copy).detail.endswith(": assets/machine.json, scenario.toml")
+
+
+def test_a_certificate_that_is_gone_is_missed(run_copy: Path) -> None:
+    (run_copy / "certificate.json").unlink()
+    assert files_check(run_copy).detail.endswith(": certificate.json")
+
+
+@pytest.mark.parametrize("content", ["", "[]", "{", '{"files": 3}', '{"files": {"../x": "0"}}'])
+def test_a_certificate_that_is_damaged_is_named(run_copy: Path, content: str) -> None:
+    (run_copy / "certificate.json").write_text(content)
+    assert "certificate.json" in files_check(run_copy).detail
+
+
+def test_a_run_from_before_there_were_certificates_passes(run_copy: Path) -> None:
+    report = json.loads((run_copy / "report.json").read_text())
+    del report["certificate"]
+    (run_copy / "report.json").write_text(json.dumps(report))
+    (run_copy / "certificate.json").unlink()
+    assert check_run(run_copy).passed
+
+
+def test_a_folder_that_moved_passes(run_copy: Path, tmp_path: Path) -> None:
+    moved = shutil.move(run_copy, tmp_path / "elsewhere")
+    assert check_run(Path(moved)).passed
