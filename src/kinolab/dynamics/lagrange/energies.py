@@ -65,25 +65,26 @@ def loads(system: Mechanism) -> Iterator[tuple[sympy.Expr, sympy.Expr]]:
     A load's generalised force is the strength times d(velocity)/d(rate).
     """
     yield from velocity_loads(system)
-    for strength, position in position_loads(system):
-        yield strength, time_derivative(position)
+    for rope in ropes(system):
+        yield -rope.tension, time_derivative(rope.stretch)
+    for strength, reach in pulls(system):
+        yield strength, time_derivative(reach)
 
 
-def position_loads(system: Mechanism) -> Iterator[tuple[sympy.Expr, sympy.Expr]]:
-    """Yield (strength, position) of every load along a function of the coordinates.
+def ropes(system: Mechanism) -> Iterator[Rope]:
+    """Yield the ropes, whose tensions act along what they are stretched."""
+    return (effort for effort in system.efforts if isinstance(effort, Rope))
 
-    Its generalised force is the strength times d(position)/dq.
-    """
-    for effort in system.efforts:
-        if isinstance(effort, Rope):
-            yield -effort.tension, effort.stretch
+
+def pulls(system: Mechanism) -> Iterator[tuple[sympy.Expr, sympy.Expr]]:
+    """Yield (strength, distance) of every input that pulls along a distance."""
     for entry in system.inputs:
         if isinstance(entry, Pull):
             yield -entry.symbol, distance(*entry.between)
 
 
 def velocity_loads(system: Mechanism) -> Iterator[tuple[sympy.Expr, sympy.Expr]]:
-    """Yield (strength, velocity) of every other load that is not in the potential energy."""
+    """Yield (strength, velocity) of every load that is not along a distance."""
     for effort in system.efforts:
         match effort:
             case Viscous() | Coulomb() | SlidingFriction():

@@ -39,8 +39,9 @@ class Instruction:
     """A number, a named variable, or a function of earlier instructions.
 
     Attributes:
-        name: ``number``, ``variable``, ``add``, ``mul``, ``max``, ``power`` or one of
-            ``FUNCTIONS``.
+        name: ``number``, ``variable``, ``add``, ``mul``, ``max``, ``power``, ``change`` or one of
+            ``FUNCTIONS``; ``change`` is the derivative along the direction after the first n, and
+            has none of its own.
         operands: Indices of the instructions that it is a function of.
         number: The number, or the exponent of a power.
         label: Name of the variable.
@@ -114,6 +115,9 @@ class Evaluation:
                 return reduce(self._product, operands)
             case "max":
                 return reduce(_larger, operands)
+            case "change":
+                (u,) = operands
+                return HyperDual(_zero(u.value) if u.slope is None else u.slope[:, self._pairs])
             case "power":
                 return self._power(operands[0], instruction.number)
             case name:

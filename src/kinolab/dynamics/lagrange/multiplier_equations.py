@@ -9,14 +9,16 @@ import sympy
 
 from kinolab.dynamics.lagrange.energies import (
     kinetic_energy,
-    position_loads,
     potential_energy,
+    pulls,
+    ropes,
     velocity_loads,
 )
 from kinolab.dynamics.lagrange.hyper_dual import FUNCTIONS, Instruction
 from kinolab.dynamics.lagrange.multiplier_form import ImposedVelocity, MultiplierForm
 from kinolab.dynamics.language.constraints import PositionConstraint
 from kinolab.dynamics.language.expressions import exact
+from kinolab.dynamics.language.forces import Rope
 from kinolab.dynamics.language.frames import time_derivative
 from kinolab.dynamics.language.inputs import Drive, Rate
 from kinolab.dynamics.language.mechanism import Mechanism
@@ -48,7 +50,10 @@ def multiplier_form(
     return MultiplierForm(
         kinetic=None if kinetic == 0 else place(kinetic),
         potential=place(potential_energy(system)),
-        position_loads=tuple(tuple(map(place, load)) for load in position_loads(system)),
+        position_loads=(
+            *(tuple(map(place, load)) for load in pulls(system)),
+            *(place.pull_of(rope) for rope in ropes(system)),
+        ),
         velocity_loads=tuple(tuple(map(place, load)) for load in velocity_loads(system)),
         imposed=tuple(
             ImposedVelocity(place(velocity), place(equals), place(change))
@@ -103,10 +108,20 @@ class _Writing:
         """
         stated = exact(expression)
         if stated not in self._places:
-            instruction = self._instruction(stated)
-            self.instructions.append(instruction)
-            self._places[stated] = len(self.instructions) - 1
+            self._places[stated] = self._written(self._instruction(stated))
         return self._places[stated]
+
+    def pull_of(self, rope: Rope) -> tuple[int, int]:
+        """Write what a rope pulls with, and its stretch, which is not differentiated here."""
+        stretch = self(rope.stretch)
+        s, s_dot = sympy.symbols("s s_dot", real=True, cls=sympy.Dummy)
+        self._places[s] = stretch
+        self._places[s_dot] = self._written(Instruction("change", (stretch,)))
+        return self(-rope.tension_at(s, s_dot)), stretch
+
+    def _written(self, instruction: Instruction) -> int:
+        self.instructions.append(instruction)
+        return len(self.instructions) - 1
 
     def _instruction(self, expression: sympy.Expr) -> Instruction:
         if expression.is_number:

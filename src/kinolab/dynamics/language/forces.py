@@ -118,8 +118,12 @@ class Rope:
     def tension(self) -> sympy.Expr:
         """Its tension in [N], never negative, for use in requirements."""
         s = self.stretch
-        taut = (1 + sympy.sign(s)) / 2
-        force = exact(self.stiffness) * s + exact(self.damping) * time_derivative(s)
+        return self.tension_at(s, time_derivative(s))
+
+    def tension_at(self, stretch: sympy.Expr, change: sympy.Expr) -> sympy.Expr:
+        """Return its tension in [N] at a stretch in [m] and the change of it in [m/s]."""
+        taut = (1 + sympy.sign(stretch)) / 2
+        force = exact(self.stiffness) * stretch + exact(self.damping) * change
         return taut * sympy.Max(0, force, evaluate=False)
 
 
