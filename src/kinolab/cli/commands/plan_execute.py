@@ -12,6 +12,7 @@ from kinolab.cli.common import PATH, json_option, quiet_option
 from kinolab.cli.engines import dask_option, engine_of, jobs_option
 from kinolab.cli.interrupts import INTERRUPTS
 from kinolab.cli.progress import Progress
+from kinolab.cli.terminal import echo_json, escaped, say
 
 FEW = 500  # runs for which it is not worth to start other processes
 SHARE: dict[str, Any] = {"type": float, "metavar": "SHARE", "default": 0.0, "show_default": True}
@@ -120,11 +121,11 @@ def command(
             picture = tube_png(run.problem, run.trajectory, execution, str(name))
             write_whole(folder / "execution.png", picture)
     if as_json:
-        click.echo(json.dumps(report))
+        echo_json(report)
         return 0
     counts = ", ".join(f"{count} {outcome}" for outcome, count in sorted(report["counts"].items()))
-    click.echo(f"{folder}: {execution.reached} of {runs} reached the goal ({counts})")
-    click.echo(f"  largest deviation from the plan: {execution.worst:.3g}, weighted")
+    say(escaped(f"{folder}: {execution.reached} of {runs} reached the goal ({counts})"))
+    say(f"  largest deviation from the plan: {execution.worst:.3g}, weighted")
     return 0
 
 
