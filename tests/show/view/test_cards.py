@@ -60,7 +60,7 @@ def test_each_page_is_whole_once_the_library_is_put_in(gallery: tuple[Path, int,
     """And the library, which is most of every page, is there once."""
     _, _, page = gallery
     shared, (ada, *_) = data(page, "shared"), data(page, "runs")
-    whole = ada["page"].replace("{{library}}", shared)
+    whole = ada["page"].replace("<library>", shared)
     assert whole.startswith("<!doctype html>")
     assert whole.rstrip().endswith("</html>")
     assert len(shared) > 300_000

@@ -51,7 +51,7 @@ def figure_of(
         figure = Figure(figsize=size, layout="constrained")
         FigureCanvasAgg(figure)
         axes = figure.subplots(rows, columns, squeeze=False).ravel()
-        figure.suptitle(title)
+        figure.suptitle(title, parse_math=False, usetex=False)  # a title is no formula
     return figure, list(axes)
 
 
