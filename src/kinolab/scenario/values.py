@@ -28,7 +28,6 @@ from kinolab.scenario.user_code import python_reference
 
 MESH_FORMATS = (".dae", ".glb", ".obj", ".off", ".ply", ".stl")
 WHOLE_MAX = 2**63 - 1  # what TOML promises to carry
-LONGEST_TITLE = 1000  # characters
 SETTING_DEPTH = 8  # tables and lists within each other in a planner's own settings
 
 NUMBER_TAG, LIST_TAG, NAME_TAG, TABLE_TAG = TAGS = ("<number>", "<list>", "<name>", "<table>")
@@ -86,7 +85,7 @@ def _line(text: str) -> str:
 
 
 def _title(text: str) -> str:
-    if flaw := flaw_of(text.replace("\n", " "), LONGEST_TITLE):
+    if flaw := flaw_of(text.replace("\n", " "), len(text)):
         raise refusal(flaw)
     return text
 

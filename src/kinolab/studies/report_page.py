@@ -292,7 +292,8 @@ def _markdown(table: Table) -> str:
 
 def _plain(text: str) -> str:
     """Return text as a line of Markdown without HTML or links; stars still emphasise."""
-    return printable(" ".join(text.split())).replace("<", "&lt;").replace("[", "\\[")
+    line = printable(" ".join(text.split())).replace("<", "&lt;")
+    return re.sub(r"\](?=[(:\[])", r"]\\", line)
 
 
 def _label(text: str) -> str:

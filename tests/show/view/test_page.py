@@ -112,8 +112,13 @@ def test_the_worlds_of_the_gallery_fit_in_a_page(name: str, tmp_path: Path) -> N
     assert page.stat().st_size < MOST - 500_000
 
 
-def test_a_run_has_a_page_of_its_own_plan(maze_run: Finished) -> None:
+def test_a_run_has_a_page_of_its_own_plan(
+    maze_run: Finished, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """And it is what is drawn from its files, so that it is opened as it is."""
     page = (maze_run.folder / "scene.html").read_text(encoding="utf-8")
+    assert run(["view", str(maze_run.folder), "--no-browser", "--quiet"]) == 0
+    assert capsys.readouterr().out.strip() == str(maze_run.folder / "scene.html")
     assert len(page.encode()) < MOST
     facts = data_in(page)["facts"]
     assert {key: facts[key] for key in ("seed", "planner", "duration")} == {

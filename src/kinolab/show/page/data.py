@@ -16,10 +16,10 @@ from kinolab.show.film.staging.backdrop import GOAL, START
 from kinolab.show.film.staging.captions import captions
 from kinolab.show.page.content import Content, Curve, Driving, Series
 from kinolab.show.page.extent import Extent, extent
-from kinolab.show.page.facts import facts_told
 from kinolab.show.page.follow import follow_track
 from kinolab.show.page.meshes import mesh_data
 from kinolab.show.page.pack import Pack, Place
+from kinolab.show.page.report_facts import facts_told
 
 FORMAT = 1  # version of the data; the page's modules always match it
 

@@ -67,5 +67,5 @@ def written(figure: Figure, form: Format) -> bytes:
 
 
 def label(name: str, unit: str) -> str:
-    """Return the label of an axis."""
-    return f"{name} [{unit}]" if unit else name
+    """Return the label of an axis; dollars in a unit begin no formula."""
+    return (f"{name} [{unit}]" if unit else name).replace("$", r"\$")
