@@ -115,11 +115,15 @@ def test_nothing_is_served_but_the_page_and_that_only_to_who_knows_its_address(
 
 
 def status_of(live: LivePage, line: str) -> int:
-    """Send a request as it is written, and return the status of the answer."""
+    return int(answer_to(live, line).split(maxsplit=2)[1])
+
+
+def answer_to(live: LivePage, line: str) -> bytes:
+    """Send a request as it is written, and return the answer."""
     place = urlsplit(live.address)
     with socket.create_connection((place.hostname, place.port), timeout=20) as client:
         client.sendall(f"{line}\r\nHost: {place.netloc}\r\n\r\n".encode())
-        return int(client.makefile("rb").readline().split()[1])
+        return client.makefile("rb").read()
 
 
 def test_every_answer_forbids_what_a_browser_might_do_with_it(live: LivePage) -> None:
@@ -131,6 +135,7 @@ def test_every_answer_forbids_what_a_browser_might_do_with_it(live: LivePage) ->
         assert not any(name.startswith("access-control-") for name in told)
         assert "python" not in told["server"].lower()
     assert b"default-src 'none'" in ask(live, "").read()
+    assert b"hacked" not in answer_to(live, "<script>hacked</script> / HTTP/1.1")
 
 
 def test_clients_that_are_slow_or_many_hold_up_neither_others_nor_the_end(

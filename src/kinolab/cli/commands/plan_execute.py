@@ -84,9 +84,11 @@ def command(
     up to 500 runs are done by one process, unless --jobs says otherwise.
     """
     from kinolab.analyze.execute import Conditions, execution_to_json, tube_png
+    from kinolab.errors import printable
     from kinolab.files import write_whole
     from kinolab.lazy import library_of
     from kinolab.runs import read_run
+    from kinolab.scenario.toml_text import shortened
     from kinolab.studies.executions import TABLE, execute_many
 
     if not no_picture:  # before the work, not after it
@@ -117,8 +119,8 @@ def command(
     with INTERRUPTS.writing():
         write_whole(folder / "execution.json", (json.dumps(report, indent=1) + "\n").encode())
         if not no_picture:
-            name = run.report.get("scenario", folder.name)
-            picture = tube_png(run.problem, run.trajectory, execution, str(name))
+            name = printable(str(run.report.get("scenario", folder.name)))
+            picture = tube_png(run.problem, run.trajectory, execution, shortened(name))
             write_whole(folder / "execution.png", picture)
     if as_json:
         echo_json(report)

@@ -264,6 +264,10 @@ class _Handler(BaseHTTPRequestHandler):
             self.send_header(name, value)
         super().end_headers()
 
+    def send_error(self, code: int, *_: Any) -> None:
+        """Refuse a request, and repeat nothing of it."""
+        super().send_error(code)
+
     def version_string(self) -> str:
         """Name the program, but no versions."""
         return "kinolab"
