@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
@@ -83,9 +84,28 @@ class EndpointError(KinolabError):
         super().__init__("\n".join(str(mistake) for mistake in self.mistakes))
 
 
+# Control characters but the tab, and what changes the direction of writing, or breaks lines.
+UNPRINTED = re.compile(
+    r"[\x00-\x08\x0a-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]"
+)
+LONGEST_NAME = 300  # characters
+
+
 def is_broken(text: str) -> bool:
     """Whether a text has lone surrogates, as from file names that are not UTF-8."""
     return any("\ud800" <= character <= "\udfff" for character in text)
+
+
+def flaw_of(text: str, longest: int = LONGEST_NAME) -> str:
+    """Return why a text may not be a name that is shown to people, as a predicate; empty if it may.
+
+    What is refused could pass for other lines of a report, or steer the terminal it is printed on.
+    """
+    if UNPRINTED.search(text):
+        return "has control characters, or some that change the direction of writing"
+    if len(text) > longest:
+        return f"has {len(text)} characters; {longest} are the most"
+    return ""
 
 
 def printable(text: str) -> str:

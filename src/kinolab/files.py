@@ -172,6 +172,14 @@ def read_ordinary(path: Path, most: int) -> bytearray:
         return content
 
 
+def is_file_with(path: Path, content: bytes) -> bool:
+    """Whether a regular file is there and has exactly this content."""
+    try:
+        return bytes(read_ordinary(path, len(content))) == content
+    except OSError:  # missing, larger or no file
+        return False
+
+
 def discard_drafts() -> None:
     """Remove unfinished temporary files, for a process that exits early."""
     for draft in tuple(_drafts):

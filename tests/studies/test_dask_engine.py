@@ -9,6 +9,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+import psutil
 import pytest
 
 from kinolab.errors import InputError
@@ -50,10 +51,30 @@ def test_a_cluster_makes_the_rows_of_processes_here(tmp_path: Path) -> None:
     study = study_in(tmp_path, f"{TINY}seeds = 4\n{LIMITED}")
     here = rows_made(study, tmp_path / "here")
     folder = StudyFolder(study, tmp_path / "there")
-    assert folder.run(lambda files, _: DaskEngine("local:2", files))
+    addresses: list[tuple[str, int]] = []
+
+    def engine(files: Any, _: Path) -> DaskEngine:
+        made = DaskEngine("local:2", files)
+        addresses.extend(listening())
+        return made
+
+    assert folder.run(engine)
     there = [folder.rows[index] for index in sorted(folder.rows)]
     assert differing(here, there) == []
     assert len(kept(tmp_path / "there")) == 4
+    assert {host for host, _ in addresses} == {"127.0.0.1"}
+    assert len(addresses) >= 5  # of the scheduler, its two workers and what watches these
+
+
+def listening() -> list[tuple[str, int]]:
+    """Addresses at which this process and those that it started wait for others."""
+    here = psutil.Process()
+    return [
+        (entry.laddr.ip, entry.laddr.port)
+        for process in (here, *here.children(recursive=True))
+        for entry in process.net_connections()
+        if entry.status == psutil.CONN_LISTEN
+    ]
 
 
 def test_a_worker_with_another_version_is_refused_before_the_first_run(

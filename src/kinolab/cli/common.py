@@ -1,8 +1,7 @@
-"""Shared by commands: options, an exit code, JSON output, pictures."""
+"""Shared by commands: options, an exit code, pictures."""
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable
 from datetime import datetime
 from pathlib import Path
@@ -29,11 +28,6 @@ set_option = click.option(
     metavar="KEY=VALUE",
     help="Change any key of the scenario; may be repeated.",
 )
-
-
-def echo_json(data: Any) -> None:
-    """Print plain data as JSON on one line."""
-    click.echo(json.dumps(data, ensure_ascii=False))
 
 
 def replaced(earlier: datetime | None) -> str:

@@ -6,6 +6,7 @@ runs, so that ``plan --help`` is fast.
 
 from __future__ import annotations
 
+import io
 import os
 import sys
 import traceback
@@ -14,7 +15,7 @@ from importlib import import_module
 import click
 
 from kinolab.cli.interrupts import INTERRUPTS
-from kinolab.cli.progress import escaped
+from kinolab.cli.terminal import say
 from kinolab.errors import KinolabError
 
 COMMANDS = (
@@ -75,7 +76,9 @@ def execute(arguments: list[str]) -> int:
     except click.exceptions.Exit as leaving:
         return leaving.exit_code
     except click.ClickException as error:
-        error.show(sys.stderr)
+        told = io.StringIO()  # it has what was typed, and a pattern types names of files
+        error.show(told)
+        say(told.getvalue().rstrip("\n"), err=True)
         return USAGE
     except KinolabError as error:
         return _explain(error)
@@ -88,16 +91,16 @@ def execute(arguments: list[str]) -> int:
         sys.stdout = open(os.devnull, "w")  # noqa: SIM115  # the reader is gone
         return 0
     except OSError as error:
-        print(f"error: {error}", file=sys.stderr)
+        say(f"error: {error}", err=True)
         return USAGE
     except Exception:
         INTERRUPTS.raise_if_seen()  # a library's reaction to Ctrl-C
-        traceback.print_exc()
+        say(traceback.format_exc(), err=True)
         print("error: this is a mistake in kinolab; please report it.", file=sys.stderr)
         return INTERNAL
 
 
 def _explain(error: KinolabError) -> int:
     for line in str(error).splitlines():
-        print(f"error: {escaped(line)}", file=sys.stderr)
+        say(f"error: {line}", err=True)
     return error.exit_code

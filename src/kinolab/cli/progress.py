@@ -8,11 +8,7 @@ from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
 
 from kinolab.cli.interrupts import INTERRUPTS
-
-
-def escaped(text: str) -> str:
-    """Return a text that encodes as UTF-8, as file names may not."""
-    return text.encode(errors="backslashreplace").decode()
+from kinolab.cli.terminal import escaped
 
 
 class Progress:

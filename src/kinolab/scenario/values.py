@@ -22,6 +22,7 @@ from pydantic import (
 )
 from pydantic_core import PydanticCustomError
 
+from kinolab.errors import flaw_of
 from kinolab.scenario.angles import EXAMPLES, WrittenAngle, angle_of
 from kinolab.scenario.user_code import python_reference
 
@@ -77,11 +78,24 @@ def _world_axis(name: str) -> str:
     return name
 
 
+def _line(text: str) -> str:
+    if flaw := flaw_of(text):
+        raise refusal(flaw)
+    return text
+
+
+def _title(text: str) -> str:
+    if flaw := flaw_of(text.replace("\n", " "), len(text)):
+        raise refusal(flaw)
+    return text
+
+
 def _mesh_path(text: str) -> str:
     if not _stays_below(text):
         raise refusal("does not lead to a file below the scenario's folder")
     if PurePosixPath(text).suffix.lower() not in MESH_FORMATS:
         raise refusal("is not a mesh format that kinolab reads")
+    _line(PurePosixPath(text).name)  # it names the obstacle
     return text
 
 
@@ -180,9 +194,13 @@ SchemaVersion = Annotated[
     BeforeValidator(_exactly_int),
     Wanted("schema = 1; a newer schema needs a newer kinolab"),
 ]
-Text = Annotated[str, Field(min_length=1), Wanted("a line of text in quotes")]
-Name = Annotated[str, Field(min_length=1), Wanted("a name in quotes")]
-BodyName = Annotated[str, Field(min_length=1), Wanted("the name of a body in quotes")]
+Text = Annotated[
+    str, Field(min_length=1), AfterValidator(_title), Wanted("a line of text in quotes")
+]
+Name = Annotated[str, Field(min_length=1), AfterValidator(_line), Wanted("a name in quotes")]
+BodyName = Annotated[
+    str, Field(min_length=1), AfterValidator(_line), Wanted("the name of a body in quotes")
+]
 PlannerName = Annotated[
     str,
     Field(min_length=1),

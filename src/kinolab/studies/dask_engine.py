@@ -32,6 +32,8 @@ CONNECT_SECONDS = 10.0  # [s] for a scheduler to answer
 PATIENCE = 10.0  # [s] without a scheduler before it is given up
 SETTINGS = {  # of Dask, for clusters on this computer: what watches workers takes their processors
     "distributed.scheduler.allowed-failures": 50,  # with one order; the engine counts anew
+    "distributed.scheduler.http.routes": ["distributed.http.health"],  # no pages about the study,
+    "distributed.worker.http.routes": ["distributed.http.health"],  # which other sites might read
     "distributed.worker.profile.enabled": False,
     "distributed.admin.tick.interval": "1s",
     "distributed.admin.system-monitor.interval": "5s",

@@ -14,9 +14,10 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from kinolab.errors import printable
 from kinolab.files import utf_8, write_whole
 from kinolab.lazy import library_of
-from kinolab.scenario.toml_text import value_text
+from kinolab.scenario.toml_text import shortened, value_text
 from kinolab.studies.columns import Row
 from kinolab.studies.comparison import (
     MOST_COMPARED,
@@ -37,6 +38,7 @@ if TYPE_CHECKING:
 PAGE, TEXT = "report.html", "report.md"
 INK = "#7a7a7a"  # readable on white and on black
 MOST_DRAWN = 12  # planners in one figure
+LONGEST_LABEL = 80  # characters, for which a figure has room
 MOST_MESSAGES = 5  # that are quoted
 WIDE = 20.0  # a positive range whose ends differ by more has a logarithmic axis
 METADATA = ("Creator", "Date", "Format", "Type")  # that Matplotlib writes unless they are None
@@ -93,11 +95,11 @@ def markdown_of(
 ) -> str:
     """Return the report's tables as Markdown."""
     parts = [
-        f"# {study.title}",
-        *sentences(study, rows),
+        f"# {_plain(study.title)}",
+        *map(_plain, sentences(study, rows)),
         _markdown(summary(groups)),
         LEGEND,
-        *_messages(rows),
+        *map(_plain, _messages(rows)),
     ]
     if pairs:
         parts += [_markdown(comparison_table(pairs)), COMPARED]
@@ -135,7 +137,7 @@ def page_of(
         '<!doctype html>\n<html lang="en"><head><meta charset="utf-8">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
         '<meta http-equiv="Content-Security-Policy" content="default-src \'none\'; '
-        "style-src 'unsafe-inline'\">\n"
+        "style-src 'unsafe-inline'; base-uri 'none'; form-action 'none'\">\n"
         f"<title>{html.escape(study.title)}</title><style>{STYLE}</style></head>\n"
         "<body>\n" + "\n".join(body) + "\n</body></html>\n"
     )
@@ -283,11 +285,20 @@ def _p(value: float) -> str:
 
 def _markdown(table: Table) -> str:
     rows = [table[0], ["---"] * len(table[0]), *table[1:]]
-    return "\n".join(f"| {' | '.join(cell.replace('|', '/') for cell in row)} |" for row in rows)
+    return "\n".join(
+        f"| {' | '.join(_plain(cell).replace('|', '/') for cell in row)} |" for row in rows
+    )
+
+
+def _plain(text: str) -> str:
+    """Return text as a line of Markdown without HTML or links; stars still emphasise."""
+    line = printable(" ".join(text.split())).replace("<", "&lt;")
+    return re.sub(r"\](?=[(:\[])", r"]\\", line)
 
 
 def _label(text: str) -> str:
     """Return a text as Matplotlib draws it: dollars are no formulas, all labels are shown."""
+    text = printable(shortened(text, LONGEST_LABEL))
     return (f" {text}" if text.startswith("_") else text).replace("$", r"\$")
 
 

@@ -20,6 +20,7 @@ from kinolab.runs import write_run
 from kinolab.search.graph import SearchGraph
 from kinolab.show.plots import plots
 from kinolab.show.plots.configuration_plane import configuration_plane
+from kinolab.show.plots.figure import written
 from kinolab.show.plots.phase_portrait import phase_portraits
 from kinolab.show.plots.timelines import inputs_over_time, states_over_time
 from kinolab.solve import PlanResult
@@ -47,6 +48,13 @@ def curves(figure: Figure | None) -> dict[str, np.ndarray]:
     assert figure is not None
     lines = [line for axes in figure.axes for line in axes.get_lines()]
     return {str(line.get_label()): np.asarray(line.get_xydata()) for line in lines}
+
+
+def test_a_title_is_no_formula(problem: PlanningTask, trajectory: Trajectory) -> None:
+    title = r"5 $ or $\frac{ <script>alert(1)</script>"
+    drawn = states_over_time(problem, trajectory, title)
+    text = ElementTree.fromstring(written(drawn, "svg")).itertext()
+    assert title in {line.strip() for line in text}
 
 
 def test_states_have_the_units_of_their_coordinates() -> None:

@@ -13,6 +13,7 @@ import kinolab
 from kinolab.cli import run
 from kinolab.runs import write_run
 from kinolab.show.page.gallery import Card, gallery_html
+from kinolab.show.view import cards
 from tests.show.view.browsing import Opener, needs_chromium
 
 PNG = b"\x89PNG\r\n"
@@ -48,19 +49,19 @@ def test_runs_are_judged_by_their_files_and_not_by_their_reports(
 ) -> None:
     folder, code, page = gallery
     assert code == 7
-    cards = {Path(card["name"]).name: card for card in data(page, "runs")}
-    verdicts = {name: card["verdict"] for name, card in cards.items()}
+    shown = {Path(card["name"]).name: card for card in data(page, "runs")}
+    verdicts = {name: card["verdict"] for name, card in shown.items()}
     assert verdicts == {"ada": "passed", "bob": "failed", "eve": "damaged"}
     assert json.loads((folder / "bob" / "report.json").read_text())["status"] == "solved"
-    assert "there is no such file" in cards["eve"]["title"]
-    assert dict(cards["ada"]["facts"])["Machine"] == "pendulum"
+    assert "there is no such file" in shown["eve"]["title"]
+    assert dict(shown["ada"]["facts"])["Machine"] == "pendulum"
 
 
 def test_each_page_is_whole_once_the_library_is_put_in(gallery: tuple[Path, int, str]) -> None:
     """And the library, which is most of every page, is there once."""
     _, _, page = gallery
     shared, (ada, *_) = data(page, "shared"), data(page, "runs")
-    whole = ada["page"].replace("{{library}}", shared)
+    whole = ada["page"].replace("<library>", shared)
     assert whole.startswith("<!doctype html>")
     assert whole.rstrip().endswith("</html>")
     assert len(shared) > 300_000
@@ -69,13 +70,24 @@ def test_each_page_is_whole_once_the_library_is_put_in(gallery: tuple[Path, int,
 
 def test_what_somebody_wrote_is_shown_and_never_run() -> None:
     evil = "</script><script>alert(1)</script><!--"
-    cards = [Card(evil, evil, "passed", ((evil, evil),), PNG, evil)]
-    page = gallery_html(evil, cards)
+    page = gallery_html(evil, [Card(evil, evil, "passed", ((evil, evil),), PNG, evil)])
     (card,) = data(page, "runs")
     assert (card["name"], card["facts"]) == (evil, [[evil, evil]])
     assert card["poster"].startswith("data:image/png;base64,")
     assert evil not in page
     assert page.count("<script") == page.count("</script>") == 3
+
+
+def test_a_film_is_taken_from_the_run_s_own_folder(tmp_path: Path) -> None:
+    """A link may lead to a picture of the reader's, who puts the gallery on the web."""
+    (tmp_path / "private.gif").write_bytes(b"GIF89a private")
+    (tmp_path / "run").mkdir()
+    film = tmp_path / "run" / "animation.gif"
+    film.symlink_to(tmp_path / "private.gif")
+    assert cards._film(tmp_path / "run") == b""
+    film.unlink()
+    film.write_bytes(b"GIF89a own")
+    assert cards._film(tmp_path / "run") == b"GIF89a own"
 
 
 @needs_chromium

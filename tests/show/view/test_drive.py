@@ -5,6 +5,7 @@ The page says which inputs were held in which step; nothing else is told to the 
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -190,6 +191,36 @@ def test_what_leaves_its_limits_is_named(driven: Any, short: Solved) -> None:
     far[short.problem.model.state_names.index("x")] = 7.0
     driven.evaluate("x => { kinolab.drive.pause(); kinolab.drive.reset(x); }", far)
     driven.locator("#drive .status", has_text="outside its limits: x").wait_for(timeout=20_000)
+
+
+def test_a_machine_as_large_as_its_world_is_followed_with_all_of_it(
+    browse: Opener, tmp_path: Path
+) -> None:
+    """A pendulum's goal is above where it hangs."""
+    problem = kinolab.load("pendulum_swingup")
+    plan = problem.solve(planner="rrt_fast", seed=1, max_iterations=5000, optimize=False)
+    page = browse(page_of(problem, plan, tmp_path))
+    page.evaluate("kinolab.view('follow')")
+    for share in (0.0, 0.5, 1.0):
+        page.evaluate("share => kinolab.seek(share * kinolab.last)", share)
+        page.wait_for_timeout(100)
+        assert "goal" in page.locator("#captions .sign:visible").all_inner_texts()
+
+
+def test_an_energy_beyond_all_numbers_is_told_as_none(browse: Opener, tmp_path: Path) -> None:
+    """Gravity of 1e80 m/s^2 moves a pendulum within a step; the square of 1e200 is no float."""
+    page = browse(page_of(kinolab.load("pendulum_swingup"), None, tmp_path))
+    gravity = [entry.name for entry in kinolab.systems.get("pendulum").parameters].index("g")
+    page.evaluate(
+        "() => { kinolab.drive.start(); kinolab.drive.pause(); kinolab.drive.step([1]); }"
+    )
+    shown = page.locator(".energies output")
+    for value, told in ((1e80, r"\d\.\de1\d\d J"), (1e200, "–")):
+        page.evaluate("([k, v]) => kinolab.drive.setParameter(k, v)", [gravity, value])
+        page.evaluate("kinolab.drive.step([1])")
+        assert re.fullmatch(told, shown.nth(0).inner_text())
+        assert re.fullmatch(told, shown.nth(2).inner_text())
+    page.evaluate("kinolab.drive.reset()")
 
 
 def test_driving_is_followed_and_what_is_run_into_is_named(browse: Opener, tmp_path: Path) -> None:

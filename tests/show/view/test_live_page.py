@@ -5,10 +5,12 @@ from __future__ import annotations
 import base64
 import http.client
 import re
+import socket
 import threading
 from collections.abc import Iterator
+from contextlib import ExitStack, suppress
 from pathlib import Path
-from urllib.parse import urlsplit
+from urllib.parse import urljoin, urlsplit
 
 import numpy as np
 import pytest
@@ -18,6 +20,7 @@ from kinolab.cli import run
 from kinolab.problem import PlanningTask
 from kinolab.search import Budget
 from kinolab.search.graph import SearchGraph
+from kinolab.show.view import live_page
 from kinolab.show.view.live_page import LivePage
 from kinolab.solve import solve
 from tests.show.view.browsing import Opener, needs_chromium
@@ -38,9 +41,11 @@ def live(problem: PlanningTask) -> Iterator[LivePage]:
         yield page
 
 
-def ask(live: LivePage, path: str, **headers: str) -> http.client.HTTPResponse:
-    connection = http.client.HTTPConnection(urlsplit(live.address).netloc, timeout=20)
-    connection.request("GET", path, headers=headers)
+def ask(live: LivePage, path: str, method: str = "GET", **headers: str) -> http.client.HTTPResponse:
+    """Ask for what an address seen from the page is; one that begins with / is the server's."""
+    place = urlsplit(urljoin(live.address, path))
+    connection = http.client.HTTPConnection(place.netloc, timeout=20)
+    connection.request(method, place.path, headers=headers)
     return connection.getresponse()
 
 
@@ -58,7 +63,7 @@ def test_everybody_hears_the_newest_of_all_that_was_told(
     live.say("one")
     live.say("two\nlines")
     live.explored(cross(problem))
-    stream = ask(live, "/events")
+    stream = ask(live, "events")
     threading.Thread(target=live.end, args=(None,)).start()
     told = EVENT.findall(stream.read())
     assert [kind for kind, _ in told] == [b"words", b"tree", b"end"]
@@ -70,11 +75,92 @@ def test_everybody_hears_the_newest_of_all_that_was_told(
 
 
 def test_only_this_computer_is_answered_and_only_by_this_server_s_name(live: LivePage) -> None:
-    assert live.address.startswith("http://127.0.0.1:")
-    assert ask(live, "/").status == 200
-    assert ask(live, "/", Host="elsewhere.example").status == 403
-    assert ask(live, "/events", Host="elsewhere.example").status == 403
-    assert ask(live, "/../pyproject.toml").status == 404
+    """Another site's page comes by its own name, or says where it comes from."""
+    place = urlsplit(live.address)
+    assert place.hostname == "127.0.0.1"
+    with socket.socket() as other:  # another address, of this computer again
+        other.settimeout(2)
+        assert other.connect_ex(("127.0.0.2", place.port)) != 0
+    assert ask(live, "").status == 200
+    assert ask(live, "", Host=f"localhost:{place.port}").status == 200
+    for path in ("", "events", "plan"):
+        for host in ("elsewhere.example", f"elsewhere.example:{place.port}", "127.0.0.1", ""):
+            assert ask(live, path, Host=host).status == 403
+        for origin in (
+            "https://elsewhere.example",
+            "null",
+            "http://127.0.0.1:1",
+            f"http://{place.netloc}.example",
+        ):
+            assert ask(live, path, Origin=origin).status == 403
+    assert ask(live, "", Origin=f"http://{place.netloc}").status == 200
+
+
+def test_nothing_is_served_but_the_page_and_that_only_to_who_knows_its_address(
+    live: LivePage,
+) -> None:
+    secret = urlsplit(live.address).path
+    assert len(secret) > 30
+    for path in ("/", "/events", "/plan", secret[:-1], secret.upper(), f"{secret[:-2]}x/"):
+        assert ask(live, path).status == 404
+    for name in (
+        *("../pyproject.toml", "..%2fpyproject.toml", "%2e%2e/%2e%2e/etc/passwd", "./", "plan"),
+        *("/etc/passwd", "//etc/passwd", "events/", "events?x", "%00", "events%00", "scene.html"),
+        f"http://elsewhere.example{secret}",
+    ):
+        for path in (secret + name, name):
+            assert status_of(live, f"GET {path} HTTP/1.1") == 404
+    for method in ("POST", "PUT", "DELETE", "OPTIONS", "HEAD", "CONNECT", "TRACE"):
+        assert ask(live, "", method).status == 501
+
+
+def status_of(live: LivePage, line: str) -> int:
+    return int(answer_to(live, line).split(maxsplit=2)[1])
+
+
+def answer_to(live: LivePage, line: str) -> bytes:
+    """Send a request as it is written, and return the answer."""
+    place = urlsplit(live.address)
+    with socket.create_connection((place.hostname, place.port), timeout=20) as client:
+        client.sendall(f"{line}\r\nHost: {place.netloc}\r\n\r\n".encode())
+        return client.makefile("rb").read()
+
+
+def test_every_answer_forbids_what_a_browser_might_do_with_it(live: LivePage) -> None:
+    for answer in (ask(live, ""), ask(live, "nothing"), ask(live, "", Host="elsewhere.example")):
+        told = {name.lower(): value for name, value in answer.getheaders()}
+        assert told["x-content-type-options"] == "nosniff"
+        assert told["cross-origin-resource-policy"] == "same-origin"
+        assert "frame-ancestors 'none'" in told["content-security-policy"]
+        assert not any(name.startswith("access-control-") for name in told)
+        assert "python" not in told["server"].lower()
+    assert b"default-src 'none'" in ask(live, "").read()
+    assert b"hacked" not in answer_to(live, "<script>hacked</script> / HTTP/1.1")
+
+
+def test_clients_that_are_slow_or_many_hold_up_neither_others_nor_the_end(
+    problem: PlanningTask, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """One asks for ever, one takes no answer, and as many as one likes say nothing."""
+    monkeypatch.setattr(live_page, "REQUEST_SECONDS", 0.3)
+    monkeypatch.setattr(live_page, "FETCH_SECONDS", 0.5)
+    page = LivePage(problem, "it begins")
+    place = urlsplit(page.address)
+    assert live_page.CLIENTS < 40
+    with ExitStack() as opened, page.served():
+        clients = [
+            opened.enter_context(socket.create_connection((place.hostname, place.port), timeout=20))
+            for _ in range(40)
+        ]
+        clients[0].sendall(b"GET / HTTP/1.1\r\nHost: ")
+        clients[1].sendall(
+            f"GET {place.path}events HTTP/1.1\r\nHost: {place.netloc}\r\n\r\n".encode()
+        )
+        for client in (clients[0], *clients[2:]):  # all of them are left, none is answered
+            with suppress(ConnectionError):
+                assert client.recv(100) == b""
+        assert ask(page, "").status == 200
+        page.end(None)  # although the second one has not read it
 
 
 @pytest.mark.parametrize("planner", ["rrt_fast", "rrt"])

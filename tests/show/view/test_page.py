@@ -112,8 +112,13 @@ def test_the_worlds_of_the_gallery_fit_in_a_page(name: str, tmp_path: Path) -> N
     assert page.stat().st_size < MOST - 500_000
 
 
-def test_a_run_has_a_page_of_its_own_plan(maze_run: Finished) -> None:
+def test_a_run_has_a_page_of_its_own_plan(
+    maze_run: Finished, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """And it is what is drawn from its files, so that it is opened as it is."""
     page = (maze_run.folder / "scene.html").read_text(encoding="utf-8")
+    assert run(["view", str(maze_run.folder), "--no-browser", "--quiet"]) == 0
+    assert capsys.readouterr().out.strip() == str(maze_run.folder / "scene.html")
     assert len(page.encode()) < MOST
     facts = data_in(page)["facts"]
     assert {key: facts[key] for key in ("seed", "planner", "duration")} == {
@@ -152,9 +157,31 @@ def test_view_makes_the_page_of_a_run_that_has_none(
     assert opened == [(run_copy / "scene.html").as_uri() + "#t=0.25"]
     assert (run_copy / "result.glb").read_bytes()[:4] == b"glTF"
     before = (run_copy / "scene.html").stat().st_mtime_ns
+    capsys.readouterr()
     assert run(["view", str(run_copy), "--quiet", "--no-browser"]) == 0
     assert (run_copy / "scene.html").stat().st_mtime_ns == before  # it is there already
+    assert capsys.readouterr().out.strip() == str(run_copy / "scene.html")
     assert len(opened) == 1
+
+
+@pytest.mark.parametrize("added", ["<script>alert(1)</script>", ""])
+def test_view_opens_no_page_that_came_with_a_run(
+    added: str, run_copy: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Whoever sends a folder may have written any page into it; of an older kinolab it differs."""
+    assert run(["view", str(run_copy), "--quiet", "--no-browser"]) == 0
+    kept = run_copy / "scene.html"
+    drawn = kept.read_bytes()
+    kept.write_bytes(drawn + added.encode() if added else drawn[:-1])
+    changed = kept.read_bytes()
+    capsys.readouterr()
+    assert run(["view", str(run_copy), "--quiet", "--no-browser"]) == 0
+    told = capsys.readouterr()
+    shown = Path(told.out.strip())
+    assert shown.parent != run_copy
+    assert shown.read_bytes() == drawn
+    assert kept.read_bytes() == changed
+    assert "is not what the run's files give" in told.err
 
 
 def test_view_shows_a_scenario_before_planning(

@@ -51,7 +51,7 @@ def tube_png(problem: PlanningTask, plan: Trajectory, execution: Execution, titl
     left, right = figure.subplots(1, 2, width_ratios=[3, 2])
     _paths(left, problem, plan, execution)
     _deviations(right, plan, execution)
-    figure.suptitle(f"{title}: {_said(execution)}")
+    figure.suptitle(f"{title}: {_said(execution)}", parse_math=False, usetex=False)
     out = io.BytesIO()
     figure.savefig(out, format="png", dpi=110)
     return out.getvalue()

@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING
 
 import click
 
-from kinolab.cli.common import PATH, echo_json, quiet_option
+from kinolab.cli.common import PATH, quiet_option
 from kinolab.cli.engines import dask_option, engine_of, jobs_option
 from kinolab.cli.interrupts import EXIT_CODE as INTERRUPTED
 from kinolab.cli.interrupts import INTERRUPTS
 from kinolab.cli.progress import Progress
+from kinolab.cli.terminal import echo_json, escaped, say
 
 if TYPE_CHECKING:
     from kinolab.studies.columns import Row
@@ -83,11 +84,11 @@ def command(
         facts = {"runs": len(rows), "of": of, "solved": solved}
         echo_json({"folder": str(out), **facts, "files": [str(path) for path in written]})
     else:
-        click.echo(f"{out}: {len(rows)} of {of} runs, {solved} solved")
+        say(escaped(f"{out}: {len(rows)} of {of} runs, {solved} solved"))
         for path in written:
-            click.echo(f"  {path.relative_to(out)}")
+            say(f"  {path.relative_to(out)}")
         if not complete:
-            click.echo("  interrupted; the same command with --resume goes on")
+            say("  interrupted; the same command with --resume goes on")
     return INTERRUPTED if INTERRUPTS.seen else 0
 
 

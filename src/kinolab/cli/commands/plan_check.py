@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING
 
 import click
 
-from kinolab.cli.common import FAILED, PATH, echo_json, json_option, quiet_option
+from kinolab.cli.common import FAILED, PATH, json_option, quiet_option
 from kinolab.cli.progress import Progress
+from kinolab.cli.terminal import echo_json, escaped, say
 
 if TYPE_CHECKING:
     from kinolab.verification import Certificate
@@ -50,8 +51,7 @@ def command(folders: Sequence[Path], thorough: bool, as_json: bool, quiet: bool)
         echo_json({"runs": runs})
     else:
         for folder, certificate in certificates.items():
-            click.echo(f"{folder}: {'passed' if certificate.passed else 'FAILED'}")
-            click.echo("\n".join(f"  {check}" for check in certificate.checks))
-            if certificate.margin is not None:
-                click.echo(f"  {certificate.margin}")
+            say(escaped(f"{folder}: {'passed' if certificate.passed else 'FAILED'}"))
+            for told in (*certificate.checks, *filter(None, [certificate.margin])):
+                say(f"  {escaped(str(told))}")
     return 0 if all(certificate.passed for certificate in certificates.values()) else FAILED

@@ -9,6 +9,7 @@ from pathlib import Path
 import click
 
 from kinolab.cli.common import PATH
+from kinolab.cli.terminal import say
 from kinolab.errors import InputError, Mistake
 
 NOTEBOOK = ".ipynb"
@@ -28,11 +29,11 @@ def command(folder: Path, graded: Sequence[Path], jobs: int) -> int:
     if graded:
         from kinolab.testing import grade, grade_class
 
-        click.echo(grade(graded[0]) if len(graded) == 1 else grade_class(graded, jobs))
+        say(str(grade(graded[0]) if len(graded) == 1 else grade_class(graded, jobs)))
         return 0
     for path, new in write_course(folder):
-        click.echo(f"{'written' if new else 'kept'} {path}")
-    click.echo(f"next: jupyter lab {folder}   (pip install 'kinolab[course]' brings it)")
+        say(f"{'written' if new else 'kept'} {path}")
+    say(f"next: jupyter lab {folder}   (pip install 'kinolab[course]' brings it)")
     return 0
 
 

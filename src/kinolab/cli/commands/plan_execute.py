@@ -12,6 +12,7 @@ from kinolab.cli.common import PATH, json_option, quiet_option
 from kinolab.cli.engines import dask_option, engine_of, jobs_option
 from kinolab.cli.interrupts import INTERRUPTS
 from kinolab.cli.progress import Progress
+from kinolab.cli.terminal import echo_json, escaped, say
 
 FEW = 500  # runs for which it is not worth to start other processes
 SHARE: dict[str, Any] = {"type": float, "metavar": "SHARE", "default": 0.0, "show_default": True}
@@ -83,9 +84,11 @@ def command(
     up to 500 runs are done by one process, unless --jobs says otherwise.
     """
     from kinolab.analyze.execute import Conditions, execution_to_json, tube_png
+    from kinolab.errors import printable
     from kinolab.files import write_whole
     from kinolab.lazy import library_of
     from kinolab.runs import read_run
+    from kinolab.scenario.toml_text import shortened
     from kinolab.studies.executions import TABLE, execute_many
 
     if not no_picture:  # before the work, not after it
@@ -116,15 +119,15 @@ def command(
     with INTERRUPTS.writing():
         write_whole(folder / "execution.json", (json.dumps(report, indent=1) + "\n").encode())
         if not no_picture:
-            name = run.report.get("scenario", folder.name)
-            picture = tube_png(run.problem, run.trajectory, execution, str(name))
+            name = printable(str(run.report.get("scenario", folder.name)))
+            picture = tube_png(run.problem, run.trajectory, execution, shortened(name))
             write_whole(folder / "execution.png", picture)
     if as_json:
-        click.echo(json.dumps(report))
+        echo_json(report)
         return 0
     counts = ", ".join(f"{count} {outcome}" for outcome, count in sorted(report["counts"].items()))
-    click.echo(f"{folder}: {execution.reached} of {runs} reached the goal ({counts})")
-    click.echo(f"  largest deviation from the plan: {execution.worst:.3g}, weighted")
+    say(escaped(f"{folder}: {execution.reached} of {runs} reached the goal ({counts})"))
+    say(f"  largest deviation from the plan: {execution.worst:.3g}, weighted")
     return 0
 
 

@@ -8,7 +8,8 @@ import click
 
 from kinolab.cli.common import FAILED, PATH, quiet_option
 from kinolab.cli.interrupts import INTERRUPTS
-from kinolab.cli.progress import Progress, escaped
+from kinolab.cli.progress import Progress
+from kinolab.cli.terminal import escaped, say
 
 
 @click.command("gallery")
@@ -32,6 +33,6 @@ def command(folders: tuple[Path, ...], out: Path, title: str, quiet: bool) -> in
         write_whole(out, utf_8(page))
     for card in cards:
         if card.verdict != "passed":
-            click.echo(escaped(f"{card.name}: {card.verdict}"), err=True)
-    click.echo(str(out))
+            say(escaped(f"{card.name}: {card.verdict}"), err=True)
+    say(escaped(str(out)))
     return 0 if all(card.verdict == "passed" for card in cards) else FAILED

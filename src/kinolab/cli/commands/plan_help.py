@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import click
 
+from kinolab.cli.terminal import say
+
 TOPICS = {
     "machine": "the words that a machine is described with",
     "scenario": "the keys of a scenario file",
@@ -23,8 +25,8 @@ def command(topic: str | None, names: tuple[str, ...]) -> int:
     """
     if topic is None:
         for name, what in TOPICS.items():
-            click.echo(f"plan help {name:10}{what}")
-        click.echo("plan --help          the commands and options")
+            say(f"plan help {name:10}{what}")
+        say("plan --help          the commands and options")
         return 0
     from kinolab.cli.manual import about
 

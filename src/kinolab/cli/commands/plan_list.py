@@ -7,7 +7,8 @@ from contextlib import redirect_stdout
 
 import click
 
-from kinolab.cli.common import echo_json, json_option
+from kinolab.cli.common import json_option
+from kinolab.cli.terminal import echo_json, say
 
 
 @click.command("list")
@@ -26,5 +27,5 @@ def command(group: str | None, names: tuple[str, ...], as_json: bool) -> int:
 
     with redirect_stdout(sys.stderr):  # keep output of planner files out of the result
         found = listed(group, names) if as_json else listed_as_text(group, names)
-    echo_json(found) if as_json else click.echo(found)
+    echo_json(found) if as_json else say(str(found))
     return 0

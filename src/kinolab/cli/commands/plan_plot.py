@@ -10,6 +10,7 @@ import click
 from kinolab.cli.common import PATH, quiet_option
 from kinolab.cli.interrupts import INTERRUPTS
 from kinolab.cli.progress import Progress
+from kinolab.cli.terminal import escaped, say
 
 
 @click.command("plot")
@@ -43,5 +44,5 @@ def command(folder: Path, form: Any, plane: str | None, quiet: bool) -> int:
         for name, content in made.items():
             write_whole(folder / "plots" / name, content)
     for name in made:
-        click.echo(str(folder / "plots" / name))
+        say(escaped(str(folder / "plots" / name)))
     return 0

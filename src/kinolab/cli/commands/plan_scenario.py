@@ -15,7 +15,6 @@ import click
 from kinolab.cli.common import (
     MAX_JOBS,
     PATH,
-    echo_json,
     film_process,
     quiet_option,
     replaced,
@@ -27,6 +26,7 @@ from kinolab.cli.interrupts import EXIT_CODE as INTERRUPTED
 from kinolab.cli.interrupts import INTERRUPTS
 from kinolab.cli.live import live_page
 from kinolab.cli.progress import Progress
+from kinolab.cli.terminal import echo_json, escaped, say
 from kinolab.errors import InputError, Mistake
 
 if TYPE_CHECKING:
@@ -157,7 +157,7 @@ def command(
     if as_json:
         echo_json({"folder": str(folder), **report})
     else:
-        _say(f"  written to {folder}{replaced(earlier)}")
+        _say("  " + escaped(f"written to {folder}{replaced(earlier)}"))
     return INTERRUPTED if INTERRUPTS.seen else found.exit_code
 
 
@@ -179,7 +179,7 @@ def _warnings(problem: PlanningTask, folder: Path) -> Iterator[str]:
 def _say(text: str) -> None:
     """Print a text, unless the reader is gone: the files of the run are written all the same."""
     try:
-        click.echo(text)
+        say(text)
     except BrokenPipeError:
         sys.stdout = open(os.devnull, "w")  # noqa: SIM115
 

@@ -11,6 +11,7 @@ import click
 from kinolab.cli.common import PATH, quiet_option
 from kinolab.cli.interrupts import INTERRUPTS
 from kinolab.cli.progress import Progress
+from kinolab.cli.terminal import escaped, say
 
 VIEWS = click.Choice(["perspective", "top", "front", "side", "follow"])
 LEAST, MOST = 16, 4096  # [pixel] per side
@@ -64,5 +65,5 @@ def command(
     path = out or folder / "animation.mp4"
     with INTERRUPTS.writing():
         write_whole(path, made)
-    click.echo(str(path))
+    say(escaped(str(path)))
     return 0

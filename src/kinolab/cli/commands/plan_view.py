@@ -14,7 +14,9 @@ import click
 from kinolab.cli.common import PATH, quiet_option, set_option
 from kinolab.cli.interrupts import INTERRUPTS
 from kinolab.cli.progress import Progress
+from kinolab.cli.terminal import escaped, say
 from kinolab.errors import EndpointError, InputError, Mistake
+from kinolab.files import is_file_with
 
 
 @click.command("view")
@@ -34,9 +36,10 @@ def command(
 ) -> int:
     """Open the interactive page of WHAT: the folder of a run, or a scenario before planning.
 
-    A run's page is scene.html in its folder, and is made anew where it is missing. A scenario is
-    shown with its world, start and goal, to be checked by eye; its page goes to --out, or else to
-    a new folder for temporary files.
+    A run's page is drawn from its files. It is scene.html in its folder, unless the one there is
+    another, which anybody may have written: then it goes to a new folder for temporary files. A
+    scenario is shown with its world, start and goal, to be checked by eye; its page goes to --out,
+    or else to a new folder for temporary files.
     """
     progress = Progress(quiet)
     folder = Path(what)
@@ -48,26 +51,36 @@ def command(
     else:
         page = _page_of_scenario(what, overrides, out, progress)
     progress.close()
-    click.echo(str(page))
+    say(escaped(str(page)))
     if not no_browser:
         address = page.resolve().as_uri() + ("" if at is None else f"#t={at:g}")
         if not webbrowser.open(address):
-            print(f"no browser could be started; open {address}", file=sys.stderr)
+            say(f"no browser could be started; open {address}", err=True)
     return 0
 
 
 def _page_of_run(folder: Path, progress: Progress) -> Path:
-    from kinolab.runs import PAGE
+    """Return the page that is drawn from a run's files; a browser runs no other."""
+    from kinolab.files import utf_8, write_whole
+    from kinolab.runs import PAGE, read_run
+    from kinolab.show.page import page_html
+    from kinolab.show.view import content_of, write_model
 
-    page = folder / PAGE
-    if not page.is_file():
-        from kinolab.runs import read_run
-        from kinolab.show.view import write_scene
-
-        progress("drawing the page")
-        run = read_run(folder)
-        with INTERRUPTS.writing():
-            write_scene(folder, run.problem, run.trajectory, run.report, run.graph)
+    progress("drawing the page")
+    run = read_run(folder)
+    content = content_of(run.problem, run.trajectory, run.report, run.graph)
+    drawn, page = utf_8(page_html(content)), folder / PAGE
+    if is_file_with(page, drawn):
+        return page
+    if page.exists():
+        page = Path(tempfile.mkdtemp(prefix="kinolab-")) / PAGE
+        progress.close()
+        told = f"{folder / PAGE} is not what the run's files give; they are drawn anew."
+        say(escaped(told), err=True)
+    with INTERRUPTS.writing():
+        write_whole(page, drawn)
+        if page.parent == folder:
+            write_model(folder, content)
     return page
 
 
@@ -86,5 +99,5 @@ def _page_of_scenario(
         problem.check_endpoints()
     except EndpointError as error:  # shown all the same: one sees best there what is wrong
         progress.close()
-        print(error, file=sys.stderr)
+        say(str(error), err=True)
     return written

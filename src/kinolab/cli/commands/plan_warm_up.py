@@ -8,6 +8,7 @@ import click
 
 from kinolab.cli.common import MAX_JOBS, quiet_option
 from kinolab.cli.progress import Progress
+from kinolab.cli.terminal import say
 
 
 @click.command("warm-up")
@@ -36,7 +37,7 @@ def command(jobs: int | None, quiet: bool) -> int:
         progress.close()
         functions += part.functions
         made = f"{part.functions} functions in {part.seconds:.1f} s"
-        click.echo(f"{part.part}: {made if part.functions else 'nothing to compile'}")
+        say(f"{part.part}: {made if part.functions else 'nothing to compile'}")
     taken = f"{functions} functions in {time.monotonic() - begun:.1f} s"
-    click.echo(f"compiled {taken}" if functions else "everything was compiled before")
+    say(f"compiled {taken}" if functions else "everything was compiled before")
     return 0

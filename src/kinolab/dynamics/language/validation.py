@@ -37,8 +37,9 @@ from kinolab.dynamics.language.symbols import (
     ReferenceSymbol,
     StateSymbol,
 )
-from kinolab.errors import InputError, Mistake, is_broken, printable, unknown_name
+from kinolab.errors import InputError, Mistake, flaw_of, is_broken, printable, unknown_name
 
+SHOWN = 60  # characters of a name that is refused
 MAX_DEGREE = 8  # of gain-scheduling polynomials
 TRIANGLE_TOLERANCE = 1e-9  # relative rounding allowed in eigenvalues of inertias
 
@@ -139,9 +140,13 @@ def _naming(system: MechanismParts) -> Iterator[Mistake]:
                 what = f"{count} {bearers if kind == 'name' else ''}have this name."
                 yield Mistake(f"{kind} {name!r}", what, "Give each a name of its own.")
     texts = [system.name, *(parameter.unit for parameter in system.parameters)]
+    texts += [requirement.name for requirement in system.all_requirements]
     for text in dict.fromkeys([*texts, *(name for names in groups.values() for name in names)]):
         if isinstance(text, str) and is_broken(text):
             yield Mistake(f"{printable(text)!r}", "this is no Unicode text.", "Write it in UTF-8.")
+        elif isinstance(text, str) and (flaw := flaw_of(text)):
+            where = f"{printable(text[:SHOWN])!r}"
+            yield Mistake(where, f"this name {flaw}.", "Give a shorter or plainer one.")
     for entry in named:
         if not entry.name.isidentifier():
             remedy = "Use letters, digits and underscores, beginning with a letter."

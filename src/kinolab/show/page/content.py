@@ -101,7 +101,7 @@ class Content:
         speed: Initial playback speed: seconds of motion per second.
         tree: Segments of the search tree in [m], shape (n, 2, 3); None if it was not stored.
         driving: The machine for interactive simulation; None without it.
-        live: Address of the live search's events; None for a page that is a file.
+        live: Address of the live search's events, seen from the page; None for a file.
     """
 
     title: str

@@ -19,6 +19,7 @@ from kinolab.show.page.extent import Extent, extent
 from kinolab.show.page.follow import follow_track
 from kinolab.show.page.meshes import mesh_data
 from kinolab.show.page.pack import Pack, Place
+from kinolab.show.page.report_facts import facts_told
 
 FORMAT = 1  # version of the data; the page's modules always match it
 
@@ -64,7 +65,7 @@ def page_data(content: Content) -> tuple[dict[str, Any], str]:
         "series": [_series(series, pack) for series in content.series],
         "constraints": list(content.constraints),
         "driving": _driving(content.driving, pack),
-        "facts": _plain(content.facts),
+        "facts": facts_told(content.facts),
         "live": content.live,
     }
     return data, pack.text()
@@ -186,12 +187,3 @@ def _finite(value: float) -> float | None:
 
 def _numbers(values: Any) -> list[float]:
     return [float(value) for value in values]
-
-
-def _plain(value: Any) -> Any:
-    """Return plain data with non-finite numbers as null, as JSON requires."""
-    if isinstance(value, dict):
-        return {key: _plain(entry) for key, entry in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(entry) for entry in value]
-    return None if isinstance(value, float) and not math.isfinite(value) else value

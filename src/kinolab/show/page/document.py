@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import base64
+import hashlib
 import html
 import json
+import re
 from collections.abc import Mapping
+from functools import cache
 from importlib.resources import files
 
 from kinolab.show.page.bundle import bundle
@@ -14,25 +18,51 @@ from kinolab.show.page.data import page_data
 LIBRARY = "three.min.js"
 FOLDERS = ("", "drive")  # of modules; their names are unique
 STYLES = ("page.css", "drive/drive.css")
+POLICY = re.compile(r'<meta http-equiv="Content-Security-Policy" content="([^"]*)">')
+HASH = re.compile(r"'sha256-[A-Za-z0-9+/]{43}='")
 
 
 def page_html(content: Content) -> str:
-    """Return the page; it makes no network requests, a live one only to its own server."""
+    """Return the page; it makes no network requests, a live one only to its own server.
+
+    Its content security policy names its own scripts and styles by their hashes, so that a browser
+    runs nothing else, whatever a text on the page contains.
+    """
     data, pack = page_data(content)
+    style = "\n".join(_source(name) for name in STYLES)
+    script = _inside_script(bundle(_modules(content.driving), "main"))
     return filled(
         _source("page.html"),
         {
             "title": html.escape(content.title),
+            "scripts": f"{source_hash(library())} {source_hash(script)}",
+            "styles": source_hash(style),
             "connect": "'self'" if content.live else "'none'",
-            "style": "\n".join(_source(name) for name in STYLES),
+            "style": style,
             "library": library(),
-            "script": _inside_script(bundle(_modules(content.driving), "main")),
+            "script": script,
             "data": json.dumps(data, allow_nan=False, ensure_ascii=False).replace("<", "\\u003c"),
             "pack": pack,
         },
     )
 
 
+def source_hash(source: str) -> str:
+    """Return how a content security policy names a script or style element's text.
+
+    Source: W3C, Content Security Policy Level 3, section 2.3.1.
+    """
+    return f"'sha256-{base64.b64encode(hashlib.sha256(source.encode()).digest()).decode()}'"
+
+
+def allowed_by(page: str, directive: str) -> list[str]:
+    """Return the hashes that the policy of a page allows, such as in ``script-src``."""
+    policy = POLICY.search(page)
+    found = re.search(rf"{directive} ([^;]*)", policy[1]) if policy else None
+    return HASH.findall(found[1]) if found else []
+
+
+@cache
 def library() -> str:
     """Return three.js as embedded in every page."""
     return _inside_script(_source(LIBRARY))
@@ -64,5 +94,8 @@ def filled(template: str, parts: Mapping[str, str]) -> str:
 
 
 def _inside_script(code: str) -> str:
-    """Escape what would end a script element; in code it occurs in strings only."""
-    return code.replace("</script", "<\\/script")
+    """Escape what would end a script element, or keep it open; in code it is in strings only.
+
+    Source: HTML Living Standard, 4.12.1.3 Restrictions for contents of script elements.
+    """
+    return re.sub(r"<(?=/script|!--)", r"<\\", code, flags=re.IGNORECASE)

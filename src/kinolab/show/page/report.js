@@ -22,7 +22,7 @@ export function buildHeading(data, byId) {
 
 /** Write on the badge what became of a plan. */
 export function showStatus(byId, status) {
-  const [word, kind] = WORDS[status] ?? ["Not planned yet", "fair"];
+  const [word, kind] = Object.hasOwn(WORDS, status) ? WORDS[status] : ["Not planned yet", "fair"];
   byId("badge").textContent = word;
   byId("badge").className = kind;
 }

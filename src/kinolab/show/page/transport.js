@@ -1,5 +1,6 @@
 // The bar below: play, steps, scrub, speed.
 
+import { element } from "./dom.js";
 import { gently } from "./gently.js";
 import { rowAt } from "./motion.js";
 
@@ -38,7 +39,7 @@ export function buildTransport(clock, knots, byId) {
   gently(clock, () => {
     scrub.value = clock.time;
     scrub.setAttribute("aria-valuetext", `${clock.time.toFixed(2)} seconds`);
-    byId("clock").innerHTML = `${clock.time.toFixed(2)} <small>/ ${clock.last.toFixed(2)} s</small>`;
+    byId("clock").replaceChildren(`${clock.time.toFixed(2)} `, element("small", {}, `/ ${clock.last.toFixed(2)} s`));
     const label = clock.playing ? "Pause" : "Play";
     if (play.getAttribute("aria-label") !== label) {
       play.setAttribute("aria-label", label);

@@ -4,7 +4,7 @@ import { framed } from "./framing.js";
 
 const GLIDE = 350; // [ms] from one view to the next
 const ROOM = 3.6; // radii of the machine in the picture that follows it
-const MOST = 0.85; // times the distance from which all is seen, for machines as large as their world
+const MOST = 0.85; // times the distance from which all is seen: machines that would be seen from farther away are as large as their world
 
 export const VIEWS = [
   { name: "perspective", label: "3-D", key: "0" },
@@ -24,7 +24,7 @@ export const VIEWS = [
 export function views(orbit, camera, scene, machine, changed) {
   const { corners, axes, overview, track } = scene;
   const quiet = matchMedia("(prefers-reduced-motion: reduce)");
-  const views = { name: "perspective", listeners: [] };
+  const views = { name: "perspective", listeners: [], still: null };
   let glide = null;
   orbit.moved = () => { if (views.name === "follow") tell(null); };
 
@@ -37,6 +37,9 @@ export function views(orbit, camera, scene, machine, changed) {
     const whole = framed(corners, orbit.look(), up, fov, camera.aspect);
     if (name !== "follow") return { ...angles, ...whole };
     const near = (ROOM * machine.reach) / (Math.tan(fov / 2) * Math.min(1, camera.aspect));
+    const large = near > MOST * whole.distance;
+    views.still = large ? whole.target : null; // beside a machine that is as large, the world would be cut off
+    if (large && scene.planned()) return { ...angles, ...whole };
     return { ...angles, target: machine.middle(t), distance: Math.min(near, MOST * whole.distance) };
   };
   const anglesOf = (name, t) => {
@@ -78,11 +81,13 @@ export function views(orbit, camera, scene, machine, changed) {
     orbit.place();
   };
 
+  const followed = (t) => (scene.planned() && views.still) || machine.middle(t);
+
   /** Bring the camera to where it belongs at a time; says whether it is still on its way. */
   views.follow = (t) => {
-    if (views.name === "follow" && !glide) { goRound(t); orbit.target.copy(machine.middle(t)); orbit.place(); }
+    if (views.name === "follow" && !glide) { goRound(t); orbit.target.copy(followed(t)); orbit.place(); }
     if (!glide) return false;
-    if (views.name === "follow") { glide.to.target = machine.middle(t); views.beside = null; }
+    if (views.name === "follow") { glide.to.target = followed(t); views.beside = null; }
     const share = Math.min((performance.now() - glide.begun) / GLIDE, 1), s = share * share * (3 - 2 * share);
     const mix = (a, b) => a + s * (b - a), { from, to } = glide;
     set({ azimuth: mix(from.azimuth, to.azimuth), elevation: mix(from.elevation, to.elevation),

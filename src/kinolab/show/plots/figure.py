@@ -51,7 +51,7 @@ def figure_of(
         figure = Figure(figsize=size, layout="constrained")
         FigureCanvasAgg(figure)
         axes = figure.subplots(rows, columns, squeeze=False).ravel()
-        figure.suptitle(title)
+        figure.suptitle(title, parse_math=False, usetex=False)  # a title is no formula
     return figure, list(axes)
 
 
@@ -67,5 +67,5 @@ def written(figure: Figure, form: Format) -> bytes:
 
 
 def label(name: str, unit: str) -> str:
-    """Return the label of an axis."""
-    return f"{name} [{unit}]" if unit else name
+    """Return the label of an axis; dollars in a unit begin no formula."""
+    return (f"{name} [{unit}]" if unit else name).replace("$", r"\$")

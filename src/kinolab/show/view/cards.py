@@ -11,6 +11,7 @@ import numpy as np
 from PIL import Image
 
 from kinolab.errors import KinolabError
+from kinolab.files import read_ordinary
 from kinolab.runs import Run, check_run, margin_to_json, read_run
 from kinolab.show.film.staging.film_making import make_film
 from kinolab.show.film.staging.motion_script import picture
@@ -68,9 +69,14 @@ def _facts(run: Run) -> tuple[tuple[str, str], ...]:
 
 
 def _film(folder: Path) -> bytes:
-    """Return the run's animation if it is a GIF, and not too large."""
+    """Return the run's animation if it is a GIF in its folder, and not too large."""
     path = folder / "animation.gif"
-    content = path.read_bytes() if path.is_file() and path.stat().st_size <= MAX_FILM_BYTES else b""
+    if path.is_symlink():  # to a picture that is not theirs to show
+        return b""
+    try:
+        content = bytes(read_ordinary(path, MAX_FILM_BYTES))
+    except OSError:
+        return b""
     return content if content.startswith(b"GIF8") else b""
 
 

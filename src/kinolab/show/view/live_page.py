@@ -1,13 +1,21 @@
-"""A live page of a running search, served to this computer only."""
+"""A live page of a running search, served to this computer only.
+
+Whoever may connect to this computer's own address is any account on it, and any page in its
+browser. So the page's address has a secret part, without which nothing is answered; a request must
+come by the server's own name, and from no other page. It can ask for the page, the events and the
+finished page, and change nothing.
+"""
 
 from __future__ import annotations
 
 import base64
 import json
+import secrets
+import socket
 import threading
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from typing import Any
@@ -24,7 +32,19 @@ from kinolab.trajectory import Trajectory
 
 HOST = "127.0.0.1"
 PHASES = ("search", "verify", "optimise", "draw")  # in the order in which they come first
-EVENTS, PLAN = "/events", "/plan"
+EVENTS, PLAN = "events", "plan"  # addresses, seen from the page
+CLIENTS = 16  # most at once; a browser takes two or three
+REQUEST_SECONDS = 10.0  # [s] for a client to send its request
+ANSWER_SECONDS = 60.0  # [s] for a client to take an answer, as over a slow tunnel
+HEADERS = {  # of every answer
+    "Cache-Control": "no-store",
+    "Content-Security-Policy": "base-uri 'none'; form-action 'none'; frame-ancestors 'none'",
+    "Cross-Origin-Opener-Policy": "same-origin",
+    "Cross-Origin-Resource-Policy": "same-origin",
+    "Referrer-Policy": "no-referrer",
+    "X-Content-Type-Options": "nosniff",
+    "X-Frame-Options": "DENY",
+}
 # [s] without events, after which a comment line detects closed connections
 HEARTBEAT_SECONDS = 5.0
 FETCH_SECONDS = 10.0  # [s] for a page to fetch the finished one
@@ -46,10 +66,9 @@ class LivePage:
         self._problem, self._news = problem, _News()
         self._begun, self._best = time.monotonic(), list[list[float]]()
         content = content_of(problem, None, {"status": "searching", "message": words}, drive=False)
-        self._pages = {"/": utf_8(page_html(replace(content, live=EVENTS)))}
-        self._server = _Server((HOST, 0), _Handler)
-        self._server.pages, self._server.news = self._pages, self._news
-        self.address = f"http://{HOST}:{self._server.server_port}/"
+        self._pages = {"": utf_8(page_html(replace(content, live=EVENTS)))}
+        self._server = _Server(self._pages, self._news)
+        self.address = f"http://{HOST}:{self._server.server_port}{self._server.root}"
 
     @contextmanager
     def served(self) -> Iterator[None]:
@@ -148,9 +167,33 @@ class _News:
 
 
 class _Server(ThreadingHTTPServer):
+    """Answers a few clients at once, each in a thread; what is too much is turned away.
+
+    Attributes:
+        root: The beginning of all its addresses, which nobody can guess.
+    """
+
     daemon_threads = True
-    pages: dict[str, bytes]
-    news: _News
+
+    def __init__(self, pages: dict[str, bytes], news: _News) -> None:
+        super().__init__((HOST, 0), _Handler)
+        self.pages, self.news = pages, news
+        self.root = f"/{secrets.token_urlsafe()}/"
+        self._free = threading.BoundedSemaphore(CLIENTS)
+
+    def process_request(self, request: Any, client_address: Any) -> None:
+        """Begin a thread for a client, or hang up."""
+        if self._free.acquire(blocking=False):
+            super().process_request(request, client_address)
+        else:
+            self.shutdown_request(request)
+
+    def process_request_thread(self, request: Any, client_address: Any) -> None:
+        """Answer a client, in its thread."""
+        try:
+            super().process_request_thread(request, client_address)
+        finally:
+            self._free.release()
 
     def handle_error(self, *_: Any) -> None:
         """Ignore errors: the client is gone."""
@@ -158,31 +201,76 @@ class _Server(ThreadingHTTPServer):
 
 class _Handler(BaseHTTPRequestHandler):
     server: _Server
+    timeout = ANSWER_SECONDS
+    error_content_type = "text/plain; charset=utf-8"
+    error_message_format = "%(code)d %(message)s\n"
+
+    def setup(self) -> None:
+        """Begin to count the time that a client has to ask."""
+        super().setup()
+        self._late = threading.Timer(REQUEST_SECONDS, self._hang_up)
+        self._late.daemon = True
+        self._late.start()
+
+    def finish(self) -> None:
+        """Say no more."""
+        self._late.cancel()
+        super().finish()
+
+    def _hang_up(self) -> None:
+        with suppress(OSError):
+            self.connection.shutdown(socket.SHUT_RDWR)
 
     def do_GET(self) -> None:
         """Answer a browser on this computer that addresses this server."""
-        port = self.server.server_port
-        if self.headers.get("Host") not in {f"{HOST}:{port}", f"localhost:{port}"}:
-            self.send_error(403)  # DNS rebinding from another site
-        elif self.path == EVENTS:
+        self._late.cancel()
+        root, pages = self.server.root, self.server.pages
+        name = self.path.removeprefix(root)
+        if not self._is_from_here():
+            self.send_error(403)
+        elif not secrets.compare_digest(self.path[: len(root)].encode(), root.encode()):
+            self.send_error(404)
+        elif name == EVENTS:
             self._tell_events()
-        elif self.path in self.server.pages:
-            page = self.server.pages[self.path]
+        elif name in pages:
+            page = pages[name]
             self._begin("text/html; charset=utf-8", length=len(page))
             self.wfile.write(page)
-            if self.path == PLAN:
+            if name == PLAN:
                 self.server.news.count("fetched")
         else:
             self.send_error(404)
 
+    def _is_from_here(self) -> bool:
+        """Whether a request is by the server's own name, as of no other site, and by no other page.
+
+        Another site may give its name this computer's address (DNS rebinding).
+        """
+        port = self.server.server_port
+        hosts, origins = (self.headers.get_all(key, []) for key in ("Host", "Origin"))
+        own = {f"{HOST}:{port}", f"localhost:{port}"}
+        return len(hosts) == 1 and {*hosts} <= own and {*origins} <= {f"http://{hosts[0]}"}
+
     def _begin(self, kind: str, **length: int) -> None:
         self.send_response(200)
         self.send_header("Content-Type", kind)
-        self.send_header("Cache-Control", "no-store")
-        self.send_header("X-Content-Type-Options", "nosniff")
         for size in length.values():
             self.send_header("Content-Length", str(size))
         self.end_headers()
+
+    def end_headers(self) -> None:
+        """End the headers with those of every answer."""
+        for name, value in HEADERS.items():
+            self.send_header(name, value)
+        super().end_headers()
+
+    def send_error(self, code: int, *_: Any) -> None:
+        """Refuse a request, and repeat nothing of it."""
+        super().send_error(code)
+
+    def version_string(self) -> str:
+        """Name the program, but no versions."""
+        return "kinolab"
 
     def _tell_events(self) -> None:
         """Send server-sent events until the search has ended, or the client is gone.
@@ -203,8 +291,8 @@ class _Handler(BaseHTTPRequestHandler):
                     self.wfile.flush()
                     ended = ended or kind == "end"
             news.count("sent_on")
-        except ConnectionError:
-            pass  # the client is gone
+        except OSError:
+            pass  # the client is gone, or takes nothing
         finally:
             news.count("listening", -1)
 

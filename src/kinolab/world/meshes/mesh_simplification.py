@@ -18,6 +18,7 @@ import numpy as np
 
 from kinolab.dynamics.codegen.cache import code_in, folder
 from kinolab.dynamics.language.shapes import Sphere
+from kinolab.errors import printable
 from kinolab.files import keep_last_used, read_sealed, write_sealed
 from kinolab.numerics.arrays import Array
 from kinolab.world.collision.checker import CollisionChecker
@@ -142,7 +143,8 @@ def _kept(obstacle: Obstacle, where: str, count: int) -> tuple[Array, Faces, flo
         return vertices, faces, error
     if len(obstacle.faces) > LONG:
         many = len(obstacle.faces)
-        LOG.warning("%s: simplifying %d triangles, once; it may take minutes.", where, many)
+        told = "%s: simplifying %d triangles, once; it may take minutes."
+        LOG.warning(told, printable(where), many)
     vertices, faces = _fewer(where, obstacle, count)
     rough = replace(obstacle, vertices=vertices, faces=faces, parts=None, colors=None)
     error = largest_distance(obstacle.vertices, obstacle.faces, rough)

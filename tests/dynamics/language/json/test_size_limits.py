@@ -166,6 +166,17 @@ def test_a_machine_of_ones_own_has_names_that_can_be_written() -> None:
         type(broken)("pend\udcff", bodies=list(broken.bodies), inputs=list(broken.inputs))
 
 
+@pytest.mark.parametrize("added", ["\x1b[31m", "\nall checks passed", "\u202e", "\x9b", 400 * "n"])
+@pytest.mark.parametrize("name", ["rolling_disk", "coin", "no sideslip", "the rim grips"])
+def test_a_name_that_could_steer_a_terminal_or_fill_it_is_refused(name: str, added: str) -> None:
+    text = kinolab.systems.get("rolling_disk").model().files["machine.json"]
+    changed = text.replace(f'"{name}"', json.dumps(name + added))
+    with pytest.raises(InputError) as caught:
+        Model(machine_from_json(changed))
+    assert "this name has " in str(caught.value)
+    assert added not in str(caught.value)
+
+
 @pytest.mark.parametrize("name", ["machine.json", FEEDBACK_FILE])
 def test_what_is_no_text_or_no_file_is_refused(name: str, tmp_path: Path) -> None:
     machine, file = tmp_path / "machine.json", tmp_path / name

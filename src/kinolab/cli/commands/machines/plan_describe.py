@@ -7,7 +7,8 @@ from contextlib import redirect_stdout
 
 import click
 
-from kinolab.cli.common import echo_json, json_option
+from kinolab.cli.common import json_option
+from kinolab.cli.terminal import echo_json, say
 
 
 @click.command("describe")
@@ -35,6 +36,6 @@ def command(what: str, as_json: bool) -> int:
         return 0
     for title, description in found:
         if title:
-            click.echo(title)
-        click.echo(described_as_text(description))
+            say(title)
+        say(described_as_text(description))
     return 0

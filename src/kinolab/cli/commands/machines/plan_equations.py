@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import click
 
+from kinolab.cli.terminal import say
+
 
 @click.command("equations")
 @click.argument("what")
@@ -15,7 +17,7 @@ def command(what: str, latex: bool) -> int:
 
     for title, machine in in_each_mode(find_machine(what)):
         if title:
-            click.echo(title)
+            say(title)
         equations = machine.equations()
-        click.echo(equations.latex() if latex else equations.text())
+        say(equations.latex() if latex else equations.text())
     return 0

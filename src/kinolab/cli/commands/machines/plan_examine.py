@@ -5,6 +5,7 @@ from __future__ import annotations
 import click
 
 from kinolab.cli.common import FAILED
+from kinolab.cli.terminal import say
 
 
 @click.command("examine")
@@ -20,6 +21,6 @@ def command(what: str) -> int:
     holds = True
     for title, machine in in_each_mode(System.of(find_system(scenario))):
         findings = list(examine(machine, scenario.integration))
-        click.echo("\n".join([*([title] if title else []), *map(str, findings)]))
+        say("\n".join([*([title] if title else []), *map(str, findings)]))
         holds = holds and all(finding.holds for finding in findings)
     return 0 if holds else FAILED

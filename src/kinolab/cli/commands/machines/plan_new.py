@@ -7,6 +7,7 @@ from pathlib import Path
 import click
 
 from kinolab.cli.starters import starter_arm, starter_flyer, starter_puck, starter_wheels
+from kinolab.cli.terminal import say
 from kinolab.errors import InputError, Mistake
 
 STARTERS = {
@@ -28,8 +29,8 @@ def command(name: str, kind: str | None) -> int:
     Left alone, it is a puck on an air table.
     """
     for path in write_starter(name, Path(), kind or "puck"):
-        click.echo(f"written {path}")
-    click.echo(f"next: plan {name}.toml")
+        say(f"written {path}")
+    say(f"next: plan {name}.toml")
     return 0
 
 

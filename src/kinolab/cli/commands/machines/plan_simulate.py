@@ -16,6 +16,7 @@ from kinolab.cli.common import (
 )
 from kinolab.cli.interrupts import INTERRUPTS
 from kinolab.cli.progress import Progress
+from kinolab.cli.terminal import say
 
 
 @click.command("simulate")
@@ -65,5 +66,5 @@ def command(
             write_pictures(problem, moved, folder, report, film, lambda: None)
     progress.close()
     place = f"{folder}{replaced(earlier)}"
-    click.echo(f"simulated: {trajectory.duration:g} s\n  written to {place}")
+    say(f"simulated: {trajectory.duration:g} s\n  written to {place}")
     return moved.exit_code

@@ -35,7 +35,7 @@ export function buildCockpit(machine, bounds, actions) {
     status.textContent = wordsOf(simulator, outside, paused, touching);
     status.classList.toggle("bad", simulator.failure !== null || outside.length > 0 || touching.length > 0);
     meters.forEach((meter, k) => meter.show(simulator.inputs?.[k] ?? null));
-    if (energies && energy) energies.show(energy);
+    if (energies) energies.show(energy);
     force.hidden = longest === null;
     if (longest !== null) force.textContent = `Longest arrow: ${number(longest)} N`;
   };

@@ -4,7 +4,7 @@ import { element, number } from "../dom.js";
 
 const KINDS = [["kinetic", "Kinetic"], ["potential", "Potential"], ["total", "Total"]];
 
-/** Build the bars; `show({kinetic, potential})` moves them, `reset` forgets the largest energy. */
+/** Build the bars; `show({kinetic, potential})` moves them, null empties them, `reset` forgets the largest energy. */
 export function buildEnergies() {
   const whole = element("div", { class: "energies" }), bars = {};
   for (const [kind, label] of KINDS) {
@@ -14,7 +14,12 @@ export function buildEnergies() {
   }
   let largest = 1e-9, level = null; // [J]; potential energy counts from where the motion began
 
-  const show = ({ kinetic, potential }) => {
+  const show = (energy) => {
+    if (energy === null) { // beyond all numbers, after a motion that exploded
+      for (const { bar, value } of Object.values(bars)) { bar.style.width = "0"; value.textContent = "–"; }
+      return;
+    }
+    const { kinetic, potential } = energy;
     level ??= potential;
     const values = { kinetic, potential: potential - level, total: kinetic + potential - level };
     largest = Math.max(largest, ...Object.values(values).map(Math.abs));

@@ -4,7 +4,7 @@
 const runs = JSON.parse(document.getElementById("runs").textContent);
 const shared = JSON.parse(document.getElementById("shared").textContent);
 const VERDICTS = { passed: "✓ Checked", failed: "✗ Check failed", damaged: "✗ Could not be read" };
-const MARK = "{{library}}";
+const MARK = "<library>";
 
 const viewer = document.getElementById("viewer");
 const frame = document.getElementById("frame");

@@ -10,9 +10,9 @@ from dataclasses import dataclass
 from importlib.resources import files
 from typing import Any, Literal
 
-from kinolab.show.page.document import filled, library
+from kinolab.show.page.document import allowed_by, filled, library, source_hash
 
-MARK = "{{library}}"  # placeholder of the library in the pages
+MARK = "<library>"  # stands for it in the pages, where no text has an unescaped <
 
 
 @dataclass(frozen=True)
@@ -39,24 +39,33 @@ class Card:
 def gallery_html(title: str, cards: Sequence[Card]) -> str:
     """Return the page, which makes no network requests.
 
-    The interactive pages open in frames that may run scripts and nothing else.
+    The interactive pages open in frames that may run their own scripts and nothing else: a frame
+    keeps the policy of the page around it, so this one's lists the scripts of all of them.
 
     Args:
         title: Title of the gallery.
         cards: In display order.
     """
-    shared = library()
+    shared, style, script = library(), _source("gallery.css"), _source("gallery.js")
     runs = [_card(card, shared) for card in cards]
     return filled(
         _source("gallery.html"),
         {
             "title": html.escape(title),
-            "style": _source("gallery.css"),
-            "script": _source("gallery.js"),
+            "scripts": _allowed(script, "script-src", cards),
+            "styles": _allowed(style, "style-src", cards),
+            "style": style,
+            "script": script,
             "runs": _as_json(runs),
             "shared": _as_json(shared),
         },
     )
+
+
+def _allowed(own: str, directive: str, cards: Sequence[Card]) -> str:
+    """Return the hashes of the gallery's own script or style, and of those of all pages in it."""
+    inside = (allowed for card in cards for allowed in allowed_by(card.page, directive))
+    return " ".join(dict.fromkeys([source_hash(own), *inside]))
 
 
 def _card(card: Card, shared: str) -> dict[str, Any]:
