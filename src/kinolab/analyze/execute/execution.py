@@ -109,7 +109,7 @@ def execute(
         runs: Number of runs.
         seed: Random seed.
         large: Deviation that the gains answer with a quarter of the inputs' range, as a fraction of
-            what the metric calls large; smaller is stiffer.
+            one over each state's weight in the metric; smaller is stiffer.
         told: Called after each run with the number of runs so far.
 
     Raises:

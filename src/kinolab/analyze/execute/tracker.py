@@ -15,7 +15,7 @@ from kinolab.problem import PlanningTask
 from kinolab.simulation.sensitivities import StepSensitivities
 from kinolab.trajectory import Trajectory
 
-LARGE_DEVIATION = 0.2  # of what [metric] calls large: a large deviation from the plan
+LARGE_DEVIATION = 0.2  # of one over a state's weight in [metric]: a large deviation
 LARGE_CORRECTION = 0.25  # of the range between an input's limits: a large correction
 HOLD_STEPS = 1000  # steps after the plan over which its end is held
 TERMINAL_WEIGHT = 10.0  # weight of a deviation at the plan's end, relative to one along it
@@ -48,8 +48,8 @@ class Tracker:
         Args:
             problem: The problem of the plan.
             trajectory: The plan, of at least one step.
-            large: The deviation that is worth a large correction, as a fraction of what the metric
-                calls large.
+            large: The deviation that is worth a large correction, as a fraction of one over each
+                state's weight in the metric.
         """
         model, settings = problem.whole or problem.model, problem.scenario.integration
         step = StepSensitivities(model, settings.method, settings.substeps)

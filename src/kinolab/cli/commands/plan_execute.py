@@ -36,8 +36,8 @@ SHARE: dict[str, Any] = {"type": float, "metavar": "SHARE", "default": 0.0, "sho
     metavar="SHARE",
     default=0.2,
     show_default=True,
-    help="Deviation, as a share of what [metric] calls large, that the gains answer strongly: "
-    "smaller is stiffer.",
+    help="Deviation that the gains answer strongly, as a share of one over each state's weight in "
+    "[metric]; smaller is stiffer.",
 )
 @click.option("--untracked", is_flag=True, help="Leave out the feedback gains along the plan.")
 @click.option(
