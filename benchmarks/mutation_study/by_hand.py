@@ -240,20 +240,25 @@ MACHINES: dict[str, Callable[[dict[str, float]], Slope]] = {
 }
 
 
-def walked(x: Array, u: Array, duration: float) -> Array:
+def walked(x: Array, u: Array, duration: float, *, lands: bool = True) -> Array:
     """Return the biped's state after a while under held rates; feet that come down change roles.
 
     Of (x, z, place, lean, hip and knee to the left, to the right, mode); mode 0 stands on the left
     foot. In the oracle's words the legs turn against the torso's lean, and soles are round.
+
+    Args:
+        x: State, shape (9,).
+        u: Rates of lean and joints in [rad/s], shape (5,).
+        duration: In [s].
+        lands: Whether a foot that comes down is noticed.
     """
     sides = ("left", "right")
     robot = biped.Biped(h=0.0, L_1=LEG, L_2=LEG, sense=-1)
     turn = np.array([1.0, 1.0, 1.0, -1.0, -1.0, -1.0, -1.0])
-    x, left = np.array(x, dtype=float), duration
+    x, left, own = np.array(x, dtype=float), duration, [0, 1, 3, 4, 5, 6, 7]
     while True:
         side = sides[round(x[8])]
-        other = biped.OTHER[side]
-        rates = u * turn[2:]
+        other, rates = biped.OTHER[side], u * turn[2:]
 
         def slope(_: float, q: Array, side: Any = side, rates: Array = rates) -> Array:
             return np.asarray(biped.stance_rates(q, rates, side, robot))
@@ -262,10 +267,12 @@ def walked(x: Array, u: Array, duration: float) -> Array:
             return float(biped.foot_place(q, other, robot)[1] - SOLE)
 
         height.terminal, height.direction = True, -1  # type: ignore[attr-defined]
-        q = x[[0, 1, 3, 4, 5, 6, 7]] * turn
-        run = solve_ivp(slope, (0.0, left), q, "DOP853", rtol=1e-11, atol=1e-12, events=height)
+        run = solve_ivp(
+            slope, (0.0, left), x[own] * turn, "DOP853",
+            rtol=1e-11, atol=1e-12, events=height if lands else None,
+        )  # fmt: skip
         q = run.y[:, -1]
-        x[[0, 1, 3, 4, 5, 6, 7]] = q * turn
+        x[own] = q * turn
         if run.status != 1:
             return x
         x[2], x[8] = biped.foot_place(q, other, robot)[0], float(sides.index(other))

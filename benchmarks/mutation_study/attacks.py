@@ -1,0 +1,74 @@
+"""The attacks: false plans by number, put before the verifier."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+
+import numpy as np
+
+from kinolab.errors import KinolabError
+from kinolab.problem import PlanningTask
+from kinolab.trajectory import Trajectory
+from kinolab.verification import verify
+from mutation_study import faults, machines, worlds
+from mutation_study.cases import Cases
+from mutation_study.faults import Kind
+from mutation_study.plans import SCENARIOS, seed_of
+from mutation_study.records import ACCEPTED, RAISED, REFUSED, Record
+
+KINDS: dict[str, Kind] = {**faults.KINDS, **worlds.KINDS, **machines.KINDS}
+SELDOM = {"marionette_stage": 20, "slip_steered_bay": 3}  # one in so many: they take long
+
+
+def answer(problem: PlanningTask, motion: Trajectory) -> tuple[str, tuple[str, ...], float]:
+    """Return the verifier's answer, the checks that failed, and how long it took in [s]."""
+    begin = time.perf_counter()
+    try:
+        certificate = verify(problem, motion)
+    except KinolabError as error:  # a refusal in words
+        found = REFUSED, (f"{type(error).__name__}: {error}",)
+    except Exception as error:  # what a verifier may never do
+        found = RAISED, (f"{type(error).__name__}: {error}",)
+    else:
+        failed = tuple(check.name for check in certificate.failures)
+        found = (ACCEPTED if certificate.passed else REFUSED), failed
+    return *found, time.perf_counter() - begin
+
+
+def attack(cases: Cases, seed: int, number: int) -> Record | None:
+    """Make one false plan and have it verified; None where its machine cannot have this fault.
+
+    Scenarios take turns, and so do kinds; everything else is drawn from numbers that depend on the
+    seed and this number alone.
+    """
+    names = list(SCENARIOS)
+    scenario, turn = names[number % len(names)], number // len(names)
+    if turn % SELDOM.get(scenario, 1):
+        return None
+    kinds = list(KINDS)
+    kind = kinds[turn // SELDOM.get(scenario, 1) % len(kinds)]
+    return made(cases, scenario, kind, seed_of(seed, number), number)
+
+
+def made(cases: Cases, scenario: str, kind: str, seed: int, number: int) -> Record | None:
+    """Make one false plan of a kind from a scenario's plans, and have it verified."""
+    folders = cases.of(scenario)
+    if not folders:
+        return None
+    generator = np.random.default_rng(seed)
+    case = cases.read(folders[int(generator.integers(len(folders)))])
+    fault = KINDS[kind](case, generator)
+    if fault is None:
+        return None
+    said, failed, seconds = answer(fault.problem, fault.motion)
+    machine, verdict = case.problem.machine.name, fault.verdict
+    why = (fault.what, verdict.truth, verdict.why)
+    return Record(number, machine, kind, case.name, *why, said, failed, round(seconds, 4))
+
+
+def attacked(plans: Path, seed: int, numbers: list[int]) -> list[Record]:
+    """Make some false plans in this process."""
+    cases = Cases(plans)
+    found = [attack(cases, seed, number) for number in numbers]
+    return [record for record in found if record is not None]
