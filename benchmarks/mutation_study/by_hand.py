@@ -127,9 +127,7 @@ def _five_bar(values: Values) -> Slope:
 
     def slope(x: Array, u: Array) -> Array:
         rates = x[4:6]
-        return np.concatenate(
-            [own.slopes(x[:2]) @ rates, own.accelerations(x[:2], rates, u)]
-        )
+        return np.concatenate([own.slopes(x[:2]) @ rates, own.accelerations(x[:2], rates, u)])
 
     return slope
 
@@ -238,6 +236,13 @@ MACHINES: dict[str, Callable[[dict[str, float]], Slope]] = {
     "two_cranes": _two_cranes,
     "satellite": _satellite,
 }
+
+
+def closed(machine: str, values: Values, x: Array) -> Array:
+    """Return a state whose dependent coordinates follow from the others in closed form."""
+    if machine != "five_bar":
+        return x
+    return np.concatenate([_known(five_bar.FiveBar, values).angles(x[:2]), x[4:]])
 
 
 def walked(x: Array, u: Array, duration: float, *, lands: bool = True) -> Array:

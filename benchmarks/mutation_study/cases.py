@@ -34,4 +34,5 @@ class Cases:
         if scenario not in self._shared:
             self._shared[scenario] = run.problem, Judge(run.problem), Bodies(run.problem)
         problem, judge, bodies = self._shared[scenario]
-        return Case(f"{scenario}/{folder.name}", problem, run.trajectory, judge, bodies)
+        name = f"{scenario}/{folder.name}"
+        return Case(name, problem, run.trajectory, judge, bodies, folder)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
+from pathlib import Path
 from typing import TypeAlias
 
 import numpy as np
@@ -32,6 +33,7 @@ class Case:
         motion: The plan.
         judge: Of its machine.
         bodies: The machine's bodies.
+        folder: Where it is kept.
     """
 
     name: str
@@ -39,6 +41,7 @@ class Case:
     motion: Trajectory
     judge: Judge
     bodies: Bodies
+    folder: Path
 
     @property
     def steps(self) -> int:
@@ -114,7 +117,9 @@ def input_(case: Case, generator: Generator) -> Fault | None:
     motion = replace(case.motion, u=case.motion.u.copy())
     motion.u[k, i] += share * float(np.ptp(case.judge.limits[i]))
     judge = case.judge
-    verdict = worst([judge.inputs(motion, [k]), judge.feedback(motion, [k]), judge.rows(motion, [k])])
+    verdict = worst(
+        [judge.inputs(motion, [k]), judge.feedback(motion, [k]), judge.rows(motion, [k])]
+    )
     name = case.motion.control_names[i]
     return Fault(case.problem, motion, verdict, f"row {k}: {name} by {share:.3g} of its range")
 
@@ -224,7 +229,9 @@ def doubled(case: Case, generator: Generator) -> Fault | None:
         references=np.insert(old.references, k, old.references[k], axis=0),
     )
     if generator.random() < 0.5:
-        return Fault(case.problem, motion, Verdict("false", "times do not increase"), f"row {k} twice")
+        return Fault(
+            case.problem, motion, Verdict("false", "times do not increase"), f"row {k} twice"
+        )
     motion.t[k + 1 :] += float(old.t[k + 1] - old.t[k])
     verdict = case.judge.rows(motion, [k])
     return Fault(case.problem, motion, verdict, f"row {k} twice, and the rest later")

@@ -4,21 +4,29 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import cache
 from typing import Any
 
 import numpy as np
 import sympy
+from scipy.optimize import brentq
 
+import kinolab
+from kinolab.problem import PlanningTask
 from kinolab.problem.goal import Goal
 from kinolab.trajectory import Trajectory
 from kinolab.world import World
 from mutation_study import by_hand
 from mutation_study.faults import Array, Case, Fault, Generator, Kind
-from mutation_study.judge import WALKS, Judge, law_of, worst
+from mutation_study.judge import LIMIT, WALKS, Judge, graded, law_of, worst
 from mutation_study.worlds import like
 
 OFF = 0.01  # share by which a parameter or a gain is off
 ROWS = 25  # that are made anew, at most
+SAMPLES = 200  # of an interval, for limits and pulls
+BEYOND = (-6.0, -2.0)  # decades of a scale by which a limit is passed
+LACK = (-6.0, -1.0)  # decades of a pull in [N] that a rope lacks
+WEAK = 0.5  # [m/s^2]
 ANYWHERE = Goal((), np.zeros(0), np.zeros(0), np.zeros(0, dtype=bool))
 EMPTY = World()
 
@@ -128,4 +136,108 @@ def mode(case: Case, generator: Generator) -> Fault | None:
     return Fault(problem, motion, verdict, f"row {k}: a foot that comes down is not noticed")
 
 
-KINDS: dict[str, Kind] = {"parameter": parameter, "gain": gain, "mode skipped": mode}
+def limit(case: Case, generator: Generator) -> Fault | None:
+    """Lower a limit of a state just below the largest value that a piece of the plan takes.
+
+    By how much is drawn between a millionth and a hundredth of its scale. The judge's samples are
+    values that the motion has, so that the limit is passed at least so far.
+    """
+    judge = case.judge
+    if judge.problem.machine.name in WALKS or not judge.knows or case.steps < 2:
+        return None
+    whole = case.motion
+    free = np.ones(len(judge.states), dtype=bool)
+    for own in judge.attitudes:
+        free[own] = False
+    i = int(generator.choice(np.flatnonzero(free)))
+    first = int(generator.integers(max(case.steps - ROWS, 1)))
+    motion = whole.piece(first, min(first + ROWS, case.steps))
+    values = np.concatenate(
+        [
+            judge.between(motion.x[k], u, float(motion.t[k + 1] - motion.t[k]), SAMPLES)[:, i]
+            for k, u in enumerate(motion.u)
+        ]
+    )
+    sign = float(generator.choice([-1.0, 1.0]))
+    peak, by = float((sign * values).max()), float(10 ** generator.uniform(*BEYOND))
+    by *= judge.scales[i]
+    if peak - sign * motion.x[0, i] < 2 * by:
+        return None  # the start, or nearly: it would be told to lie outside
+    bounds = np.array(case.problem.bounds)
+    bounds[i] = (-np.inf, peak - by) if sign > 0 else (-(peak - by), np.inf)
+    problem = like(case.problem, start=motion.x[0].copy(), goal=ANYWHERE, world=EMPTY)
+    problem = like(problem, bounds=bounds, circular=judge.circular & ~_only(i, len(judge.states)))
+    verdict = graded(by / LIMIT, f"{judge.states[i]} is beyond its limit")
+    inside = np.max(sign * motion.x[:, i]) <= peak - by
+    where = "between rows only" if inside else "in rows, too"
+    return Fault(problem, motion, verdict, f"{judge.states[i]} by {by:.3g}, {where}")
+
+
+def _only(i: int, count: int) -> Any:
+    chosen = np.zeros(count, dtype=bool)
+    chosen[i] = True
+    return chosen
+
+
+def compressed(case: Case, generator: Generator) -> Fault | None:
+    """Let a hoist lower its load so fast in one interval that the rope would have to push.
+
+    Of two cranes in a weak field, whose hoists are stronger than it: nothing else is wrong. The
+    pull by Newton's law along the rope is m (g cos s - x'' sin s - l'' + l s'^2).
+    """
+    if case.problem.machine.name != "two_cranes":
+        return None
+    problem = _in_a_weak_field()
+    judge = Judge(problem)
+    count, motion_x = int(generator.integers(3, 8)), [np.array(problem.start)]
+    motion_x[0][judge.states.index("sway_a")] = generator.uniform(-0.3, 0.3)
+    motion_x[0][judge.states.index("sway_a_dot")] = generator.uniform(-0.3, 0.3)
+    spans = generator.uniform(0.1, 0.4, count)
+    held = generator.uniform(-0.2, 0.2, (count, 4))
+    wrong, lack = int(generator.integers(count)), float(10 ** generator.uniform(*LACK))
+    for k, span in enumerate(spans.tolist()):
+        if k == wrong:
+            held[k, 1] = brentq(
+                lambda hoist, k=k, span=span: (
+                    _pull(judge, motion_x[-1], np.array([held[k, 0], hoist, *held[k, 2:]]), span)
+                    + lack
+                ),
+                -0.5,
+                1.0,
+                xtol=1e-14,
+            )
+        motion_x.append(judge.after(motion_x[-1], held[k], span))
+    states = np.array(motion_x)
+    least = min(_pull(judge, states[k], u, spans[k]) for k, u in enumerate(held))
+    low, high = np.asarray(problem.bounds).T
+    if not ((states > low) & (states < high)).all():
+        return None
+    t = np.concatenate([[0.0], np.cumsum(spans)])
+    motion = Trajectory(t, states, held, judge.states, problem.model.control_names)
+    verdict = graded(-least / LIMIT, "the rope pushes")
+    alone = like(problem, start=states[0].copy())
+    return Fault(alone, motion, verdict, f"a rope pushes by {-least:.3g} N")
+
+
+def _pull(judge: Judge, x: Array, u: Array, span: float) -> float:
+    """Return the least pull of the first crane's rope in an interval in [N]."""
+    seen = judge.between(x, u, span, SAMPLES)
+    l, s, s_dot = seen[:, 1], seen[:, 2], seen[:, 8]  # noqa: E741
+    values = judge.values
+    pull = values["g"] * np.cos(s) - u[0] * np.sin(s) - u[1] + l * s_dot**2
+    return float(values["m"] * pull.min())
+
+
+@cache
+def _in_a_weak_field() -> PlanningTask:
+    problem = kinolab.load("two_cranes", overrides=[f"system.parameters={{ g = {WEAK} }}"])
+    return like(problem, goal=ANYWHERE, world=EMPTY)
+
+
+KINDS: dict[str, Kind] = {
+    "parameter": parameter,
+    "gain": gain,
+    "mode skipped": mode,
+    "limit passed": limit,
+    "string in compression": compressed,
+}

@@ -81,7 +81,9 @@ class Solid:
             case _:
                 half = (shape.length if isinstance(shape, Cylinder) else shape.thickness) / 2
                 rho = max(float(np.hypot(p[0], p[1])), 1e-300)
-                near = np.array([*(p[:2] * min(1.0, shape.radius / rho)), np.clip(p[2], -half, half)])
+                near = np.array(
+                    [*(p[:2] * min(1.0, shape.radius / rho)), np.clip(p[2], -half, half)]
+                )
         return np.asarray(self.turn @ near + self.centre)
 
     def inner(self, generator: np.random.Generator) -> Array:
@@ -157,13 +159,17 @@ class Still:
             self.solid = Solid(shape, turn, centre)
         else:
             self.triangles = obstacle.vertices[obstacle.faces]
+            self._middles = self.triangles.mean(axis=1)
+            reaches = np.linalg.norm(self.triangles - self._middles[:, None], axis=2)
+            self._reach = reaches.max(axis=1)
 
     def nearest(self, point: Array) -> Array:
         """Return the place of the obstacle that is nearest to a point outside of it."""
         if self.solid is not None:
             return self.solid.nearest(point)
-        many = np.broadcast_to(point, (len(self.triangles), 3))
-        places = trimesh.triangles.closest_point(self.triangles, many)
+        far = np.linalg.norm(self._middles - point, axis=1)
+        near = self.triangles[far - self._reach <= (far + self._reach).min()]
+        places = trimesh.triangles.closest_point(near, np.broadcast_to(point, (len(near), 3)))
         return np.asarray(places[np.argmin(((places - point) ** 2).sum(axis=1))])
 
 
