@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from pathlib import Path
 
 import numpy as np
 
@@ -11,14 +10,13 @@ from kinolab.errors import KinolabError
 from kinolab.problem import PlanningTask
 from kinolab.trajectory import Trajectory
 from kinolab.verification import verify
-from mutation_study import faults, machines, worlds
-from mutation_study.cases import Cases
-from mutation_study.faults import Kind
-from mutation_study.plans import SCENARIOS, seed_of
-from mutation_study.records import ACCEPTED, RAISED, REFUSED, Record
+
+from . import faults, machines, worlds
+from .cases import Cases
+from .faults import Kind
+from .records import ACCEPTED, RAISED, REFUSED, Record
 
 KINDS: dict[str, Kind] = {**faults.KINDS, **worlds.KINDS, **machines.KINDS}
-SELDOM = {"marionette_stage": 20, "slip_steered_bay": 3}  # one in so many: they take long
 
 
 def answer(problem: PlanningTask, motion: Trajectory) -> tuple[str, tuple[str, ...], float]:
@@ -36,21 +34,6 @@ def answer(problem: PlanningTask, motion: Trajectory) -> tuple[str, tuple[str, .
     return *found, time.perf_counter() - begin
 
 
-def attack(cases: Cases, seed: int, number: int) -> Record | None:
-    """Make one false plan and have it verified; None where its machine cannot have this fault.
-
-    Scenarios take turns, and so do kinds; everything else is drawn from numbers that depend on the
-    seed and this number alone.
-    """
-    names = list(SCENARIOS)
-    scenario, turn = names[number % len(names)], number // len(names)
-    if turn % SELDOM.get(scenario, 1):
-        return None
-    kinds = list(KINDS)
-    kind = kinds[turn // SELDOM.get(scenario, 1) % len(kinds)]
-    return made(cases, scenario, kind, seed_of(seed, number), number)
-
-
 def made(cases: Cases, scenario: str, kind: str, seed: int, number: int) -> Record | None:
     """Make one false plan of a kind from a scenario's plans, and have it verified."""
     folders = cases.of(scenario)
@@ -65,10 +48,3 @@ def made(cases: Cases, scenario: str, kind: str, seed: int, number: int) -> Reco
     machine, verdict = case.problem.machine.name, fault.verdict
     why = (fault.what, verdict.truth, verdict.why)
     return Record(number, machine, kind, case.name, *why, said, failed, round(seconds, 4))
-
-
-def attacked(plans: Path, seed: int, numbers: list[int]) -> list[Record]:
-    """Make some false plans in this process."""
-    cases = Cases(plans)
-    found = [attack(cases, seed, number) for number in numbers]
-    return [record for record in found if record is not None]

@@ -9,6 +9,7 @@ Source: Murray, Li, Sastry, A Mathematical Introduction to Robotic Manipulation,
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from itertools import chain
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -74,7 +75,7 @@ def _along(expression: Any, v: Any, a: list[Any]) -> Any:
 
 def _numbers(symbols: list[Any], expression: Any, named: dict[Any, float]) -> Callable[..., Any]:
     plain = [[sympy.Symbol(f"s{i}_{j}") for j in range(len(row))] for i, row in enumerate(symbols)]
-    pairs = zip(sum(map(list, symbols), []), sum(plain, []), strict=True)
+    pairs = zip(chain(*symbols), chain(*plain), strict=True)
     swap = dict(pairs) | {p: sympy.Float(value, 17) for p, value in named.items()}
     many = expression if isinstance(expression, list) else [expression]
     made = [sympy.Matrix(one).xreplace(swap) for one in many]

@@ -7,10 +7,11 @@ from pathlib import Path
 
 from kinolab.problem import PlanningTask
 from kinolab.runs import read_run
-from mutation_study.faults import Case
-from mutation_study.judge import Judge
-from mutation_study.plans import kept
-from mutation_study.solids import Bodies
+
+from .faults import Case
+from .judge import Judge
+from .plans import kept
+from .solids import Bodies
 
 
 class Cases:

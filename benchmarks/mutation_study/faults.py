@@ -14,8 +14,9 @@ from scipy.spatial.transform import Rotation
 
 from kinolab.problem import PlanningTask
 from kinolab.trajectory import Trajectory
-from mutation_study.judge import DEFECT, Judge, Verdict, graded, worst
-from mutation_study.solids import Bodies
+
+from .judge import DEFECT, Judge, Verdict, graded, worst
+from .solids import Bodies
 
 Array: TypeAlias = NDArray[np.float64]
 Generator: TypeAlias = np.random.Generator

@@ -20,9 +20,10 @@ from typing import Any, TypeAlias
 
 from kinolab.errors import KinolabError
 from kinolab.runs import check_run
-from mutation_study.faults import Generator
-from mutation_study.judge import Verdict
-from mutation_study.records import ACCEPTED, RAISED, REFUSED
+
+from .faults import Generator
+from .judge import Verdict
+from .records import ACCEPTED, RAISED, REFUSED
 
 CERTIFICATE = "certificate.json"
 TABLES = ("trajectory.csv", "trajectory.npz")
@@ -33,7 +34,7 @@ OF_NO_ACCOUNT = ("title", "planner", "metric", "render", "schema")
 Edit: TypeAlias = Callable[[Path, str, Path, Generator], bool]
 
 
-def byte_changed(folder: Path, name: str, other: Path, generator: Generator) -> bool:
+def byte_changed(folder: Path, name: str, _other: Path, generator: Generator) -> bool:
     """Change one byte of a file to another one."""
     content = bytearray((folder / name).read_bytes())
     if not content:
@@ -44,7 +45,7 @@ def byte_changed(folder: Path, name: str, other: Path, generator: Generator) -> 
     return True
 
 
-def digit_changed(folder: Path, name: str, other: Path, generator: Generator) -> bool:
+def digit_changed(folder: Path, name: str, _other: Path, generator: Generator) -> bool:
     """Change one digit of a text to another one."""
     content = bytearray((folder / name).read_bytes())
     digits = [i for i, byte in enumerate(content) if 48 <= byte <= 57]
@@ -56,13 +57,13 @@ def digit_changed(folder: Path, name: str, other: Path, generator: Generator) ->
     return True
 
 
-def left_out(folder: Path, name: str, other: Path, generator: Generator) -> bool:
+def left_out(folder: Path, name: str, _other: Path, _generator: Generator) -> bool:
     """Remove a file."""
     (folder / name).unlink()
     return True
 
 
-def of_another_run(folder: Path, name: str, other: Path, generator: Generator) -> bool:
+def of_another_run(folder: Path, name: str, other: Path, _generator: Generator) -> bool:
     """Replace a file by another run's."""
     if not (other / name).is_file():
         return False
@@ -73,7 +74,7 @@ def of_another_run(folder: Path, name: str, other: Path, generator: Generator) -
     return True
 
 
-def cut_off(folder: Path, name: str, other: Path, generator: Generator) -> bool:
+def cut_off(folder: Path, name: str, _other: Path, generator: Generator) -> bool:
     """Leave out the end of a file."""
     content = (folder / name).read_bytes()
     if len(content) < 2:
@@ -144,7 +145,7 @@ def _of_scenario(before: Path, after: Path) -> Verdict:
     if found == known:
         return Verdict("true", "the same in all keys that count")
     changed = [key for key in {*known, *found} if known.get(key) != found.get(key)]
-    return Verdict("edited", f"another problem: {', '.join(sorted(changed))}")
+    return Verdict("borderline", f"another problem: {', '.join(sorted(changed))}")
 
 
 def _of_report(before: Path, after: Path) -> Verdict:

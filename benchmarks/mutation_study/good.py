@@ -13,10 +13,11 @@ import numpy as np
 
 from kinolab.runs import read_run
 from kinolab.trajectory import Trajectory
-from mutation_study.faults import Case, Fault, Generator
-from mutation_study.judge import DEFECT, Verdict, graded, worst
-from mutation_study.machines import ANYWHERE, EMPTY
-from mutation_study.worlds import like
+
+from .faults import Case, Fault, Generator
+from .judge import DEFECT, Verdict, graded, worst
+from .machines import ANYWHERE, EMPTY
+from .worlds import like
 
 Good: TypeAlias = Callable[[Case, Generator], Fault | None]
 
@@ -29,7 +30,7 @@ LOOKS = 8  # within an interval, for limits
 MARGIN = 0.01  # of a scale that is kept from limits by what the judge makes
 
 
-def as_found(case: Case, generator: Generator) -> Fault | None:
+def as_found(case: Case, _generator: Generator) -> Fault | None:
     """Return the plan as it was found, all of it judged."""
     return Fault(case.problem, case.motion, sound(case), "as it was found")
 
@@ -135,7 +136,7 @@ def divided(case: Case, generator: Generator) -> Fault | None:
 def made_by_the_judge(case: Case, generator: Generator) -> Fault | None:
     """Follow inputs a little beside the plan's for some uneven steps, by the judge's integrator."""
     judge, old = case.judge, case.motion
-    if not judge.knows or case.steps < 2:
+    if not judge.knows or judge.margins is None or case.steps < 2:
         return None
     first = int(generator.integers(max(case.steps - ROWS, 1)))
     last = min(first + ROWS, case.steps)
@@ -150,7 +151,11 @@ def made_by_the_judge(case: Case, generator: Generator) -> Fault | None:
         u = row if judge.law is None else judge.law(states[-1], row)
         inputs.append(u)
         for part in np.full(LOOKS, span / LOOKS).tolist():
+            if not (judge.margins(states[-1], u) > 0).all():
+                return None
             states.append(judge.after(states[-1], u, part))
+        if not (judge.margins(states[-1], u) > 0).all():
+            return None
     states_at = np.array(states)
     low, high = np.asarray(case.problem.bounds).T
     room = MARGIN * judge.scales
@@ -164,7 +169,7 @@ def made_by_the_judge(case: Case, generator: Generator) -> Fault | None:
     return Fault(problem, motion, Verdict("true", "made by the judge"), f"from row {first}")
 
 
-def rewritten(case: Case, generator: Generator) -> Fault | None:
+def rewritten(case: Case, _generator: Generator) -> Fault | None:
     """Move the run's folder and write its rows with 17 digits."""
     with tempfile.TemporaryDirectory() as made:
         folder = Path(made) / "elsewhere"

@@ -18,9 +18,11 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
+from kinolab.dynamics import force_of
 from kinolab.problem import PlanningTask
 from kinolab.trajectory import Trajectory
-from mutation_study import by_hand, by_lagrange
+
+from . import by_hand, by_lagrange
 
 Array: TypeAlias = NDArray[np.float64]
 Slope: TypeAlias = Callable[[Array, Array], Array]
@@ -171,6 +173,11 @@ class Judge:
         """The machine's feedback law by SymPy: u of (x, references), held within the limits."""
         return law_of(self.problem, None)
 
+    @cached_property
+    def margins(self) -> Callable[[Array, Array], Array] | None:
+        """What the machine requires to be nonnegative, of (x, u), by SymPy; None if unknown."""
+        return _margins(self)
+
     def feedback(self, motion: Trajectory, rows: Iterable[int]) -> Verdict:
         """Judge whether inputs are those of the law in some intervals."""
         if self.law is None:
@@ -216,6 +223,33 @@ class Judge:
         if goal.norm == "sum":
             return float(sum(shares))
         return math.hypot(*shares) if goal.norm == "euclidean" else float(max(shares, default=0.0))
+
+
+def _margins(judge: Judge) -> Callable[[Array, Array], Array] | None:
+    system, values = judge.system, judge.values
+    forces = by_hand.forces_of(judge.problem.machine.name, values)
+    count = len(system.constraints) if forces is not None else 0
+    names = [*judge.states, *judge.problem.model.plant.control_names]
+    names += [f"force {i}" for i in range(count)]
+    plain = [sympy.Symbol(f"s{i}") for i in range(len(names))]
+    swap: dict[Any, Any] = {p: sympy.Float(values[p.name], 17) for p in system.parameters}
+    swap |= {
+        force_of(c): plain[len(names) - count + i]
+        for i, c in enumerate(system.constraints)
+        if count
+    }
+    margins = [requirement.margin.xreplace(swap) for requirement in system.requirements]
+    left = set().union(*(margin.free_symbols for margin in margins)) - set(plain)
+    if any(symbol.name not in names for symbol in left):
+        return None
+    named = {symbol: plain[names.index(symbol.name)] for symbol in left}
+    compute = sympy.lambdify([plain], [margin.xreplace(named) for margin in margins], cse=True)
+
+    def at(x: Array, u: Array) -> Array:
+        pushed = forces(x, u) if forces is not None else ()
+        return np.array(compute([*x, *u, *pushed]), dtype=float)
+
+    return at
 
 
 def law_of(

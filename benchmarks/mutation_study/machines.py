@@ -16,10 +16,11 @@ from kinolab.problem import PlanningTask
 from kinolab.problem.goal import Goal
 from kinolab.trajectory import Trajectory
 from kinolab.world import World
-from mutation_study import by_hand
-from mutation_study.faults import Array, Case, Fault, Generator, Kind
-from mutation_study.judge import LIMIT, WALKS, Judge, graded, law_of, worst
-from mutation_study.worlds import like
+
+from . import by_hand
+from .faults import Array, Case, Fault, Generator, Kind
+from .judge import LIMIT, WALKS, Judge, graded, law_of, worst
+from .worlds import like
 
 OFF = 0.01  # share by which a parameter or a gain is off
 ROWS = 25  # that are made anew, at most

@@ -35,7 +35,11 @@ SCENARIOS: dict[str, tuple[tuple[str, ...], int]] = {
     "biped_walk": (("rrt_fast", "kpiece_fast"), 3),
     "marionette_stage": (("kpiece_fast",), 1),
 }
-LIMIT = {"marionette_stage": 85.0}  # [s] of a search; others have the next
+LIMIT = {
+    "marionette_stage": 85.0,
+    "unicycle_slalom": 40.0,
+    "slip_steered_bay": 40.0,
+}  # [s] of a search; others have the next
 SECONDS = 20.0
 IMPROVED = 3  # every so many seeds the motion is improved, too, which leaves uneven steps
 IMPROVING = 1.0  # [s] of work

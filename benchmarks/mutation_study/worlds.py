@@ -11,9 +11,10 @@ from scipy.spatial.transform import Rotation
 from kinolab.problem import PlanningTask
 from kinolab.world import World
 from kinolab.world.obstacle import Obstacle, box_obstacle
-from mutation_study.faults import Array, Case, Fault, Generator, Kind
-from mutation_study.judge import Verdict
-from mutation_study.solids import Solid, Still, nearest_pair
+
+from .faults import Array, Case, Fault, Generator, Kind
+from .judge import Verdict
+from .solids import Solid, Still, nearest_pair
 
 MISSED = 1.01  # tolerances by which goals are missed
 INTO = 1e-3  # [m] by which an obstacle is moved into the way, beyond the clearance
