@@ -22,6 +22,7 @@ Array: TypeAlias = NDArray[np.float64]
 Generator: TypeAlias = np.random.Generator
 
 SMALLEST, LARGEST = 1e-4, 1.0  # of a scale
+COARSER = 1e3  # tolerances of whole motions against those of single intervals
 
 
 @dataclass(frozen=True)
@@ -51,11 +52,15 @@ class Case:
 
     @cached_property
     def chained(self) -> Array:
-        """States at all rows by the judge's own integration from the start, (N + 1, nx)."""
+        """States at all rows by the judge's own integration from the start, (N + 1, nx).
+
+        Less sharp than intervals are judged: ends of motions are asked for in hundredths of a
+        tolerance.
+        """
         motion, states = self.motion, [np.array(self.problem.start, dtype=float)]
         for k in range(self.steps):
             span = float(motion.t[k + 1] - motion.t[k])
-            states.append(self.judge.after(states[-1], motion.u[k], span))
+            states.append(self.judge.after(states[-1], motion.u[k], span, COARSER))
         return np.array(states)
 
 

@@ -36,6 +36,7 @@ CLOSE = 2.0  # nearer to a tolerance than by this factor, nothing is said
 
 RTOL, ATOL = 1e-11, 1e-13  # a thousandth of the tolerance and less; ATOL in scales
 ROUGH = {"five_bar": (1e-8, 1e-9)}  # whose oracle takes derivatives by differences
+WHOLE = 100.0  # times as coarse are whole plans judged: 1e-9 from row to row
 BY_LAGRANGE = ("unicycle",)
 WALKS = ("biped",)
 
@@ -96,8 +97,15 @@ class Judge:
         """Whether there is an oracle of this machine."""
         return self.problem.machine.name in WALKS or self.slope is not None
 
-    def after(self, x: Array, u: Array, duration: float) -> Array:
-        """Return the state after a while under held inputs."""
+    def after(self, x: Array, u: Array, duration: float, coarser: float = 1.0) -> Array:
+        """Return the state after a while under held inputs.
+
+        Args:
+            x: State, shape (nx,).
+            u: Inputs, shape (nu,).
+            duration: In [s].
+            coarser: Factor on the integrator's tolerances.
+        """
         if self.problem.machine.name in WALKS:
             return by_hand.walked(x, u, duration)
         slope = self.slope
@@ -108,8 +116,8 @@ class Judge:
             (0.0, duration),
             x,
             "DOP853",
-            rtol=rtol,
-            atol=atol * self.scales,
+            rtol=coarser * rtol,
+            atol=coarser * atol * self.scales,
         )
         if not run.success:
             return np.full(len(x), np.nan)
@@ -141,16 +149,17 @@ class Judge:
             gap[own] = near if near @ near <= far @ far else far
         return np.abs(gap) / self.scales
 
-    def defect(self, motion: Trajectory, k: int) -> float:
+    def defect(self, motion: Trajectory, k: int, coarser: float = 1.0) -> float:
         """Return by how many tolerances row k + 1 differs from what follows from row k."""
-        reached = self.after(motion.x[k], motion.u[k], float(motion.t[k + 1] - motion.t[k]))
+        span = float(motion.t[k + 1] - motion.t[k])
+        reached = self.after(motion.x[k], motion.u[k], span, coarser)
         return float(np.nan_to_num(self.apart(reached, motion.x[k + 1]), nan=np.inf).max()) / DEFECT
 
-    def rows(self, motion: Trajectory, intervals: Iterable[int]) -> Verdict:
+    def rows(self, motion: Trajectory, intervals: Iterable[int], coarser: float = 1.0) -> Verdict:
         """Judge some intervals: whether each row follows from the one before."""
         if not self.knows:
             return Verdict("unknown", "no oracle")
-        found = [self.defect(motion, k) for k in intervals if 0 <= k < len(motion.u)]
+        found = [self.defect(motion, k, coarser) for k in intervals if 0 <= k < len(motion.u)]
         return graded(max(found, default=0.0), "a row does not follow from the one before")
 
     def starts(self, motion: Trajectory) -> Verdict:
@@ -198,7 +207,7 @@ class Judge:
                 self.starts(motion),
                 self.inputs(motion, every),
                 self.feedback(motion, every),
-                self.rows(motion, every),
+                self.rows(motion, every, WHOLE),
                 self.ends(motion.x[-1]),
             ]
         )

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import dataclass
 from functools import cache
+from math import ceil
 from multiprocessing import get_context
 from pathlib import Path
 
@@ -20,18 +21,21 @@ from .records import Record
 
 # Faults, edits and good plans of a scenario in a hundred; what takes long has fewer.
 SHARES = {
-    "marionette_stage": 1,
-    "helicopter_canyon": 3,
-    "submarine_corridor": 3,
-    "slip_steered_bay": 3,
-    "motorcycle_chicane": 4,
-    "snakeboard_park": 4,
-    "five_bar_table": 5,
+    "marionette_stage": 0.5,
+    "helicopter_canyon": 2,
+    "submarine_corridor": 2,
+    "slip_steered_bay": 2,
+    "motorcycle_chicane": 3,
+    "snakeboard_park": 2,
+    "unicycle_slalom": 3,
+    "diffdrive_warehouse": 4,
     "crane_factory": 5,
     "biped_walk": 5,
-    "unicycle_slalom": 4,
+    "falling_disk_slalom": 6,
+    "satellite_pointing": 6,
+    "vehicle_parking": 8,
 }
-USUAL = 8
+USUAL = 12
 CHUNK = 40  # numbers of one scenario that a process works on
 
 
@@ -62,7 +66,7 @@ def chunks(sort: str, count: int, scenarios: list[str], done: set[tuple[str, int
     whole = sum(SHARES.get(name, USUAL) for name in scenarios)
     found: list[tuple[int, Chunk]] = []
     for name in scenarios:
-        own = -(-count * SHARES.get(name, USUAL) // whole)
+        own = ceil(count * SHARES.get(name, USUAL) / whole)
         left = [n for n in range(own) if (name, n) not in done]
         pieces = [tuple(left[at : at + CHUNK]) for at in range(0, len(left), CHUNK)]
         found += [(turn, Chunk(sort, name, piece)) for turn, piece in enumerate(pieces)]

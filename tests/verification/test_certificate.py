@@ -291,6 +291,19 @@ def test_a_limit_that_is_passed_by_a_millionth_between_two_samples_fails(
         assert time_in(words) == pytest.approx(0.5, abs=1e-4)
 
 
+def test_a_limit_that_is_passed_just_after_an_input_changed_fails(lane: PlanningTask) -> None:
+    """The coin turns on by w for a second, then by w s - s^2 / 2: highest at s = w, by w^2 / 2."""
+    torques: Array = np.array([[0.0, 0.0], [0.0, -COIN.diametral]])
+    for w in np.linspace(1e-3, 2e-2, 40):  # [rad/s]: at, before and behind samples
+        start = np.array([-1.0, 0, 0, 0, w, 0])
+        turn = coin_motion(start.tolist(), np.array([0.0, 1.0, 2.0]), torques)
+        for share, passes in ((0.9, False), (1.1, True)):
+            bounds = lane.bounds.copy()
+            bounds[2] = -1.0, w + share * w**2 / 2
+            certificate = verify(replace(lane, start=start, bounds=bounds), turn)
+            assert ("limits" not in failed(certificate)) == passes, f"w = {w}, share {share}"
+
+
 @pytest.mark.parametrize(("room", "passes"), [(-1e-6, False), (1e-6, True)])
 def test_a_requirement_that_is_broken_by_a_millionth_between_two_samples_fails(
     tmp_path: Path, room: float, passes: bool

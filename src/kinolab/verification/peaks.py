@@ -23,7 +23,8 @@ def peaks(
     """Find where quantities peak between samples, as far as that can lift them above a value.
 
     A parabola through three samples is higher than the largest of them by at most an eighth of
-    what lies between it and the lower neighbour. All of that is allowed for here.
+    what lies between it and the lowest of them, whether that is its neighbour or, where an input
+    changes and a new parabola begins, the one after that. All of that is allowed for here.
 
     Args:
         dense: The motion.
@@ -53,10 +54,10 @@ def peaks(
 def _candidates(found: Array, above: float) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Return rows and columns of samples about which there may be a peak above a value."""
     known = np.where(np.isfinite(found), found, -np.finfo(float).max)
-    before, after = np.vstack([known[:1], known[:-1]]), np.vstack([known[1:], known[-1:]])
+    near = [known[np.clip(np.arange(len(known)) + k, 0, len(known) - 1)] for k in (-2, -1, 1, 2)]
     with np.errstate(over="ignore"):
-        drop = known - np.minimum(before, after)
-        raised = (known >= before) & (known >= after) & (known <= above) & (known + drop > above)
+        drop = known - np.min(near, axis=0)
+        raised = (known >= near[1]) & (known >= near[2]) & (known <= above) & (known + drop > above)
     rows, columns = np.nonzero(raised)
     return rows, columns
 
