@@ -25,6 +25,7 @@ from .worlds import like
 OFF = 0.01  # share by which a parameter or a gain is off
 ROWS = 25  # that are made anew, at most
 SAMPLES = 200  # of an interval, for limits and pulls
+FEW_ROWS, STRIDE = 8, 4  # that bodies are followed for, and every so many of their samples
 BEYOND = (-6.0, -2.0)  # decades of a scale by which a limit is passed
 LACK = (-6.0, -1.0)  # decades of a pull in [N] that a rope lacks
 WEAK = 0.5  # [m/s^2]
@@ -146,32 +147,66 @@ def limit(case: Case, generator: Generator) -> Fault | None:
     judge = case.judge
     if judge.problem.machine.name in WALKS or not judge.knows or case.steps < 2:
         return None
-    whole = case.motion
     free = np.ones(len(judge.states), dtype=bool)
     for own in judge.attitudes:
         free[own] = False
     i = int(generator.choice(np.flatnonzero(free)))
-    first = int(generator.integers(max(case.steps - ROWS, 1)))
-    motion = whole.piece(first, min(first + ROWS, case.steps))
-    values = np.concatenate(
-        [
-            judge.between(motion.x[k], u, float(motion.t[k + 1] - motion.t[k]), SAMPLES)[:, i]
-            for k, u in enumerate(motion.u)
-        ]
-    )
+    motion, seen = _piece(case, generator, ROWS)
     sign = float(generator.choice([-1.0, 1.0]))
-    peak, by = float((sign * values).max()), float(10 ** generator.uniform(*BEYOND))
-    by *= judge.scales[i]
-    if peak - sign * motion.x[0, i] < 2 * by:
+    by = judge.scales[i] * float(10 ** generator.uniform(*BEYOND))
+    least = float((sign * seen[..., i]).max()) - by
+    if sign * motion.x[0, i] > least - by:
         return None  # the start, or nearly: it would be told to lie outside
     bounds = np.array(case.problem.bounds)
-    bounds[i] = (-np.inf, peak - by) if sign > 0 else (-(peak - by), np.inf)
+    bounds[i] = (-np.inf, least) if sign > 0 else (-least, np.inf)
     problem = like(case.problem, start=motion.x[0].copy(), goal=ANYWHERE, world=EMPTY)
     problem = like(problem, bounds=bounds, circular=judge.circular & ~_only(i, len(judge.states)))
     verdict = graded(by / LIMIT, f"{judge.states[i]} is beyond its limit")
-    inside = np.max(sign * motion.x[:, i]) <= peak - by
-    where = "between rows only" if inside else "in rows, too"
+    where = "in rows, too" if np.max(sign * motion.x[:, i]) > least else "between rows only"
     return Fault(problem, motion, verdict, f"{judge.states[i]} by {by:.3g}, {where}")
+
+
+def room(case: Case, generator: Generator) -> Fault | None:
+    """Lower a limit of the workspace just below where a body goes, or widen a forbidden cone.
+
+    As limits of states are, along fewer rows, by the judge's own frames.
+    """
+    judge = case.judge
+    if judge.problem.machine.name in WALKS or not judge.knows or case.steps < 2:
+        return None
+    motion, seen = _piece(case, generator, FEW_ROWS)
+    poses = [case.bodies.poses(x) for x in seen.reshape(-1, len(judge.states))[::STRIDE]]
+    by = float(10 ** generator.uniform(*BEYOND))
+    problem = like(case.problem, start=motion.x[0].copy(), goal=ANYWHERE, world=EMPTY)
+    if case.problem.keep_outs:
+        cone = case.problem.keep_outs[0]
+        axes = np.array([pose[cone.body][:3, :3] @ np.array(cone.axis) for pose in poses])
+        wanted = np.array(cone.direction)
+        angles = np.arctan2(np.linalg.norm(np.cross(axes, wanted), axis=1), axes @ wanted)
+        half = float(angles.min()) + by
+        if angles[0] < half + by:
+            return None
+        problem = like(problem, keep_outs=(replace(cone, half_angle=half),))
+        what = f"an axis enters a cone by {by:.3g} rad"
+    else:
+        axis = int(generator.integers(3))
+        places = np.array([[pose[axis, 3] for pose in bodies] for bodies in poses]).max(axis=1)
+        highest = float(places.max()) - by
+        if places[0] > highest - by:
+            return None
+        bounds = {"xyz"[axis]: (-np.inf, highest)}
+        problem = like(problem, world=World(bounds=bounds))
+        what = f"a body leaves the workspace along {'xyz'[axis]} by {by:.3g} m"
+    return Fault(problem, motion, graded(by / LIMIT, "a limit is passed"), what)
+
+
+def _piece(case: Case, generator: Generator, rows: int) -> tuple[Trajectory, Array]:
+    """Return some rows of a plan, and the judge's samples of their intervals, (n, samples, nx)."""
+    first = int(generator.integers(max(case.steps - rows, 1)))
+    motion = case.motion.piece(first, min(first + rows, case.steps))
+    spans = np.diff(motion.t).tolist()
+    each = zip(motion.x, motion.u, spans, strict=False)
+    return motion, np.array([case.judge.between(x, u, span, SAMPLES) for x, u, span in each])
 
 
 def _only(i: int, count: int) -> Any:
@@ -240,5 +275,6 @@ KINDS: dict[str, Kind] = {
     "gain": gain,
     "mode skipped": mode,
     "limit passed": limit,
+    "workspace left": room,
     "string in compression": compressed,
 }

@@ -116,14 +116,24 @@ class Bodies:
         self.nq = problem.model.nq
         self.names = tuple(body.name for body in problem.system.bodies)
         self.shapes = [tuple(body.shapes) for body in problem.machine.bodies]
+        self.cables = [cable.radius for cable in problem.machine.cables if cable.collides]
 
     @cached_property
     def _frames(self) -> Any:
+        return self._compiled([body.frame for body in self.problem.system.bodies])
+
+    @cached_property
+    def _ends(self) -> Any:
+        colliding = [cable for cable in self.problem.system.cables if cable.collides]
+        return self._compiled([end for cable in colliding for end in cable.between])
+
+    def _compiled(self, many: list[Any]) -> Any:
+        """Return all of some frames as a function of the configuration."""
         system = self.problem.system
         names = list(self.problem.model.state_names[: self.nq])
         plain = [sympy.Symbol(f"s{i}") for i in range(self.nq)]
         values = {p: sympy.Float(system.parameter_values[p.name], 17) for p in system.parameters}
-        frames = [homogeneous(body.frame) for body in system.bodies]
+        frames = [homogeneous(frame) for frame in many]
         swap = dict(values)
         for symbol in set().union(*(frame.free_symbols for frame in frames)) - set(values):
             swap[symbol] = plain[names.index(symbol.name)]
@@ -134,7 +144,24 @@ class Bodies:
         return [np.asarray(pose, dtype=float) for pose in self._frames(x[: self.nq].tolist())]
 
     def solids(self, x: Array) -> list[Solid]:
-        """Return all shapes of all bodies at a state."""
+        """Return all shapes of all bodies at a state, and the cables that collide."""
+        return self._of_bodies(x) + self._of_cables(x)
+
+    def _of_cables(self, x: Array) -> list[Solid]:
+        if not self.cables:
+            return []
+        ends = [np.asarray(pose, dtype=float)[:3, 3] for pose in self._ends(x[: self.nq].tolist())]
+        found = []
+        for k, radius in enumerate(self.cables):
+            one, other = ends[2 * k : 2 * k + 2]
+            length = float(np.linalg.norm(other - one))
+            along = (other - one) / length
+            across = np.linalg.svd(along[None])[2][1:]
+            turn = np.column_stack([across[0], np.cross(along, across[0]), along])
+            found.append(Solid(Capsule(float(radius), length), turn, (one + other) / 2))
+        return found
+
+    def _of_bodies(self, x: Array) -> list[Solid]:
         return [
             Solid(
                 shape,

@@ -109,6 +109,7 @@ def _kinds_of(cases: Cases, scenario: str) -> list[str]:
         "mode skipped": name not in machines.WALKS,
         "parameter": name in machines.WALKS or not judge.knows,
         "limit passed": name in machines.WALKS or not judge.knows,
+        "workspace left": name in machines.WALKS or not judge.knows,
         "string in compression": name != "two_cranes",
         "obstacle": not case.problem.world.obstacles,
     }
