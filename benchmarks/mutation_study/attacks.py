@@ -49,6 +49,6 @@ def made(cases: Cases, scenario: str, kind: str, seed: int, number: int) -> Reco
     if fault is None:
         return None
     said, failed, seconds = answer(fault.problem, fault.motion)
-    machine, verdict = case.problem.machine.name, fault.verdict
+    machine, verdict = fault.problem.machine.name, fault.verdict
     why = (fault.what, verdict.truth, verdict.why)
     return Record(number, machine, kind, case.name, *why, said, failed, round(seconds, 4))

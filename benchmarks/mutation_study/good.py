@@ -15,8 +15,8 @@ from kinolab.runs import read_run
 from kinolab.trajectory import Trajectory
 
 from .faults import Case, Fault, Generator
-from .judge import DEFECT, Verdict, graded, worst
-from .machines import ANYWHERE, EMPTY
+from .judge import DEFECT, WALKS, Verdict, graded, worst
+from .machines import ANYWHERE, EMPTY, hopped
 from .worlds import like
 
 Good: TypeAlias = Callable[[Case, Generator], Fault | None]
@@ -169,6 +169,11 @@ def made_by_the_judge(case: Case, generator: Generator) -> Fault | None:
     return Fault(problem, motion, Verdict("true", "made by the judge"), f"from row {first}")
 
 
+def hops(case: Case, generator: Generator) -> Fault | None:
+    """Let a hopper hop by closed forms, as it does in tests of modes."""
+    return hopped(generator, skips=False) if case.problem.machine.name in WALKS else None
+
+
 def rewritten(case: Case, _generator: Generator) -> Fault | None:
     """Move the run's folder and write its rows with 17 digits."""
     with tempfile.TemporaryDirectory() as made:
@@ -198,4 +203,5 @@ KINDS: dict[str, Good] = {
     "rows between": divided,
     "made by the judge": made_by_the_judge,
     "17 digits, elsewhere": rewritten,
+    "hops by closed forms": hops,
 }

@@ -16,10 +16,12 @@ from kinolab.problem import PlanningTask
 from kinolab.problem.goal import Goal
 from kinolab.trajectory import Trajectory
 from kinolab.world import World
+from tests.oracles.hopper import Hopper
+from tests.switching_machines import hopper
 
 from . import by_hand
 from .faults import Array, Case, Fault, Generator, Kind
-from .judge import LIMIT, WALKS, Judge, graded, law_of, worst
+from .judge import LIMIT, WALKS, Judge, Verdict, graded, law_of, worst
 from .worlds import like
 
 OFF = 0.01  # share by which a parameter or a gain is off
@@ -29,6 +31,8 @@ FEW_ROWS, STRIDE = 8, 4  # that bodies are followed for, and every so many of th
 BEYOND = (-6.0, -2.0)  # decades of a scale by which a limit is passed
 LACK = (-6.0, -1.0)  # decades of a pull in [N] that a rope lacks
 WEAK = 0.5  # [m/s^2]
+HOPS = 40  # rows of a hopper's motion
+SEEN = 1e-4  # [m] below the ground, or [N] of its pull, from which on a missed change is certain
 ANYWHERE = Goal((), np.zeros(0), np.zeros(0), np.zeros(0, dtype=bool))
 EMPTY = World()
 
@@ -111,9 +115,11 @@ def _one_off(entries: list[Any], generator: Generator, changed: list[str]) -> li
 
 
 def mode(case: Case, generator: Generator) -> Fault | None:
-    """Walk on without noticing that a foot came down: the next steps stand on the wrong foot."""
+    """Walk, or hop, on without noticing that a foot came down, or left the ground."""
     if case.judge.problem.machine.name not in WALKS:
         return None
+    if generator.random() < 0.5:
+        return hopped(generator, skips=True)
     roles = case.motion.x[:, -1]
     changes = np.flatnonzero(np.diff(roles) != 0)
     if not len(changes):
@@ -136,6 +142,55 @@ def mode(case: Case, generator: Generator) -> Fault | None:
     problem = like(case.problem, start=motion.x[0].copy(), goal=ANYWHERE, world=EMPTY)
     verdict = case.judge.rows(motion, range(len(motion.u)))
     return Fault(problem, motion, verdict, f"row {k}: a foot that comes down is not noticed")
+
+
+def hopped(generator: Generator, *, skips: bool) -> Fault | None:
+    """Hop by closed forms, a row at uneven times.
+
+    Args:
+        generator: Draws the height and the times.
+        skips: Whether one landing, or one leaving of the ground, is not noticed: the motion goes on
+            as that of the mode before.
+    """
+    problem, leg = _hopper(), Hopper()
+    x, flies, clock = np.array([generator.uniform(1.0, 1.6), 0.0, 0.0, 0.0]), True, 0.0
+    times = np.concatenate([[0.0], np.cumsum(generator.uniform(0.01, 0.06, HOPS))])
+    until = leg.touch_down(x)  # of the mode's end, from its beginning
+    rows, count, missed = [np.append(x, 1.0)], 0, -1
+    skipped = int(generator.integers(2)) if skips else -1
+    begin = x
+    for row, time in enumerate(times[1:].tolist()):
+        while clock + until <= time and count != skipped:
+            clock, count = clock + until, count + 1
+            end = leg.flight(begin, until) if flies else leg.stance(begin, until)
+            begin, flies = leg.landing(end) if flies else end, not flies
+            until = leg.touch_down(begin) if flies else leg.lift_off(begin)
+        if clock + until <= time and missed < 0:
+            missed = row
+        now = leg.flight(begin, time - clock) if flies else leg.stance(begin, time - clock)
+        rows.append(np.append(now, float(flies)))
+    if skips and missed < 0:
+        return None
+    motion = Trajectory(times, np.array(rows), np.zeros((HOPS, 0)), problem.model.state_names, ())
+    problem = like(problem, start=motion.x[0].copy())
+    if not skips:
+        return Fault(problem, motion, Verdict("true", "closed forms"), "a hopper hops")
+    words = "flies below the ground" if flies else "hangs on the ground"
+    place, _ = leg.foot(motion.x[missed + 1])
+    pull = leg.k * motion.x[missed + 1, 1] - leg.m_f * leg.g
+    sure = place < -SEEN if flies else pull > SEEN
+    return Fault(problem, motion, Verdict("false" if sure else "borderline", words), words)
+
+
+@cache
+def _hopper() -> PlanningTask:
+    table: dict[str, Any] = {
+        "system": hopper(),
+        "start": {"z": 1.2, "mode": 1},
+        "goal": {"z": 1.0},
+        "bounds": {"z": [-9, 9], "s": [-1, 1], "z_dot": [-50, 50], "s_dot": [-200, 200]},
+    }
+    return like(kinolab.load(table), goal=ANYWHERE, world=EMPTY)
 
 
 def limit(case: Case, generator: Generator) -> Fault | None:

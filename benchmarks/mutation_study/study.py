@@ -148,7 +148,7 @@ def _good(cases: Cases, scenario: str, seed: int, number: int) -> Record | None:
     if plan is None:
         return None
     said, failed, seconds = answer(plan.problem, plan.motion)
-    machine, verdict = case.problem.machine.name, plan.verdict
+    machine, verdict = plan.problem.machine.name, plan.verdict
     why = (plan.what, verdict.truth, verdict.why)
     return Record(number, machine, kind, case.name, *why, said, failed, round(seconds, 4))
 
