@@ -27,7 +27,7 @@ def answer(problem: PlanningTask, motion: Trajectory) -> tuple[str, tuple[str, .
     try:
         certificate = verify(problem, motion)
     except KinolabError as error:  # a refusal in words
-        found = REFUSED, (f"{type(error).__name__}: {error}",)
+        found: tuple[str, tuple[str, ...]] = REFUSED, (f"{type(error).__name__}: {error}",)
     except Exception as error:  # what a verifier may never do
         found = RAISED, (f"{type(error).__name__}: {error}",)
     else:

@@ -283,7 +283,7 @@ def walked(x: Array, u: Array, duration: float, *, lands: bool = True) -> Array:
         duration: In [s].
         lands: Whether a foot that comes down is noticed.
     """
-    sides = ("left", "right")
+    sides: tuple[biped.Side, biped.Side] = ("left", "right")
     robot = biped.Biped(h=0.0, L_1=LEG, L_2=LEG, sense=-1)
     turn = np.array([1.0, 1.0, 1.0, -1.0, -1.0, -1.0, -1.0])
     x, left, own = np.array(x, dtype=float), duration, [0, 1, 3, 4, 5, 6, 7]

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from kinolab.dynamics.lagrange.energies import kinetic_energy, loads, potential_energy
 from kinolab.dynamics.lagrange.equations import acceleration_of
+from kinolab.dynamics.language.constraints import VelocityConstraint
 from kinolab.dynamics.language.frames import time_derivative
 from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.language.mechanism_parts import tangent_symbols
@@ -37,7 +38,7 @@ def slope_of(system: Mechanism, values: Mapping[str, float], states: Sequence[st
     named = {p: values[p.name] for p in system.parameters}
     v = tangent_symbols(system)
     a = [acceleration_of(rate) for rate in v]
-    held = [constraint.velocity for constraint in system.constraints]
+    held = [c.velocity for c in system.constraints if isinstance(c, VelocityConstraint)]
     multipliers = sympy.symbols(f"multiplier_:{len(held)}", real=True)
     q, u = list(system.coordinates), [entry.symbol for entry in system.inputs]
     motion = _balance(system, v, a, held, multipliers)

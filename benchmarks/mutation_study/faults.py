@@ -22,6 +22,7 @@ Array: TypeAlias = NDArray[np.float64]
 Generator: TypeAlias = np.random.Generator
 
 SMALLEST, LARGEST = 1e-4, 1.0  # of a scale
+NEAR = 1e-4  # of a scale: where a plan ends, by two integrators
 COARSER = 1e3  # tolerances of whole motions against those of single intervals
 
 
@@ -54,13 +55,22 @@ class Case:
     def chained(self) -> Array:
         """States at all rows by the judge's own integration from the start, (N + 1, nx).
 
-        Less sharp than intervals are judged: ends of motions are asked for in hundredths of a
-        tolerance.
+        A law gives the inputs, where there is one. Less sharp than intervals are judged, as ends of
+        motions are asked for in hundredths of a tolerance; where that is not near the plan's end,
+        since errors grow, as sharp.
         """
-        motion, states = self.motion, [np.array(self.problem.start, dtype=float)]
+        states = self._followed(COARSER)
+        if float(self.judge.apart(states[-1], self.motion.x[-1]).max()) < NEAR:
+            return states
+        return self._followed(1.0)
+
+    def _followed(self, coarser: float) -> Array:
+        motion, law = self.motion, self.judge.law
+        states = [np.array(self.problem.start, dtype=float)]
         for k in range(self.steps):
+            u = motion.u[k] if law is None else law(states[-1], motion.references[k])
             span = float(motion.t[k + 1] - motion.t[k])
-            states.append(self.judge.after(states[-1], motion.u[k], span, COARSER))
+            states.append(self.judge.after(states[-1], u, span, coarser))
         return np.array(states)
 
 

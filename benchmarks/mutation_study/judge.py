@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
-from kinolab.dynamics import force_of
+from kinolab.dynamics import Feedback, force_of
 from kinolab.problem import PlanningTask
 from kinolab.trajectory import Trajectory
 
@@ -271,7 +271,7 @@ def law_of(
         change: Applied to the list of the inputs' expressions.
     """
     feedback = problem.system.feedback
-    if feedback is None:
+    if not isinstance(feedback, Feedback):  # a regulator is designed before it is one
         return None
     plant = problem.model.plant
     named = dict(feedback.law)
@@ -280,7 +280,8 @@ def law_of(
     values = {p: problem.system.parameter_values[p.name] for p in problem.system.parameters}
     references = [reference.symbol for reference in feedback.references]
     free = sorted(set().union(*(e.free_symbols for e in law)) - set(values), key=str)
-    places, plain = [], []
+    places: list[tuple[str, int]] = []
+    plain: list[sympy.Symbol] = []
     for symbol in free:
         if symbol in references:
             places.append(("r", references.index(symbol)))
@@ -293,6 +294,6 @@ def law_of(
 
     def law_at(x: Array, r: Array) -> Array:
         arguments = [x[i] if kind == "x" else r[i] for kind, i in places]
-        return np.clip(np.array(compute(*arguments), dtype=float), lower, upper)
+        return np.asarray(np.clip(np.array(compute(*arguments), dtype=float), lower, upper))
 
     return law_at

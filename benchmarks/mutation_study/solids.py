@@ -79,11 +79,9 @@ class Solid:
                 out = p - axis
                 near = axis + out * min(1.0, shape.radius / max(float(np.linalg.norm(out)), 1e-300))
             case _:
-                half = (shape.length if isinstance(shape, Cylinder) else shape.thickness) / 2
+                end = (shape.length if isinstance(shape, Cylinder) else shape.thickness) / 2
                 rho = max(float(np.hypot(p[0], p[1])), 1e-300)
-                near = np.array(
-                    [*(p[:2] * min(1.0, shape.radius / rho)), np.clip(p[2], -half, half)]
-                )
+                near = np.array([*(p[:2] * min(1.0, shape.radius / rho)), np.clip(p[2], -end, end)])
         return np.asarray(self.turn @ near + self.centre)
 
     def inner(self, generator: np.random.Generator) -> Array:

@@ -12,10 +12,11 @@ from pathlib import Path
 
 import numpy as np
 
-from . import good, machines
+from . import good
 from .attacks import KINDS, answer, made
 from .cases import Cases
 from .files import edited
+from .judge import WALKS
 from .plans import SCENARIOS, seed_of
 from .records import Record
 
@@ -106,10 +107,10 @@ def _kinds_of(cases: Cases, scenario: str) -> list[str]:
         "reference": not case.motion.reference_names,
         "gain": judge.law is None or not judge.knows,
         "quaternion": not judge.attitudes,
-        "mode skipped": name not in machines.WALKS,
-        "parameter": name in machines.WALKS or not judge.knows,
-        "limit passed": name in machines.WALKS or not judge.knows,
-        "workspace left": name in machines.WALKS or not judge.knows,
+        "mode skipped": name not in WALKS,
+        "parameter": name in WALKS or not judge.knows,
+        "limit passed": name in WALKS or not judge.knows,
+        "workspace left": name in WALKS or not judge.knows,
         "string in compression": name != "two_cranes",
         "obstacle": not case.problem.world.obstacles,
     }

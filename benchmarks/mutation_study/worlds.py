@@ -12,7 +12,7 @@ from kinolab.problem import PlanningTask
 from kinolab.world import World
 from kinolab.world.obstacle import Obstacle, box_obstacle
 
-from .faults import Array, Case, Fault, Generator, Kind
+from .faults import NEAR, Array, Case, Fault, Generator, Kind
 from .judge import Verdict
 from .solids import Solid, Still, nearest_pair
 
@@ -41,7 +41,8 @@ def goal(case: Case, generator: Generator) -> Fault | None:
         return None
     count = len(wanted.indices)
     i = int(generator.integers(count + len(wanted.attitudes) + len(wanted.directions)))
-    verdict = Verdict("false", f"{MISSED} tolerances from the goal")
+    far = float(case.judge.apart(final, case.motion.x[-1]).max()) > NEAR
+    verdict = Verdict("borderline" if far else "false", f"{MISSED} tolerances from the goal")
     if i < count:
         targets, sign = np.array(wanted.targets), generator.choice([-1.0, 1.0])
         targets[i] = final[wanted.indices[i]] + sign * MISSED * wanted.tolerances[i]
@@ -50,19 +51,18 @@ def goal(case: Case, generator: Generator) -> Fault | None:
     elif i < count + len(wanted.attitudes):
         one = wanted.attitudes[i - count]
         turn = _turn(generator, min(MISSED * one.tolerance, np.pi))
-        target = (Rotation.from_quat(final[one.entries]) * turn).as_quat()
+        x, y, z, w = map(float, (Rotation.from_quat(final[one.entries]) * turn).as_quat())
         rest = [other for other in wanted.attitudes if other is not one]
-        there = replace(one, target=tuple(float(c) for c in target))
-        moved = replace(wanted, attitudes=(*rest, there))
+        moved = replace(wanted, attitudes=(*rest, replace(one, target=(x, y, z, w))))
         what = f"the attitude {one.name} of the goal is missed"
     else:
         axis = wanted.directions[i - count - len(wanted.attitudes)]
         seen = case.bodies.poses(final)[axis.body][:3, :3] @ np.array(axis.axis)
         aside = np.cross(seen, generator.normal(size=3))
         turn = Rotation.from_rotvec(MISSED * axis.tolerance * aside / np.linalg.norm(aside))
-        rest = [other for other in wanted.directions if other is not axis]
-        there = replace(axis, target=tuple(float(c) for c in turn.apply(seen)))
-        moved = replace(wanted, directions=(*rest, there))
+        aims = [other for other in wanted.directions if other is not axis]
+        x, y, z = map(float, turn.apply(seen))
+        moved = replace(wanted, directions=(*aims, replace(axis, target=(x, y, z))))
         what = "the direction of the goal is missed"
     return Fault(like(case.problem, goal=moved), case.motion, verdict, what)
 
