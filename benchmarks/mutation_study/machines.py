@@ -30,6 +30,7 @@ SAMPLES = 200  # of an interval, for limits and pulls
 FEW_ROWS, STRIDE = 8, 4  # that bodies are followed for, and every so many of their samples
 BEYOND = (-6.0, -2.0)  # decades of a scale by which a limit is passed
 LACK = (-6.0, -1.0)  # decades of a pull in [N] that a rope lacks
+DEPTHS = (-4.0, -2.0)  # decades in [m] by which parts overlap
 WEAK = 0.5  # [m/s^2]
 HOPS = 40  # rows of a hopper's motion
 SEEN = 1e-4  # [m] below the ground, or [N] of its pull, from which on a missed change is certain
@@ -310,6 +311,31 @@ def compressed(case: Case, generator: Generator) -> Fault | None:
     return Fault(alone, motion, verdict, f"a rope pushes by {-least:.3g} N")
 
 
+def touching(case: Case, generator: Generator) -> Fault | None:
+    """Let the trolleys of two cranes meet and part again between two rows, by a millimetre or so.
+
+    Their centres are g - 2 v t + a t^2 apart under accelerations of a / 2 each, and least so by
+    v^2 / a; both are 0.8 m long.
+    """
+    if case.problem.machine.name != "two_cranes":
+        return None
+    problem = like(case.problem, goal=ANYWHERE, world=EMPTY)
+    judge, deep = Judge(problem), float(10 ** generator.uniform(*DEPTHS))
+    v, a = generator.uniform(0.1, 0.5), generator.uniform(0.6, 1.6)
+    apart = 0.8 - deep + v**2 / a
+    x = np.array(problem.start)
+    for name, value in (("x_a", 5.0), ("x_b", 5.0 + apart), ("l_a", 2.0), ("l_b", 4.0)):
+        x[judge.states.index(name)] = value
+    x[judge.states.index("x_a_dot")], x[judge.states.index("x_b_dot")] = v, -v
+    u, span = np.array([-a / 2, 0.0, a / 2, 0.0]), 2 * v / a
+    states = np.array([x, judge.after(x, u, span)])
+    motion = Trajectory(
+        np.array([0.0, span]), states, u[None], judge.states, problem.model.control_names
+    )
+    verdict = Verdict("false", f"the trolleys overlap by {1000 * deep:.3g} mm")
+    return Fault(like(problem, start=x), motion, verdict, f"trolleys {1000 * deep:.3g} mm too near")
+
+
 def _pull(judge: Judge, x: Array, u: Array, span: float) -> float:
     """Return the least pull of the first crane's rope in an interval in [N]."""
     seen = judge.between(x, u, span, SAMPLES)
@@ -332,4 +358,5 @@ KINDS: dict[str, Kind] = {
     "limit passed": limit,
     "workspace left": room,
     "string in compression": compressed,
+    "own parts touch": touching,
 }

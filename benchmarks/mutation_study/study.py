@@ -112,6 +112,7 @@ def _kinds_of(cases: Cases, scenario: str) -> list[str]:
         "limit passed": name in WALKS or not judge.knows,
         "workspace left": name in WALKS or not judge.knows,
         "string in compression": name != "two_cranes",
+        "own parts touch": name != "two_cranes",
         "obstacle": not case.problem.world.obstacles,
     }
     return [kind for kind in KINDS if not cannot.get(kind, False)]
