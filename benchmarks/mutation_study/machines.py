@@ -314,20 +314,20 @@ def compressed(case: Case, generator: Generator) -> Fault | None:
 def touching(case: Case, generator: Generator) -> Fault | None:
     """Let the trolleys of two cranes meet and part again between two rows, by a millimetre or so.
 
-    Their centres are g - 2 v t + a t^2 apart under accelerations of a / 2 each, and least so by
-    v^2 / a; both are 0.8 m long.
+    Their centres are g - 2 v t + a t^2 apart under accelerations of a each, and least so, by
+    v^2 / a less, halfway; both are 0.8 m long.
     """
     if case.problem.machine.name != "two_cranes":
         return None
     problem = like(case.problem, goal=ANYWHERE, world=EMPTY)
     judge, deep = Judge(problem), float(10 ** generator.uniform(*DEPTHS))
-    v, a = generator.uniform(0.1, 0.5), generator.uniform(0.6, 1.6)
+    v, a = generator.uniform(0.1, 0.5), generator.uniform(0.5, 1.0)
     apart = 0.8 - deep + v**2 / a
     x = np.array(problem.start)
     for name, value in (("x_a", 5.0), ("x_b", 5.0 + apart), ("l_a", 2.0), ("l_b", 4.0)):
         x[judge.states.index(name)] = value
     x[judge.states.index("x_a_dot")], x[judge.states.index("x_b_dot")] = v, -v
-    u, span = np.array([-a / 2, 0.0, a / 2, 0.0]), 2 * v / a
+    u, span = np.array([-a, 0.0, a, 0.0]), 2 * v / a
     states = np.array([x, judge.after(x, u, span)])
     motion = Trajectory(
         np.array([0.0, span]), states, u[None], judge.states, problem.model.control_names
