@@ -14,7 +14,7 @@ import numpy as np
 from kinolab.runs import read_run
 from kinolab.trajectory import Trajectory
 
-from .faults import Case, Fault, Generator
+from .faults import NEAR, Case, Fault, Generator
 from .judge import DEFECT, WALKS, Verdict, graded, worst
 from .machines import ANYWHERE, EMPTY, hopped
 from .worlds import like
@@ -92,6 +92,8 @@ def nearly_missed(case: Case, generator: Generator) -> Fault | None:
     """Move one target of the goal until the plan ends at 0.99 tolerances from it."""
     wanted, final = case.problem.goal, case.chained[-1]
     if not wanted.indices or wanted.norm != "max" or not np.isfinite(final).all():
+        return None
+    if float(case.judge.apart(final, case.motion.x[-1]).max()) > NEAR:
         return None
     i, sign = int(generator.integers(len(wanted.indices))), generator.choice([-1.0, 1.0])
     targets = np.array(wanted.targets)
