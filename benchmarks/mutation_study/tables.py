@@ -105,7 +105,7 @@ def let_in(files: Sequence[Record]) -> list[Record]:
 def wrong(false: Sequence[Record], good: Sequence[Record]) -> list[str]:
     """Return a line for each false plan that was accepted and each good one that was refused."""
     bad = [record for record in false if record.wrong]
-    bad += [record for record in good if record.answer != ACCEPTED or record.truth != "true"]
+    bad += [record for record in good if record.answer != ACCEPTED or record.truth == "false"]
     return [
         f"- {one.number}, {one.plan}, {one.kind}: {one.what}; the judge: {one.truth} ({one.why});"
         f" the verifier: {one.answer} ({', '.join(one.checks)})"

@@ -36,13 +36,15 @@ def like(problem: PlanningTask, **changes: Any) -> PlanningTask:
 
 def goal(case: Case, generator: Generator) -> Fault | None:
     """Move one target of the goal away from where the plan ends, by 1.01 tolerances."""
-    wanted, final = case.problem.goal, case.chained[-1]
+    known = case.judge.knows
+    wanted, final = case.problem.goal, case.chained[-1] if known else case.motion.x[-1]
     if not np.isfinite(final).all():
         return None
     count = len(wanted.indices)
     i = int(generator.integers(count + len(wanted.attitudes) + len(wanted.directions)))
     far = float(case.judge.apart(final, case.motion.x[-1]).max()) > NEAR
-    verdict = Verdict("borderline" if far else "false", f"{MISSED} tolerances from the goal")
+    truth = ("borderline" if far else "false") if known else "unknown"
+    verdict = Verdict(truth, f"{MISSED} tolerances from the goal")
     if i < count:
         targets, sign = np.array(wanted.targets), generator.choice([-1.0, 1.0])
         targets[i] = final[wanted.indices[i]] + sign * MISSED * wanted.tolerances[i]
