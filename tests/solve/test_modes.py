@@ -10,6 +10,7 @@ import pytest
 
 import kinolab
 from kinolab.errors import InputError
+from kinolab.trajectory import Trajectory
 from kinolab.verification import verify
 from tests.oracles.hopper import Hopper
 
@@ -110,6 +111,23 @@ def test_a_plan_that_breaks_its_transitions_is_refused(
     false = replace(plan.trajectory, x=x)
     certificate = verify(problem, false)
     assert not certificate.passed
+
+
+@pytest.mark.parametrize("z_dot", [-1.0, 1.0])
+def test_a_flight_by_the_closed_form_is_no_more_sensitive_than_it_is(
+    problem: kinolab.Problem, z_dot: float
+) -> None:
+    """An error of the start turns with the leg's swing, and grows by no more than its stretch."""
+    start = {"start.mode": 1, "start.z": 1.4, "start.s": 0.0, "start.z_dot": z_dot}
+    flying = problem.replace({**start, "goal.tolerance": 5.0})
+    t = np.linspace(0.0, 0.1, 6)
+    x = np.array([[*Hopper().flight(flying.start[:4], time), 1.0] for time in t.tolist()])
+    motion = Trajectory(t, x, np.zeros((5, 1)), flying.model.state_names, ("leg",))
+    certificate = verify(flying, motion)
+    assert certificate.passed, str(certificate)
+    growth = next(check.value for check in certificate.checks if check.name == "error growth")
+    w = np.sqrt(2000.0 * 9.0 / 8.0)  # of the stretch; scales: 8 m/s and 20 m/s of rates, else 1
+    assert growth < w
 
 
 def test_planners_that_steer_or_optimise_refuse(problem: kinolab.Problem) -> None:

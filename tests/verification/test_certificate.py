@@ -16,7 +16,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.special import ellipk
 
-from kinolab.dynamics import Body, Drive, Sphere, System, length, move
+from kinolab.dynamics import Body, Drive, Sphere, System, length, move, require
 from kinolab.dynamics.language.json.machine_file import machine_to_json
 from kinolab.errors import InputError
 from kinolab.problem import PlanningTask
@@ -268,6 +268,63 @@ def test_a_limit_that_is_passed_between_two_knots_only_fails(tmp_path: Path) -> 
     certificate = verify(problem, rolling([-1.0, 0, 0, 0, 0, 4.0], [back, 0], 1, step=1.0))
     assert failed(certificate) == {"limits"}
     assert time_in(detail(certificate, "limits")) == pytest.approx(0.5, abs=0.02)
+
+
+@pytest.mark.parametrize(("room", "passes"), [(-1e-6, False), (1e-6, True)])
+def test_a_limit_that_is_passed_by_a_millionth_between_two_samples_fails(
+    tmp_path: Path, room: float, passes: bool
+) -> None:
+    """The coin turns on the spot by t - t^2: at most 1/4 rad, and no sample is at t = 1/2."""
+    problem = problem_of(
+        tmp_path,
+        OPEN,
+        "start.psi_dot=1",
+        f"bounds.psi=[-1, {0.25 + room}]",
+        "goal={ y = 0, tolerance = 1 }",
+    )
+    turn = rolling([-1.0, 0, 0, 0, 1.0, 0], [0, -2 * COIN.diametral], 1, step=1.1)
+    certificate = verify(problem, turn)
+    assert failed(certificate) == (set() if passes else {"limits"})
+    if not passes:
+        words = detail(certificate, "limits")
+        assert "psi is 0.25," in words
+        assert time_in(words) == pytest.approx(0.5, abs=1e-4)
+
+
+def test_a_limit_that_is_passed_just_after_an_input_changed_fails(lane: PlanningTask) -> None:
+    """The coin turns on by w for a second, then by w s - s^2 / 2: highest at s = w, by w^2 / 2."""
+    torques: Array = np.array([[0.0, 0.0], [0.0, -COIN.diametral]])
+    for w in np.linspace(1e-3, 2e-2, 40):  # [rad/s]: at, before and behind samples
+        start = np.array([-1.0, 0, 0, 0, w, 0])
+        turn = coin_motion(start.tolist(), np.array([0.0, 1.0, 2.0]), torques)
+        for share, passes in ((0.9, False), (1.1, True)):
+            bounds = lane.bounds.copy()
+            bounds[2] = -1.0, w + share * w**2 / 2
+            certificate = verify(replace(lane, start=start, bounds=bounds), turn)
+            assert ("limits" not in failed(certificate)) == passes, f"w = {w}, share {share}"
+
+
+@pytest.mark.parametrize(("room", "passes"), [(-1e-6, False), (1e-6, True)])
+def test_a_requirement_that_is_broken_by_a_millionth_between_two_samples_fails(
+    tmp_path: Path, room: float, passes: bool
+) -> None:
+    """A lift rises by t - t^2 m, at most by 1/4 m, where a little less or more is required."""
+    z = length("z", -1, 1, speed=2.0)
+    lift = System(
+        "lift",
+        bodies=[Body("cabin", move(0, 0, z), mass=1.0, shape=Sphere(0.1))],
+        inputs=[Drive("lift", on=z, limit=3.0)],
+        requirements=[require(0.25 + room - z, "room above")],
+    )
+    (tmp_path / "lift.json").write_text(machine_to_json(lift))
+    text = 'schema = 1\ntitle = "A lift"\n[system]\nfile = "lift.json"\n[goal]\nz = 0.0\n'
+    problem = problem_of(tmp_path, text, "start={ z_dot = 1 }", "goal.tolerance=1")
+    x = np.array([[0.0, 1.0], [1.1 - 1.1**2, 1 - 2.2]])
+    motion = Trajectory(np.array([0.0, 1.1]), x, np.array([[-2.0]]), *_names(problem))
+    certificate = verify(problem, motion)
+    assert failed(certificate) == (set() if passes else {"requirements"})
+    if not passes:
+        assert "room above: short by 1e-06" in detail(certificate, "requirements")
 
 
 # --- contact ---

@@ -191,6 +191,23 @@ class PlanningTask:
                 outside = outside | ~(cone.angle(frames) >= cone.half_angle - LIMIT_TOLERANCE)
         return outside
 
+    def limit_excess(self, x: Array) -> Array:
+        """Return by how much states (m, nx) pass each limit, shape (m, limits): negative inside.
+
+        Each in its own unit, and minus infinity where there is no limit.
+        """
+        passed = [_excess(x, self.bounds)]
+        if np.isfinite(self.rate_bounds).any():
+            passed.append(_excess(self.model.velocity(x), self.rate_bounds))
+        if self.world.bounds or self.keep_outs:
+            frames = self.model.frames(x)
+            for axis, limits in self.world.bounds.items():
+                place = frames[:, :, "xyz".index(axis) * 4 + 3]
+                passed.append(_excess(place, np.array([limits])))
+            cones = [cone.half_angle - cone.angle(frames) for cone in self.keep_outs]
+            passed += [angle[:, None] for angle in cones]
+        return np.hstack(passed)
+
     def outside_world(self, frames: Array) -> Iterator[tuple[str, float, float, float]]:
         """Yield violations of workspace and keep-out cones: (name, value, lower, upper).
 
@@ -473,6 +490,12 @@ class PlanningTask:
         for own in self.model.space.quaternions:
             bounds[own] = -1.0, 1.0
         return bounds
+
+
+def _excess(values: Array, limits: Array) -> Array:
+    """Return by how much values (m, n) pass limits (n, 2), shape (m, n): negative inside."""
+    passed: Array = np.maximum(values - limits[:, 1], limits[:, 0] - values)
+    return passed
 
 
 def _outside(values: Array, limits: Array) -> NDArray[np.bool_]:

@@ -324,6 +324,7 @@ def trajectory_under(model: Model, t: Array, x: Array, u: Array) -> Trajectory:
 def perturbed_start(problem: PlanningTask, start: Array) -> Array:
     """Return a perturbed start, shape (nx,), to measure error amplification; deterministic."""
     nudge = np.random.default_rng(0).normal(size=problem.model.nx)
+    nudge[_mode_of(problem)] = 0.0  # a machine is in a mode, and not near one
     nudge *= PERTURBATION / np.linalg.norm(nudge)
     beside: Array = start + nudge * problem.scales
     return beside
@@ -338,5 +339,13 @@ def error_amplification(problem: PlanningTask, states: Array, beside: Array) -> 
         beside: Motion from ``perturbed_start``, shape (N+1, nx).
     """
     with np.errstate(over="ignore", invalid="ignore"):  # infinite where the motion diverges
-        apart = np.linalg.norm((beside - states) / problem.scales, axis=1).max() / PERTURBATION
+        gap = (beside - states) / problem.scales
+        gap[:, _mode_of(problem)] = 0.0
+        apart = np.linalg.norm(gap, axis=1).max() / PERTURBATION
     return float(apart) if np.isfinite(apart) else np.inf
+
+
+def _mode_of(problem: PlanningTask) -> slice:
+    """Return the entry of the state that says in which mode a machine is: none, or the last."""
+    nx = problem.model.nx
+    return slice(nx - 1, nx) if problem.machine.modes else slice(nx, nx)

@@ -1,0 +1,1 @@
+"""False plans for the verifier to refuse, and good ones to accept, judged by others."""
