@@ -1,0 +1,13 @@
+"""Kinds of faults for ``benchmarks/faults.py``, and how their outcomes are judged from outside."""
+
+from fault_kinds import clocks, crashes, crowds, damaged_caches, hostile_files, kills, storage
+
+KINDS = (
+    *damaged_caches.KINDS,
+    *kills.KINDS,
+    *storage.KINDS,
+    *crowds.KINDS,
+    *clocks.KINDS,
+    *crashes.KINDS,
+    *hostile_files.KINDS,
+)

@@ -1,0 +1,217 @@
+"""Caches that were damaged: bytes, lengths, places and kinds of their files."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import random
+import shutil
+from pathlib import Path
+
+from fault_kinds.storage import as_nobody
+from fault_kinds.workshop import PLAN, Kind, Verdict, Workshop, remove
+
+SEAL = 32  # bytes of a checksum after the first line
+DAMAGES = (
+    "a flipped bit", "bytes changed", "cut short", "empty", "garbage", "longer", "zeros", "another's",
+    "a folder", "a folder with something in it", "a link to nowhere", "a link in a ring", "a pipe",
+    "gone", "forbidden",
+)  # fmt: skip
+COMPILED = (".nbi", ".nbc")
+CACHES = ("cache", "numba")
+
+
+class Pristine:
+    """What the caches are, so that they can be made so again."""
+
+    def __init__(self, shop: Workshop) -> None:
+        self._place, self._copies = shop.place, shop.place / "pristine"
+        remove(self._copies)
+        for name in CACHES:
+            shutil.copytree(self._place / name, self._copies / name)
+        self.files = {
+            str(path.relative_to(self._copies)): _stamp(path)
+            for path in self._copies.rglob("*")
+            if path.is_file()
+        }
+
+    def restore(self) -> None:
+        """Undo what was done to the caches."""
+        for name in CACHES:
+            for path in sorted((self._place / name).rglob("*"), reverse=True):
+                told = str(path.relative_to(self._place))
+                plain = path.is_file() and not path.is_symlink()
+                if told not in self.files and (plain or not path.is_dir() or path.is_symlink()):
+                    path.unlink()
+                elif told in self.files and not (plain and _stamp(path) == self.files[told]):
+                    remove(path)
+        for told in self.files:
+            path = self._place / told
+            if not path.exists():
+                path.parent.mkdir(parents=True, exist_ok=True)
+                shutil.copy2(self._copies / told, path)
+
+    def entries(self, compiled: bool) -> list[str]:
+        """Return the entries of numba's cache, or of the others."""
+        return sorted(
+            t for t in self.files if t.endswith(COMPILED) == compiled and ".lock" not in t
+        )
+
+
+_pristine: dict[Path, Pristine] = {}
+
+
+def _stamp(path: Path) -> tuple[int, int, int]:
+    about = path.stat()
+    return about.st_size, about.st_mtime_ns, about.st_mode
+
+
+def pristine(shop: Workshop) -> Pristine:
+    """Return what the caches are, complete for the command that reads them."""
+    if shop.place not in _pristine:
+        shop.done(1)
+        _pristine[shop.place] = Pristine(shop)
+    return _pristine[shop.place]
+
+
+def damage(path: Path, how: str, other: Path, rng: random.Random) -> None:
+    """Damage a file."""
+    content = bytearray(path.read_bytes())
+    if how == "a flipped bit" and content:
+        content[rng.randrange(len(content))] ^= 1 << rng.randrange(8)
+    elif how == "bytes changed" and content:
+        for _ in range(rng.randint(1, 50)):
+            content[rng.randrange(len(content))] = rng.randrange(256)
+    elif how == "cut short":
+        del content[rng.randrange(len(content) + 1) :]
+    elif how == "empty":
+        content.clear()
+    elif how == "garbage":
+        content = bytearray(rng.randbytes(rng.choice((1, 30, 1000, 100_000))))
+    elif how == "longer":
+        content += rng.randbytes(rng.randint(1, 1000))
+    elif how == "zeros":
+        content = bytearray(len(content))
+    elif how == "another's":
+        content = bytearray(other.read_bytes())
+    path.unlink()
+    if how.startswith("a folder"):
+        path.mkdir()
+        if "something" in how:
+            (path / "inside").write_text("mine")
+    elif how == "a link to nowhere":
+        path.symlink_to("nowhere")
+    elif how == "a link in a ring":
+        path.symlink_to(path.name)
+    elif how == "a pipe":
+        os.mkfifo(path)
+    elif how != "gone":
+        path.write_bytes(content)
+        if how == "forbidden":
+            path.chmod(0)
+
+
+def _rebuilt(path: Path) -> bool:
+    """Say whether an entry is whole, by its own checksum."""
+    if not path.is_file():
+        return False
+    _, _, rest = path.read_bytes().partition(b"\n")
+    return hashlib.sha256(rest[SEAL:]).digest() == rest[:SEAL]
+
+
+def _strike(shop: Workshop, rng: random.Random, compiled: bool) -> Verdict:
+    caches = pristine(shop)
+    entries = caches.entries(compiled)
+    if compiled:  # what Python calls is read first, what is linked into it where that is damaged
+        called = [entry for entry in entries if ".sealed." in entry]
+        struck = [rng.choice(called)] + (rng.sample(entries, 3) if rng.random() < 0.3 else [])
+    else:
+        struck = rng.sample(entries, rng.choice((1, 1, 1, 2, len(entries))))
+    how = rng.choice(DAMAGES)
+    verdict = Verdict(f"{how}: {', '.join(struck)}")
+    folder = shop.empty("damaged")
+    try:
+        for told in dict.fromkeys(struck):
+            path = shop.place / told
+            alike = [entry for entry in entries if Path(entry).suffix == path.suffix]
+            damage(path, how, caches._copies / rng.choice(alike), rng)
+        prepare = None
+        if how == "forbidden":
+            for told in (*CACHES, *{str(Path(one).parent) for one in caches.files}):
+                (shop.place / told).chmod(0o777)
+            shop.place.chmod(0o777)
+            prepare = as_nobody
+        words = [*PLAN, "--seed", "1", "--out", folder]
+        ended = shop.run(*words, prepare=prepare)
+        verdict.seconds = ended.seconds
+        verdict.heard(ended, [0])
+        verdict.files(folder, settled=True)
+        shop.compare(verdict, folder, 1)
+        read = [told for told in struck if "linked" not in told and _is_read(told)]
+        for told in read if how not in ("a folder with something in it", "forbidden") else []:
+            if not _rebuilt(shop.place / told):
+                verdict.wrong.append(f"{told} is not rebuilt")
+    finally:
+        caches.restore()
+    return verdict
+
+
+def _is_read(told: str) -> bool:
+    """Say whether a plan is sure to read an entry: not what pages or other commands keep."""
+    return told.endswith((".mesh", ".distances"))
+
+
+def damaged_cache(shop: Workshop, rng: random.Random) -> Verdict:
+    """Damage machines, meshes, grids and records that are kept."""
+    return _strike(shop, rng, compiled=False)
+
+
+def damaged_loops(shop: Workshop, rng: random.Random) -> Verdict:
+    """Damage compiled loops that numba keeps."""
+    return _strike(shop, rng, compiled=True)
+
+
+def strange_cache(shop: Workshop, rng: random.Random) -> Verdict:
+    """Let a cache's folder, or the locks in it, be something else."""
+    caches = pristine(shop)
+    name, how = (
+        rng.choice(CACHES),
+        rng.choice(("a file", "a link to nowhere", "a link in a ring", "locks")),
+    )
+    verdict = Verdict(f"the folder {name}: {how}")
+    folder, place = shop.empty("damaged"), shop.place / name
+    try:
+        if how == "locks":
+            for path in (shop.place / "numba").rglob("*.lock"):
+                path.unlink()
+                rng.choice((path.mkdir, lambda path=path: os.mkfifo(path)))()
+            called = [entry for entry in caches.entries(True) if ".sealed." in entry]
+            (shop.place / rng.choice(called)).unlink()
+        else:
+            remove(shop.place / "aside")
+            place.rename(shop.place / "aside")
+            if how == "a file":
+                place.write_text("mine")
+            else:
+                place.symlink_to("nowhere" if "nowhere" in how else name)
+        # Without numba's folder everything is compiled, which takes minutes: a short command will do.
+        words = ["check", shop.copy("damaged")] if name == "cache" or how == "locks" else ["list"]
+        ended = shop.run(*words)
+        verdict.seconds = ended.seconds
+        verdict.heard(ended, [0])
+    finally:
+        if (shop.place / "aside").is_dir():
+            remove(place)
+            (shop.place / "aside").rename(place)
+        for path in (shop.place / "numba").rglob("*.lock"):
+            if not path.is_file() or path.is_symlink():
+                remove(path)
+        caches.restore()
+    return verdict
+
+
+KINDS = (
+    Kind("damaged caches", 1500, damaged_cache, cold=True),
+    Kind("damaged caches of compiled loops", 900, damaged_loops, cold=True),
+    Kind("strange folders of caches", 60, strange_cache, cold=True),
+)
