@@ -34,6 +34,7 @@ class Pristine:
             for path in self._copies.rglob("*")
             if path.is_file()
         }
+        self.read = self._read_by_a_plan(shop)
 
     def restore(self) -> None:
         """Undo what was done to the caches."""
@@ -52,10 +53,38 @@ class Pristine:
                 shutil.copy2(self._copies / told, path)
 
     def entries(self, compiled: bool) -> list[str]:
-        """Return the entries of numba's cache, or of the others."""
-        return sorted(
-            t for t in self.files if t.endswith(COMPILED) == compiled and ".lock" not in t
-        )
+        """Return the entries of numba's cache that a plan reads, or the others that it reads."""
+        return sorted(told for told in self.read if told.endswith(COMPILED) == compiled)
+
+    @property
+    def linked(self) -> list[str]:
+        """What is linked into compiled loops, and read where they are made anew."""
+        return sorted(told for told in self.files if ".linked." in told and told.endswith(COMPILED))
+
+    def _read_by_a_plan(self, shop: Workshop) -> set[str]:
+        log = shop.empty("log")
+
+        def prepare() -> None:
+            from kinolab import files
+
+            read = files.read_ordinary
+
+            def noted(path: Path, most: int) -> bytearray:
+                with log.open("a") as file:
+                    file.write(f"{path}\n")
+                return read(path, most)
+
+            files.read_ordinary = noted
+
+        ended = shop.run(*PLAN, "--seed", "1", "--out", shop.empty("damaged"), prepare=prepare)
+        if ended.code:
+            raise SystemExit(ended.err)
+        places = {Path(line) for line in log.read_text().split("\n") if line}
+        return {
+            str(path.relative_to(self._place))
+            for path in places
+            if path.is_relative_to(self._place) and str(path.relative_to(self._place)) in self.files
+        }
 
 
 _pristine: dict[Path, Pristine] = {}
@@ -122,11 +151,9 @@ def _rebuilt(path: Path) -> bool:
 def _strike(shop: Workshop, rng: random.Random, compiled: bool) -> Verdict:
     caches = pristine(shop)
     entries = caches.entries(compiled)
-    if compiled:  # what Python calls is read first, what is linked into it where that is damaged
-        called = [entry for entry in entries if ".sealed." in entry]
-        struck = [rng.choice(called)] + (rng.sample(entries, 3) if rng.random() < 0.3 else [])
-    else:
-        struck = rng.sample(entries, rng.choice((1, 1, 1, 2, len(entries))))
+    struck = rng.sample(entries, rng.choice((1, 1, 1, 2, 3)))
+    if compiled and rng.random() < 0.3:
+        struck += rng.sample(caches.linked, 3)
     how = rng.choice(DAMAGES)
     verdict = Verdict(f"{how}: {', '.join(struck)}")
     folder = shop.empty("damaged")
@@ -147,18 +174,13 @@ def _strike(shop: Workshop, rng: random.Random, compiled: bool) -> Verdict:
         verdict.heard(ended, [0])
         verdict.files(folder, settled=True)
         shop.compare(verdict, folder, 1)
-        read = [told for told in struck if "linked" not in told and _is_read(told)]
-        for told in read if how not in ("a folder with something in it", "forbidden") else []:
+        read = [told for told in struck if told in caches.read]
+        for told in read if how != "a folder with something in it" else []:
             if not _rebuilt(shop.place / told):
                 verdict.wrong.append(f"{told} is not rebuilt")
     finally:
         caches.restore()
     return verdict
-
-
-def _is_read(told: str) -> bool:
-    """Say whether a plan is sure to read an entry: not what pages or other commands keep."""
-    return told.endswith((".mesh", ".distances"))
 
 
 def damaged_cache(shop: Workshop, rng: random.Random) -> Verdict:
@@ -185,8 +207,7 @@ def strange_cache(shop: Workshop, rng: random.Random) -> Verdict:
             for path in (shop.place / "numba").rglob("*.lock"):
                 path.unlink()
                 rng.choice((path.mkdir, lambda path=path: os.mkfifo(path)))()
-            called = [entry for entry in caches.entries(True) if ".sealed." in entry]
-            (shop.place / rng.choice(called)).unlink()
+            (shop.place / rng.choice(caches.entries(True))).unlink()
         else:
             remove(shop.place / "aside")
             place.rename(shop.place / "aside")

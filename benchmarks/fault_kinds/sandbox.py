@@ -193,7 +193,8 @@ def _become(
         from kinolab.cli import main
         from kinolab.cli.interrupts import INTERRUPTS
 
-        INTERRUPTS.is_writing = mmap.mmap(-1, 1)  # shared with its own child alone
+        # What it shares with its own child, it shares with no other command.
+        INTERRUPTS.is_writing, INTERRUPTS.shares_fate = mmap.mmap(-1, 1), mmap.mmap(-1, 1)
         sys.argv = ["plan", *(os.fsdecode(word) for word in arguments)]
         if prepare:
             prepare()
