@@ -69,7 +69,7 @@ def begun(place: Path) -> Workshop:
 
 def warmed(shop: Workshop) -> None:
     """Load compiled loops into this process, so that those forked from it have them."""
-    from kinolab.cli import run
+    from kinolab.cli import run, supervisor  # noqa: F401  # which commands here did without
     from kinolab.concurrency import rows
 
     os.chdir(shop.place)

@@ -285,7 +285,8 @@ def strange_place(shop: Workshop, rng: random.Random) -> Verdict:  # noqa: PLR09
     for link in [*where.glob("report.json"), *where.glob("assets")] if "is a" in place else ():
         if link.is_fifo() or link.is_file():
             link.unlink()
-    if where.is_dir() and "/proc" not in str(where) and " is a " not in place:
+    strange = "/proc" in str(where) or " is a " in place or "foreign" in place
+    if where.is_dir() and not strange:
         verdict.files(where, settled=True)
     if spot.exists():
         spot.chmod(0o755)
@@ -301,7 +302,7 @@ def few_handles(shop: Workshop, rng: random.Random) -> Verdict:
     name = rng.choice(("plan", "plan, improved", "plan with pictures", "plan --jobs 2, threads",
                        "plan --jobs 2, processes", "plan check", "plan execute"))  # fmt: skip
     most = {
-        "files": rng.randint(3, 40),
+        "files": rng.randint(6, 40),
         "processes": rng.randint(0, 4),
         "memory": rng.randint(300, 1500),
     }[what]

@@ -11,6 +11,7 @@ import re
 import shutil
 import subprocess
 from collections.abc import Callable
+from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
 from typing import Any
@@ -23,7 +24,7 @@ import kinolab
 from kinolab import cli
 from kinolab.errors import InputError
 from kinolab.files import write_whole
-from kinolab.runs import check_run, read_run, write_run
+from kinolab.runs import add_diagnosis, check_run, read_run, require_place, still_there, write_run
 from kinolab.runs.folder import MOTION_FORMATS, PICTURES
 from kinolab.runs.readme import README
 from kinolab.scenario import load_scenario
@@ -442,6 +443,14 @@ def test_a_scenario_of_the_users_is_not_replaced_by_that_of_a_run(
     assert cli.run([*words[:2], str(tmp_path / "run"), "--no-animation"]) == 0  # it is a run's
 
 
+@pytest.mark.parametrize("target", ["nowhere", "run"])
+def test_a_link_that_leads_to_no_folder_is_refused(target: str, tmp_path: Path) -> None:
+    """One in a ring was found out after the search, by a traceback."""
+    (tmp_path / "run").symlink_to(target)
+    with pytest.raises(InputError, match="this folder cannot be written"):
+        require_place(tmp_path / "run")
+
+
 def test_a_run_of_another_file_of_the_same_name_is_replaced_with_a_warning(
     tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -514,6 +523,20 @@ def test_a_run_that_finds_nothing_leaves_no_motion_of_the_one_before(
     for name in ("trajectory.csv", "trajectory.npz", "trajectory.json", *PICTURES):
         assert not (tmp_path / name).exists()
     assert code_of(tmp_path) == 2  # there is no trajectory to check
+
+
+def test_the_report_of_a_run_that_was_replaced_meanwhile_is_not_written(
+    short: Solved, tmp_path: Path
+) -> None:
+    """A diagnosis takes time, in which another run may be written into the folder."""
+    first = write_run(tmp_path, short.problem, short.plan)
+    second = write_run(tmp_path, short.problem, replace(short.plan, seed=7))
+    with still_there(tmp_path, first) as there:
+        assert not there
+    with still_there(tmp_path, second) as there:
+        assert there
+    add_diagnosis(tmp_path, first, {"sentences": ["It is too narrow."]})
+    assert json.loads((tmp_path / "report.json").read_text()) == second
 
 
 def test_files_that_are_not_the_runs_are_left_alone(short: Solved, tmp_path: Path) -> None:

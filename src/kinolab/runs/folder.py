@@ -163,7 +163,7 @@ def require_place(folder: Path) -> None:
             which would be lost.
     """
     place = folder.absolute()
-    while not place.exists() and place != place.parent:
+    while not os.path.lexists(place) and place != place.parent:  # links to nowhere are there
         place = place.parent
     what = ""
     if not (place.is_dir() and os.access(place, os.W_OK | os.X_OK)):
