@@ -1,6 +1,6 @@
 """Kinds of faults for ``benchmarks/faults.py``, and how their outcomes are judged from outside."""
 
-from fault_kinds import clocks, crashes, crowds, damaged_caches, hostile_files, kills, storage
+from . import clocks, crashes, crowds, damaged_caches, hostile_files, kills, storage
 
 KINDS = (
     *damaged_caches.KINDS,

@@ -7,8 +7,8 @@ import random
 import time
 from collections.abc import Callable
 
-from fault_kinds.kills import place_for, words_of
-from fault_kinds.workshop import IMPROVED, Kind, Verdict, Workshop
+from .kills import place_for, words_of
+from .workshop import IMPROVED, Kind, Verdict, Workshop
 
 YEAR = 31_557_600  # [s]
 

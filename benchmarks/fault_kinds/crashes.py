@@ -9,7 +9,7 @@ import random
 import signal
 from collections.abc import Callable
 
-from fault_kinds.workshop import SCENARIO, Kind, Verdict, Workshop
+from .workshop import SCENARIO, Kind, Verdict, Workshop
 
 PLANNER = '''
 """A planner that crashes with some seeds, as native code does."""

@@ -7,8 +7,8 @@ import random
 import time
 from pathlib import Path
 
-from fault_kinds import sandbox
-from fault_kinds.workshop import IMPROVED, PLAN, SCENARIO, Kind, Verdict, Workshop
+from . import sandbox
+from .workshop import IMPROVED, PLAN, SCENARIO, Kind, Verdict, Workshop
 
 CROWD = 10
 SEEDS = 5

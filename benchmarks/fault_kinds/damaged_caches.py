@@ -8,8 +8,8 @@ import random
 import shutil
 from pathlib import Path
 
-from fault_kinds.storage import as_nobody
-from fault_kinds.workshop import PLAN, Kind, Verdict, Workshop, remove
+from .storage import as_nobody
+from .workshop import PLAN, Kind, Verdict, Workshop, remove
 
 SEAL = 32  # bytes of a checksum after the first line
 DAMAGES = (

@@ -12,7 +12,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from fault_kinds.workshop import SCENARIO, Kind, Verdict, Workshop, remove
+from .workshop import SCENARIO, Kind, Verdict, Workshop, remove
 
 LIMIT = 60.0  # [s] for a hostile file
 GIGABYTES = 6.0

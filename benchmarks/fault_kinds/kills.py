@@ -10,9 +10,10 @@ from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
 
-from fault_kinds.workshop import IMPROVED, PLAN, SCENARIO, Kind, Verdict, Workshop
+from .workshop import IMPROVED, PLAN, SCENARIO, Kind, Verdict, Workshop
 
-OMPL = (SCENARIO, "--planner", "rrt", "--no-optimize", "--no-animation", "--time-limit", "60")
+NEAR = ("--set", "goal.x=2", "--set", "goal.y=1.5", "--set", "goal.tolerance=0.5")  # for OMPL
+OMPL = (SCENARIO, "--planner", "rrt", *NEAR, "--no-optimize", "--no-animation")
 STUDY = """
 schema = 1
 title = "Few runs"
@@ -145,7 +146,7 @@ def orphans(shop: Workshop, rng: random.Random) -> Verdict:
     words = ("--jobs", str(jobs), "--time-limit", "3", "--no-diagnosis", "--out", str(folder))
     command = shop.start(*JOBS[kind], *words)
     time.sleep(after)
-    from fault_kinds.sandbox import session
+    from .sandbox import session
 
     others = sorted(set(session(command.pid)) - {command.pid})
     if victim == "first" or not others:

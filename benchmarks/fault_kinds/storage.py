@@ -14,9 +14,9 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from fault_kinds.kills import COMMANDS, place_for, words_of
-from fault_kinds.whole_files import broken
-from fault_kinds.workshop import PLAN, Kind, Verdict, Workshop, remove
+from .kills import COMMANDS, place_for, words_of
+from .whole_files import broken
+from .workshop import PLAN, Kind, Verdict, Workshop, remove
 
 NOBODY = 65534  # a user without rights
 REFUSED = (0, 2, 6)  # exit codes: it went well, the folder is refused, out of resources

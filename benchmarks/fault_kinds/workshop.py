@@ -14,9 +14,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from fault_kinds import sandbox
-from fault_kinds.sandbox import Ended
-from fault_kinds.whole_files import broken, drafts
+from . import sandbox
+from .sandbox import Ended
+from .whole_files import broken, drafts
 
 SCENARIO = "rolling_disk_maze"
 PLAN = (SCENARIO, "--no-optimize", "--no-animation")
