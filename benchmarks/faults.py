@@ -8,8 +8,7 @@ and the processes that are left. Each fault follows from the seed, its kind and 
 what was counted is kept in DIR, so that the script may be ended and started again.
 
 Prints a Markdown table, writes ``faults.json`` to DIR, and returns 1 if anything was not as it is
-promised. Some kinds need the rights of root, to mount file systems and to be somebody else; without them
-they are left out.
+promised. It needs Linux, and the rights of root to mount file systems and to be somebody else.
 """
 
 from __future__ import annotations

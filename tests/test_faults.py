@@ -16,7 +16,7 @@ from pathlib import Path
 import pytest
 from PIL import Image
 
-from benchmarks.fault_kinds import KINDS, damaged_caches, hostile_files, kills, sandbox
+from benchmarks.fault_kinds import KINDS, damaged_caches, kills, plain_data, sandbox
 from benchmarks.fault_kinds.sandbox import Ended
 from benchmarks.fault_kinds.whole_files import broken, drafts
 from benchmarks.fault_kinds.workshop import Verdict
@@ -155,12 +155,12 @@ def test_hostile_data_can_be_written_and_is_something_else() -> None:
     tree = {"schema": 1, "goal": {"x": 1.0}, "world": {"obstacle": [{"box": [1.0, 2.0, 3.0]}]}}
     rng, changed = random.Random(1), 0
     for _ in range(300):
-        hostile = hostile_files.mutate(tree, rng)
+        hostile = plain_data.mutate(tree, rng)
         changed += json.dumps(hostile) != json.dumps(tree)
-        assert isinstance(hostile_files.toml(hostile), str)
-        assert isinstance(hostile_files.spoil(json.dumps(tree).encode(), rng), bytes)
+        assert isinstance(plain_data.toml(hostile), str)
+        assert isinstance(plain_data.spoil(json.dumps(tree).encode(), rng), bytes)
     assert changed > 270
-    assert tomllib.loads(hostile_files.toml(tree)) == tree
+    assert tomllib.loads(plain_data.toml(tree)) == tree
 
 
 def test_all_commands_that_are_killed_have_words() -> None:

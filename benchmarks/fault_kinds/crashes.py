@@ -9,7 +9,8 @@ import random
 import signal
 from collections.abc import Callable
 
-from .workshop import SCENARIO, Kind, Verdict, Workshop
+from .kills import OMPL
+from .workshop import PLAN, SCENARIO, Kind, Verdict, Workshop
 
 PLANNER = '''
 """A planner that crashes with some seeds, as native code does."""
@@ -45,7 +46,7 @@ PARENTS = {"threads": ("rrt_fast", "RRTFast"), "processes": ("rrt", "RRT")}
 
 
 def planner(shop: Workshop, rng: random.Random) -> Verdict:
-    """Let searches with some of several seeds crash; the others go on, and each crash is reported."""
+    """Let searches with some of several seeds crash: the others go on, each crash is reported."""
     kind, jobs = rng.choice(tuple(PARENTS)), rng.choice((1, 2, 3))
     seeds = sorted(rng.sample(range(1, jobs + 1), rng.randint(1, jobs)))
     crash = rng.choice(tuple(CRASHES))
@@ -57,7 +58,7 @@ def planner(shop: Workshop, rng: random.Random) -> Verdict:
     words = [SCENARIO, "--planner", "crashing.py:Crashing", "--no-optimize", "--no-animation"]
     ended = shop.run(*words, "--seed", "1", "--jobs", str(jobs), "--out", folder)
     verdict.seconds = ended.seconds
-    verdict.heard(_without_its_code(ended), None)
+    verdict.heard(ended, [0, 70])
     verdict.files(folder, settled=True)
     if len(seeds) == jobs:  # nobody is left
         if ended.code != 70 or crash not in ended.err:
@@ -77,25 +78,16 @@ def planner(shop: Workshop, rng: random.Random) -> Verdict:
     return verdict
 
 
-def _without_its_code(ended):  # type: ignore[no-untyped-def]
-    """Return what is seen of a command whose exit code 70 stands for a crash, not for a mistake."""
-    from dataclasses import replace
-
-    return replace(ended, code=0) if ended.code == 70 else ended
-
-
 def collision(shop: Workshop, rng: random.Random) -> Verdict:
     """Let FCL crash in some call of a command."""
-    words, own = rng.choice(
-        ((["check"], True), ([SCENARIO, "--no-optimize", "--no-animation"], False))
-    )
+    words, own = rng.choice(((["check"], True), (list(OMPL), False), (list(PLAN), False)))
     crash, call = rng.choice(tuple(CRASHES)), rng.randint(1, 20)
     verdict = Verdict(f"{crash} in FCL's call {call} of {words}")
     folder = shop.copy("crash") if own else shop.empty("crash")
     arguments = [*words, folder] if own else [*words, "--seed", "1", "--out", folder]
     ended = shop.run(*arguments, prepare=_crashing(crash, call))
     verdict.seconds = ended.seconds
-    verdict.heard(_without_its_code(ended), None)
+    verdict.heard(ended, [0, 70])
     verdict.files(folder, settled=True)
     if ended.code and (ended.code != 70 or crash not in ended.err):
         verdict.wrong.append(f"exit code {ended.code} is not told as a crash: {ended.err[-400:]}")

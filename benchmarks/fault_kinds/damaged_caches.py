@@ -6,17 +6,45 @@ import hashlib
 import os
 import random
 import shutil
+from collections.abc import Callable
 from pathlib import Path
 
 from .storage import as_nobody
 from .workshop import PLAN, Kind, Verdict, Workshop, remove
 
 SEAL = 32  # bytes of a checksum after the first line
-DAMAGES = (
-    "a flipped bit", "bytes changed", "cut short", "empty", "garbage", "longer", "zeros", "another's",
-    "a folder", "a folder with something in it", "a link to nowhere", "a link in a ring", "a pipe",
-    "gone", "forbidden",
-)  # fmt: skip
+
+
+def _flipped(content: bytearray, rng: random.Random) -> bytes:
+    content[rng.randrange(len(content))] ^= 1 << rng.randrange(8)
+    return content
+
+
+def _changed(content: bytearray, rng: random.Random) -> bytes:
+    for _ in range(rng.randint(1, 50)):
+        content[rng.randrange(len(content))] ^= rng.randrange(1, 256)
+    return content
+
+
+CHANGES: dict[str, Callable[[bytearray, random.Random], bytes]] = {
+    "a flipped bit": _flipped,
+    "bytes changed": _changed,
+    "cut short": lambda content, rng: content[: rng.randrange(len(content))],
+    "empty": lambda *_: b"",
+    "garbage": lambda _, rng: rng.randbytes(rng.choice((1, 30, 1000, 100_000))),
+    "longer": lambda content, rng: content + rng.randbytes(rng.randint(1, 1000)),
+    "zeros": lambda content, _: bytes(len(content)),
+    "forbidden": lambda content, _: content,
+}
+REPLACEMENTS: dict[str, Callable[[Path], object]] = {
+    "a folder": Path.mkdir,
+    "a folder with something in it": lambda path: (path / "inside").mkdir(parents=True),
+    "a link to nowhere": lambda path: path.symlink_to("nowhere"),
+    "a link in a ring": lambda path: path.symlink_to(path.name),
+    "a pipe": os.mkfifo,
+    "gone": lambda _: None,
+}
+DAMAGES = (*CHANGES, *REPLACEMENTS, "another's")
 COMPILED = (".nbi", ".nbc")
 CACHES = ("cache", "numba")
 
@@ -104,40 +132,16 @@ def pristine(shop: Workshop) -> Pristine:
 
 
 def damage(path: Path, how: str, other: Path, rng: random.Random) -> None:
-    """Damage a file."""
-    content = bytearray(path.read_bytes())
-    if how == "a flipped bit" and content:
-        content[rng.randrange(len(content))] ^= 1 << rng.randrange(8)
-    elif how == "bytes changed" and content:
-        for _ in range(rng.randint(1, 50)):
-            content[rng.randrange(len(content))] = rng.randrange(256)
-    elif how == "cut short":
-        del content[rng.randrange(len(content) + 1) :]
-    elif how == "empty":
-        content.clear()
-    elif how == "garbage":
-        content = bytearray(rng.randbytes(rng.choice((1, 30, 1000, 100_000))))
-    elif how == "longer":
-        content += rng.randbytes(rng.randint(1, 1000))
-    elif how == "zeros":
-        content = bytearray(len(content))
-    elif how == "another's":
-        content = bytearray(other.read_bytes())
+    """Damage a file, or put something else in its place."""
+    content = path.read_bytes()
     path.unlink()
-    if how.startswith("a folder"):
-        path.mkdir()
-        if "something" in how:
-            (path / "inside").write_text("mine")
-    elif how == "a link to nowhere":
-        path.symlink_to("nowhere")
-    elif how == "a link in a ring":
-        path.symlink_to(path.name)
-    elif how == "a pipe":
-        os.mkfifo(path)
-    elif how != "gone":
-        path.write_bytes(content)
-        if how == "forbidden":
-            path.chmod(0)
+    if how in REPLACEMENTS:
+        REPLACEMENTS[how](path)
+    else:
+        change = CHANGES.get(how, lambda *_: other.read_bytes())
+        path.write_bytes(change(bytearray(content), rng))
+    if how == "forbidden":
+        path.chmod(0)
 
 
 def _rebuilt(path: Path) -> bool:
@@ -201,7 +205,7 @@ def strange_cache(shop: Workshop, rng: random.Random) -> Verdict:
         rng.choice(("a file", "a link to nowhere", "a link in a ring", "locks")),
     )
     verdict = Verdict(f"the folder {name}: {how}")
-    folder, place = shop.empty("damaged"), shop.place / name
+    place = shop.place / name
     try:
         if how == "locks":
             for path in (shop.place / "numba").rglob("*.lock"):
@@ -215,7 +219,7 @@ def strange_cache(shop: Workshop, rng: random.Random) -> Verdict:
                 place.write_text("mine")
             else:
                 place.symlink_to("nowhere" if "nowhere" in how else name)
-        # Without numba's folder everything is compiled, which takes minutes: a short command will do.
+        # Without numba's folder all is compiled, which takes minutes: a short command will do.
         words = ["check", shop.copy("damaged")] if name == "cache" or how == "locks" else ["list"]
         ended = shop.run(*words)
         verdict.seconds = ended.seconds

@@ -7,9 +7,11 @@ import random
 import signal
 import time
 from collections.abc import Sequence
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
 
+from .sandbox import session
 from .workshop import IMPROVED, PLAN, SCENARIO, Kind, Verdict, Workshop
 
 NEAR = ("--set", "goal.x=2", "--set", "goal.y=1.5", "--set", "goal.tolerance=0.5")  # for OMPL
@@ -146,8 +148,6 @@ def orphans(shop: Workshop, rng: random.Random) -> Verdict:
     words = ("--jobs", str(jobs), "--time-limit", "3", "--no-diagnosis", "--out", str(folder))
     command = shop.start(*JOBS[kind], *words)
     time.sleep(after)
-    from .sandbox import session
-
     others = sorted(set(session(command.pid)) - {command.pid})
     if victim == "first" or not others:
         command.send(number)
@@ -155,13 +155,12 @@ def orphans(shop: Workshop, rng: random.Random) -> Verdict:
         command.send_all(number)
     else:
         target = others[0] if victim == "second" else rng.choice(others[1:] or others)
-        try:
+        with suppress(ProcessLookupError):
             os.kill(target, number)
-        except ProcessLookupError:
-            pass
     ended = command.ended(60.0)
     verdict.seconds = ended.seconds
-    verdict.heard(ended, None, 30.0)
+    codes = [0, 3, 4, 6, 130, *(-number for number in (*SIGNALS, signal.SIGQUIT))]
+    verdict.heard(ended, codes, 30.0)
     verdict.files(folder, settled=False)
     return verdict
 

@@ -49,7 +49,7 @@ class Ended:
     @property
     def traceback(self) -> bool:
         """Whether a traceback or what stands for one is in its output."""
-        return self.code == 70 or any(sign in self.err + self.out for sign in SIGNS)
+        return any(sign in self.err + self.out for sign in SIGNS)
 
 
 @dataclass

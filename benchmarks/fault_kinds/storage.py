@@ -168,10 +168,12 @@ def _vanish(folder: Path, after: float) -> threading.Thread:
 
 
 PLACES = (
-    "read-only", "nobody's", "a file", "below a file", "a link", "a link to nowhere", "a link in a ring",
-    "/dev/null", "/dev/full", "/proc", "assets is a file", "report.json is a folder",
+    "read-only", "nobody's", "a file", "below a file", "a link", "a link to nowhere",
+    "a link in a ring", "/dev/null", "/dev/full", "/proc", "assets is a file",
+    "report.json is a folder",
     "trajectory.csv is a folder", "scenario.toml is a link to nowhere", "plots is a file",
-    "bytes that are no text", "a long name", "a name too long", "removed", "removed again and again",
+    "bytes that are no text", "a long name", "a name too long", "removed",
+    "removed again and again",
     "the working folder is removed", "a foreign scenario.toml", "report.json is a pipe",
     "a newline", "a run that nobody may read", "empty",
 )  # fmt: skip

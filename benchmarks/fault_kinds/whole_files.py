@@ -56,7 +56,7 @@ def _unvouched(folder: Path) -> Iterator[str]:
 
 def _whole(path: Path) -> bool:
     content = path.read_bytes()
-    return CHECKS.get(path.suffix.lower(), lambda found: bool(found))(content)
+    return CHECKS.get(path.suffix.lower(), bool)(content)
 
 
 def _csv(content: bytes) -> bool:
