@@ -13,9 +13,8 @@ NUMBERS = (
 )  # fmt: skip
 TEXTS = (
     "", " ", "x", "x" * 10_000, "\0", "a\nb", "../../etc/passwd", "/dev/zero", "/dev/full", "/",
-    ".",
-    "\u202e", "\ufeff", "é" * 300, "{}", "%s%n", "__import__('os')", "1/0", "pi/0", "9**9**9", "nan",
-    "1e999", "-", "inf deg", "a.b.c", "[x]", "machine.py:f", ":", "a:b:c",
+    ".", "\u202e", "\ufeff", "é" * 300, "{}", "%s%n", "__import__('os')", "1/0", "pi/0", "9**9**9",
+    "nan", "1e999", "-", "inf deg", "a.b.c", "[x]", "machine.py:f", ":", "a:b:c",
     "http://example.org/x.stl",
 )  # fmt: skip
 
