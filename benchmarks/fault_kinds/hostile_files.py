@@ -38,7 +38,6 @@ CODE = (
     "def machine():\n    return machine()\n",
     "def machine(x, y):\n    return 1\n",
     "machine = 3\n",
-    "def machine():\n    raise KeyboardInterrupt\n",
     "def machine():\n    raise SystemExit\n",
     "def machine():\n    raise BaseException('odd')\n",
     "\0",
