@@ -17,6 +17,7 @@ import argparse
 import json
 import os
 import random
+import resource
 import sys
 import tempfile
 import time
@@ -111,8 +112,15 @@ def table(kinds: list[Kind], tally: dict[tuple[str, int], dict[str, Any]]) -> li
         found = [entry for (name, _), entry in tally.items() if name == kind.name]
         counts = [len(found), *(sum(map(_number, (e[key] for e in found))) for key in COUNTED)]
         if found:
-            rows.append([kind.name, *counts, round(sum(entry["total"] for entry in found))])
+            seconds = (round(sum(entry[key] for entry in found)) for key in ("total", "cpu"))
+            rows.append([kind.name, *counts, *seconds])
     return [*rows, ["all", *(sum(row[k] for row in rows) for k in range(1, len(HEADS)))]]
+
+
+def _worked() -> float:
+    """Return the processor time of this process and of all that it has buried, in [s]."""
+    kinds = (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)
+    return sum(use.ru_utime + use.ru_stime for use in map(resource.getrusage, kinds))
 
 
 COUNTED = ("tracebacks", "partial", "wrong", "late")
@@ -151,10 +159,10 @@ def main() -> int:
         for number in numbers if options.only is None else [options.only]:
             if (kind.name, number) in tally and options.only is None:
                 continue
-            since = time.monotonic()
+            since, work = time.monotonic(), _worked()
             verdict = strike(shop, kind, number, options.seed)
             entry = {"kind": kind.name, "number": number, **asdict(verdict)}
-            entry["total"] = time.monotonic() - since
+            entry |= {"total": time.monotonic() - since, "cpu": _worked() - work}
             tally[kind.name, number] = entry
             with path.open("a") as file:
                 file.write(json.dumps(entry) + "\n")

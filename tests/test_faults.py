@@ -70,6 +70,11 @@ def test_a_report_vouches_for_what_must_be_there(name: str, folder: Path) -> Non
     assert f"{name}: missing" in broken(folder)
 
 
+def test_what_another_run_left_is_seen(folder: Path) -> None:
+    (folder / "assets" / "2_another.stl").write_bytes(b"another's")
+    assert broken(folder) == ["assets/2_another.stl: of no run"]
+
+
 @pytest.mark.parametrize("name", ["movie.mp4", "plot.svg", "plot.png", "results.parquet"])
 def test_what_is_no_such_file_is_not_whole(name: str, tmp_path: Path) -> None:
     (tmp_path / name).write_bytes(b"PAR1 <svg> half")
@@ -187,7 +192,14 @@ def test_the_tally_adds_up() -> None:
         import faults
     finally:
         sys.path.pop(0)
-    entry = {"tracebacks": 1, "partial": ["a", "b"], "wrong": [], "late": 0, "total": 1.0}
+    entry = {
+        "tracebacks": 1,
+        "partial": ["a", "b"],
+        "wrong": [],
+        "late": 0,
+        "total": 1.0,
+        "cpu": 0.5,
+    }
     tally = {(KINDS[0].name, 0): entry, (KINDS[1].name, 0): {**entry, "partial": []}}
     rows = faults.table(list(KINDS), tally)
-    assert rows[-1] == ["all", 2, 2, 2, 0, 0, 2]
+    assert rows[-1] == ["all", 2, 2, 2, 0, 0, 2, 0]

@@ -48,6 +48,8 @@ def _unvouched(folder: Path) -> Iterator[str]:
         return
     names = [*RUN, *(["trajectory.csv", "trajectory.npz"] if report.get("cost") else [])]
     yield from (f"{name}: missing" for name in names if not (folder / name).is_file())
+    others = {path.name for path in (folder / "assets").glob("*") if path.name[0] != "."}
+    yield from (f"assets/{name}: of no run" for name in others - set(assets))
     for name, digest in assets.items():
         file = folder / "assets" / name
         if not file.is_file() or hashlib.sha256(file.read_bytes()).hexdigest() != digest:

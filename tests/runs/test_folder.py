@@ -24,7 +24,15 @@ import kinolab
 from kinolab import cli
 from kinolab.errors import InputError
 from kinolab.files import write_whole
-from kinolab.runs import add_diagnosis, check_run, read_run, require_place, still_there, write_run
+from kinolab.runs import (
+    add_diagnosis,
+    check_run,
+    read_run,
+    require_place,
+    still_there,
+    write_run,
+    written_at,
+)
 from kinolab.runs.folder import MOTION_FORMATS, PICTURES
 from kinolab.runs.readme import README
 from kinolab.scenario import load_scenario
@@ -483,6 +491,17 @@ def test_a_run_that_replaces_an_earlier_one_says_of_when_that_was(
     assert ends[0] == place
     assert re.fullmatch(rf"{re.escape(place)}, replacing the run of (\S+ )?\d\d:\d\d", ends[1])
     assert ends[2] == f"{place}, replacing the run of 2024-05-06 12:31"
+
+
+def test_a_run_of_no_year_that_there_is_has_no_time(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "report.json").write_text("{}")
+    assert written_at(tmp_path) is not None
+    for seconds in (1e12, -1e12, 1e30):
+        times = os.stat_result((0, 0, 0, 0, 0, 0, 0, 0.0, seconds, 0.0))
+        monkeypatch.setattr(Path, "stat", lambda *_, own=times: own)
+        assert written_at(tmp_path) is None
 
 
 def test_a_second_run_in_the_same_folder_leaves_nothing_of_the_first(

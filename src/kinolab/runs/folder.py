@@ -191,7 +191,7 @@ def written_at(folder: Path) -> datetime | None:
     """Return the local time at which a run was written into a folder; None if there is none."""
     try:
         return datetime.fromtimestamp((folder / "report.json").stat().st_mtime).astimezone()
-    except OSError:
+    except (OSError, OverflowError, ValueError):  # of a clock that is thousands of years off
         return None
 
 
