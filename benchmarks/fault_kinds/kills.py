@@ -97,9 +97,8 @@ def killed(shop: Workshop, rng: random.Random, fresh: bool = False) -> Verdict:
     if number == signal.SIGINT and not begun_late:
         overdue = command.begun + ended.seconds - struck > CTRL_C
         verdict.late += overdue
-    # Whoever is asked to leave clears up; whoever is killed cannot, and the next run does.
-    asked = number != signal.SIGKILL and not whole
-    verdict.files(folder, settled=asked)
+    # Ctrl-C clears up; what other signals end does not, and the next run does.
+    verdict.files(folder, settled=number == signal.SIGINT)
     _again(shop, verdict, name, folder)
     return verdict
 
