@@ -22,6 +22,7 @@ from PIL import Image
 
 import kinolab
 from kinolab import cli
+from kinolab.cli.common import write_pictures
 from kinolab.errors import InputError
 from kinolab.files import write_whole
 from kinolab.runs import (
@@ -556,6 +557,30 @@ def test_the_report_of_a_run_that_was_replaced_meanwhile_is_not_written(
         assert there
     add_diagnosis(tmp_path, first, {"sentences": ["It is too narrow."]})
     assert json.loads((tmp_path / "report.json").read_text()) == second
+
+
+class NoFilm:
+    """A film that takes no time."""
+
+    def begin(self, *_: object) -> None:
+        pass
+
+    def animation(self) -> bytes:
+        return b"GIF89a;"
+
+
+def test_pictures_are_not_put_beside_another_run(short: Solved, tmp_path: Path) -> None:
+    """Drawing takes longer than planning, and ten runs may share a folder."""
+    film: Any = NoFilm()
+    first = write_run(tmp_path, short.problem, short.plan)
+    told: list[str] = []
+    words = (short.problem, short.plan, tmp_path)
+    assert write_pictures(*words, first, film, lambda: told.append("page"))
+    assert all((tmp_path / name).is_file() for name in ("scene.html", "animation.gif"))
+    write_run(tmp_path, short.problem, replace(short.plan, seed=7))
+    assert not write_pictures(*words, first, film, lambda: told.append("page"))
+    assert not any((tmp_path / name).exists() for name in PICTURES)
+    assert told == ["page", "page"]
 
 
 def test_files_that_are_not_the_runs_are_left_alone(short: Solved, tmp_path: Path) -> None:

@@ -110,10 +110,12 @@ def still_there(folder: Path, report: Mapping[str, Any]) -> Iterator[bool]:
     Args:
         folder: Of a run.
         report: Of that run.
+
+    Raises:
+        OSError: If there is no report any more.
     """
     with only_writer(folder):
-        path = folder / "report.json"
-        yield path.is_file() and path.read_bytes() == _json(report)
+        yield (folder / "report.json").read_bytes() == _json(report)
 
 
 def _benchmark_result(problem: PlanningTask, trajectory: Trajectory) -> dict[str, bytes]:
