@@ -18,7 +18,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import NoReturn
+from typing import IO, NoReturn
 
 ENTER = "from kinolab.cli import main; main()"
 PR_SET_CHILD_SUBREAPER = 36  # orphans become children of this process, and are seen
@@ -198,12 +198,21 @@ def _become(
         sys.argv = ["plan", *(os.fsdecode(word) for word in arguments)]
         if prepare:
             prepare()
+        for number, name in enumerate(("stdin", "stdout", "stderr")):  # as Python begins
+            setattr(sys, name, _stream(number))
         main()
     except BaseException:
-        traceback.print_exc()
-        sys.stderr.flush()
+        os.write(2, traceback.format_exc().encode())
     finally:
         os._exit(70)
+
+
+def _stream(number: int) -> IO[str] | None:
+    try:
+        os.fstat(number)
+    except OSError:
+        return None
+    return open(number, "w" if number else "r", closefd=False)
 
 
 def _redirect(handle: int, path: Path, flags: int) -> None:
