@@ -72,7 +72,8 @@ def planner(shop: Workshop, rng: random.Random) -> Verdict:
     report = json.loads((folder / "report.json").read_text())
     told = {attempt["seed"]: attempt for attempt in report["attempts"]}
     for seed in seeds:
-        if crash not in told[seed]["detail"]:
+        detail = told[seed]["detail"]
+        if crash not in detail and "had won" not in detail:  # before it could crash
             verdict.wrong.append(f"seed {seed} is reported as {told[seed]}")
     verdict.heard(shop.run("check", folder), [0])
     return verdict
@@ -117,4 +118,4 @@ def _counted(left: list[int], made, crash: str):  # type: ignore[no-untyped-def]
     return call
 
 
-KINDS = (Kind("crashes of planners", 150, planner), Kind("crashes of FCL", 150, collision))
+KINDS = (Kind("crashes of planners", 120, planner), Kind("crashes of FCL", 400, collision))

@@ -58,4 +58,4 @@ def _same(folder: Path, other: Path, name: str) -> bool:
     return paths[0].read_bytes() == paths[1].read_bytes()
 
 
-KINDS = (Kind("ten at once", 60, crowd),)
+KINDS = (Kind("ten at once", 40, crowd),)

@@ -237,6 +237,6 @@ def strange_cache(shop: Workshop, rng: random.Random) -> Verdict:
 
 KINDS = (
     Kind("damaged caches", 1500, damaged_cache, cold=True),
-    Kind("damaged caches of compiled loops", 900, damaged_loops, cold=True),
+    Kind("damaged caches of compiled loops", 200, damaged_loops, cold=True),
     Kind("strange folders of caches", 60, strange_cache, cold=True),
 )

@@ -165,7 +165,7 @@ def orphans(shop: Workshop, rng: random.Random) -> Verdict:
 
 
 KINDS = (
-    Kind("killed while forked", 900, killed),
+    Kind("killed while forked", 500, killed),
     Kind("killed while starting", 200, killed_fresh),
     Kind("ends of --jobs", 200, orphans),
 )

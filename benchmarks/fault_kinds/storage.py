@@ -340,6 +340,6 @@ KINDS = (
     Kind("full disk", 500, full_disk),
     Kind("full disk of caches", 100, full_cache),
     Kind("files of limited size", 300, small_files),
-    Kind("strange folders", 800, strange_place),
+    Kind("strange folders", 1500, strange_place),
     Kind("few files, processes, memory", 400, few_handles),
 )
