@@ -90,11 +90,11 @@ def warmed(shop: Workshop) -> None:
         raise SystemExit(f"{tasks} threads: a process that was forked would lack all but one")
 
 
-def kept(path: Path) -> dict[tuple[str, int], dict[str, Any]]:
-    """Return what was counted so far."""
+def kept(path: Path, seed: int) -> dict[tuple[str, int], dict[str, Any]]:
+    """Return what was counted so far with a seed."""
     lines = path.read_text().splitlines() if path.is_file() else []
     entries = [json.loads(line) for line in lines if line.endswith("}")]
-    return {(entry["kind"], entry["number"]): entry for entry in entries}
+    return {(one["kind"], one["number"]): one for one in entries if one["seed"] == seed}
 
 
 def strike(shop: Workshop, kind: Kind, number: int, seed: int) -> Verdict:
@@ -143,7 +143,7 @@ def main() -> int:
     entered(place)
     adopt_orphans()
     path, warm = place / "faults.jsonl", False
-    tally = kept(path)
+    tally = kept(path, options.seed)
     kinds = sorted(KINDS, key=lambda kind: not kind.cold)
     if options.kinds:
         kinds = [kind for kind in kinds if kind.name.startswith(tuple(options.kinds.split(",")))]
@@ -158,7 +158,7 @@ def main() -> int:
                 continue
             since, work = time.monotonic(), _worked()
             verdict = strike(shop, kind, number, options.seed)
-            entry = {"kind": kind.name, "number": number, **asdict(verdict)}
+            entry = {"seed": options.seed, "kind": kind.name, "number": number, **asdict(verdict)}
             entry |= {"total": time.monotonic() - since, "cpu": _worked() - work}
             tally[kind.name, number] = entry
             with path.open("a") as file:
