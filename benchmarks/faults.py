@@ -21,6 +21,7 @@ import resource
 import sys
 import tempfile
 import time
+import traceback
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -98,8 +99,11 @@ def kept(path: Path, seed: int) -> dict[tuple[str, int], dict[str, Any]]:
 
 
 def strike(shop: Workshop, kind: Kind, number: int, seed: int) -> Verdict:
-    """Try one fault."""
-    return kind.strike(shop, random.Random(f"{seed}/{kind.name}/{number}"))
+    """Try one fault; where it was not made as it was meant, that counts as wrong."""
+    try:
+        return kind.strike(shop, random.Random(f"{seed}/{kind.name}/{number}"))
+    except Exception:
+        return Verdict("of this script", wrong=[traceback.format_exc()])
 
 
 def table(kinds: list[Kind], tally: dict[tuple[str, int], dict[str, Any]]) -> list[list[Any]]:

@@ -289,7 +289,7 @@ def strange_place(shop: Workshop, rng: random.Random) -> Verdict:  # noqa: PLR09
         if link.is_fifo() or link.is_file():
             link.unlink()
     strange = "/proc" in str(where) or " is a " in place or "foreign" in place
-    if where.is_dir() and not strange:
+    if os.path.isdir(where) and not strange:
         verdict.files(where, settled=True)
     if spot.exists():
         spot.chmod(0o755)
