@@ -28,13 +28,16 @@ LONGEST_WAIT = 60.0  # [s] for a lock; a function of ours is compiled in a tenth
 NO_WAIT = getattr(os, "O_NONBLOCK", 0)  # opening a pipe without a writer does not block
 LOG = logging.getLogger("kinolab")
 
+DRAFT = ".draft"  # at the end of the names of files that are being written
+
 _drafts: set[Path] = set()  # unfinished temporary files
+_tidied: set[Path] = set()  # folders from which abandoned ones were removed
 
 
 @contextmanager
 def whole_file(path: Path) -> Iterator[BinaryIO]:
     """Open a file for writing that replaces ``path`` atomically once complete."""
-    with _draft_of(path) as draft, draft.open("xb") as file:
+    with _draft_of(path) as draft, draft.open("wb") as file:
         yield file
 
 
@@ -106,7 +109,7 @@ class FileLock:
     Where files cannot be locked there is none, and everyone may go ahead.
 
     Args:
-        path: Of the file, which is made.
+        path: Of the file, which is made, or of a folder that is there.
     """
 
     def __init__(self, path: Path) -> None:
@@ -123,7 +126,8 @@ class FileLock:
         handle, until = -1, time.monotonic() + LONGEST_WAIT
         with suppress(OSError):
             self._path.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
-            handle = os.open(self._path, os.O_RDWR | os.O_CREAT | NO_WAIT, 0o600)
+            flags = os.O_RDONLY if self._path.is_dir() else os.O_RDWR | os.O_CREAT
+            handle = os.open(self._path, flags | NO_WAIT, 0o600)
             while time.monotonic() < until:
                 try:
                     fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -141,6 +145,17 @@ class FileLock:
         if self._handle >= 0:
             os.close(self._handle)
             self._handle = -1
+
+
+@contextmanager
+def only_writer(folder: Path) -> Iterator[None]:
+    """Write files that belong together into a folder while no other process does."""
+    lock = FileLock(folder)
+    lock.acquire()
+    try:
+        yield
+    finally:
+        lock.release()
 
 
 def discard(path: Path, why: str = "") -> None:
@@ -187,14 +202,58 @@ def discard_drafts() -> None:
             draft.unlink(missing_ok=True)
 
 
+def discard_abandoned(folder: Path) -> None:
+    """Remove the temporary files that processes left in a folder which were killed."""
+    if fcntl is None:
+        return
+    with suppress(OSError):
+        for draft in folder.glob(f".*{DRAFT}"):
+            with suppress(OSError):
+                handle = os.open(draft, os.O_RDWR | NO_WAIT)
+                try:
+                    fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)  # fails if it is at work
+                    draft.unlink()
+                finally:
+                    os.close(handle)
+
+
 @contextmanager
 def _draft_of(path: Path) -> Iterator[Path]:
-    """Yield a temporary name in the same folder; rename it to ``path`` on success."""
-    draft = path.with_name(f".{path.name}.{secrets.token_hex(4)}")
-    _drafts.add(draft)
+    """Yield an empty file in the same folder; rename it to ``path`` on success.
+
+    It is locked for as long as this process is at work on it, so that it can be told from those
+    that killed processes left. They are removed when a process first writes into their folder.
+    """
+    if path.parent not in _tidied:
+        _tidied.add(path.parent)
+        discard_abandoned(path.parent)
+    handle = -1
+    while handle < 0:
+        draft = path.with_name(f".{path.name}.{secrets.token_hex(4)}{DRAFT}")
+        _drafts.add(draft)
+        try:
+            handle = _locked(draft)
+        except OSError:
+            _drafts.discard(draft)
+            raise
     try:
         yield draft
         draft.replace(path)
     finally:
         draft.unlink(missing_ok=True)
         _drafts.discard(draft)
+        os.close(handle)
+
+
+def _locked(draft: Path) -> int:
+    """Make a file and lock it; return its descriptor, -1 if another process just removed it."""
+    handle = os.open(draft, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o666)
+    if fcntl is None:  # Windows renames no open file
+        os.close(handle)
+        return os.open(os.devnull, os.O_RDONLY)
+    with suppress(OSError):  # there are no locks: nobody else removes it
+        fcntl.flock(handle, fcntl.LOCK_EX)
+    if os.fstat(handle).st_nlink:
+        return handle
+    os.close(handle)
+    return -1

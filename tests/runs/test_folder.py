@@ -11,6 +11,7 @@ import re
 import shutil
 import subprocess
 from collections.abc import Callable
+from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
 from typing import Any
@@ -21,9 +22,18 @@ from PIL import Image
 
 import kinolab
 from kinolab import cli
+from kinolab.cli.common import write_pictures
 from kinolab.errors import InputError
 from kinolab.files import write_whole
-from kinolab.runs import check_run, read_run, write_run
+from kinolab.runs import (
+    add_diagnosis,
+    check_run,
+    read_run,
+    require_place,
+    still_there,
+    write_run,
+    written_at,
+)
 from kinolab.runs.folder import MOTION_FORMATS, PICTURES
 from kinolab.runs.readme import README
 from kinolab.scenario import load_scenario
@@ -443,6 +453,14 @@ def test_a_scenario_of_the_users_is_not_replaced_by_that_of_a_run(
     assert cli.run([*words[:2], str(tmp_path / "run"), "--no-animation"]) == 0  # it is a run's
 
 
+@pytest.mark.parametrize("target", ["nowhere", "run"])
+def test_a_link_that_leads_to_no_folder_is_refused(target: str, tmp_path: Path) -> None:
+    """One in a ring was found out after the search, by a traceback."""
+    (tmp_path / "run").symlink_to(target)
+    with pytest.raises(InputError, match="this folder cannot be written"):
+        require_place(tmp_path / "run")
+
+
 def test_a_run_of_another_file_of_the_same_name_is_replaced_with_a_warning(
     tmp_path: Path, capsys: Capture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -475,6 +493,17 @@ def test_a_run_that_replaces_an_earlier_one_says_of_when_that_was(
     assert ends[0] == place
     assert re.fullmatch(rf"{re.escape(place)}, replacing the run of (\S+ )?\d\d:\d\d", ends[1])
     assert ends[2] == f"{place}, replacing the run of 2024-05-06 12:31"
+
+
+def test_a_run_of_no_year_that_there_is_has_no_time(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "report.json").write_text("{}")
+    assert written_at(tmp_path) is not None
+    for seconds in (1e12, -1e12, 1e30):
+        times = os.stat_result((0, 0, 0, 0, 0, 0, 0, 0.0, seconds, 0.0))
+        monkeypatch.setattr(Path, "stat", lambda *_, own=times: own)
+        assert written_at(tmp_path) is None
 
 
 def test_a_second_run_in_the_same_folder_leaves_nothing_of_the_first(
@@ -515,6 +544,44 @@ def test_a_run_that_finds_nothing_leaves_no_motion_of_the_one_before(
     for name in ("trajectory.csv", "trajectory.npz", "trajectory.json", *PICTURES):
         assert not (tmp_path / name).exists()
     assert code_of(tmp_path) == 2  # there is no trajectory to check
+
+
+def test_the_report_of_a_run_that_was_replaced_meanwhile_is_not_written(
+    short: Solved, tmp_path: Path
+) -> None:
+    """A diagnosis takes time, in which another run may be written into the folder."""
+    first = write_run(tmp_path, short.problem, short.plan)
+    second = write_run(tmp_path, short.problem, replace(short.plan, seed=7))
+    with still_there(tmp_path, first) as there:
+        assert not there
+    with still_there(tmp_path, second) as there:
+        assert there
+    add_diagnosis(tmp_path, first, {"sentences": ["It is too narrow."]})
+    assert json.loads((tmp_path / "report.json").read_text()) == second
+
+
+class NoFilm:
+    """A film that takes no time."""
+
+    def begin(self, *_: object) -> None:
+        pass
+
+    def animation(self) -> bytes:
+        return b"GIF89a;"
+
+
+def test_pictures_are_not_put_beside_another_run(short: Solved, tmp_path: Path) -> None:
+    """Drawing takes longer than planning, and ten runs may share a folder."""
+    film: Any = NoFilm()
+    first = write_run(tmp_path, short.problem, short.plan)
+    told: list[str] = []
+    words = (short.problem, short.plan, tmp_path)
+    assert write_pictures(*words, first, film, lambda: told.append("page"))
+    assert all((tmp_path / name).is_file() for name in ("scene.html", "animation.gif"))
+    write_run(tmp_path, short.problem, replace(short.plan, seed=7))
+    assert not write_pictures(*words, first, film, lambda: told.append("page"))
+    assert not any((tmp_path / name).exists() for name in PICTURES)
+    assert told == ["page", "page"]
 
 
 def test_files_that_are_not_the_runs_are_left_alone(short: Solved, tmp_path: Path) -> None:

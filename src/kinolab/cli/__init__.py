@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 
 from kinolab.cli.interrupts import EXIT_CODE, INTERRUPTS
+from kinolab.cli.streams import prepare_streams
 
 # Young objects per collection. Importing makes a million that stay; by Python's own threshold,
 # going through them again and again took a tenth of a plan.
@@ -32,6 +33,7 @@ def run(arguments: Sequence[str] | None = None) -> int:
 def main() -> None:
     """Enter from the console script."""
     INTERRUPTS.guard()
+    prepare_streams()
     if sys.platform != "win32":
         from kinolab.cli.supervisor import supervise
 

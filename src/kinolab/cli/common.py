@@ -52,8 +52,10 @@ def write_pictures(
     report: dict[str, Any],
     film: FilmProcess,
     page_written: Callable[[], None],
-) -> None:
+) -> bool:
     """Write the page of a motion, then the scene for Blender and the animation.
+
+    They are not written if another run was written into the folder meanwhile.
 
     Args:
         problem: The machine in its world.
@@ -62,14 +64,24 @@ def write_pictures(
         report: Of the run.
         film: The process that draws the animation.
         page_written: Called as soon as the page is there.
+
+    Returns:
+        Whether the folder still has this run.
     """
     from kinolab.files import write_whole
+    from kinolab.runs import still_there
     from kinolab.show.view import content_of, write_model, write_page
 
     assert found.trajectory is not None
     film.begin(problem, found.trajectory)
     content = content_of(problem, found.trajectory, report, found.graph)
-    write_page(folder, content)
+    with still_there(folder, report) as there:
+        if there:
+            write_page(folder, content)
+            write_model(folder, content)
     page_written()
-    write_model(folder, content)
-    write_whole(folder / "animation.gif", film.animation())
+    animation = film.animation()
+    with still_there(folder, report) as there:
+        if there:
+            write_whole(folder / "animation.gif", animation)
+    return there

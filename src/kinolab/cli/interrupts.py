@@ -35,11 +35,16 @@ class Interrupts:
     Attributes:
         seen: Whether there was one.
         is_writing: One byte, not 0 while files of a run are written; shared with the parent.
+        shares_fate: The same while several searches are in this process, which all end if native
+            code crashes in one of them.
+        after_crash: Whether this process does again what another one did, which crashed so.
     """
 
     def __init__(self) -> None:
         self.seen = False
         self.is_writing = mmap.mmap(-1, 1)
+        self.shares_fate = mmap.mmap(-1, 1)
+        self.after_crash = False
         self._end: Callable[[], None] | None = None
         self._alone = self._asked = self._urged = self._leaving = False
         self._last = -ONE_PRESS  # when the signal came last, in [s]
@@ -87,6 +92,19 @@ class Interrupts:
             self.is_writing[0] = 0
             if self._leaving:
                 self._leave_unless_writing()
+
+    @contextmanager
+    def sharing_fate(self, several: bool) -> Iterator[None]:
+        """Have the command done again, each search in a process, if native code crashes inside.
+
+        Args:
+            several: Whether there are searches that go on then.
+        """
+        self.shares_fate[0] = several
+        try:
+            yield
+        finally:
+            self.shares_fate[0] = 0
 
     def raise_if_seen(self) -> None:
         """Raise KeyboardInterrupt again if a library swallowed it; called between stages."""

@@ -3,6 +3,9 @@
 Python's handlers wait until native code returns, and FCL and OMPL take seconds with a mesh of a
 million triangles. A second process does not wait. It is forked before any library is loaded, whose
 threads and locks would not survive a fork.
+
+It also survives native code that crashes, and says so. Where several searches were in the process
+that crashed, the command is done again with a process for each of them.
 """
 
 from __future__ import annotations
@@ -21,12 +24,17 @@ from kinolab.concurrency.parent_death import end_with_parent
 END_SECONDS = 0.9  # [s] after Ctrl-C the child is killed; by then it has exited if it could
 END_SOON_SECONDS = 0.2  # [s] the same after the second Ctrl-C
 WRITING_SECONDS = 1.0  # [s] more to complete the files of a run
+CRASHES = {
+    signal.SIGSEGV, signal.SIGABRT, signal.SIGBUS, signal.SIGFPE, signal.SIGILL
+}  # fmt: skip
+CRASHED = 70  # exit code
 
 
 def supervise() -> None:
     """Fork and continue in the child, whose signals are handled; the parent does not return.
 
-    The parent exits with the child's exit code, or by the signal that killed it.
+    The parent exits with the child's exit code, or by the signal that killed it. Signals of native
+    code that crashed become a sentence.
     """
     before = signal.signal(signal.SIGCHLD, lambda *_: None)  # if ignored, sigwait would miss it
     heard = {
@@ -34,12 +42,30 @@ def supervise() -> None:
         signal.SIGHUP, signal.SIGQUIT, signal.SIGTSTP,
     }  # fmt: skip
     mask = signal.pthread_sigmask(signal.SIG_BLOCK, heard)
-    parent, child = os.getpid(), os.fork()
-    if child:
-        _leave_like(_status_of(child, heard))
+    parent = os.getpid()
+    while child := _forked():
+        status = _status_of(child, heard)
+        crash = _crash_in(status)
+        if crash is None:
+            _leave_like(status)
+        again = bool(INTERRUPTS.shares_fate[0]) and not INTERRUPTS.after_crash
+        _tell_of(crash, again)
+        if not again:
+            os._exit(CRASHED)
+        INTERRUPTS.after_crash = True
+        INTERRUPTS.shares_fate[0] = INTERRUPTS.is_writing[0] = 0
     signal.signal(signal.SIGCHLD, before)
     signal.pthread_sigmask(signal.SIG_SETMASK, mask)
-    _leave_with(parent)
+    if child == 0:
+        _leave_with(parent)
+
+
+def _forked() -> int | None:
+    """Fork and return the child's number, 0 in the child; None if there is no room for one."""
+    try:
+        return os.fork()
+    except OSError:
+        return None  # Python's handlers must suffice
 
 
 def _status_of(child: int, heard: set[signal.Signals]) -> int | None:
@@ -75,6 +101,25 @@ def _status_of(child: int, heard: set[signal.Signals]) -> int | None:
             _raise_signal(number)  # until both are continued
             signal.pthread_sigmask(signal.SIG_BLOCK, {number})
             os.kill(child, signal.SIGCONT)
+
+
+def _crash_in(status: int | None) -> signal.Signals | None:
+    """Return the signal of native code that crashed, None if a process ended otherwise."""
+    if status is None or not os.WIFSIGNALED(status) or os.WTERMSIG(status) not in CRASHES:
+        return None
+    return signal.Signals(os.WTERMSIG(status))
+
+
+def _tell_of(crash: signal.Signals, again: bool) -> None:
+    """Say that native code crashed, and what follows."""
+    what = f"native code crashed ({crash.name})"
+    told = (
+        f"warning: {what}; each search gets a process of its own now."
+        if again
+        else (f"error: {what}: a mistake in kinolab or in a library; please report it.")
+    )
+    with suppress(OSError):
+        os.write(STDERR, f"\n{told}\n".encode())
 
 
 def _leave_like(status: int | None) -> NoReturn:

@@ -11,6 +11,7 @@ from kinolab.runs.folder import (
     read_run,
     replaced_scenario,
     require_place,
+    still_there,
     write_run,
     written_at,
 )
@@ -31,6 +32,7 @@ __all__ = [
     "replaced_scenario",
     "require_place",
     "result_text",
+    "still_there",
     "write_run",
     "written_at",
 ]

@@ -12,7 +12,8 @@ import json
 import math
 import os
 import zipfile
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from datetime import datetime
 from pathlib import Path
@@ -21,7 +22,7 @@ from typing import Any
 import numpy as np
 
 from kinolab.errors import InputError, Mistake
-from kinolab.files import utf_8, write_whole
+from kinolab.files import discard_abandoned, only_writer, utf_8, write_whole
 from kinolab.loading import build_problem
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
@@ -77,7 +78,8 @@ def write_run(folder: Path, problem: PlanningTask, plan: PlanResult) -> dict[str
     """Write all files of a run but its pictures, and return its report.
 
     Files of an earlier run in the same folder are replaced; what this run does not have is
-    removed, so that the folder never mixes two runs.
+    removed, so that the folder never mixes two runs. If several processes do so at once, one
+    writes after the other.
     """
     assets = assets_of(problem)
     files: dict[str, bytes] = {f"assets/{name}": content for name, content in assets.items()}
@@ -96,14 +98,31 @@ def write_run(folder: Path, problem: PlanningTask, plan: PlanResult) -> dict[str
     report = report_of(problem, plan, assets, certified)
     report["scenario_file"] = os.path.relpath(_source(problem), folder.resolve())
     files["report.json"] = _json(report)
-    stale = {*MOTION_FORMATS, *OPTIONAL, *_recorded_assets(folder)} - set(files)
     (folder / "assets").mkdir(parents=True, exist_ok=True)
-    (folder / "report.json").unlink(missing_ok=True)  # a report vouches for the files beside it
-    for name in stale:
-        (folder / name).unlink(missing_ok=True)
-    for name, content in files.items():
-        write_whole(folder / name, content)
+    with only_writer(folder):
+        stale = {*MOTION_FORMATS, *OPTIONAL, *_recorded_assets(folder)} - set(files)
+        (folder / "report.json").unlink(missing_ok=True)  # it vouches for the files beside it
+        for name in stale:
+            (folder / name).unlink(missing_ok=True)
+        discard_abandoned(folder / "plots")
+        for name, content in files.items():
+            write_whole(folder / name, content)
     return report
+
+
+@contextmanager
+def still_there(folder: Path, report: Mapping[str, Any]) -> Iterator[bool]:
+    """Let no other run be written into a folder, and tell whether none was meanwhile.
+
+    Args:
+        folder: Of a run.
+        report: Of that run.
+
+    Raises:
+        OSError: If there is no report any more.
+    """
+    with only_writer(folder):
+        yield (folder / "report.json").read_bytes() == _json(report)
 
 
 def _benchmark_result(problem: PlanningTask, trajectory: Trajectory) -> dict[str, bytes]:
@@ -118,13 +137,17 @@ def add_diagnosis(
 ) -> dict[str, Any]:
     """Write the report of a run once more, with what was found out since, and return it.
 
+    A report of another run, which was written into the folder meanwhile, stays.
+
     Args:
         folder: Of the run, whose other files stay.
         report: As ``write_run`` returned it.
         diagnosis: What is added to its ``diagnosis``.
     """
     whole = {**report, "diagnosis": {**report["diagnosis"], **diagnosis}}
-    write_whole(folder / "report.json", _json(whole))
+    with still_there(folder, report) as there:
+        if there:
+            write_whole(folder / "report.json", _json(whole))
     return whole
 
 
@@ -149,7 +172,7 @@ def require_place(folder: Path) -> None:
             which would be lost.
     """
     place = folder.absolute()
-    while not place.exists() and place != place.parent:
+    while not os.path.lexists(place) and place != place.parent:  # links to nowhere are there
         place = place.parent
     what = ""
     if not (place.is_dir() and os.access(place, os.W_OK | os.X_OK)):
@@ -177,7 +200,7 @@ def written_at(folder: Path) -> datetime | None:
     """Return the local time at which a run was written into a folder; None if there is none."""
     try:
         return datetime.fromtimestamp((folder / "report.json").stat().st_mtime).astimezone()
-    except OSError:
+    except (OSError, OverflowError, ValueError):  # of a clock that is thousands of years off
         return None
 
 

@@ -29,6 +29,7 @@ def solve(
     anytime: bool = False,
     optimize: bool = True,
     improve: float | None = None,
+    contained: bool = False,
     progress: Callable[[int, float], None] | None = None,
     watch: Callable[[Budget], None] | None = None,
     improved: Callable[[PlanResult], None] | None = None,
@@ -52,6 +53,8 @@ def solve(
             plan of the shortest duration.
         optimize: Whether to make the solution exact and shorter, and search again; without it the
             plan is the planner's own, which may then use ``improve`` itself.
+        contained: Whether each of several searches has a process of its own in any case, so that
+            native code which crashes ends one of them.
         progress: Called during the search with the iterations and seconds so far.
         watch: Called with the budget before each search, so that it can be interrupted.
         improved: Called with each verified plan that is better than those before.
@@ -87,7 +90,7 @@ def solve(
             watch(budget)
 
     if jobs > 1:
-        in_threads = searcher.in_threads
+        in_threads = searcher.in_threads and not contained
         solve_at_once(problem, request, pool, in_threads, progress=progress, watch=watched)
     else:
         for found, after in sequential_runs(

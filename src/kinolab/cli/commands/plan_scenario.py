@@ -130,6 +130,7 @@ def command(
                 problem, folder, progress, page, film,
                 jobs=jobs, anytime=anytime, optimize=not no_optimize,
             )  # fmt: skip
+        kept = True
         if not (found.status == "solved" or INTERRUPTS.seen or no_diagnosis):
             report = _diagnose(problem, found, folder, report, progress)
 
@@ -150,13 +151,15 @@ def command(
             progress("drawing the page")
             if page:
                 page.phase("draw")
-            write_pictures(problem, found, folder, report, film(), page_written)
+            kept = write_pictures(problem, found, folder, report, film(), page_written)
         else:
             show()
     progress.close()
+    if not kept:
+        progress(f"warning: another run was written into {folder} meanwhile.", lasting=True)
     if as_json:
         echo_json({"folder": str(folder), **report})
-    else:
+    elif kept:
         _say("  " + escaped(f"written to {folder}{replaced(earlier)}"))
     return INTERRUPTED if INTERRUPTS.seen else found.exit_code
 
@@ -275,12 +278,17 @@ def _search(
     if jobs > 1:
         seeds = f"seeds {section.seed} to {section.seed + jobs - 1}"
     progress(f"searching with {section.name}, {seeds}")
-    with INTERRUPTS.asking(), redirect_stdout(sys.stderr):
+    with (
+        INTERRUPTS.asking(),
+        INTERRUPTS.sharing_fate(jobs > 1),
+        redirect_stdout(sys.stderr),
+    ):
         found = solve(
             problem,
             jobs=jobs,
             anytime=anytime,
             optimize=optimize,
+            contained=INTERRUPTS.after_crash,
             progress=report,
             watch=watch,
             improved=improved,
