@@ -3,7 +3,7 @@
 Every file that kinolab reads has a largest size, chosen so that the worst content of that size takes
 less than ``MOST_MEMORY``: a list of empty lists takes 25 bytes of memory for each of the file, JSON
 as well as TOML. Limits of machines are in ``dynamics/language/json/size_limits.py``, of meshes
-in ``world/meshes/mesh.py`` and of scenarios, environments and studies in
+in ``world/meshes/mesh_limits.py`` and of scenarios, environments and studies in
 ``scenario/file_lookup.py``.
 """
 
@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from kinolab.files import read_ordinary
 
-MOST_MEMORY = 2 * 2**30  # [bytes] that reading any one file takes
+MOST_MEMORY = 4 * 2**30  # [bytes] that reading any one file takes
 MOST_REPORT_BYTES = 20_000_000  # of a run
 MOST_TABLE_BYTES = 50_000_000  # of CSV
 MOST_ARRAY_BYTES = 400_000_000  # of all arrays of a file, unpacked
