@@ -32,6 +32,7 @@ import tempfile
 import time
 import traceback
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from random import Random
@@ -161,7 +162,7 @@ def fuzz(name: str, out: Path, seconds: float, seed: int, engine: str) -> None:
     kept = [*target.seeds().values()]
     kept += [path.read_bytes() for path in sorted((out / "corpus" / name).iterdir())[:MOST_KEPT]]
     _ready(watch, kept[: len(target.seeds())])
-    with _answers() as last:
+    with _Answers() as last:
         while time.monotonic() < until:
             data = target.mutate(random.choice(kept), random)
             last.clear()
@@ -178,11 +179,12 @@ def fuzz(name: str, out: Path, seconds: float, seed: int, engine: str) -> None:
 def _ready(watch: Watch, seeds: list[bytes]) -> None:
     """Compile and import all that a target needs before time and memory are watched."""
     for data in seeds:
-        watch.run(data)
+        with suppress(Exception):  # it is told when it comes again
+            watch.run(data)
     watch.begin()
 
 
-class _answers:
+class _Answers:
     """What readers answer inside the context: the texts of their errors."""
 
     def __enter__(self) -> list[str]:
@@ -233,7 +235,7 @@ def _packages(name: str) -> tuple[str, ...]:
     text = (ROOT / "tests" / "fuzz" / "targets.py").read_text(encoding="utf-8")
     at = text.index(f"def read_{name}(")
     head = text[text.rindex("@_target(", 0, at) : at]
-    found = re.findall(r'"((?:%s)(?:\.\w+)*)"' % "|".join(_parts()), head)
+    found = re.findall(rf'"((?:{"|".join(_parts())})(?:\.\w+)*)"', head)
     return tuple(found) or ("world.meshes", "world.obstacle")
 
 

@@ -1,10 +1,10 @@
 """Files that somebody else wrote: what is too large or too deep is refused before it is parsed.
 
-Every file that kinolab reads has a largest size, chosen so that the worst content of that size takes
-less than ``MOST_MEMORY``: a list of empty lists takes 25 bytes of memory for each of the file, JSON
-as well as TOML. Limits of machines are in ``dynamics/language/json/size_limits.py``, of meshes
-in ``world/meshes/mesh_limits.py`` and of scenarios, environments and studies in
-``scenario/file_lookup.py``.
+Every file that kinolab reads has a largest size, chosen so that the worst content of that size
+takes less than ``MOST_MEMORY``: a list of empty lists takes 25 bytes of memory for each of the
+file, JSON as well as TOML. Limits of machines are in ``dynamics/language/json/size_limits.py``,
+of meshes in ``world/meshes/mesh_limits.py``, of scenarios, environments and studies in
+``scenario/file_lookup.py`` and ``scenario/toml_text.py``.
 """
 
 from __future__ import annotations
@@ -37,6 +37,11 @@ _HEADERS = {
     (1, 0): np.lib.format.read_array_header_1_0,
     (2, 0): np.lib.format.read_array_header_2_0,
 }
+
+
+def why(error: Exception) -> str:
+    """Return what an error of these functions says, without the system's numbers and names."""
+    return (error.strerror if isinstance(error, OSError) else None) or str(error)
 
 
 def json_of(text: str | bytes) -> Any:

@@ -113,9 +113,9 @@ def _of_tree(
             tree = read(data)
         except (ValueError, RecursionError):
             return raw(data, random)
-        for _ in range(random.choice((1, 1, 1, 2, 3, 6))):
-            tree = _changed(tree, random, words, finite=finite)
         try:
+            for _ in range(random.choice((1, 1, 1, 2, 3, 6))):
+                tree = _changed(tree, random, words, finite=finite)
             return write(tree, random)[:MOST]
         except (ValueError, RecursionError):
             return raw(data, random)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import atexit
 import hashlib
+import io
 import json
 import os
 import pickle
@@ -16,7 +17,7 @@ import shutil
 import tempfile
 import tomllib
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager, redirect_stderr, redirect_stdout, suppress
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -156,6 +157,36 @@ def read_overrides(data: bytes) -> None:
     _told(mistakes)
 
 
+@_target(
+    mutation.of_bytes(
+        *(b"--part", b"1/2", b"--size", b"640x480", b"--view", b"follow", b"--fps", b"--jobs"),
+        *(b"--seed", b"--json", b"--help", b"--", b"-", b"=", b"bench", b"video", b"plot", b"new"),
+        *(b"--set", b"scenario", b"execute", b"--times", b"--parameters", b"\n"),
+    ),
+    "cli",
+)
+def read_arguments(data: bytes) -> None:
+    """A command and its arguments, one each line, as far as they are read before it runs."""
+    import click
+
+    from kinolab.cli.commands.plan_bench import _part
+    from kinolab.cli.front import COMMANDS, plan
+
+    texts = data.replace(b"\0", b"").decode(errors="surrogateescape").split("\n")
+    name, *rest = texts if texts[0] in COMMANDS else ["scenario", *texts]
+    with suppress(InputError, click.ClickException, click.exceptions.Exit), _quiet():
+        command = plan.get_command(click.Context(plan), name)
+        assert command is not None
+        context = command.make_context(name, rest)
+        _part(context.params.get("part"))
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    with redirect_stdout(io.StringIO()), redirect_stderr(io.StringIO()):
+        yield
+
+
 def _told(mistakes: Any) -> None:
     for mistake in mistakes:
         str(mistake)
@@ -164,7 +195,8 @@ def _told(mistakes: Any) -> None:
 @_target(
     mutation.of_bytes(
         b"environment:", b"robots:", b"obstacles:", b"- type: box", b"center:", b"size:", b"start:",
-        b"goal:", b"*a", b"&a ", b"!!python/object:os.system", b"---\n", b"unicycle1_v0", b"quad3d_v0",
+        b"goal:", b"*a", b"&a ", b"!!python/object:os.system", b"---\n", b"unicycle1_v0",
+        b"quad3d_v0",
         b"[.inf]", b".nan", b"min:", b"max:", b"? ", b"|\n", b"~",
     ),
     "scenario", "loading",
@@ -339,7 +371,8 @@ def read_mesh_stl(data: bytes) -> None:
     _mesh("stl", data)
 
 
-@_target(mutation.of_bytes(b"v ", b"f ", b"vt ", b"vn ", b"usemtl a\n", b"mtllib mesh.mtl\n", b"o a\n",
+@_target(mutation.of_bytes(b"v ", b"f ", b"vt ", b"vn ", b"usemtl a\n", b"mtllib mesh.mtl\n",
+                           b"o a\n",
                            b"1/1/1", b"-1", b"g a\n", b"\\\n"), *MESHES)  # fmt: skip
 def read_mesh_obj(data: bytes) -> None:
     """OBJ, with the materials that it may name."""
@@ -357,7 +390,8 @@ def read_materials(data: bytes) -> None:
 
 @_target(mutation.of_bytes(b"element vertex ", b"element face ", b"property list uchar int a\n",
                            b"property float x\n", b"format ascii 1.0\n", b"end_header\n",
-                           b"format binary_little_endian 1.0\n", b"double", b"property uchar red\n"),
+                           b"format binary_little_endian 1.0\n", b"double",
+                           b"property uchar red\n"),
          *MESHES)  # fmt: skip
 def read_mesh_ply(data: bytes) -> None:
     """PLY, binary or text."""
@@ -376,9 +410,11 @@ def _of_glb(data: bytes, random: Random) -> bytes:
         return mutation.of_bytes(b"glTF", b"JSON", b"BIN\x00")(data, random)
     length = int.from_bytes(data[12:16], "little")
     words = ("nodes", "meshes", "children", "matrix", "mesh", "accessors", "bufferViews", "count",
-             "byteOffset", "byteStride", "componentType", "type", "MAT4", "SCALAR", "VEC3", "scenes",
+             "byteOffset", "byteStride", "componentType", "type", "MAT4", "SCALAR", "VEC3",
+             "scenes",
              "extensions", "images", "uri", "sparse", "indices", "POSITION", "mode", "materials",
-             "scale", "rotation", "data:,x", "file:///etc/passwd", "buffers", "byteLength")  # fmt: skip
+             "scale", "rotation", "data:,x", "file:///etc/passwd", "buffers",
+             "byteLength")  # fmt: skip
     tree = mutation.of_json(*words)(data[20 : 20 + length], random)
     return glb(tree, data[20 + length :])
 
@@ -410,8 +446,10 @@ def read_mesh_dae(data: bytes) -> None:
 
 @_target(
     mutation.of_toml(
-        "schema", "title", "scenarios", "planners", "seeds", "improve", "check", "settings", "sweep",
-        "sobol", "points", "ranges", "from", "to", "scale", "whole", "limits", "search", "iterations",
+        "schema", "title", "scenarios", "planners", "seeds", "improve", "check", "settings",
+        "sweep",
+        "sobol", "points", "ranges", "from", "to", "scale", "whole", "limits", "search",
+        "iterations",
         "cpu", "memory", "case", "planner.goal_bias", "planner.name", "name", "label", "log",
     ),
     "studies",

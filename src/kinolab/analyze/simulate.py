@@ -18,7 +18,7 @@ from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 from kinolab.simulation.reference import reference_motion, resimulate, trajectory_under
 from kinolab.trajectory import Trajectory, reference_column
-from kinolab.untrusted import text_file
+from kinolab.untrusted import text_file, why
 
 MAX_STEPS = 1_000_000
 
@@ -108,7 +108,7 @@ def read_inputs(path: Path, model: Model) -> tuple[Array, Array]:
         place = {name: k for k, name in enumerate(next(lines, []))}
         rows = [row for row in lines if row]
     except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise InputError([Mistake(str(path), f"it cannot be read ({error}).")]) from error
+        raise InputError([Mistake(str(path), f"it cannot be read ({why(error)}).")]) from error
     closed = model.plant is not model
     inputs = [reference_column(n) if closed else n for n in model.control_names]
     wanted = ("t", *inputs)

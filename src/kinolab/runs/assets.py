@@ -107,7 +107,10 @@ def unchanged(folder: Path, problem: PlanningTask, report: Mapping[str, Any]) ->
 
 
 def _digest_of(path: Path) -> str | None:
-    return _digest(path.read_bytes()) if path.is_file() else None
+    if not path.is_file():
+        return None
+    with path.open("rb") as file:  # which may be larger than memory
+        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def _digest(content: bytes) -> str:

@@ -34,7 +34,7 @@ from kinolab.scenario.dynobench import is_environment
 from kinolab.search.graph import SearchGraph, read_graph
 from kinolab.solve import PlanResult
 from kinolab.trajectory import Trajectory, read_csv
-from kinolab.untrusted import array_file, json_file
+from kinolab.untrusted import array_file, json_file, why
 from kinolab.verification import Certificate, Check, verify
 from kinolab.verification.clearance_search import Told
 
@@ -199,7 +199,7 @@ def read_run(folder: Path) -> Run:
         if not isinstance(report, dict):
             raise ValueError("it is not an object")
     except (OSError, RecursionError, ValueError) as error:
-        what = f"the report is damaged ({error})."
+        what = f"the report is damaged ({why(error)})."
         raise InputError([Mistake(str(folder / "report.json"), what)]) from error
     scenario = load_scenario(folder / "scenario.toml")
     if not (scenario.system.file or "").endswith(".json"):
@@ -242,7 +242,7 @@ def _same_in_npz(folder: Path, motion: Trajectory) -> Check:
     try:
         found = array_file(folder / NPZ)
     except (OSError, ValueError) as error:
-        return Check(NPZ, math.inf, 0.0, False, f"it cannot be read ({error})")
+        return Check(NPZ, math.inf, 0.0, False, f"it cannot be read ({why(error)})")
     differing = [
         name
         for name in sorted({*wanted.files, *found})

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from kinolab.errors import InputError, Mistake
 from kinolab.numerics.arrays import Array
-from kinolab.untrusted import array_file
+from kinolab.untrusted import array_file, why
 
 Integers: TypeAlias = NDArray[np.integer]
 
@@ -77,7 +77,7 @@ def read_graph(path: Path, state_names: Sequence[str]) -> SearchGraph:
         x, edges, names = file["x"], file["edges"], file["state_names"]
     except (KeyError, OSError, ValueError) as error:
         raise InputError(
-            [Mistake(str(path), f"it is damaged ({error}).", "Plan again.")]
+            [Mistake(str(path), f"it is damaged ({why(error)}).", "Plan again.")]
         ) from error
     fits = x.ndim == 2 and x.dtype.kind == "f" and x.shape[1] == len(state_names)
     fits &= names.dtype.kind == "U" and names.tolist() == list(state_names)

@@ -20,7 +20,7 @@ from kinolab.errors import InputError, Mistake, UnknownNameError
 from kinolab.files import write_whole
 from kinolab.numerics.arrays import Array
 from kinolab.trajectory.interpolation import states_at
-from kinolab.untrusted import text_file
+from kinolab.untrusted import text_file, why
 
 MOST_TOLD = 10  # mistakes of a file
 
@@ -246,7 +246,7 @@ def read_csv(
             raise InputError([Mistake(f"{path} line 1", what)])
         rows = _rows(lines, len(header))
     except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise InputError([Mistake(str(path), f"it cannot be read ({error}).")]) from error
+        raise InputError([Mistake(str(path), f"it cannot be read ({why(error)}).")]) from error
     if not rows:
         raise InputError([Mistake(str(path), "it has no knots.")])
     data = _numbers(path, rows, header, 1 + len(state_names))
