@@ -286,7 +286,7 @@ def _numbers(path: Path, rows: list[list[str]], header: Sequence[str], states: i
     """Parse rows; only the last one has no inputs."""
     width = len(header)
     data = np.full((len(rows), width), np.nan)
-    mistakes = []
+    mistakes: list[Mistake] = []
     for k, row in enumerate(rows):
         if len(mistakes) >= MOST_TOLD:
             break
