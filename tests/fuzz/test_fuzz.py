@@ -137,6 +137,39 @@ def test_an_stl_of_very_many_solids_is_refused() -> None:
     assert "1000 solids" in refusal(lambda: mesh_limits.require_size("m", "stl", content))
 
 
+@pytest.mark.parametrize(
+    ("nodes", "what"),
+    [
+        ([{"children": [k + 1]} for k in range(101)] + [{}], "within more than 100 others"),
+        ([{"children": [0]}], "within more than 100 others"),
+        ([{}] * (mesh_limits.MAX_NODES + 1), "more than 20000 nodes"),
+    ],
+)
+def test_a_glb_of_many_nodes_or_deep_ones_is_refused(nodes: list[object], what: str) -> None:
+    content = glb(json.dumps({"nodes": nodes}).encode(), b"")
+    assert what in refusal(lambda: mesh_limits.require_size("m", "glb", content))
+
+
+def test_nodes_of_a_dae_are_counted_as_often_as_they_are_used() -> None:
+    def folded(levels: int) -> bytes:
+        twice = '<node id="n{}"><instance_node url="#n{}"/><instance_node url="#n{}"/></node>'
+        nodes = "".join(twice.format(k + 1, k, k) for k in range(levels))
+        return f'<a xmlns="b"><node id="n0"><node/></node>{nodes}</a>'.encode()
+
+    # Each of the first three stands by itself, too: 2, then 2 (2) + 1 = 5, then 2 (5) + 1 = 11.
+    assert mesh_limits.unfolded_nodes(folded(2)) == 2 + 5 + 11
+    assert mesh_limits.unfolded_nodes(folded(40)) > mesh_limits.MAX_NODES
+    itself = b'<a><node id="n"><instance_node url="#n"/></node></a>'
+    assert mesh_limits.unfolded_nodes(itself) > mesh_limits.MAX_NODES
+
+
+def test_an_obj_of_very_many_materials_is_refused() -> None:
+    most = mesh_limits.MAX_MATERIALS
+    mesh_limits.require_size("m", "obj", b"usemtl a\n" * (most + 1))
+    many = b"".join(b"usemtl %d\n" % k for k in range(most + 1))
+    assert "2000 materials" in refusal(lambda: mesh_limits.require_size("m", "obj", many))
+
+
 def test_a_scenario_of_very_many_values_is_refused(tmp_path: Path) -> None:
     from kinolab.scenario import load_scenario
 
@@ -159,7 +192,7 @@ WORST: dict[str, tuple[str, Callable[[], bytes]]] = {
     "inputs": ("inputs_csv", lambda: b"t,drive,steer\n" + b"10,11,12\n" * 5_500_000),
     "arrays": ("search_npz", lambda: archive("(8300000, 6)", "<f8", 8_300_000 * 48)),
     "scenario": ("scenario", lambda: OPEN.encode() + b"[x]\na = [" + b"{}," * 330_000 + b"]"),
-    "environment": ("dynobench", lambda: b"[" + b"1," * 99_000 + b"]"),
+    "environment": ("dynobench", lambda: b"[" + b"1," * 149_000 + b"]"),
     "machine": ("machine", lambda: b"[" + b"{}," * 660_000 + b"{}]"),
     "study": ("study", lambda: b"a = [" + b"{}," * 330_000 + b"]"),
     "row": ("journal", lambda: b"[" + b"{}," * 333_000 + b"{}]\n"),
