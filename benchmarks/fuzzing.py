@@ -4,8 +4,8 @@
 
 The targets are those of `tests/fuzz/targets.py`, which also says what counts as a bug. Each one is
 run in a process of its own, with a limit of processor time for every input and a limit of memory,
-`--minutes` of the clock at a time; with `--hours`, one after the other until so much processor time
-has been used in all. What was found lies in `OUT/findings`, inputs that were worth keeping in
+`--minutes` of the clock at a time; with `--hours`, again and again until so much processor time has
+been used in all, the one that has had the least of it first. What was found lies in `OUT/findings`, inputs that were worth keeping in
 `OUT/corpus`, and `OUT/tally.json` has the sums over all runs that were made with the same OUT,
 which are printed as a Markdown table.
 
@@ -21,6 +21,7 @@ import hashlib
 import importlib.util
 import json
 import logging
+import math
 import os
 import re
 import resource
@@ -317,12 +318,12 @@ def table(tally: dict[str, Any]) -> str:
     return "\n".join(lines)
 
 
-def _rounds(names: list[str]) -> Iterator[tuple[int, str]]:
-    number = int(time.time())
-    while True:
-        for name in names:
-            number += 1
-            yield number, name
+def _turns(names: list[str], tally: dict[str, Any], *, once: bool) -> Iterator[str]:
+    """Yield every target once, or without end the one that has had the least processor time."""
+    if once:
+        yield from names
+    while not once:
+        yield min(names, key=lambda name: tally.get(name, {}).get("cpu_s", 0.0))
 
 
 def main() -> None:
@@ -334,7 +335,7 @@ def main() -> None:
     parser.add_argument("--until", type=float, help="end at this time, in s since 1970")
     parser.add_argument("--out", type=Path, default=Path("fuzzing"))
     parser.add_argument("--engine", choices=("atheris", "own"))
-    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--seed", type=int, default=1, help=argparse.SUPPRESS)
     parser.add_argument("--child", help=argparse.SUPPRESS)
     given = parser.parse_args()
     engine = given.engine or ("atheris" if importlib.util.find_spec("atheris") else "own")
@@ -350,12 +351,12 @@ def main() -> None:
     path = out / "tally.json"
     tally: dict[str, Any] = json.loads(path.read_text()) if path.exists() else {}
     names = given.targets or list(TARGETS)
-    for done, (number, name) in enumerate(_rounds(names), start=1):
-        one(name, out, given.minutes * 60, number, engine, tally)
+    once = given.hours is None and given.until is None
+    for name in _turns(names, tally, once=once):
+        one(name, out, given.minutes * 60, int(time.time()) % 2**31, engine, tally)
         path.write_text(json.dumps(tally, indent=1) + "\n")
         used = sum(entry["cpu_s"] for entry in tally.values()) / 3600
-        over = given.until is not None and time.time() > given.until
-        if over or (used >= given.hours if given.hours else done >= len(names)):
+        if used >= (given.hours or math.inf) or time.time() > (given.until or math.inf):
             break
     print(table(tally))
 

@@ -26,6 +26,7 @@ from typing import Any
 
 import kinolab
 from kinolab.errors import InputError
+from kinolab.files import utf_8
 from kinolab.problem import PlanningTask
 from tests.fuzz import mutation
 from tests.support import OPEN, WALL
@@ -328,7 +329,7 @@ def read_report(data: bytes) -> None:
         run = read_run(folder)
         unchanged(folder, run.problem, run.report)
         data, _ = page_data(content_of(run.problem, run.trajectory, run.report, run.graph))
-        json.dumps(data, allow_nan=False, ensure_ascii=False).encode()
+        utf_8(json.dumps(data, allow_nan=False, ensure_ascii=False))
 
 
 @_target(mutation.of_npz, "search.graph")
