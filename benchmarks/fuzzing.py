@@ -5,9 +5,9 @@
 The targets are those of `tests/fuzz/targets.py`, which also says what counts as a bug. Each one is
 run in a process of its own, with a limit of processor time for every input and a limit of memory,
 `--minutes` of the clock at a time; with `--hours`, again and again until so much processor time has
-been used in all, the one that has had the least of it first. What was found lies in `OUT/findings`, inputs that were worth keeping in
-`OUT/corpus`, and `OUT/tally.json` has the sums over all runs that were made with the same OUT,
-which are printed as a Markdown table.
+been used in all, the one that has had the least of it first. What was found lies in `OUT/findings`,
+inputs that were worth keeping in `OUT/corpus`, and `OUT/tally.json` has the sums over all runs that
+were made with the same OUT, which are printed as a Markdown table.
 
 The engine is atheris where it is installed (`pip install atheris`, which kinolab itself does not
 need): it sees which lines of kinolab an input leads through, and goes on from inputs that lead
@@ -292,6 +292,7 @@ def one(
     facts = json.loads(note.read_text()) if note.exists() else {"cpu_s": 0.0, "executions": 0}
     entry = tally.setdefault(name, {"cpu_s": 0.0, "executions": 0, "engines": {}, "edges": 0})
     entry["cpu_s"] += facts["cpu_s"]
+    entry["turns"] = entry.get("turns", 0) + 1
     entry["executions"] += facts["executions"]
     entry["engines"][engine] = entry["engines"].get(engine, 0.0) + facts["cpu_s"]
     found = re.findall(rb"cov: (\d+)", log.read_bytes())
@@ -323,7 +324,11 @@ def _turns(names: list[str], tally: dict[str, Any], *, once: bool) -> Iterator[s
     if once:
         yield from names
     while not once:
-        yield min(names, key=lambda name: tally.get(name, {}).get("cpu_s", 0.0))
+        yield min(names, key=lambda name: _had(tally.get(name, {})))
+
+
+def _had(entry: dict[str, Any]) -> float:
+    return float(entry.get("cpu_s", 0.0)) + float(entry.get("turns", 0))  # that failed, too
 
 
 def main() -> None:
