@@ -155,10 +155,10 @@ def fuzz(name: str, out: Path, seconds: float, seed: int, engine: str) -> None:
     if engine == "atheris":
         _with_atheris(name, out, seconds, seed)
         return
-    from tests.fuzz.targets import MOST_SECONDS, TARGETS
+    from tests.fuzz.targets import TARGETS
 
     target = TARGETS[name]
-    watch = Watch(target.run, name, out, MOST_SECONDS)
+    watch = Watch(target.run, name, out, target.seconds)
     random, until, answers = Random(seed), time.monotonic() + seconds, set[str]()
     kept = [*target.seeds().values()]
     kept += [path.read_bytes() for path in sorted((out / "corpus" / name).iterdir())[:MOST_KEPT]]
@@ -211,10 +211,10 @@ def _with_atheris(name: str, out: Path, seconds: float, seed: int) -> None:
 
     packages = [f"kinolab.{part}" for part in _packages(name)] + PARSERS
     with atheris.instrument_imports(include=packages, exclude=_compiled()):
-        from tests.fuzz.targets import CORPUS, MOST_SECONDS, TARGETS
+        from tests.fuzz.targets import CORPUS, TARGETS
 
         target = TARGETS[name]
-        watch = Watch(target.run, name, out, MOST_SECONDS)
+        watch = Watch(target.run, name, out, target.seconds)
         _ready(watch, list(target.seeds().values()))
 
     def mutate(data: bytes, most: int, number: int) -> bytes:

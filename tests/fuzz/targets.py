@@ -25,13 +25,15 @@ from random import Random
 from typing import Any
 
 import kinolab
-from kinolab.errors import InputError
+from kinolab.errors import InputError, KinolabError
 from kinolab.files import utf_8
 from kinolab.problem import PlanningTask
 from tests.fuzz import mutation
 from tests.support import OPEN, WALL
 
 MOST_SECONDS = 5.0  # [s] of processor time for one input
+SEARCH_SECONDS = 0.5  # [s] for a search, after which it is verified for five seconds at most
+PLAN_SECONDS = SEARCH_SECONDS + MOST_SECONDS + 2.5
 CORPUS = Path(__file__).with_name("corpus")
 POST = (CORPUS / "mesh_off" / "post").read_text() if (CORPUS / "mesh_off" / "post").exists() else ""
 QUICK = {"rolling_disk", "diff_drive"}  # machines that are built from what was read
@@ -46,12 +48,14 @@ class Target:
         run: Gives bytes to it; raises what is no documented error.
         mutate: Damages an input that it knows how to read.
         packages: Of kinolab, that it leads through.
+        seconds: Of processor time, that one input may take.
     """
 
     name: str
     run: Callable[[bytes], None]
     mutate: mutation.Mutator
     packages: tuple[str, ...]
+    seconds: float = MOST_SECONDS
 
     def seeds(self) -> dict[str, bytes]:
         """Return its inputs in the corpus, by name."""
@@ -62,11 +66,11 @@ TARGETS: dict[str, Target] = {}
 
 
 def _target(
-    mutate: mutation.Mutator, *packages: str
+    mutate: mutation.Mutator, *packages: str, seconds: float = MOST_SECONDS
 ) -> Callable[[Callable[[bytes], None]], Callable[[bytes], None]]:
     def enter(run: Callable[[bytes], None]) -> Callable[[bytes], None]:
         name = run.__name__.removeprefix("read_")
-        TARGETS[name] = Target(name, run, mutate, packages)
+        TARGETS[name] = Target(name, run, mutate, packages, seconds)
         return run
 
     return enter
@@ -145,6 +149,15 @@ def read_scenario(data: bytes) -> None:
             return
         if not {"drive", "steer", "left", "right"} & set(scenario.bounds):  # else it is compiled
             built(scenario, mistakes)
+
+
+@_target(mutation.of_numbers, "scenario", "loading", "problem", "solve", seconds=PLAN_SECONDS)
+def read_planning(data: bytes) -> None:
+    """A scenario that is planned for: the search ends with its time limit, and so does the rest."""
+    path = _put("planning/scenario.toml", data)
+    with suppress(KinolabError):
+        problem = kinolab.load(path)
+        problem.solve(seed=1, time_limit=SEARCH_SECONDS, optimize=False)
 
 
 @_target(mutation.of_bytes(*(key.encode() for key in KEYS), b".", b"=", b"\n"), "scenario")

@@ -27,7 +27,14 @@ from kinolab.world.meshes import mesh_limits
 from tests.fuzz.targets import TARGETS, glb
 from tests.support import OPEN, ROOT, environment, long, within
 
-SLOW = {"machine": 4, "feedback": 4, "report": 6, "mesh_dae": 10, "roadmap": 10}  # inputs, of many
+SLOW = {
+    "planning": 2,
+    "machine": 4,
+    "feedback": 4,
+    "report": 6,
+    "mesh_dae": 10,
+    "roadmap": 10,
+}  # inputs, of many
 COUNT = 20  # inputs of the others
 PATIENCE = 60  # [s] for what takes a few, on a busy machine
 
