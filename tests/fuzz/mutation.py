@@ -102,7 +102,10 @@ SIZES = (0.0, 1e-300, 1e-12, 1e-6, 1e-3, 0.1, 1.0, 3.0, 100.0, 1e4, 1e6, 1e9, 1e
 
 def of_numbers(data: bytes, random: Random) -> bytes:
     """Replace a few numbers of a TOML file by others of their kind."""
-    tree = _toml_read(data)
+    try:
+        tree = _toml_read(data)
+    except (ValueError, RecursionError):
+        return of_bytes()(data, random)
     places = [(h, k) for h, k in _places(tree) if type(h[k]) in (int, float) and k != "schema"]
     for holder, key in random.sample(places, min(len(places), random.choice((1, 1, 2, 3)))):
         size = random.choice(SIZES) * random.choice((1, 1, 1, -1, random.uniform(0.5, 2)))
