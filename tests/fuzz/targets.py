@@ -298,6 +298,20 @@ def read_trajectory_csv(data: bytes) -> None:
         read_csv(_put("trajectory.csv", data), *NAMES)
 
 
+@_target(mutation.of_csv, "runs", "trajectory", "verification", seconds=2 * MOST_SECONDS)
+def read_checked_run(data: bytes) -> None:
+    """``plan check`` of a run, whose trajectory is simulated anew."""
+    from kinolab.runs import check_run
+
+    folder = home() / "checked"
+    if not folder.exists():
+        shutil.copytree(CORPUS / "run_folder", folder)
+        _put("checked/report.json", (CORPUS / "report" / "solved").read_bytes())
+    _put("checked/trajectory.csv", data)
+    with suppress(InputError):
+        check_run(folder)
+
+
 @_target(mutation.of_csv, "analyze")
 def read_inputs_csv(data: bytes) -> None:
     """The inputs of ``plan simulate``."""

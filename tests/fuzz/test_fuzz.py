@@ -29,6 +29,7 @@ from tests.support import OPEN, ROOT, environment, long, within
 
 SLOW = {
     "planning": 2,
+    "checked_run": 3,
     "machine": 4,
     "feedback": 4,
     "report": 6,

@@ -392,8 +392,9 @@ def integrate(ode, begin, end, knot, dense, table, row):  # type: ignore[no-unty
         switches += made
         if made < 0:
             return -made
-        if switches > MAX_SWITCHES:
-            return CHATTERS
+        steps += 1
+        if switches > MAX_SWITCHES or steps > MAX_STEPS:
+            return CHATTERS if switches > MAX_SWITCHES else TOO_MANY
         if t >= end:
             return WORKED
         if fresh or made:
@@ -402,9 +403,6 @@ def integrate(ode, begin, end, knot, dense, table, row):  # type: ignore[no-unty
             h, fresh = first_step(ode, end - t), False
             if h < 0.0:
                 return SINGULAR
-        steps += 1
-        if steps > MAX_STEPS:
-            return TOO_MANY
         how, h, now, factor = accepted(ode, t, h, min(t + longest, end))
         if how != WORKED:
             return how
