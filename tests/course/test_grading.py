@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+import json
 from pathlib import Path
 
 import nbformat
@@ -13,6 +14,8 @@ from kinolab import cli
 from kinolab.cli.commands.plan_course import write_course
 from kinolab.errors import InputError
 from kinolab.testing import grade, grade_class
+from kinolab.testing.exercises import Mark
+from kinolab.testing.grading import recorded_marks
 from tests.support import OPEN
 
 
@@ -138,3 +141,13 @@ def test_grades_from_the_command_line(tmp_path: Path, capsys: pytest.CaptureFixt
     work = handed_in(tmp_path / "ada.ipynb", CHECK + 'check("3.3", 2.0)')
     assert cli.run(["course", "--grade", str(work)]) == 0
     assert "1 of 6 points" in capsys.readouterr().out
+
+
+def test_what_a_notebook_writes_into_its_record_is_a_mark_or_nothing(tmp_path: Path) -> None:
+    record = tmp_path / "grades.jsonl"
+    assert recorded_marks(record) == {}
+    sound = {"exercise": "1.1", "points": 1, "of": 2, "reason": "it is 3."}
+    lines = [sound, {**sound, "points": 2}, [1], {**sound, "points": "3"}, {"exercise": "1.2"}]
+    text = "\n".join([*map(json.dumps, lines), "[" * 10**5, "\udcff"])
+    record.write_bytes(text.encode(errors="surrogateescape"))
+    assert recorded_marks(record) == {"1.1": Mark("1.1", 2, 2, "it is 3.")}

@@ -68,6 +68,19 @@ def test_a_goal_whose_middle_is_outside_but_whose_edge_is_inside_is_possible(
     problem_of(tmp_path, OPEN, "goal.x=5.1", "goal.tolerance=0.5").check_endpoints()
 
 
+@pytest.mark.parametrize("spread", [0.0, 0.1, 1.0])
+def test_samples_of_a_goal_whose_middle_is_outside_lie_at_the_limit_or_inside(
+    spread: float, tmp_path: Path
+) -> None:
+    """With a factor below 0.4, nothing of the goal about x = 0 +- 0.5 lies below x = -0.2."""
+    text = OPEN.replace("x = [-5, 5]", "x = [-5, -0.2]")
+    problem, random = problem_of(tmp_path, text), np.random.default_rng(1)
+    one = np.array([problem.sample_goal(random, spread) for _ in range(50)])
+    for drawn in (one, problem.sample_goals(random, np.full(50, spread))):
+        assert (drawn[:, 0] <= -0.2 + 1e-8).all()  # how far a limit may be passed
+        assert (drawn[:, 0] >= min(-0.5 * spread, -0.2) - 1e-8).all()
+
+
 def test_limits_that_leave_nothing_are_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="limits of y exclude each other: 20 to 5"):
         problem_of(tmp_path, OPEN, "goal={ x = 0 }", "bounds.y=[20, 30]")

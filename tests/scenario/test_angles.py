@@ -11,7 +11,7 @@ from kinolab.errors import InputError
 from kinolab.problem import PlanningTask
 from kinolab.scenario import load_scenario, write_scenario
 from kinolab.scenario.angles import angle_of
-from tests.support import problem_of
+from tests.support import problem_of, within
 
 SWING = """\
 schema = 1
@@ -56,6 +56,13 @@ def test_an_angle_is_read_as_a_textbook_writes_it(text: str, value: float) -> No
 )  # fmt: skip
 def test_what_is_no_angle_is_none(text: str) -> None:
     assert angle_of(text) is None
+
+
+def test_blanks_after_a_number_take_no_time() -> None:
+    """Tried in all ways in which n blanks fall into six places, these would take years."""
+    with within(20):
+        assert angle_of("1" + " " * 100_000 + "x") is None
+        assert angle_of("1" * 100_000 + "x") is None
 
 
 def test_start_goal_tolerances_and_limits_take_angles(tmp_path: Path) -> None:

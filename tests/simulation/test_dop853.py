@@ -86,6 +86,14 @@ def test_a_motion_that_runs_away_is_told_with_its_time() -> None:
     assert caught.value.time == pytest.approx(np.pi / 2, abs=1e-3)
 
 
+def test_an_interval_of_a_billion_swings_is_told_and_not_followed() -> None:
+    """Thirty years of a pendulum: compiled code, that nothing interrupts, would take hours."""
+    model = kinolab.systems.get("pendulum").model()
+    with pytest.raises(DivergedError, match="more than 200000 steps for one interval") as caught:
+        follow(model, np.array([1.0, 0.0]), np.array([0.0, 1e9]), np.zeros((1, 1)), np.ones(2))
+    assert caught.value.time > 1000.0  # of the pendulum's 2 s periods there are thousands
+
+
 def test_many_steps_do_not_fit_the_first_table() -> None:
     """One interval of many periods: rows are added, and the dense output goes on."""
     model = kinolab.systems.get("pendulum").model()

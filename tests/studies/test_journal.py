@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import subprocess
 import sys
@@ -50,7 +51,13 @@ def test_a_line_that_was_cut_is_left_out_and_overwritten(tmp_path: Path) -> None
 
 
 @pytest.mark.parametrize(
-    "damage", ['{"index": 1, "tas', "\0\0\0", "[1]", '{"index": "1"}', "[" * 10**5]
+    "damage",
+    [
+        *('{"index": 1, "tas', "\0\0\0", "[1]", '{"index": "1"}', "[" * 10**5, '{"index": 1}'),
+        *(json.dumps(row(1, solved=1)), json.dumps(row(1, versions="{")), json.dumps(row(True))),
+        *(json.dumps(row(1, host="\ud800")), json.dumps(row(1, improvements=[[1.0]]))),
+        *(json.dumps(row(1, status=None)), json.dumps(row(2**63))),
+    ],
 )
 def test_a_damaged_line_in_the_middle_is_named(tmp_path: Path, damage: str) -> None:
     written(tmp_path, [row(0), row(1), row(2)])

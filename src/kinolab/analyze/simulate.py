@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import io
 import math
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -17,6 +18,7 @@ from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 from kinolab.simulation.reference import reference_motion, resimulate, trajectory_under
 from kinolab.trajectory import Trajectory, reference_column
+from kinolab.untrusted import text_file, why
 
 MAX_STEPS = 1_000_000
 
@@ -102,22 +104,24 @@ def read_inputs(path: Path, model: Model) -> tuple[Array, Array]:
         InputError: If the file cannot be read, lacks a column, or has a value that is not a number.
     """
     try:
-        with path.open(encoding="utf-8", newline="") as file:
-            rows = list(csv.DictReader(file))
+        lines = csv.reader(io.StringIO(text_file(path)))
+        place = {name: k for k, name in enumerate(next(lines, []))}
+        rows = [row for row in lines if row]
     except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise InputError([Mistake(str(path), f"it cannot be read ({error}).")]) from error
+        raise InputError([Mistake(str(path), f"it cannot be read ({why(error)}).")]) from error
     closed = model.plant is not model
     inputs = [reference_column(n) if closed else n for n in model.control_names]
     wanted = ("t", *inputs)
-    missing = [name for name in wanted if not rows or name not in rows[0]]
+    missing = [name for name in wanted if not rows or name not in place]
     if missing:
         what = f"it has no column {', '.join(missing)}."
         raise InputError([Mistake(str(path), what, f"The columns are {', '.join(wanted)}.")])
-    if len(rows) > 1 and not any(rows[-1][name] for name in inputs):
+    columns = [place[name] for name in wanted]
+    if len(rows) > 1 and not any("".join(rows[-1][k : k + 1]) for k in columns[1:]):
         rows.pop()
     try:
-        table = np.array([[float(row[name]) for name in wanted] for row in rows])
-    except (TypeError, ValueError) as error:
+        table = np.array([[float(row[k]) for k in columns] for row in rows])
+    except (IndexError, ValueError) as error:
         raise InputError([Mistake(str(path), f"a value is no number ({error}).")]) from error
     if not np.isfinite(table).all() or (np.diff(table[:, 0]) <= 0).any():
         raise InputError([Mistake(str(path), "t does not increase, or a value is not finite.")])

@@ -91,10 +91,11 @@ class Model:
             content: All that determines the machine, as text.
             describe: Returns the machine, should its symbols be needed; can be pickled.
         """
-        record = read_record(key_of(content))
-        if record is None:
-            return None
-        machine, key, files = record
+        match read_record(key_of(content)):
+            case (MachineFacts() as machine, str() as key, dict() as files):
+                pass
+            case _:
+                return None
         made = cls.__new__(cls)
         made._set(machine, key, describe)
         made.files, made._source = files, (content, describe)

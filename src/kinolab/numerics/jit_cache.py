@@ -108,8 +108,9 @@ class _SealedFiles(IndexDataCacheFile):  # type: ignore[misc]
         Two processes that save at once may use one file name for two signatures, so an entry is
         only accepted under the key it was saved with.
         """
-        saved_for, data = super().load(key) or (None, None)
-        return data if saved_for == key else None
+        saved = super().load(key)
+        fits = isinstance(saved, tuple) and len(saved) == 2 and saved[0] == key
+        return saved[1] if fits else None
 
     def _save_index(self, overloads: dict[Any, str]) -> None:
         content = self._version.encode() + b"\n" + self._dump((self._source_stamp, overloads))
@@ -120,8 +121,10 @@ class _SealedFiles(IndexDataCacheFile):  # type: ignore[misc]
         version, _, content = bytes(read_sealed(path, MAGIC) or b"").partition(b"\n")
         if version != self._version.encode():  # its signatures may be unreadable
             return {}
-        stamp, overloads = _unpickled(path, content) or (None, {})
-        return overloads if stamp == self._source_stamp else {}
+        match _unpickled(path, content):
+            case (self._source_stamp, dict() as overloads):
+                return overloads
+        return {}
 
     def _save_data(self, name: str, data: Any) -> None:
         write_sealed(Path(self._data_path(name)), MAGIC, self._dump(data))

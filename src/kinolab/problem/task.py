@@ -388,6 +388,14 @@ class PlanningTask:
             np.minimum(goal.targets + reach, upper + LIMIT_TOLERANCE),
         )
 
+    def _goal_range(self, spread: float | Array) -> tuple[Array, Array]:
+        """Return ``_goal_box`` for samples: the nearest limit where the target lies beyond it."""
+        entries, reach = list(self.goal.indices), spread * self.goal.tolerances
+        lower, upper = self.bounds[entries].T if entries else np.zeros((2, 0))
+        limits = lower - LIMIT_TOLERANCE, upper + LIMIT_TOLERANCE
+        low, high = (self.goal.targets + side * reach for side in (-1.0, 1.0))
+        return np.clip(low, *limits), np.clip(high, *limits)
+
     def sample(self, generator: np.random.Generator) -> Array:
         """Sample a state uniformly within ``sampling_bounds``, attitudes uniformly on SO(3)."""
         x: Array = np.asarray(generator.uniform(*self.sampling_bounds.T))
@@ -416,9 +424,9 @@ class PlanningTask:
             x[attitude.entries] = near
         if goal.together:
             near = goal.targets + shares[: len(entries)] * goal.tolerances
-            x[entries] = np.clip(near, *self._goal_box(spread))
+            x[entries] = np.clip(near, *self._goal_range(spread))
         else:
-            x[entries] = generator.uniform(*self._goal_box(spread))
+            x[entries] = generator.uniform(*self._goal_range(spread))
         placed: Array = self.with_bodies_placed(x[None], self._offsets(shares[None], generator))[0]
         return placed
 
@@ -441,7 +449,7 @@ class PlanningTask:
             angles = np.minimum(fraction * attitude.tolerance, np.pi)
             near = turned_by_at_most(np.array(attitude.target), angles, generator)
             x[:, attitude.entries] = near
-        box = self._goal_box(spreads[:, None])
+        box = self._goal_range(spreads[:, None])
         if goal.together:
             near = goal.targets + shares[:, : len(entries)] * goal.tolerances
             x[:, entries] = np.clip(near, *box)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 from collections.abc import Mapping
 from pathlib import Path
@@ -11,6 +12,7 @@ from kinolab.files import utf_8
 from kinolab.problem import PlanningTask
 from kinolab.runs.assets import digest_of, used_assets
 from kinolab.runs.report import check_to_json, margin_to_json, versions
+from kinolab.untrusted import json_file
 from kinolab.verification import Certificate, Check
 
 CERTIFICATE = "certificate.json"
@@ -83,9 +85,8 @@ def unchanged(folder: Path, problem: PlanningTask, report: Mapping[str, Any]) ->
     recorded = {f"assets/{Path(name).name}": digest for name, digest in assets.items()}
     changed = set()
     if (digest := report.get("certificate")) is not None:
-        content = _content(folder / CERTIFICATE)
-        certified = _table(_parsed(content).get("files"))
-        if content is None or digest_of(content) != digest:
+        certified = _table(_parsed(folder / CERTIFICATE).get("files"))
+        if _digest_at(folder / CERTIFICATE) != digest:
             changed.add(CERTIFICATE)
         elif recorded != {
             name: certified[name] for name in certified if name.startswith("assets/")
@@ -94,8 +95,8 @@ def unchanged(folder: Path, problem: PlanningTask, report: Mapping[str, Any]) ->
         recorded |= certified
     used = {f"assets/{name}" for name in used_assets(folder, problem)}
     for name in {*recorded, *used}:
-        content = _content(folder / name) if _is_below(folder, name) else None
-        if content is None or digest_of(content) != recorded.get(name):
+        found = _digest_at(folder / name) if _is_below(folder, name) else None
+        if found is None or found != recorded.get(name):
             changed.add(name)
     detail = f"changed since the run, or not listed: {', '.join(sorted(changed))}"
     return Check("files", float(len(changed)), 0.0, not changed, detail if changed else "")
@@ -103,22 +104,28 @@ def unchanged(folder: Path, problem: PlanningTask, report: Mapping[str, Any]) ->
 
 def _is_below(folder: Path, name: str) -> bool:
     """Whether a name that a file gives leads to nowhere outside the run's folder."""
-    return folder.resolve() in (folder / name).resolve().parents
-
-
-def _content(path: Path) -> bytes | None:
     try:
-        return path.read_bytes()
-    except OSError:
+        return folder.resolve() in (folder / name).resolve().parents
+    except (OSError, ValueError):
+        return False
+
+
+def _digest_at(path: Path) -> str | None:
+    """Return the SHA-256 of a file; None where there is no ordinary one."""
+    try:
+        if not path.is_file():
+            return None
+        with path.open("rb") as file:  # which may be larger than memory
+            return hashlib.file_digest(file, "sha256").hexdigest()
+    except (OSError, ValueError):
         return None
 
 
-def _parsed(content: bytes | None) -> dict[str, Any]:
+def _parsed(path: Path) -> dict[str, Any]:
     try:
-        parsed = json.loads(content or b"")
-    except (RecursionError, ValueError):
+        return _table(json_file(path))
+    except (OSError, RecursionError, ValueError):
         return {}
-    return parsed if isinstance(parsed, dict) else {}
 
 
 def _table(found: Any) -> dict[str, Any]:

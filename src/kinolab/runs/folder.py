@@ -11,7 +11,6 @@ import io
 import json
 import math
 import os
-import zipfile
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -37,6 +36,7 @@ from kinolab.scenario.dynobench import is_environment
 from kinolab.search.graph import SearchGraph, read_graph
 from kinolab.solve import PlanResult
 from kinolab.trajectory import Trajectory, read_csv
+from kinolab.untrusted import array_file, json_file, why
 from kinolab.verification import Certificate, Check, verify
 from kinolab.verification.clearance_search import Told
 
@@ -158,7 +158,7 @@ def _json(report: Mapping[str, Any]) -> bytes:
 def _recorded_assets(folder: Path) -> set[str]:
     """Return the assets of an earlier run, as its report lists them."""
     try:
-        recorded = json.loads((folder / "report.json").read_text(encoding="utf-8"))["assets"]
+        recorded = json_file(folder / "report.json")["assets"]
         return {f"assets/{Path(name).name}" for name in recorded}
     except (OSError, LookupError, RecursionError, TypeError, ValueError):
         return set()
@@ -189,7 +189,7 @@ def replaced_scenario(folder: Path, problem: PlanningTask) -> Path | None:
     Scenarios of one name in several folders share the folder of their runs, unless told otherwise.
     """
     try:
-        report = json.loads((folder / "report.json").read_text(encoding="utf-8"))
+        report = json_file(folder / "report.json")
         earlier = (folder.resolve() / report["scenario_file"]).resolve()
     except (OSError, LookupError, RecursionError, TypeError, ValueError):
         return None
@@ -225,11 +225,11 @@ def read_run(folder: Path) -> Run:
     if missing:
         raise InputError(missing)
     try:
-        report = json.loads((folder / "report.json").read_text(encoding="utf-8"))
+        report = json_file(folder / "report.json")
         if not isinstance(report, dict):
             raise ValueError("it is not an object")
-    except (RecursionError, ValueError) as error:
-        what = f"the report is damaged ({error})."
+    except (OSError, RecursionError, ValueError) as error:
+        what = f"the report is damaged ({why(error)})."
         raise InputError([Mistake(str(folder / "report.json"), what)]) from error
     scenario = load_scenario(folder / "scenario.toml")
     if not (scenario.system.file or "").endswith(".json"):
@@ -271,14 +271,14 @@ def _same_in_npz(folder: Path, motion: Trajectory) -> Check:
     """Compare ``trajectory.npz`` with the motion of ``trajectory.csv``, bit for bit."""
     wanted = np.load(io.BytesIO(motion.to_npz()))
     try:
-        with np.load(folder / NPZ, allow_pickle=False) as found:
-            differing = [
-                name
-                for name in sorted({*wanted.files, *found.files})
-                if not (name in found and name in wanted and _equal(found[name], wanted[name]))
-            ]
-    except (OSError, ValueError, EOFError, TypeError, zipfile.BadZipFile) as error:
-        return Check(NPZ, math.inf, 0.0, False, f"it cannot be read ({error})")
+        found = array_file(folder / NPZ)
+    except (OSError, ValueError) as error:
+        return Check(NPZ, math.inf, 0.0, False, f"it cannot be read ({why(error)})")
+    differing = [
+        name
+        for name in sorted({*wanted.files, *found})
+        if not (name in found and name in wanted and _equal(found[name], wanted[name]))
+    ]
     detail = f"it differs from trajectory.csv in {', '.join(differing)}" if differing else ""
     return Check(NPZ, float(len(differing)), 0.0, not differing, detail)
 

@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 import re
 
-_NUMBER = r"(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
+# What is taken is not given back (``++``): a text of n blanks would be tried in n^6 ways.
+_NUMBER = r"(?>(?:\d++\.?\d*+|\.\d++)(?:[eE][+-]?\d++)?)"
 _SHAPE = re.compile(
-    rf"(?P<sign>[+-]?)\s*"
-    rf"(?:(?P<factor>{_NUMBER})\s*(?:/\s*(?P<under>{_NUMBER}))?\s*\*?)?\s*"
-    rf"(?P<pi>pi|π)?\s*(?:/\s*(?P<over>{_NUMBER}))?\s*"
-    rf"(?P<unit>deg(?:rees?)?|°|rad(?:ians?)?)?\s*(?P<rate>/\s*s)?"
+    rf"(?P<sign>[+-]?)\s*+"
+    rf"(?:(?P<factor>{_NUMBER})\s*+(?:/\s*+(?P<under>{_NUMBER}))?+\s*+\*?+)?+\s*+"
+    rf"(?P<pi>pi|π)?+\s*+(?:/\s*+(?P<over>{_NUMBER}))?+\s*+"
+    rf"(?P<unit>deg(?:rees?)?|°|rad(?:ians?)?)?+\s*+(?P<rate>/\s*+s)?+"
 )
 EXAMPLES = '"pi/2" or "90 deg"'
 

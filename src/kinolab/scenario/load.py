@@ -19,7 +19,7 @@ from kinolab.scenario.overrides import apply_overrides
 from kinolab.scenario.partial_parse import parse_partially
 from kinolab.scenario.rules import document_issues
 from kinolab.scenario.schema import Scenario
-from kinolab.scenario.toml_text import MOST_PARTS, long_key, shortened
+from kinolab.scenario.toml_text import MOST_PARTS, MOST_VALUES, has_too_many, long_key, shortened
 from kinolab.scenario.user_code import python_reference
 
 MISTAKE_LIMIT = 100  # nobody reads more, and every one of them takes time to word
@@ -160,6 +160,9 @@ def _parse(path: Path, text: str) -> dict[str, Any]:
         raise InputError([_not_toml(path.name, text, error)]) from None
     if not document:
         raise InputError([Mistake(path.name, "the file holds no keys.", _BEGINNING)])
+    if has_too_many(document):
+        what = f"it holds more than {MOST_VALUES} values."
+        raise InputError([Mistake(path.name, what, "Draw the obstacles as one mesh.")])
     return document
 
 

@@ -9,8 +9,10 @@ from typing import Any
 from kinolab.errors import Mistake, is_broken
 from kinolab.scenario.angles import angle_of
 from kinolab.scenario.issues import KeyPath, Override
-from kinolab.scenario.toml_text import shortened, shown
+from kinolab.scenario.toml_text import long_key, shortened, shown
 
+MOST_TEXT = 100_000  # characters of an override
+_MOST_EQUALS = 100  # signs in a quoted key
 _SHOWN = 200  # characters of an override that a message quotes
 _SHAPE = "Write KEY=VALUE, for example planner.time_limit=5."
 
@@ -62,6 +64,8 @@ def override_place(text: str) -> str:
 def _apply(document: dict[str, Any], text: str) -> tuple[KeyPath, object]:
     if is_broken(text):
         raise _RefusedError("the text is not Unicode.", "Write it in UTF-8.")
+    if len(text) > MOST_TEXT:
+        raise _RefusedError(f"it has more than {MOST_TEXT} characters.", "Write it into the file.")
     keys, value = _split(text)
     return _put(document, keys, _parsed(value))
 
@@ -71,12 +75,14 @@ def _split(text: str) -> tuple[list[str], str]:
     head, equals, tail = text.partition("=")
     if not equals:
         raise _RefusedError("there is no '=' in it.", _SHAPE)
-    while (keys := _keys(head)) is None:
+    for _ in range(_MOST_EQUALS):
+        if (keys := _keys(head)) is not None:
+            return keys, tail
         more, equals, tail = tail.partition("=")
         if not equals:
-            raise _RefusedError("what stands before '=' is not a dotted key.", _SHAPE)
+            break
         head = f"{head}={more}"
-    return keys, tail
+    raise _RefusedError("what stands before '=' is not a dotted key.", _SHAPE)
 
 
 def _keys(text: str) -> list[str] | None:
@@ -117,6 +123,8 @@ def _with_angles(text: str) -> list[Any] | None:
 
 
 def _toml(text: str) -> dict[str, Any] | None:
+    if long_key(text):
+        return None
     try:
         return tomllib.loads(text)
     except (ValueError, RecursionError):  # not TOML, or a number of over 4300 digits

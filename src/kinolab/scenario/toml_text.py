@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 _BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
 _MUST_ESCAPE = re.compile(r'[\x00-\x1f\x7f"\\\ud800-\udfff]')
 _SHORT = {'"': '\\"', "\\": "\\\\", "\n": "\\n", "\t": "\\t", "\r": "\\r"}
 
 MOST_PARTS = 32
+MOST_VALUES = 150_000  # of a file, tables and lists included; a city has a tenth of that
 
 _PART = r"""(?>[A-Za-z0-9_-]++|"[^"\n]*+"|'[^'\n]*+')"""
 _MORE = rf"(?>[ \t]*+\.[ \t]*+{_PART})"
@@ -65,6 +66,23 @@ def shortened(text: str, limit: int = 60) -> str:
 def _escape(match: re.Match[str]) -> str:
     character = match.group()
     return _SHORT.get(character, f"\\u{ord(character):04x}")
+
+
+def has_too_many(document: object) -> bool:
+    """Whether lists and tables hold more than ``MOST_VALUES`` together.
+
+    To tell what is wrong with so many takes longer than to read them.
+    """
+    count, left = 0, [document]
+    while left and count <= MOST_VALUES:
+        value = left.pop()
+        inside = value.values() if isinstance(value, dict) else value
+        if isinstance(inside, str) or not isinstance(inside, Iterable):
+            continue
+        held = list(inside)
+        count += len(held)
+        left += held
+    return count > MOST_VALUES
 
 
 def long_key(text: str) -> int | None:

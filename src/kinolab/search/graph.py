@@ -7,13 +7,13 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeAlias
-from zipfile import BadZipFile
 
 import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.errors import InputError, Mistake
 from kinolab.numerics.arrays import Array
+from kinolab.untrusted import array_file, why
 
 Integers: TypeAlias = NDArray[np.integer]
 
@@ -73,18 +73,19 @@ def read_graph(path: Path, state_names: Sequence[str]) -> SearchGraph:
         InputError: If it is damaged or belongs to another machine.
     """
     try:
-        with np.load(path, allow_pickle=False) as file:
-            x, edges, names = file["x"], file["edges"], tuple(file["state_names"].tolist())
-    except (BadZipFile, EOFError, KeyError, OSError, ValueError) as error:
+        file = array_file(path)
+        x, edges, names = file["x"], file["edges"], file["state_names"]
+    except (KeyError, OSError, ValueError) as error:
         raise InputError(
-            [Mistake(str(path), f"it is damaged ({error}).", "Plan again.")]
+            [Mistake(str(path), f"it is damaged ({why(error)}).", "Plan again.")]
         ) from error
-    fits = x.ndim == 2 and names == tuple(state_names) and x.shape[1] == len(names)
+    fits = x.ndim == 2 and x.dtype.kind == "f" and x.shape[1] == len(state_names)
+    fits &= names.dtype.kind == "U" and names.tolist() == list(state_names)
     inside = edges.ndim == 2 and edges.shape[1] == 2 and edges.dtype.kind == "i"
     if not (fits and inside and (not edges.size or 0 <= edges.min() <= edges.max() < len(x))):
         raise InputError([Mistake(str(path), "it is not of this machine.", "Plan again.")])
     if not np.isfinite(x).all():
         row, column = np.argwhere(~np.isfinite(x))[0]
-        where = f"{path} row {row + 1} column {names[column]}"
+        where = f"{path} row {row + 1} column {state_names[column]}"
         raise InputError([Mistake(where, f"{x[row, column]} is not finite.", "Plan again.")])
     return SearchGraph(x, edges)

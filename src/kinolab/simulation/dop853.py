@@ -34,10 +34,11 @@ POWER = 7  # number of coefficients of the dense output
 SAFETY, MIN_FACTOR, MAX_FACTOR = 0.9, 0.2, 10.0  # of the step size control
 EXPONENT = -1.0 / 8.0
 # How ``follow`` ended
-WORKED, FULL, TOO_SMALL, SINGULAR, LAW_FAILED, NOT_FINITE, CHATTERS = range(7)
+WORKED, FULL, TOO_SMALL, SINGULAR, LAW_FAILED, NOT_FINITE, CHATTERS, TOO_MANY = range(8)
 HALVINGS = 60  # of a step, to locate a transition between modes
 MINIMUM_HALVINGS = 30  # of a step, to find where a guard is least
 LOOKS = 4  # in an interval at least, for one
+MAX_STEPS = 200_000  # in one interval: thousands of oscillations, in less than a second
 MAX_SWITCHES = 1000  # in one interval; more are called chattering
 
 
@@ -383,7 +384,7 @@ def integrate(ode, begin, end, knot, dense, table, row):  # type: ignore[no-unty
         table: ``StepTable``; written.
         row: Shape (1,), first row of the table that is free; written.
     """
-    t, h, switches, fresh = begin, 0.0, 0, True
+    t, h, switches, fresh, steps = begin, 0.0, 0, True, 0
     longest = (end - begin) / LOOKS if ode.guards != 0 else end - begin
     ode.progress[0] = t
     while True:
@@ -391,8 +392,9 @@ def integrate(ode, begin, end, knot, dense, table, row):  # type: ignore[no-unty
         switches += made
         if made < 0:
             return -made
-        if switches > MAX_SWITCHES:
-            return CHATTERS
+        steps += 1
+        if switches > MAX_SWITCHES or steps > MAX_STEPS:
+            return CHATTERS if switches > MAX_SWITCHES else TOO_MANY
         if t >= end:
             return WORKED
         if fresh or made:

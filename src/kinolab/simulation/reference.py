@@ -234,6 +234,7 @@ REASONS = {
     dop853.NOT_FINITE: "The state is not finite.",
     dop853.SINGULAR: "The equations of motion have no solution.",
     dop853.LAW_FAILED: "The feedback has no value.",
+    dop853.TOO_MANY: f"It needs more than {dop853.MAX_STEPS} steps for one interval.",
     dop853.CHATTERS: "Transitions between modes follow one another without end.",
 }
 

@@ -8,12 +8,16 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from kinolab.errors import is_broken
 from kinolab.files import write_whole
 from kinolab.lazy import library_of
+from kinolab.untrusted import json_of
 
 PARQUET = "results.parquet"
 NEED = "studies are written with pyarrow"
 Row = Mapping[str, Any]
+OBJECTS = ("settings", "fixed", "statistics", "versions")  # texts that are JSON
+ALWAYS = ("index", "scenario", "planner", "seed", "status", "solved")  # never null
 
 
 @dataclass(frozen=True)
@@ -78,6 +82,42 @@ COLUMNS = (
     Column("system", "text", "operating system and architecture", timed=True),
     Column("versions", "text", "of Python, kinolab and libraries, as JSON", timed=True),
 )
+
+
+def fits(row: object) -> bool:
+    """Whether something is a row: every column, of its kind or null, and what no row is without."""
+    return (
+        isinstance(row, dict)
+        and all(column.name in row and _holds(column, row[column.name]) for column in COLUMNS)
+        and all(row[name] is not None for name in ALWAYS)
+    )
+
+
+def _holds(column: Column, value: object) -> bool:
+    match column.kind:
+        case _ if value is None:
+            return True
+        case "text":
+            sound = isinstance(value, str) and (value.isascii() or not is_broken(value))
+            return sound and (column.name not in OBJECTS or _is_object(str(value)))
+        case "whole":
+            return isinstance(value, int) and not isinstance(value, bool) and abs(value) < 2**63
+        case "number":
+            return isinstance(value, float) or (isinstance(value, int) and abs(value) < 2**53)
+        case "truth":
+            return isinstance(value, bool)
+    pairs = value if isinstance(value, list) else [None]
+    return all(
+        isinstance(pair, list) and len(pair) == 2 and all(type(x) in (int, float) for x in pair)
+        for pair in pairs
+    )
+
+
+def _is_object(text: str) -> bool:
+    try:
+        return isinstance(json_of(text), dict)
+    except (ValueError, RecursionError):
+        return False
 
 
 def table_of(rows: Iterable[Row]) -> Any:

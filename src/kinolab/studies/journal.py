@@ -14,7 +14,8 @@ from types import TracebackType
 from typing import Any, Self
 
 from kinolab.errors import InputError, KinolabError, Mistake
-from kinolab.studies.columns import Row
+from kinolab.studies.columns import Row, fits
+from kinolab.untrusted import MOST_LINE_BYTES, json_of
 
 ROWS = "rows.jsonl"
 
@@ -47,7 +48,10 @@ class Journal:
             raise InputError([Mistake(str(folder), what, remedy)]) from None
         except OSError:
             pass  # this file system has no locks
-        whole = sum(len(line) for line in _whole_lines(self._path))
+        whole = read = 0
+        for line in _lines(self._path):
+            read += len(line)
+            whole = read if line.endswith(b"\n") else whole
         self._handle = os.open(self._path, os.O_RDWR | os.O_CREAT, 0o644)
         os.ftruncate(self._handle, whole)
         self._end = whole
@@ -87,12 +91,14 @@ def read_rows(folder: Path) -> list[dict[str, Any]]:
         InputError: If a line is damaged.
     """
     rows = []
-    for number, line in enumerate(_whole_lines(folder / ROWS), start=1):
+    for number, line in enumerate(_lines(folder / ROWS), start=1):
+        if not line.endswith(b"\n") and len(line) <= MOST_LINE_BYTES:
+            break  # it was cut
         try:
-            row = json.loads(line)
+            row = json_of(line) if len(line) <= MOST_LINE_BYTES else None
         except (ValueError, RecursionError):
             row = None
-        if not isinstance(row, dict) or not isinstance(row.get("index"), int):
+        if row is None or not fits(row):
             where, what = f"{folder / ROWS} line {number}", "this line is damaged."
             raise InputError([Mistake(where, what, "Remove it; its run is then made again.")])
         rows.append(row)
@@ -107,7 +113,9 @@ def first_rows(rows: Iterable[dict[str, Any]]) -> list[dict[str, Any]]:
     return list(found.values())
 
 
-def _whole_lines(path: Path) -> Iterator[bytes]:
+def _lines(path: Path) -> Iterator[bytes]:
+    """Yield lines, the last one even if it was cut; what is longer than a line may be, in parts."""
     if path.is_file():
         with path.open("rb") as file:
-            yield from (line for line in file if line.endswith(b"\n"))
+            while line := file.readline(MOST_LINE_BYTES + 1):
+                yield line

@@ -14,7 +14,14 @@ from pydantic_core import ErrorDetails
 
 from kinolab.errors import InputError, Mistake, unknown_name
 from kinolab.scenario.file_lookup import read_text
-from kinolab.scenario.toml_text import MOST_PARTS, key_text, long_key, shown
+from kinolab.scenario.toml_text import (
+    MOST_PARTS,
+    MOST_VALUES,
+    has_too_many,
+    key_text,
+    long_key,
+    shown,
+)
 
 MOST_SEEDS = 1_000_000
 MOST_SEED = 2**63 - 1  # the largest that tables hold
@@ -224,6 +231,9 @@ def _document(text: str, path: Path) -> dict[str, Any]:
     except ValueError:  # Python reads at most 4300 digits
         what = "one of its numbers is too long to read."
         raise InputError([Mistake(path.name, what, "Shorten the number.")]) from None
+    if has_too_many(document):
+        what = f"it holds more than {MOST_VALUES} values."
+        raise InputError([Mistake(path.name, what, "Write [sobol] or several studies.")])
     if "system" in document:
         what = "this is a scenario, not a study."
         raise InputError([Mistake(path.name, what, f"`plan {path}` plans it.")])

@@ -5,19 +5,21 @@ from __future__ import annotations
 import asyncio
 import csv
 import io
-import json
 import os
 import tempfile
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from kinolab.arguments import require_fit
 from kinolab.errors import InputError, KinolabError, Mistake
+from kinolab.files import read_ordinary
 from kinolab.problem import PlanningTask
 from kinolab.testing.exercises import RECORD, Mark, exercises
+from kinolab.untrusted import MOST_LINE_BYTES, json_of
 
 CELL_SECONDS = 300  # [s] for each cell of a notebook
 SOUND, RICH, SOLVED, PROVED, NEAR = 4, 2, 3, 2, 1  # points of a project
@@ -142,11 +144,30 @@ def _notebook(path: Path) -> Report:
             errors.append(f"A cell took more than {CELL_SECONDS} s; nothing after it has run.")
         except DeadKernelError:
             errors.append("Its process ended before the last cell.")
-        lines = record.read_text(encoding="utf-8").splitlines() if record.is_file() else []
-    last = {mark.exercise: mark for mark in (Mark(**json.loads(line)) for line in lines)}
+        last = recorded_marks(record)
     missing = "it was not reached, or its check was removed."
     marks = [last.get(name, Mark(name, 0, exercises()[name].points, missing)) for name in wanted]
     return Report(str(path), tuple(marks), (*errors, *_failures(notebook)))
+
+
+def recorded_marks(record: Path) -> dict[str, Mark]:
+    """Return the last mark of each exercise; whatever else a notebook wrote there is none."""
+    try:
+        lines = bytes(read_ordinary(record, MOST_LINE_BYTES)).splitlines()
+    except OSError:
+        return {}
+    last = {}
+    for line in lines:
+        with suppress(ValueError, RecursionError):
+            match json_of(line):
+                case {
+                    "exercise": str(name),
+                    "points": int(points),
+                    "of": int(of),
+                    "reason": str(why),
+                }:
+                    last[name] = Mark(name, points, of, why)
+    return last
 
 
 def _execute(client: Any, environment: dict[str, str]) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from importlib import import_module
 from pathlib import Path
@@ -20,6 +20,9 @@ from kinolab.errors import InputError, Mistake, UnknownNameError
 from kinolab.files import write_whole
 from kinolab.numerics.arrays import Array
 from kinolab.trajectory.interpolation import states_at
+from kinolab.untrusted import text_file, why
+
+MOST_TOLD = 10  # mistakes of a file
 
 
 class Moment(NamedTuple):
@@ -235,17 +238,18 @@ def read_csv(
     Raises:
         InputError: With line and column, if the header or a value is invalid.
     """
-    try:
-        rows = list(csv.reader(io.StringIO(path.read_text(encoding="utf-8"))))
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise InputError([Mistake(str(path), f"it cannot be read ({error}).")]) from error
     header = _header(state_names, control_names, reference_names)
-    if not rows or rows[0] != header:
-        what = f"its header is not {','.join(header)}."
-        raise InputError([Mistake(f"{path} line 1", what)])
-    if len(rows) < 2:
+    try:
+        lines = csv.reader(io.StringIO(text_file(path)))
+        if next(lines, None) != header:
+            what = f"its header is not {','.join(header)}."
+            raise InputError([Mistake(f"{path} line 1", what)])
+        rows = _rows(lines, len(header))
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise InputError([Mistake(str(path), f"it cannot be read ({why(error)}).")]) from error
+    if not rows:
         raise InputError([Mistake(str(path), "it has no knots.")])
-    data = _numbers(path, rows[1:], header, 1 + len(state_names))
+    data = _numbers(path, rows, header, 1 + len(state_names))
     nx, nu = len(state_names), len(control_names)
     return Trajectory(
         t=data[:, 0],
@@ -267,12 +271,25 @@ def reference_column(name: str) -> str:
     return f"reference.{name}"
 
 
+def _rows(lines: Iterable[list[str]], width: int) -> list[list[str]]:
+    """Return the rows below a header, up to the last one of another width that is told of."""
+    rows, others = [], 0
+    for row in lines:
+        rows.append(row)
+        others += len(row) != width
+        if others == MOST_TOLD:
+            break
+    return rows
+
+
 def _numbers(path: Path, rows: list[list[str]], header: Sequence[str], states: int) -> Array:
     """Parse rows; only the last one has no inputs."""
     width = len(header)
     data = np.full((len(rows), width), np.nan)
-    mistakes = []
+    mistakes: list[Mistake] = []
     for k, row in enumerate(rows):
+        if len(mistakes) >= MOST_TOLD:
+            break
         needed = states if k == len(rows) - 1 else width
         where = f"{path} line {k + 2}"
         if len(row) != width:
@@ -284,7 +301,7 @@ def _numbers(path: Path, rows: list[list[str]], header: Sequence[str], states: i
             except ValueError as error:
                 mistakes.append(Mistake(f"{where} column {header[column]}", f"{error}."))
     if mistakes:
-        raise InputError(mistakes[:10])
+        raise InputError(mistakes[:MOST_TOLD])
     return data
 
 

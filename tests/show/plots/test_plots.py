@@ -20,7 +20,7 @@ from kinolab.runs import write_run
 from kinolab.search.graph import SearchGraph
 from kinolab.show.plots import plots
 from kinolab.show.plots.configuration_plane import configuration_plane
-from kinolab.show.plots.figure import written
+from kinolab.show.plots.figure import figure_of, written
 from kinolab.show.plots.phase_portrait import phase_portraits
 from kinolab.show.plots.timelines import inputs_over_time, states_over_time
 from kinolab.solve import PlanResult
@@ -212,3 +212,10 @@ def test_a_search_with_a_state_that_is_not_finite_is_refused_by_row_and_column(
     (tmp_path / "search.npz").write_bytes(graph.to_npz(problem.model.state_names))
     assert run(["plot", str(tmp_path), "--quiet"]) == 2
     assert "search.npz row 3 column y: nan is not finite." in capsys.readouterr().err
+
+
+def test_a_title_with_dollars_is_text_and_no_formula() -> None:
+    """Matplotlib takes what stands between two of them for mathematics, which this is not."""
+    title = r"From $\nope{$ to 5 $"
+    figure, _ = figure_of(1, 1, (3.0, 3.0), title)
+    assert title in "".join(ElementTree.fromstring(written(figure, "svg")).itertext())

@@ -139,7 +139,7 @@ def _part(text: str | None) -> StudyPart:
     if text is None:
         return StudyPart()
     number, _, of = text.partition("/")
-    if number.isdecimal() and of.isdecimal() and 1 <= int(number) <= int(of):
+    if len(text) < 20 and number.isdecimal() and of.isdecimal() and 1 <= int(number) <= int(of):
         return StudyPart(int(number), int(of))
     what = f"{text!r} is no part."
     raise InputError([Mistake("--part", what, "Write 2/5 for the second of five.")])

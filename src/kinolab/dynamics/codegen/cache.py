@@ -95,5 +95,11 @@ def _read(path: Path) -> tuple[dict[str, Any], bytes] | None:
     if content is None:
         return None
     facts, _, code = bytes(content).partition(b"\0")
-    loaded: dict[str, Any] = json.loads(facts)
+    try:
+        loaded = json.loads(facts)
+    except (ValueError, RecursionError):
+        loaded = None
+    if not isinstance(loaded, dict):
+        discard(path, "was damaged")
+        return None
     return loaded, code

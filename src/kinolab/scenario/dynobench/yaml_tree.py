@@ -10,6 +10,7 @@ from typing import Any, TypeAlias
 import yaml
 
 from kinolab.errors import InputError, Mistake
+from kinolab.scenario.toml_text import MOST_VALUES
 
 Found: TypeAlias = "list[tuple[int, Mistake]]"  # with the line of each
 Value: TypeAlias = "dict[str, Entry] | list[Entry] | float | int | str | bool | None"
@@ -44,6 +45,8 @@ def yaml_tree(text: str, label: str, mistakes: Found) -> Entry:
     Raises:
         InputError: If it is not YAML, or has what no environment needs: aliases, several documents.
     """
+    if sum(map(text.count, ",:\n")) > MOST_VALUES:
+        raise InputError([Mistake(label, f"it holds more than {MOST_VALUES} values.")])
     try:
         root = yaml.compose(text, Loader=_Composer)
         if root is None:

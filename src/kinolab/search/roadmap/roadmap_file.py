@@ -14,6 +14,7 @@ from kinolab.files import write_whole
 from kinolab.problem import PlanningTask
 from kinolab.search.roadmap.roadmap import Roadmap
 from kinolab.steering import cyclic_coordinates
+from kinolab.untrusted import array_file
 
 
 def fingerprints(problem: PlanningTask) -> dict[str, str]:
@@ -85,8 +86,7 @@ def load_roadmap(path: Path, problem: PlanningTask) -> Roadmap:
         InputError: If it cannot be read, or was made for another machine or world.
     """
     try:
-        with path.open("rb") as raw, np.load(raw, allow_pickle=False) as file:
-            content = {name: file[name] for name in file.files}
+        content = array_file(path)
         _refuse_strangers(path, content, problem)
         return _roadmap(content, problem)
     except InputError:

@@ -19,6 +19,7 @@ RESOLUTION = 150  # dots per inch of a PNG
 STYLE: dict[Any, Any] = {
     "svg.hashsalt": "kinolab",  # the same plan gives the same file
     "svg.fonttype": "none",  # text stays text, which can be searched and edited
+    "text.parse_math": False,  # a title is of the user's, who may write $5
     "font.size": 9.0,
     "axes.spines.top": False,
     "axes.spines.right": False,

@@ -13,9 +13,10 @@ from pathlib import Path
 from threading import Lock
 
 import numpy as np
+from numpy.typing import NDArray
 
 from kinolab.dynamics.codegen.cache import code_in, folder
-from kinolab.files import keep_last_used, read_sealed, touch, write_sealed
+from kinolab.files import discard, keep_last_used, read_sealed, touch, write_sealed
 from kinolab.world.collision.distance_field import DistanceField, digest, distance_field
 from kinolab.world.obstacle import Obstacle
 
@@ -78,10 +79,26 @@ def _read(path: Path) -> DistanceField | None:
     if content is None:
         return None
     touch(path)
-    head = np.frombuffer(content, HEADER, 1)[0]
-    distance = np.frombuffer(content, np.float32, offset=HEADER.itemsize).reshape(head["shape"])
+    try:
+        head = np.frombuffer(content, HEADER, 1)[0]
+        distance = np.frombuffer(content, np.float32, offset=HEADER.itemsize)
+        distance = distance.reshape(_sound_shape(head["shape"]))
+    except ValueError:
+        discard(path, "was damaged")
+        return None
     aligned = np.require(distance, requirements=["ALIGNED", "WRITEABLE"])
     return DistanceField(head["low"].copy(), float(head["width"]), aligned)
+
+
+def _sound_shape(shape: NDArray[np.int64]) -> tuple[int, ...]:
+    """Return counts of cells, none of which is to be guessed.
+
+    Raises:
+        ValueError: If one is negative.
+    """
+    if shape.min() < 0:
+        raise ValueError("it has a negative count")
+    return tuple(shape.tolist())
 
 
 def _write(path: Path, grid: DistanceField) -> None:

@@ -11,12 +11,12 @@ from kinolab.numerics.arrays import Array
 from kinolab.world.meshes.double_faces import single_faces
 from kinolab.world.meshes.mesh_cache import Mesh, entry_for, keep_mesh, read_mesh
 from kinolab.world.meshes.mesh_components import connected_parts
+from kinolab.world.meshes.mesh_limits import MAX_BYTES
 from kinolab.world.meshes.mesh_reading import read_triangles, refusal, too_many
 from kinolab.world.meshes.obj_materials import materials_file
 from kinolab.world.shape_surfaces import Faces
 
 FORMATS = ("stl", "obj", "ply", "glb", "off", "dae")
-MAX_BYTES = 200_000_000
 MAX_TRIANGLES = 2_000_000
 MOST_SIMPLIFIED = 10_000_000  # triangles of a mesh that is simplified
 MAX_COORDINATE = 1e9  # [m]

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.dynamics.codegen.cache import code_in, folder
-from kinolab.files import keep_last_used, read_sealed, touch, write_sealed
+from kinolab.files import discard, keep_last_used, read_sealed, touch, write_sealed
 from kinolab.numerics.arrays import Array
 from kinolab.world.shape_surfaces import Faces
 
@@ -48,13 +48,33 @@ def read_mesh(path: Path) -> Mesh | None:
     if content is None:
         return None
     touch(path)
+    try:
+        return _unpacked(content)
+    except ValueError:
+        discard(path, "was damaged")
+        return None
+
+
+def _unpacked(content: memoryview) -> Mesh:
+    """Return the mesh of an entry.
+
+    Raises:
+        ValueError: If the entry is shorter or longer than it says.
+    """
     n, m, painted = np.frombuffer(content, HEADER, 3).tolist()
+    layout = _layout(n, m, painted)
     at, parts = 3 * HEADER.itemsize, []
-    for dtype, shape in _layout(n, m, painted):
+    size = at + sum(math.prod(shape) * np.dtype(dtype).itemsize for dtype, shape in layout)
+    if min(n, m, painted) < 0 or size != len(content):
+        raise ValueError("it is not as large as it says")
+    for dtype, shape in layout:
         part = np.frombuffer(content, dtype, math.prod(shape), at).reshape(shape)
         parts.append(part.copy())  # aligned
         at += part.nbytes
-    return Mesh(*parts)
+    mesh = Mesh(*parts)
+    if not m or mesh.faces.min() < 0 or mesh.faces.max() >= n:
+        raise ValueError("it has a vertex that does not exist")
+    return mesh
 
 
 def keep_mesh(path: Path, mesh: Mesh) -> None:

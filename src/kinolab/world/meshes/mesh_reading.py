@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from kinolab.errors import InputError, Mistake
 from kinolab.numerics.arrays import Array
+from kinolab.world.meshes.mesh_limits import require_size
 from kinolab.world.meshes.obj_materials import Materials
 from kinolab.world.shape_surfaces import Faces
 
@@ -72,6 +73,7 @@ def read_triangles(where: str, kind: str, content: bytes, materials: bytes, most
     if kind == "dae":
         _require_collada(where)
     try:
+        require_size(where, kind, content)
         with warnings.catch_warnings(), np.errstate(all="ignore"):
             warnings.simplefilter("ignore")
             scene = trimesh.load_scene(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-NAMED = re.compile(rb"^[ \t]*mtllib[ \t]+(\S[^\r\n]*?)[ \t]*\r?$", re.MULTILINE)
+NAMED = re.compile(rb"^[ \t]*+mtllib[ \t]++(\S[^\r\n]*+)", re.MULTILINE)
 SUFFIX = ".mtl"
 MAX_BYTES = 10_000_000
 
@@ -46,7 +46,7 @@ def materials_file(mesh: Path, content: bytes, root: Path) -> Path | None:
     named = NAMED.search(content) if mesh.suffix.lower() == ".obj" else None
     if named is None:
         return None
-    name = named[1].decode(errors="replace").replace("\\", "/")
+    name = named[1].rstrip(b" \t").decode(errors="replace").replace("\\", "/")
     try:
         file = (mesh.parent / name).resolve()
         usable = file.suffix.lower() == SUFFIX and file.is_relative_to(root.resolve())

@@ -32,6 +32,9 @@ OPERATIONS: dict[str, type] = {
 }
 CONSTANTS: dict[str, Any] = {"pi": sympy.pi, "E": sympy.E}
 MAX_DEPTH = 200  # of nesting; Python's stack overflows at about five times that
+MAX_CHOICES = 8  # terms of a maximum
+MAX_IRRATIONAL = 8  # numbers in a product
+MAX_BITS = 1024  # of numerators and denominators, which doubles do not reach either
 MAX_DIGITS = 300  # of a power of numbers, near the range of a double
 
 
@@ -72,7 +75,7 @@ def tree_to_expression(tree: Any, symbols: Mapping[str, sympy.Symbol], depth: in
         case bool() | None:
             raise ValueError(f"{tree!r} is no expression")
         case int():
-            return sympy.Integer(tree)
+            return _real(sympy.Integer(tree))
         case float():
             return _real(sympy.Float(tree))
         case str():
@@ -80,28 +83,41 @@ def tree_to_expression(tree: Any, symbols: Mapping[str, sympy.Symbol], depth: in
                 raise ValueError(f"unknown symbol {tree!r}")
             return symbols[tree]
         case ["ratio", int(p), int(q)] if q != 0:
-            return sympy.Rational(p, q)
+            return _real(sympy.Rational(p, q))
         case [str(name)] if name in CONSTANTS:
             return CONSTANTS[name]
         case [str(name), *rest] if name in OPERATIONS and rest:
             arguments = [tree_to_expression(entry, symbols, depth + 1) for entry in rest]
-            _check_power(name, arguments)
+            _check_cost(name, arguments)
             return _real(OPERATIONS[name](*arguments))
     raise ValueError(f"{str(tree)[:60]} is no expression")
 
 
 def _real(made: Any) -> Any:
-    """Reject what is no finite real number in double range: 1/0, sqrt(-1), NaN."""
+    """Reject what is no finite real number in double range: 1/0, sqrt(-1), NaN, 10^400."""
+    if made.is_Rational and max(made.p.bit_length(), made.q.bit_length()) > MAX_BITS:
+        raise ValueError("a number has too many digits")
     unreal = made is sympy.nan or made.is_finite is False or made.is_real is False
     if made.is_number and (unreal or (made.is_Float and not math.isfinite(float(made)))):
         raise ValueError(f"{made} is no finite real number")
     return made
 
 
-def _check_power(name: str, arguments: list[Any]) -> None:
-    """Reject towers such as 9**9**9, which SymPy would compute exactly."""
-    if name != "pow" or not all(argument.is_number for argument in arguments):
-        return
-    base, exponent = (abs(float(argument)) for argument in arguments)
-    if exponent * abs(math.log10(base or 1.0)) > MAX_DIGITS:
-        raise ValueError("a power is too large")
+def _check_cost(name: str, arguments: list[Any]) -> None:
+    """Reject what SymPy would work on for hours when it is built.
+
+    That are towers such as 9**9**9, which it computes exactly, a product of many roots, of which it
+    looks for common factors, and a maximum of many terms, of which it compares each with each.
+    """
+    if name == "max":
+        if sum(len(a.args) if isinstance(a, sympy.Max) else 1 for a in arguments) > MAX_CHOICES:
+            raise ValueError(f"a maximum has more than {MAX_CHOICES} terms")
+    elif name == "mul":
+        factors = [f for a in arguments for f in sympy.Mul.make_args(a)]
+        if sum(f.is_number and not (f.is_Rational or f.is_Float) for f in factors) > MAX_IRRATIONAL:
+            raise ValueError(f"a product has more than {MAX_IRRATIONAL} irrational numbers")
+    elif name in ("exp", "pow") and all(argument.is_number for argument in arguments):
+        powers = arguments if name == "pow" else [sympy.E, *arguments]
+        base, exponent = (abs(float(argument)) for argument in powers)
+        if exponent * abs(math.log10(base or 1.0)) > MAX_DIGITS:
+            raise ValueError("a power is too large")

@@ -57,6 +57,7 @@ from kinolab.dynamics.language.symbols import (
 )
 from kinolab.errors import InputError, Mistake, UnknownNameError
 from kinolab.files import read_ordinary
+from kinolab.untrusted import json_of
 
 FORMAT, VERSION = "kinolab machine", 1
 MOST_MISTAKES = 20  # reported at most
@@ -190,7 +191,7 @@ def _text(path: Path) -> str:
 
 def _plain(text: str) -> Any:
     """Parse JSON within the size limits."""
-    data = json.loads(text)
+    data = json_of(text)
     mistakes = list(size_mistakes(data))
     if mistakes:
         raise InputError(mistakes[:MOST_MISTAKES])

@@ -15,6 +15,7 @@ MAX_FILE_BYTES = 2_000_000  # size of a file
 MAX_VALUES = 20_000  # in all expressions, records and lists
 MAX_EXPRESSION_TERMS = 5_000  # names, numbers and operations of one expression
 MAX_NESTED_POWERS = 4  # nesting depth of powers
+MAX_MAXIMA = 50  # in all expressions: of a maximum, each term is compared with each
 MAX_NESTED = 60  # nesting depth of operations
 MAX_ENTRIES: Mapping[str, int] = {"bodies": 200, "coordinates": 64}
 
@@ -36,6 +37,9 @@ def size_mistakes(data: Any) -> Iterator[Mistake]:
     if sum(1 for _ in _within(data)) > MAX_VALUES:
         what = f"it holds more than {MAX_VALUES} values."
         yield Mistake("", what, "Take fewer bodies and shorter expressions.")
+    maxima = sum(isinstance(value, list) and value[:1] == ["max"] for value in _within(data))
+    if maxima > MAX_MAXIMA:
+        yield Mistake("", f"it holds {maxima} maxima; {MAX_MAXIMA} are the most.", "Take fewer.")
     for tree in _expressions(data):
         yield from _expression_mistakes(tree)
 

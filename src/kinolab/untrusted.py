@@ -1,0 +1,131 @@
+"""Files that somebody else wrote: what is too large or too deep is refused before it is parsed.
+
+Every file that kinolab reads has a largest size, chosen so that the worst content of that size
+takes less than ``MOST_MEMORY``: a list of empty lists takes 25 bytes of memory for each of the
+file, JSON as well as TOML. Limits of machines are in ``dynamics/language/json/size_limits.py``,
+of meshes in ``world/meshes/mesh_limits.py``, of scenarios, environments and studies in
+``scenario/file_lookup.py`` and ``scenario/toml_text.py``.
+"""
+
+from __future__ import annotations
+
+import io
+import json
+import math
+import re
+import zipfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinolab.files import read_ordinary
+
+MOST_MEMORY = 4 * 2**30  # [bytes] that reading any one file takes
+MOST_REPORT_BYTES = 20_000_000  # of a run
+MOST_TABLE_BYTES = 50_000_000  # of CSV
+MOST_ARRAY_BYTES = 400_000_000  # of all arrays of a file, unpacked
+MOST_LINE_BYTES = 1_000_000  # of a journal, which has as many of them as its study has runs
+MOST_NESTED = 200  # lists and tables within one another
+MOST_DIRECTORY_BYTES = 100_000  # what an archive says of its entries, some 1000 of them
+
+_TEXT = re.compile(rb'"(?>[^"\\]|\\.)*+"', re.DOTALL)
+_END = b"PK\x05\x06"  # of an archive; 22 bytes where it has no comment
+_END_BYTES = 22
+_HEADERS = {
+    (1, 0): np.lib.format.read_array_header_1_0,
+    (2, 0): np.lib.format.read_array_header_2_0,
+}
+
+
+def why(error: Exception) -> str:
+    """Return what an error of these functions says, without the system's numbers and names."""
+    return (error.strerror if isinstance(error, OSError) else None) or str(error)
+
+
+def json_of(text: str | bytes) -> Any:
+    """Parse JSON.
+
+    Raises:
+        ValueError: If it is none, or nested more than ``MOST_NESTED`` deep.
+    """
+    content = text.encode(errors="replace") if isinstance(text, str) else text
+    if nesting(content) > MOST_NESTED:
+        raise ValueError(f"it is nested too deeply, more than {MOST_NESTED} lists and tables")
+    return json.loads(text)
+
+
+def nesting(content: bytes) -> int:
+    """Return how deep lists and tables of JSON are nested; of anything else, any number."""
+    signs = np.frombuffer(_TEXT.sub(b"", content), np.uint8)
+    opened = np.isin(signs, np.frombuffer(b"[{", np.uint8)).astype(np.int32)
+    opened -= np.isin(signs, np.frombuffer(b"]}", np.uint8))
+    return int(np.cumsum(opened, dtype=np.int32).max(initial=0))
+
+
+def json_file(path: Path, most: int = MOST_REPORT_BYTES) -> Any:
+    """Read a file of JSON.
+
+    Raises:
+        OSError: If it cannot be read, or is larger than ``most`` bytes.
+        ValueError: If it is no JSON, or nested too deep.
+    """
+    return json_of(bytes(read_ordinary(path, most)))
+
+
+def text_file(path: Path, most: int = MOST_TABLE_BYTES) -> str:
+    """Read a file of text in UTF-8.
+
+    Raises:
+        OSError: If it cannot be read, or is larger than ``most`` bytes.
+        UnicodeDecodeError: If it is none.
+    """
+    return read_ordinary(path, most).decode("utf-8")
+
+
+def array_file(path: Path) -> dict[str, NDArray[Any]]:
+    """Read the arrays of an NPZ file as NumPy writes them, by name.
+
+    What its entries unpack to, and what their headers say of them, is compared before anything is
+    unpacked: a file of a kilobyte may stand for a terabyte.
+
+    Raises:
+        OSError: If it cannot be read, or is too large.
+        ValueError: If it is no such file, or unpacks to more than ``MOST_ARRAY_BYTES``.
+    """
+    content = bytes(read_ordinary(path, MOST_ARRAY_BYTES))
+    end = content[-_END_BYTES:]
+    if not end.startswith(_END) or end[-2:] != b"\0\0":
+        raise ValueError("it does not end as an archive does")
+    if int.from_bytes(end[12:16], "little") > MOST_DIRECTORY_BYTES:
+        raise ValueError("it has too many entries")
+    try:
+        with zipfile.ZipFile(io.BytesIO(content)) as archive:
+            entries = archive.infolist()
+            if sum(entry.file_size for entry in entries) > MOST_ARRAY_BYTES:
+                raise ValueError(f"its arrays take more than {MOST_ARRAY_BYTES // 10**6} MB")
+            return {
+                entry.filename.removesuffix(".npy"): _array(archive, entry) for entry in entries
+            }
+    except ValueError:
+        raise
+    except Exception as error:  # zipfile, zlib and NumPy raise whatever the bytes provoke
+        raise ValueError(f"{type(error).__name__}: {error}") from error
+
+
+def _array(archive: zipfile.ZipFile, entry: zipfile.ZipInfo) -> NDArray[Any]:
+    if entry.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED) or entry.flag_bits & 1:
+        raise ValueError(f"{entry.filename} is packed as NumPy packs nothing")
+    with archive.open(entry) as file:
+        version = np.lib.format.read_magic(file)
+        if version not in _HEADERS:
+            raise ValueError(f"{entry.filename} is an array of version {version}")
+        shape, by_columns, dtype = _HEADERS[version](file)
+        size = math.prod(shape) * dtype.itemsize
+        if dtype.hasobject or min(shape, default=0) < 0 or size != entry.file_size - file.tell():
+            raise ValueError(f"{entry.filename} is not as large as it says")
+        content = bytearray(file.read(size))
+    if not size:
+        return np.zeros(shape, dtype)
+    return np.frombuffer(content, dtype).reshape(shape, order="F" if by_columns else "C")

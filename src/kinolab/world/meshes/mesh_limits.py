@@ -1,0 +1,156 @@
+"""What a mesh file may be large for, looked at before anything is built of it.
+
+Parsers of text make objects of all words of a file: in trimesh, an ASCII PLY takes 75 bytes of
+memory for each of its own, and a DAE 90. The largest sizes keep them all below
+``untrusted.MOST_MEMORY``.
+"""
+
+from __future__ import annotations
+
+import io
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+from xml.etree import ElementTree
+
+from kinolab.errors import InputError, Mistake
+from kinolab.untrusted import json_of
+
+MAX_BYTES = 200_000_000
+MAX_TEXT_BYTES = {"dae": 40_000_000, "off": 50_000_000, "ply": 50_000_000, "obj": 100_000_000}
+MAX_SOLIDS = 1000  # of an STL of text; each takes a millisecond
+MAX_MATERIALS = 2000  # of an OBJ; each takes half of one
+MAX_NODES = 20_000  # of a GLB or a DAE, those that are used several times counted each time
+MAX_DEPTH = 100  # of nodes in a GLB: poses are multiplied from each one up to the root
+MAX_SCENE_BYTES = 20_000_000  # of the JSON in a GLB
+MAX_EMPTY_BYTES = 100_000_000  # of a GLB's arrays that are not in the file: they are zero
+COMPONENTS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
+COMPONENT_BYTES = 4  # at most
+MATERIAL = re.compile(rb"^[ \t]*+usemtl([^\r\n]*+)", re.MULTILINE)
+
+
+def require_size(where: str, kind: str, content: bytes) -> None:
+    """Refuse a file that would take too much memory or time.
+
+    Args:
+        where: What the file is called in messages.
+        kind: Its format, in small letters.
+        content: Of the file.
+
+    Raises:
+        InputError: If it is too large for what it is.
+        ValueError: If it is no file of this format.
+    """
+    if kind == "glb":
+        _require_small_scene(where, content)
+        return
+    binary = kind == "ply" and b"format ascii" not in content[: content.find(b"end_header")]
+    most = MAX_BYTES if binary else MAX_TEXT_BYTES.get(kind, MAX_BYTES)
+    if len(content) > most:
+        raise _too_large(where, most, "As text, it may have no more. ")
+    if kind == "stl" and content.count(b"endsolid") > MAX_SOLIDS:
+        what = f"has more than {MAX_SOLIDS} solids."
+        raise InputError([Mistake(where, what, "Join them, or save it as binary STL.")])
+    if kind == "obj" and _has_many_materials(content):
+        raise _too_many(where, MAX_MATERIALS, "materials")
+    if kind == "dae" and unfolded_nodes(content) > MAX_NODES:
+        raise _too_many(where, MAX_NODES, "nodes")
+
+
+def _too_large(where: str, most: int, why: str = "") -> InputError:
+    what = f"is larger than {most // 10**6} MB."
+    return InputError([Mistake(where, what, f"{why}Simplify the mesh, or save it as GLB.")])
+
+
+def _too_many(where: str, most: int, things: str) -> InputError:
+    remedy = "Join parts before you export it."
+    return InputError([Mistake(where, f"has more than {most} {things}.", remedy)])
+
+
+def _has_many_materials(content: bytes) -> bool:
+    used = content.count(b"usemtl")  # far fewer of them differ
+    return used > MAX_MATERIALS and len(set(MATERIAL.findall(content))) > MAX_MATERIALS
+
+
+def unfolded_nodes(content: bytes) -> int:
+    """Return how many nodes a DAE has once each instance of a node stands for all that is in it.
+
+    Thirty nodes that hold the one before twice make a billion. A node within itself makes
+    infinitely many. What is more than ``MAX_NODES`` is not counted on.
+
+    Raises:
+        ParseError: If it is no XML.
+    """
+    held: dict[str, list[str]] = {"": []}
+    around, made = [""], 0
+    for event, element in ElementTree.iterparse(io.BytesIO(content), ("start", "end")):
+        name = str(element.tag).rpartition("}")[2]
+        if event == "start" and name == "node":
+            made += 1
+            own = element.get("id") or f"node {made}"
+            held[around[-1]].append(own)
+            held.setdefault(own, [])
+            around.append(own)
+        elif event == "start" and name == "instance_node":
+            held[around[-1]].append(element.get("url", "").removeprefix("#"))
+        elif event == "end":
+            if name == "node":
+                around.pop()
+            element.clear()
+    count, left = 0, list(held[""])
+    while left and count + len(left) <= MAX_NODES:
+        count += 1
+        left += held.get(left.pop(), ())
+    return count + len(left)
+
+
+def _require_small_scene(where: str, content: bytes) -> None:
+    """Look at the JSON of a GLB: a kilobyte of it may ask for a terabyte of zeros."""
+    length = int.from_bytes(content[12:16], "little")
+    if content[:4] != b"glTF" or content[16:20] != b"JSON" or length > len(content):
+        raise ValueError("it does not begin as a GLB does")
+    if length > MAX_SCENE_BYTES:
+        raise _too_large(where, MAX_SCENE_BYTES, "That is the JSON in it. ")
+    scene = json_of(content[20 : 20 + length])
+    if not isinstance(scene, dict):
+        raise ValueError("its JSON is no table")
+    nodes = _list(scene, "nodes")
+    parts = sum(len(_list(mesh, "primitives")) for mesh in _list(scene, "meshes"))
+    if max(len(nodes), parts) > MAX_NODES:
+        raise _too_many(where, MAX_NODES, "nodes or parts")
+    if _deepest(nodes) > MAX_DEPTH:
+        what = f"has nodes within more than {MAX_DEPTH} others."
+        raise InputError([Mistake(where, what, "Flatten them before you export it.")])
+    empty = sum(_empty_bytes(scene))
+    if empty > MAX_EMPTY_BYTES:
+        what = f"asks for {empty / 1e6:.0f} MB of zeros that are not in it."
+        raise InputError([Mistake(where, what, "Export it again.")])
+
+
+def _list(holder: object, key: str) -> list[Any]:
+    found = holder.get(key) if isinstance(holder, dict) else None
+    return found if isinstance(found, list) else []
+
+
+def _deepest(nodes: Sequence[Any]) -> int:
+    """Return within how many others a node of a GLB is at most; a node in itself is in many."""
+    above: dict[int, int] = {}
+    for k, node in enumerate(nodes):
+        above |= {child: k for child in _list(node, "children") if isinstance(child, int)}
+    depth = [0] * len(nodes)
+    for _ in range(MAX_DEPTH + 1):  # each round carries depths one node further
+        changed = False
+        for child, parent in above.items():
+            if 0 <= child < len(depth) and depth[child] <= depth[parent]:
+                depth[child], changed = depth[parent] + 1, True
+        if not changed:
+            break
+    return max(depth, default=0)
+
+
+def _empty_bytes(scene: Mapping[str, Any]) -> Iterator[int]:
+    for accessor in _list(scene, "accessors"):
+        if isinstance(accessor, dict) and "bufferView" not in accessor:
+            count, kind = accessor.get("count"), accessor.get("type")
+            if isinstance(count, int) and isinstance(kind, str):
+                yield max(count, 0) * COMPONENTS.get(kind, 16) * COMPONENT_BYTES
