@@ -341,7 +341,7 @@ def read_trajectory_npz(data: bytes) -> None:
 )  # fmt: skip
 def read_report(data: bytes) -> None:
     """report.json of a run, what is asked of it before another is written, and its page."""
-    from kinolab.runs.assets import unchanged
+    from kinolab.runs.certificate_file import unchanged
     from kinolab.runs.folder import _recorded_assets, read_run, replaced_scenario
     from kinolab.show.page.data import page_data
     from kinolab.show.view.scenes import content_of
@@ -357,6 +357,19 @@ def read_report(data: bytes) -> None:
         unchanged(folder, run.problem, run.report)
         data, _ = page_data(content_of(run.problem, run.trajectory, run.report, run.graph))
         utf_8(json.dumps(data, allow_nan=False, ensure_ascii=False))
+
+
+@_target(mutation.of_json("files", "checks", "margin", "passed"), "runs.certificate_file")
+def read_certificate(data: bytes) -> None:
+    """certificate.json of a run, whose report believes it."""
+    from kinolab.runs.certificate_file import CERTIFICATE, unchanged
+
+    folder = home() / "certified"
+    if not folder.exists():
+        shutil.copytree(CORPUS / "run_folder", folder)
+    _put(f"certified/{CERTIFICATE}", data)
+    digest = hashlib.sha256(data).hexdigest()
+    unchanged(folder, coin(), {"assets": {"machine.json": "0"}, "certificate": digest})
 
 
 @_target(mutation.of_npz, "search.graph")
