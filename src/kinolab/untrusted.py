@@ -85,7 +85,7 @@ def text_file(path: Path, most: int = MOST_TABLE_BYTES) -> str:
 
 
 def array_file(path: Path) -> dict[str, NDArray[Any]]:
-    """Read the arrays of an NPZ file as NumPy writes them, by name.
+    """Read the arrays of an NPZ file as NumPy writes them, by name; any shape will do.
 
     What its entries unpack to, and what their headers say of them, is compared before anything is
     unpacked: a file of a kilobyte may stand for a terabyte.
