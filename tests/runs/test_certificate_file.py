@@ -5,13 +5,16 @@ from __future__ import annotations
 import hashlib
 import json
 import shutil
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from kinolab.runs import check_run
-from kinolab.verification import Check
+from kinolab.errors import InputError
+from kinolab.runs import check_run, read_run
+from kinolab.runs.certificate_file import certificate_to_json, proved
+from kinolab.verification import Certificate, Check
 from tests.conftest import Finished
 
 CERTIFIED = ("scenario.toml", "trajectory.csv", "assets/machine.json")
@@ -37,6 +40,36 @@ def test_it_says_what_was_checked_and_how_near_the_motion_came(maze_run: Finishe
     assert any("signature" in sentence for sentence in found["not_proved"])
 
 
+def test_it_says_what_the_checks_depend_on(maze_run: Finished) -> None:
+    found = certificate(maze_run.folder)["conditions"]
+    assert (found["truth"], found["clearance"]) == ("continuous", 0.0)
+    assert (found["obstacles"], found["bodies_with_shapes"]) == (1, 1)
+    assert found["goal_tolerances"]["x"] > 0
+    assert found["scales"]["psi"] == 1.0
+
+
+def test_only_what_was_checked_is_said_to_be_proved(run_copy: Path) -> None:
+    problem = read_run(run_copy).problem
+    whole = check_run(run_copy)
+    text = " ".join(proved(problem, whole))
+    assert "derived a second way" in text
+    assert "constraints hold" in text
+    assert "touches an obstacle" in text
+    assert "steps, not the equations of motion" not in text
+    assert "nothing that anything could touch" in " ".join(
+        proved(problem, replace(whole, margin=None))
+    )
+
+
+def test_the_machine_is_the_one_in_the_assets(run_copy: Path) -> None:
+    """Another one beside it, which nobody has the hash of, is not taken for it."""
+    shutil.copy(run_copy / "assets" / "machine.json", run_copy / "other.json")
+    scenario = run_copy / "scenario.toml"
+    scenario.write_text(scenario.read_text().replace("assets/machine.json", "other.json"))
+    with pytest.raises(InputError, match=r"assets/machine\.json"):
+        check_run(run_copy)
+
+
 def test_it_has_the_hash_of_every_file_that_it_is_about(maze_run: Finished) -> None:
     files = certificate(maze_run.folder)["files"]
     assets = {f"assets/{path.name}" for path in (maze_run.folder / "assets").iterdir()}
@@ -46,10 +79,6 @@ def test_it_has_the_hash_of_every_file_that_it_is_about(maze_run: Finished) -> N
 
 
 def test_a_plan_that_was_refused_proves_nothing(run_copy: Path) -> None:
-    from kinolab.runs.certificate_file import certificate_to_json
-    from kinolab.runs.folder import read_run
-    from kinolab.verification import Certificate
-
     refused = Certificate((Check("goal", 2.0, 1.0, False, "x is off"),))
     found = certificate_to_json(read_run(run_copy).problem, refused, {})
     assert found["passed"] is False

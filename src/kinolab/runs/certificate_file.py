@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -17,30 +17,71 @@ from kinolab.verification import Certificate, Check
 
 CERTIFICATE = "certificate.json"
 SCHEMA_VERSION = 1
-PROVED = (
-    "From the start in scenario.toml, under the inputs in trajectory.csv, the machine in "
-    "assets/machine.json moves as the rows of trajectory.csv say. An integrator that no planner "
-    "uses has followed the motion.",
-    "Its equations of motion, derived a second way, agree with those that were integrated at the "
-    "rows that were compared.",
-    "Constraints hold; inputs, coordinates and velocities stay within their limits, and the "
-    "machine's requirements are met.",
-    "The motion ends in the goal.",
-    "No body or cable touches an obstacle, nor any other that it is to be kept apart from, also "
-    "between the rows: a lower bound of the clearance was found along the whole motion.",
-    "An error at the start grows by no more than the factor given, so that the plan can be "
-    "followed as it is.",
-)
 NOT_PROVED = (
     "That the machine is as it is described: its masses, friction and shapes were taken as given.",
     "That a machine which is disturbed, or differs from its description, follows the plan: "
     "`plan execute` tries that.",
     "Anything about what is not in the scenario, such as bodies without shapes, and pairs of "
-    "bodies that nobody asked to be kept apart.",
-    "Bounds on rounding: they are far below the margins, but were not computed by interval "
-    "arithmetic.",
-    "Who wrote these files: their hashes show what changed by accident, and are no signature.",
+    "bodies that are not listed in `collisions`.",
+    "What happens in an instant too short to be noticed: rounding and the integrator's errors are "
+    "controlled, not enclosed by interval arithmetic, and between two samples speeds are taken to "
+    "be at most 1.2 times the fastest sample.",
+    "Who wrote these files: hashes show what changed by accident, and are no signature.",
 )
+
+
+def proved(problem: PlanningTask, certificate: Certificate) -> Iterator[str]:
+    """Yield what follows from checks that all passed, in sentences."""
+    settings, value = problem.scenario.integration, {c.name: c.value for c in certificate.checks}
+    if settings.truth == "discrete":
+        yield (
+            "From the start in scenario.toml, each row of trajectory.csv follows from the one "
+            f"before by a step of the integrator {settings.method!r} with the machine in "
+            "assets/machine.json: the scenario takes these steps, not the equations of motion, "
+            "for the truth."
+        )
+    else:
+        yield (
+            "From the start in scenario.toml, under the inputs in trajectory.csv, the machine in "
+            "assets/machine.json moves as the rows of trajectory.csv say: an integrator that no "
+            "planner uses has followed the motion."
+        )
+    if "equations" in value:
+        yield (
+            "Its equations of motion, derived a second way, agree with those that were integrated, "
+            "at the rows that were compared."
+        )
+    yield "Inputs, coordinates and velocities stay within their limits."
+    if problem.machine.constraints:
+        yield "The machine's constraints hold."
+    if problem.machine.requirements:
+        yield "The machine's requirements are met."
+    yield "The motion ends in the goal, within the tolerances given here."
+    if certificate.margin is None:
+        yield "There is nothing that anything could touch."
+    else:
+        yield (
+            "No body or cable touches an obstacle, nor any other listed in `collisions`, also "
+            "between the rows; the clearance given here is the smallest along the motion."
+        )
+    if "error growth" in value:
+        grown = max(value["error growth"], 1.0)
+        yield f"A small error at the start grows about {grown:.3g} times as large by the end."
+
+
+def conditions(problem: PlanningTask) -> dict[str, Any]:
+    """Return what the checks depend on and a scenario or a machine may choose, as plain data."""
+    goal, names = problem.goal, problem.model.state_names
+    targets = [*(names[i] for i in goal.indices), *(target.name for target in goal.attitudes)]
+    tolerances = zip(targets, goal.error_tolerances.tolist(), strict=False)
+    return {
+        "truth": problem.scenario.integration.truth,
+        "goal_tolerances": dict(tolerances),
+        "clearance": problem.world.clearance,
+        "obstacles": len(problem.world.obstacles),
+        "bodies_with_shapes": sum(bool(body.shapes) for body in problem.bodies),
+        "scales": dict(zip(names, problem.scales.tolist(), strict=True)),
+    }
 
 
 def certificate_to_json(
@@ -60,7 +101,8 @@ def certificate_to_json(
         "passed": certificate.passed,
         "checks": [check_to_json(check) for check in certificate.checks],
         "margin": margin_to_json(certificate),
-        "proved": list(PROVED if certificate.passed else ()),
+        "conditions": conditions(problem),
+        "proved": list(proved(problem, certificate) if certificate.passed else ()),
         "not_proved": list(NOT_PROVED),
         "files": {name: digest_of(content) for name, content in sorted(files.items())},
         "versions": versions(),
@@ -98,7 +140,7 @@ def unchanged(folder: Path, problem: PlanningTask, report: Mapping[str, Any]) ->
         found = _digest_at(folder / name) if _is_below(folder, name) else None
         if found is None or found != recorded.get(name):
             changed.add(name)
-    detail = f"changed since the run, or not listed: {', '.join(sorted(changed))}"
+    detail = f"changed since the run, missing, or not listed: {', '.join(sorted(changed))}"
     return Check("files", float(len(changed)), 0.0, not changed, detail if changed else "")
 
 

@@ -20,6 +20,7 @@ from typing import Any
 
 import numpy as np
 
+from kinolab.dynamics.language.json.machine_folder import MACHINE_FILE
 from kinolab.errors import InputError, Mistake
 from kinolab.files import discard_abandoned, only_writer, utf_8, write_whole
 from kinolab.loading import build_problem
@@ -43,6 +44,7 @@ from kinolab.verification.clearance_search import Told
 PAGE, MODEL = "scene.html", "result.glb"  # the plan in three dimensions
 EXECUTION = ("execution.json", "execution.csv", "execution.png")  # by ``plan execute``
 NPZ = "trajectory.npz"
+MACHINE = f"assets/{MACHINE_FILE}"
 DERIVED = (NPZ, "result.yaml")  # they say what trajectory.csv says
 MOTION_FORMATS: dict[str, Callable[[Trajectory], bytes]] = {  # every one is written in every run
     "trajectory.csv": lambda trajectory: trajectory.to_csv().encode(),
@@ -232,9 +234,9 @@ def read_run(folder: Path) -> Run:
         what = f"the report is damaged ({why(error)})."
         raise InputError([Mistake(str(folder / "report.json"), what)]) from error
     scenario = load_scenario(folder / "scenario.toml")
-    if not (scenario.system.file or "").endswith(".json"):
+    if scenario.system.file != MACHINE:
         where = str(folder / "scenario.toml [system] file")
-        what = "a finished run carries its machine as data, in assets/machine.json."
+        what = f"a finished run carries its machine as data, in {MACHINE}."
         raise InputError([Mistake(where, what, "Nothing was run.")])
     problem = build_problem(scenario, planner=False)
     return Run(folder, problem, report, unwrapped(problem, _motion_in(folder, problem)))

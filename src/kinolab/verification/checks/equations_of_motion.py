@@ -1,6 +1,6 @@
 """Check that a second derivation of the equations of motion agrees with the one that is compiled.
 
-All other checks follow the compiled equations: a mistake in their derivation would bless itself.
+All other checks follow the compiled equations: a mistake in their derivation would confirm itself.
 """
 
 from __future__ import annotations
