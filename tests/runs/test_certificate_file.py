@@ -43,7 +43,10 @@ def test_it_says_what_was_checked_and_how_near_the_motion_came(maze_run: Finishe
 def test_it_says_what_the_checks_depend_on(maze_run: Finished) -> None:
     found = certificate(maze_run.folder)["conditions"]
     assert (found["truth"], found["clearance"]) == ("continuous", 0.0)
-    assert (found["obstacles"], found["bodies_with_shapes"]) == (1, 1)
+    assert (found["obstacles"], found["bodies_with_shapes"]) == (
+        4,
+        1,
+    )  # a maze, three things, a coin
     assert found["goal_tolerances"]["x"] > 0
     assert found["scales"]["psi"] == 1.0
 
