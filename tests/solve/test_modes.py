@@ -145,3 +145,38 @@ def test_a_start_in_no_mode_is_refused_with_their_names(problem: kinolab.Problem
 def test_pages_and_folders_are_written(plan: kinolab.Plan, tmp_path: Path) -> None:
     plan.save(tmp_path / "run")
     assert kinolab.read_run(tmp_path / "run").trajectory.x.tobytes() == plan.trajectory.x.tobytes()
+
+
+BALL = """
+from kinolab.dynamics import *
+
+
+def ball():
+    z = length("z", -1.0, 10.0, speed=10.0)
+    ball = Body("ball", move(0, 0, z), mass=1.0, shape=Sphere(0.1), touches_ground=True)
+    return System(
+        "ball",
+        bodies=[ball],
+        inputs=[Force("thrust", on=ball, along=WORLD.z, limit=(0.0, 15.0))],
+        gravity=toward("-z", 9.81),
+        modes=[Mode("flight")],
+        transitions=[
+            Transition("bounce", "flight", "flight", until=z - 0.1, restitution=0.7)
+        ],
+    )
+"""
+
+
+@pytest.mark.parametrize("planner", ["rrt_fast", "rrt"])
+def test_a_machine_with_one_mode_that_bounces_into_itself_is_planned_for(
+    planner: str, tmp_path: Path
+) -> None:
+    text = SCENARIO.replace("hopper.py:hopper", "ball.py:ball").replace("s = -0.04\n", "")
+    (tmp_path / "ball.py").write_text(BALL)
+    (tmp_path / "ball.toml").write_text(text.replace("z = 0.76", "z = 0.5").replace("0.03", "0.2"))
+    problem = kinolab.load(tmp_path / "ball.toml")
+    plan = problem.solve(planner=planner)
+    assert plan.status == "solved"
+    assert plan.trajectory is not None
+    assert set(plan.trajectory.x[:, -1]) == {0.0}
+    assert abs(plan.trajectory.x[-1, 0] - 1.2) <= 0.2

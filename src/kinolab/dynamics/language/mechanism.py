@@ -157,4 +157,5 @@ def _with_mode(states: tuple[State, ...], modes: int) -> tuple[State, ...]:
     """Return the states of a machine with some modes: the last one says which it is in."""
     if not modes or any(entry.name == MODE for entry in states):
         return states
-    return (*states, State(MODE, 0, limits=(0.0, modes - 1.0)))
+    last = max(modes - 1.0, 0.5)  # limits must differ, and 0.5 is the first mode still
+    return (*states, State(MODE, 0, limits=(0.0, last)))
