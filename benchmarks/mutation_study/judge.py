@@ -108,36 +108,38 @@ class Judge:
         """
         if self.problem.machine.name in WALKS:
             return by_hand.walked(x, u, duration)
-        slope = self.slope
-        assert slope is not None
-        rtol, atol = ROUGH.get(self.problem.machine.name, (RTOL, ATOL))
-        run = solve_ivp(
-            lambda _, at: slope(at, u),
-            (0.0, duration),
-            x,
-            "DOP853",
-            rtol=coarser * rtol,
-            atol=coarser * atol * self.scales,
-        )
+        run = self._integrated(x, u, duration, coarser=coarser)
         if not run.success:
             return np.full(len(x), np.nan)
         return by_hand.closed(self.problem.machine.name, self.values, run.y[:, -1])
 
     def between(self, x: Array, u: Array, duration: float, count: int) -> Array:
         """Return the states at even times of an interval with both ends, (count + 1, nx)."""
+        times = np.linspace(0.0, duration, count + 1)
+        return np.asarray(self._integrated(x, u, duration, times=times).y.T)
+
+    def _integrated(
+        self,
+        x: Array,
+        u: Array,
+        duration: float,
+        *,
+        times: Array | None = None,
+        coarser: float = 1.0,
+    ) -> Any:
+        """Return SciPy's solution under held inputs, at its own times unless some are given."""
         slope = self.slope
         assert slope is not None
         rtol, atol = ROUGH.get(self.problem.machine.name, (RTOL, ATOL))
-        run = solve_ivp(
+        return solve_ivp(
             lambda _, at: slope(at, u),
             (0.0, duration),
             x,
             "DOP853",
-            t_eval=np.linspace(0.0, duration, count + 1),
-            rtol=rtol,
-            atol=atol * self.scales,
+            t_eval=times,
+            rtol=coarser * rtol,
+            atol=coarser * atol * self.scales,
         )
-        return np.asarray(run.y.T)
 
     def apart(self, a: Array, b: Array) -> Array:
         """Return the differences of two states in scales: on circles, and whatever the sign."""

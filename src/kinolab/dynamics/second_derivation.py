@@ -5,12 +5,17 @@ It is derived once and kept on disk as data, so that comparing with it needs no 
 
 from __future__ import annotations
 
+from weakref import WeakKeyDictionary
+
 import numpy as np
 
 from kinolab.dynamics.codegen.cache import key_of, read_record, write_record
 from kinolab.dynamics.lagrange.multiplier_form import MultiplierForm
 from kinolab.dynamics.model import Model
 from kinolab.numerics.arrays import Array
+
+# Plans are verified again and again while they are improved; what was read for a machine stays.
+_read: WeakKeyDictionary[Model, dict[int, MultiplierForm]] = WeakKeyDictionary()
 
 
 class SecondDerivation:
@@ -22,7 +27,7 @@ class SecondDerivation:
 
     def __init__(self, model: Model) -> None:
         self._model = model.plant
-        self._forms: dict[int, MultiplierForm] = {}
+        self._forms = _read.setdefault(self._model, {})
 
     def derivative(self, x: Array, u: Array) -> Array:
         """Return the derivatives of states (m, nx) under the plant's inputs (m, nu), (m, nx).

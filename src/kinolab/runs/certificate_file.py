@@ -14,6 +14,7 @@ from kinolab.runs.assets import digest_of, used_assets
 from kinolab.runs.report import check_to_json, margin_to_json, versions
 from kinolab.untrusted import json_file
 from kinolab.verification import Certificate, Check
+from kinolab.verification.dense_motion import SAFETY_FACTOR
 
 CERTIFICATE = "certificate.json"
 SCHEMA_VERSION = 1
@@ -25,7 +26,7 @@ NOT_PROVED = (
     "bodies that are not listed in `collisions`.",
     "What happens in an instant too short to be noticed: rounding and the integrator's errors are "
     "controlled, not enclosed by interval arithmetic, and between two samples speeds are taken to "
-    "be at most 1.2 times the fastest sample.",
+    f"be at most {SAFETY_FACTOR:g} times the fastest sample.",
     "Who wrote these files: hashes show what changed by accident, and are no signature.",
 )
 
