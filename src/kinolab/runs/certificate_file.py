@@ -14,7 +14,7 @@ from kinolab.runs.assets import digest_of, used_assets
 from kinolab.runs.report import check_to_json, margin_to_json, versions
 from kinolab.untrusted import json_file
 from kinolab.verification import Certificate, Check
-from kinolab.verification.dense_motion import SAFETY_FACTOR
+from kinolab.verification.dense_motion import MAX_SPACING
 
 CERTIFICATE = "certificate.json"
 SCHEMA_VERSION = 1
@@ -24,9 +24,10 @@ NOT_PROVED = (
     "`plan execute` tries that.",
     "Anything about what is not in the scenario, such as bodies without shapes, and pairs of "
     "bodies that are not listed in `collisions`.",
-    "What happens in an instant too short to be noticed: rounding and the integrator's errors are "
-    "controlled, not enclosed by interval arithmetic, and between two samples speeds are taken to "
-    f"be at most {SAFETY_FACTOR:g} times the fastest sample.",
+    "What the equations of motion hide from an integrator whose steps are no longer than "
+    f"{100 * MAX_SPACING:g} cm of motion: its errors and rounding are controlled, not enclosed. "
+    "Speeds, requirements and limits between samples are enclosed by interval arithmetic; the "
+    "motion of a scenario whose truth is discrete is sampled.",
     "Who wrote these files: hashes show what changed by accident, and are no signature.",
 )
 

@@ -39,6 +39,7 @@ HALVINGS = 60  # of a step, to locate a transition between modes
 MINIMUM_HALVINGS = 30  # of a step, to find where a guard is least
 LOOKS = 4  # in an interval at least, for one
 MAX_STEPS = 200_000  # in one interval: thousands of oscillations, in less than a second
+MAX_TOTAL = 2_000_000  # in all intervals
 MAX_SWITCHES = 1000  # in one interval; more are called chattering
 
 
@@ -61,7 +62,7 @@ class Ode(NamedTuple):
     at: Array  # state of a stage, (nx,)
     seen: Array  # what ``guards`` wrote at y, after a step and on the way, (3, 1 + 3 guards)
     u: Array  # inputs held, (inputs,)
-    progress: Array  # time reached in [s]
+    progress: Array  # time reached in [s], steps made
 
 
 class StepTable(NamedTuple):
@@ -94,7 +95,7 @@ def make_ode(
             **addresses, p=np.append(p, 0.0), inputs=inputs, atol=np.array(atol), rtol=rtol,
             k=np.empty((STAGES + 1 + EXTRA_STAGES, nx)), y=np.empty(nx), after=np.empty(nx),
             at=np.empty(nx), seen=np.zeros((3, 1 + 3 * guards)), u=np.zeros(inputs + 1),
-            progress=np.zeros(1),
+            progress=np.zeros(2),
         )
     )  # fmt: skip
 
@@ -373,27 +374,28 @@ def accepted(ode, t, h, end):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def integrate(ode, begin, end, knot, dense, table, row):  # type: ignore[no-untyped-def]
+def integrate(ode, begin, end, longest, knot, dense, table, row):  # type: ignore[no-untyped-def]
     """Integrate y from one time to another; return how it ended.
 
     Args:
         ode: ``Ode``; y is changed, progress[0] is the time reached.
         begin, end: In [s].
+        longest: Step that may be made, in [s].
         knot: Of the interval, for the table.
         dense: Whether steps are kept in the table.
         table: ``StepTable``; written.
         row: Shape (1,), first row of the table that is free; written.
     """
     t, h, switches, fresh, steps = begin, 0.0, 0, True, 0
-    longest = (end - begin) / LOOKS if ode.guards != 0 else end - begin
+    longest = min(longest, (end - begin) / (LOOKS if ode.guards != 0 else 1))
     ode.progress[0] = t
     while True:
         made = switched(ode)
         switches += made
         if made < 0:
             return -made
-        steps += 1
-        if switches > MAX_SWITCHES or steps > MAX_STEPS:
+        steps, ode.progress[1] = steps + 1, ode.progress[1] + 1
+        if switches > MAX_SWITCHES or steps > MAX_STEPS or ode.progress[1] > MAX_TOTAL:
             return CHATTERS if switches > MAX_SWITCHES else TOO_MANY
         if t >= end:
             return WORKED
@@ -420,7 +422,7 @@ def integrate(ode, begin, end, knot, dense, table, row):  # type: ignore[no-unty
 
 
 @kernel
-def follow(ode, t, u, starts, chained, first, last, dense, table, row, ends):  # type: ignore[no-untyped-def]
+def follow(ode, t, u, starts, longest, chained, first, last, dense, table, row, ends):  # type: ignore[no-untyped-def]
     """Integrate interval by interval under zero-order hold; return how it ended, and where.
 
     Args:
@@ -428,6 +430,7 @@ def follow(ode, t, u, starts, chained, first, last, dense, table, row, ends):  #
         t: Times of the knots in [s], (N+1,).
         u: Inputs per interval, of the feedback law where there is one, (N, nu).
         starts: States at the beginnings of intervals, (N+1, nx); of a chain only the first counts.
+        longest: Step that may be made in each interval, in [s], (N,).
         chained: Whether each interval begins where the one before ended.
         first, last: The first interval, and one past the last.
         dense: Whether steps are kept in the table.
@@ -451,7 +454,7 @@ def follow(ode, t, u, starts, chained, first, last, dense, table, row, ends):  #
             for j in range(ode.inputs):
                 ode.u[j] = u[k, j]
         before = row[0]
-        how = integrate(ode, t[k], t[k + 1], k, dense, table, row)
+        how = integrate(ode, t[k], t[k + 1], longest[k], k, dense, table, row)
         if how != WORKED:
             row[0] = before
             return how, k

@@ -6,7 +6,10 @@ Source: Hairer, Norsett, Wanner, Solving ODEs I, 2nd ed., section II.5.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,11 +22,13 @@ from kinolab.numerics.struct import Record
 from kinolab.problem import PlanningTask
 from kinolab.simulation import dop853
 from kinolab.simulation.dop853 import StepTable, make_ode, step_table
+from kinolab.simulation.motion_pieces import MotionPieces
 from kinolab.trajectory import Trajectory
 
 RTOL = 1e-9
 ATOL = 1e-11  # relative to a coordinate's scale; a thousandth of the check's tolerance
 INTERVALS_PER_CALL = 100  # after which Ctrl-C is heard
+NO_PARAMETERS: Mapping[str, float] = MappingProxyType({})  # others than the machine's own
 
 # a motion that amplifies errors more than this needs a stored feedback law
 MAX_ERROR_AMPLIFICATION = 1e6
@@ -82,6 +87,11 @@ class OdeMotion(ReferenceMotion):
         """Interval, begin and end in [s] of every integrator step, each of shape (m,)."""
         return self.table.knot, self.table.begin, self.table.end
 
+    @cached_property
+    def pieces(self) -> MotionPieces:
+        """The integrator's steps as polynomials."""
+        return MotionPieces.of(self.table)
+
     def along(self, intervals: NDArray[np.intp], times: Array) -> Array:
         """Evaluate the motion at times, each in its own interval; shape (times, nx)."""
         knots, begin, end = self.steps
@@ -135,7 +145,9 @@ def follow(
     return OdeMotion(np.asarray(t, dtype=float), np.vstack([start, ends]), table)
 
 
-def follow_each(model: Model, starts: Array, t: Array, u: Array, scales: Array) -> Array:
+def follow_each(
+    model: Model, starts: Array, t: Array, u: Array, scales: Array, longest: Array | None = None
+) -> Array:
     """Integrate each interval from a state of its own; return the states reached, (N, nx).
 
     Args:
@@ -144,11 +156,13 @@ def follow_each(model: Model, starts: Array, t: Array, u: Array, scales: Array) 
         t: Times of the knots in [s], shape (N+1,).
         u: Inputs per interval, or references, shape (N, nu).
         scales: Characteristic magnitude of each state entry, shape (nx,).
+        longest: Step that the integrator may make in each interval, in [s], shape (N,); otherwise
+            its error control alone decides.
 
     Raises:
         DivergedError: If the integrator stops before the end of an interval.
     """
-    return _integrated(model, starts, t, u, scales, between=False)[1]
+    return _integrated(model, starts, t, u, scales, between=False, longest=longest)[1]
 
 
 def _integrated(
@@ -159,7 +173,8 @@ def _integrated(
     scales: Array,
     *,
     between: bool,
-    **parameters: float,
+    longest: Array | None = None,
+    parameters: Mapping[str, float] = NO_PARAMETERS,
 ) -> tuple[StepTable, Array]:
     """Return the steps and the ends of all intervals, (N, nx); a single start begins a chain."""
     # Copies: for arrays that are read-only everything would be compiled once more.
@@ -168,11 +183,12 @@ def _integrated(
     chained = np.ndim(starts) == 1
     ode, ends = _ode(model, scales, parameters), np.empty((len(held), model.nx))
     table, row = step_table(4 * len(held) + 64 if between else 0, model.nx), np.zeros(1, np.int64)
+    most = np.full(len(held), np.inf) if longest is None else np.array(longest, dtype=float)
     k = 0
     while k < len(held):
         last = min(k + INTERVALS_PER_CALL, len(held))
         how, k = dop853.follow(
-            ode, times, held, begins, chained, k, last, between, Record(table), row, ends
+            ode, times, held, begins, most, chained, k, last, between, Record(table), row, ends
         )
         if how == dop853.FULL:
             table = _grown(table)
@@ -185,7 +201,7 @@ def _integrated(
     return made, ends
 
 
-def _ode(model: Model, scales: Array, parameters: dict[str, float]) -> Record:
+def _ode(model: Model, scales: Array, parameters: Mapping[str, float]) -> Record:
     plant = model.plant
     loops = model.machine.closes_loops
     addresses = {
@@ -215,7 +231,7 @@ def _diverged(
     how: int,
     begin: float,
     held: Array,
-    parameters: dict[str, float],
+    parameters: Mapping[str, float],
 ) -> DivergedError:
     """Return the error of an integration that ended early, told by the function that failed."""
     try:
@@ -234,7 +250,8 @@ REASONS = {
     dop853.NOT_FINITE: "The state is not finite.",
     dop853.SINGULAR: "The equations of motion have no solution.",
     dop853.LAW_FAILED: "The feedback has no value.",
-    dop853.TOO_MANY: f"It needs more than {dop853.MAX_STEPS} steps for one interval.",
+    dop853.TOO_MANY: f"It needs more than {dop853.MAX_STEPS} steps for one interval, or more than "
+    f"{dop853.MAX_TOTAL} in all.",
     dop853.CHATTERS: "Transitions between modes follow one another without end.",
 }
 
@@ -257,7 +274,7 @@ def interval(
         DivergedError: If the integrator stops before the end.
     """
     ends = _integrated(
-        model, start, np.array(span), held[None], scales, between=False, **parameters
+        model, start, np.array(span), held[None], scales, between=False, parameters=parameters
     )[1]
     return np.asarray(ends[0])
 

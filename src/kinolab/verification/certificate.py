@@ -78,7 +78,7 @@ def verify(
     """
     require_fit("verify problem", PlanningTask, problem)
     require_fit("verify trajectory", Trajectory, trajectory)
-    context = CheckContext(problem, trajectory, told=told, thorough=thorough)
+    context = CheckContext.of(problem, trajectory, told, thorough=thorough)
     checks = tuple(_checked(context, CHECKS))
     free = any(check.name == "collision" and check.passed for check in checks)
     return Certificate(checks, least_clearance(context.clearance_search) if free else None)
@@ -86,7 +86,7 @@ def verify(
 
 def dynamics_checks(problem: PlanningTask, trajectory: Trajectory) -> tuple[Check, ...]:
     """Check start, time, defects, constraints, inputs, requirements and error growth."""
-    return tuple(_checked(CheckContext(problem, trajectory), PRECONDITIONS | DYNAMICS))
+    return tuple(_checked(CheckContext.of(problem, trajectory), PRECONDITIONS | DYNAMICS))
 
 
 def collision_check(problem: PlanningTask, trajectory: Trajectory) -> Check:

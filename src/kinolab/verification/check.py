@@ -22,6 +22,9 @@ from kinolab.trajectory import Trajectory
 from kinolab.verification.clearance_search import ClearanceSearch, Told
 from kinolab.verification.dense_motion import DenseMotion, TooFastError
 
+# A scale that is larger than an entry of the state, and than 1, by more than this does not make the
+# tolerances that go by it any larger: a description cannot switch checks off.
+MAX_SCALE = 20.0
 LIMIT_TOLERANCE = 1e-9  # allowed violation of a limit, in its own unit: rounding only
 
 
@@ -92,6 +95,22 @@ class CheckContext:
     known_motion: ReferenceMotion | None = None
     told: Told | None = None
     thorough: bool = False
+
+    @classmethod
+    def of(
+        cls,
+        problem: PlanningTask,
+        trajectory: Trajectory,
+        told: Told | None = None,
+        *,
+        thorough: bool = False,
+    ) -> CheckContext:
+        """Return what is needed to check a trajectory, with scales of the size of its states."""
+        sizes = np.maximum(np.abs(trajectory.x).max(axis=0), 1.0)
+        scales = np.fmin(problem.scales, MAX_SCALE * sizes)
+        if (scales < problem.scales).any():
+            problem = replace(problem, scales=scales)
+        return cls(problem, trajectory, told=told, thorough=thorough)
 
     @property
     def trajectory(self) -> Trajectory:

@@ -9,10 +9,13 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from kinolab.dynamics.enclosures import Enclosures
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
-from kinolab.simulation.reference import ReferenceMotion
+from kinolab.simulation.motion_pieces import MotionPieces
+from kinolab.simulation.reference import OdeMotion, ReferenceMotion
 from kinolab.trajectory import Trajectory
+from kinolab.verification.speed_bounds import bounded_speeds
 
 MAX_SPACING = 0.01  # [m] largest motion between two samples of limits and requirements
 MAX_SAMPLES = 100_000  # per integrator step; a motion that needs more fails unchecked
@@ -66,11 +69,21 @@ class DenseMotion:
     motion: ReferenceMotion
 
     @cached_property
-    def steps(self) -> Steps:
-        """The integrator steps.
+    def enclosures(self) -> Enclosures:
+        """Bounds of what the machine does over boxes of states."""
+        return Enclosures(self.problem.model)
 
-        They are short wherever the motion changes, so that samples within them find the peak speed,
-        also of a motion that rests at the knots.
+    @property
+    def pieces(self) -> MotionPieces | None:
+        """The motion as polynomials; None of a discrete one."""
+        return self.motion.pieces if isinstance(self.motion, OdeMotion) else None
+
+    @cached_property
+    def steps(self) -> Steps:
+        """The integrator steps, in parts where only a part of them is bounded closely.
+
+        The speeds of a solution of the equations of motion are enclosed. Those of a discrete motion
+        are sampled: its steps are short, and straight.
 
         Raises:
             TooFastError: If samples ``MAX_SPACING`` apart would be too many.
@@ -82,11 +95,26 @@ class DenseMotion:
         speed = np.concatenate(
             [self._speed(knots[at], begin[at], end[at]) for at in map(_part, parts)]
         )
+        if self.pieces is not None:
+            pieces, speed = bounded_speeds(self.enclosures, self.pieces, self.trajectory.u, speed)
+            knots, begin, end = pieces.knots, pieces.begin, pieces.end
         cancelled = np.flatnonzero(~(speed * (end - begin) <= MAX_SAMPLES * MAX_SPACING))
         if cancelled.size:
             k = cancelled[0]
             raise TooFastError(float(begin[k]), float(end[k]), float(speed[k]))
         return Steps(knots, begin, end, speed)
+
+    @property
+    def longest_steps(self) -> Array:
+        """In what time no point moves more than ``MAX_SPACING``, per interval in [s], (N,).
+
+        Raises:
+            TooFastError: As ``steps``.
+        """
+        fastest = np.zeros(len(self.motion.t) - 1)
+        np.maximum.at(fastest, self.steps.knots, self.steps.speed)
+        with np.errstate(divide="ignore"):
+            return MAX_SPACING / fastest
 
     def samples(self) -> Iterator[tuple[Array, Array, Array]]:
         """Yield batches of (times, states, zero-order-hold inputs), in order.

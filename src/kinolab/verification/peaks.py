@@ -57,7 +57,7 @@ def _candidates(found: Array, above: float) -> tuple[NDArray[np.intp], NDArray[n
     near = [known[np.clip(np.arange(len(known)) + k, 0, len(known) - 1)] for k in (-2, -1, 1, 2)]
     with np.errstate(over="ignore"):
         drop = known - np.min(near, axis=0)
-        raised = (known >= near[1]) & (known >= near[2]) & (known <= above) & (known + drop > above)
+        raised = (known >= near[1]) & (known >= near[2]) & (known + drop > above)
     rows, columns = np.nonzero(raised)
     return rows, columns
 

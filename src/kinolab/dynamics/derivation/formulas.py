@@ -8,7 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from kinolab.dynamics.derivation.expression_graph import ExpressionGraph, Node, Operation
+from kinolab.numerics import intervals
 from kinolab.numerics.arrays import Array
+from kinolab.numerics.intervals import ON_INTERVALS, Interval
 
 ON_ARRAYS: dict[str, np.ufunc] = {
     **{name: getattr(np, name) for name in ("sin", "cos", "tan", "exp", "log", "sqrt", "tanh")},
@@ -53,4 +55,19 @@ class Formulas:
             else:
                 operands = (found[k] for k in operation.operands)
                 found.append(ON_ARRAYS[operation.name](*operands))
+        return [found[k] for k in self.ends]
+
+    def enclose(self, values: Mapping[str, Interval]) -> list[Interval]:
+        """Enclose what they are over boxes of the variables; a constant's has shape ()."""
+        found: list[Interval] = []
+        for operation in self.operations:
+            operands = [found[k] for k in operation.operands]
+            if operation.name == "const":
+                found.append(intervals.point(operation.value))
+            elif operation.name == "variable":
+                found.append(values[operation.label])
+            elif operation.name == "mul" and operation.operands[0] == operation.operands[1]:
+                found.append(intervals.square(operands[0]))
+            else:
+                found.append(ON_INTERVALS[operation.name](*operands))
         return [found[k] for k in self.ends]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import numpy as np
 
@@ -15,8 +14,8 @@ from kinolab.simulation.reference import (
     DivergedError,
     follow_each,
 )
-from kinolab.trajectory import Trajectory
 from kinolab.verification.check import LIMIT_TOLERANCE, Check, CheckContext, judged, worst_entry
+from kinolab.verification.dense_motion import TooFastError
 
 # of a state's scale: allowed defect between a knot and the state propagated from the one before
 DEFECT_TOLERANCE = 1e-6
@@ -34,16 +33,17 @@ def start(context: CheckContext) -> Check:
 
 
 def dynamics(context: CheckContext) -> Check:
-    """Integrate from each stored knot to the next and compare.
+    """Integrate from each stored knot to the next, in short steps, and compare.
 
-    With feedback, the stored inputs are applied, not the references.
+    With feedback, the stored inputs are applied, not the references. In no step does a point move
+    further than ``MAX_SPACING``, so that the integrator cannot step over what the machine meets.
     """
     problem, trajectory = context.problem, context.trajectory
     discrete = problem.scenario.integration.truth == "discrete"
     limit = DISCRETE_DEFECT if discrete else DEFECT_TOLERANCE
     try:
-        reached = _from_each(replace(problem, model=problem.model.plant), trajectory)
-    except DivergedError as error:
+        reached = _from_each(context)
+    except (DivergedError, TooFastError) as error:
         return Check("dynamics", math.inf, limit, False, str(error))
     t, x = trajectory.t[1:], trajectory.x[1:]
 
@@ -82,14 +82,15 @@ def _named(context: CheckContext, i: int, found: Array, wanted: Array) -> str:
     return f"{name} is {found[i]:.9g} where {wanted[i]:.9g} is due"
 
 
-def _from_each(plant: PlanningTask, trajectory: Trajectory) -> Array:
+def _from_each(context: CheckContext) -> Array:
     """Return the states reached from each stored knot under its stored input, (N, nx)."""
-    settings, t, x, u = plant.scenario.integration, trajectory.t, trajectory.x, trajectory.u
+    problem, trajectory = context.problem, context.trajectory
+    plant, settings = problem.model.plant, problem.scenario.integration
+    t, x, u = trajectory.t, trajectory.x, trajectory.u
     if settings.truth != "discrete":
-        return follow_each(plant.model, x[:-1], t, u, plant.scales)
+        longest = context.dense_motion.longest_steps
+        return follow_each(plant, x[:-1], t, u, problem.scales, longest)
     try:
-        return plant.model.step(
-            x[:-1], u, np.diff(t), method=settings.method, substeps=settings.substeps
-        )
+        return plant.step(x[:-1], u, np.diff(t), method=settings.method, substeps=settings.substeps)
     except SingularError as error:
         raise DivergedError(float(t[error.row]), str(error)) from error
