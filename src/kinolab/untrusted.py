@@ -53,7 +53,17 @@ def json_of(text: str | bytes) -> Any:
     content = text.encode(errors="replace") if isinstance(text, str) else text
     if nesting(content) > MOST_NESTED:
         raise ValueError(f"it is nested too deeply, more than {MOST_NESTED} lists and tables")
-    return json.loads(text)
+    return json.loads(text, object_pairs_hook=_once)
+
+
+def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """Return an object whose keys stand once each: which of two counts, readers do not agree on."""
+    found = dict(pairs)
+    if len(found) < len(pairs):
+        names = [name for name, _ in pairs]
+        twice = next(name for name in names if names.count(name) > 1)
+        raise ValueError(f"{twice!r} stands twice in one object")
+    return found
 
 
 def nesting(content: bytes) -> int:

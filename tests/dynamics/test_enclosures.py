@@ -8,14 +8,14 @@ import pytest
 import kinolab
 from kinolab.dynamics.enclosures import Enclosures
 from kinolab.numerics.arrays import Array
-from kinolab.numerics.intervals import Interval
+from kinolab.numerics.intervals import IntervalArray
 
 BOXES, INSIDE = 40, 30
 HALF_WIDTHS = np.array([0.0, 1e-6, 1e-3, 0.05])  # of the states' scales
 MACHINES = ["rolling_disk", "car", "crane", "helicopter", "satellite", "two_cranes", "whipple"]
 
 
-def points(name: str, seed: int) -> tuple[kinolab.Model, Interval, Array, Array]:
+def points(name: str, seed: int) -> tuple[kinolab.Model, IntervalArray, Array, Array]:
     """Return boxes about random states, inputs, and states inside, (INSIDE, BOXES, nx)."""
     model, rng = kinolab.systems.get(name).model(), np.random.default_rng(seed)
     scales = np.minimum(model.state_scales, 3.0)
@@ -27,7 +27,7 @@ def points(name: str, seed: int) -> tuple[kinolab.Model, Interval, Array, Array]
     lower, upper = np.clip(model.control_bounds, -10, 10).T
     u = rng.uniform(lower, upper, (BOXES, model.nu))
     inside = middle + half * rng.uniform(-1, 1, (INSIDE, BOXES, model.nx))
-    return model, Interval(middle - half, middle + half), u, inside
+    return model, IntervalArray(middle - half, middle + half), u, inside
 
 
 @pytest.mark.parametrize("name", [*MACHINES, "biped"])

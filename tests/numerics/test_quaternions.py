@@ -274,7 +274,7 @@ def refused(folder: Path, text: str, *overrides: str) -> list[str]:
             "R = [0, nan, 0, 1]",
             f"[start] R: entry 2, nan, is not finite. {COORDINATE}",
         ),
-        ("R = 0.3", "R = 0", "[goal] tolerance.R: 0 is too small. Give a positive number"),
+        ("R = 0.3", "R = 0", "[goal] tolerance.R: 0 is too small. Give a number of at least 1e-12"),
     ],
 )
 def test_a_mistake_is_told_with_its_place_and_what_would_work(
@@ -282,7 +282,7 @@ def test_a_mistake_is_told_with_its_place_and_what_would_work(
 ) -> None:
     assert old in WATER
     (mistake,) = refused(tmp_path, WATER.replace(old, new, 1))
-    if told.endswith("Give a positive number"):
+    if told.endswith("at least 1e-12"):
         mistake = mistake[: len("table.toml ") + len(told)]
     assert mistake == f"table.toml {told}"
 

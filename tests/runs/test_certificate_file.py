@@ -51,6 +51,23 @@ def test_it_says_what_the_checks_depend_on(maze_run: Finished) -> None:
     assert found["scales"]["psi"] == 1.0
 
 
+def test_a_run_without_a_goal_is_not_checked(run_copy: Path) -> None:
+    scenario = run_copy / "scenario.toml"
+    head, _, rest = scenario.read_text().partition("[goal]")
+    _, _, others = rest.partition("\n[")
+    scenario.write_text(f"{head}[goal]\ntolerance = 0.1\n\n[{others}")
+    with pytest.raises(InputError, match=r"\[goal\]: nothing says where it shall go"):
+        check_run(run_copy)
+
+
+def test_a_name_that_stands_twice_is_not_read(run_copy: Path) -> None:
+    """Readers of JSON do not agree on which of the two counts."""
+    machine = run_copy / "assets" / "machine.json"
+    machine.write_text(machine.read_text().replace('"name":', '"name": "other", "name":', 1))
+    with pytest.raises(InputError, match="'name' stands twice"):
+        check_run(run_copy)
+
+
 def test_only_what_was_checked_is_said_to_be_proved(run_copy: Path) -> None:
     problem = read_run(run_copy).problem
     whole = check_run(run_copy)

@@ -109,7 +109,7 @@ def test_a_scenario_with_angles_is_written_with_every_digit(tmp_path: Path) -> N
         ),
         ("system.parameters.m=pi", '"pi" is text, not a number. Give a number.'),
         ("world.bounds.x=[-pi, pi]", "is text, not a number."),
-        ("goal.tolerance=5 deg", "is text, not a number. Give a positive number"),
+        ("goal.tolerance=5 deg", "is text, not a number. Give a number of at least 1e-12"),
     ],
 )
 def test_what_is_no_angle_there_is_said(override: str, answer: str, tmp_path: Path) -> None:

@@ -542,6 +542,7 @@ def test_a_written_scenario_has_every_default() -> None:
 
 number = st.floats(allow_nan=False, allow_infinity=False)
 positive = st.floats(min_value=0, exclude_min=True, allow_infinity=False)
+tolerance = st.floats(min_value=1e-12, allow_infinity=False)
 line = st.text(st.characters(exclude_categories=["Cs"]), min_size=1, max_size=8)
 plain = st.text(  # what a person is shown
     st.characters(exclude_categories=["Cs", "Cc", "Cf", "Zl", "Zp"]), min_size=1, max_size=8
@@ -572,10 +573,11 @@ obstacle = st.one_of(
     ),
 )
 point = st.fixed_dictionaries(
-    {"body": plain, "position": vector}, optional={"at": vector, "tolerance": positive}
+    {"body": plain, "position": vector}, optional={"at": vector, "tolerance": tolerance}
 )
 direction_goal = st.fixed_dictionaries(
-    {"body": plain, "axis": axis, "target": direction}, optional={"tolerance": angle}
+    {"body": plain, "axis": axis, "target": direction},
+    optional={"tolerance": angle.filter(lambda value: value >= 1e-12)},
 )
 cone = st.fixed_dictionaries(
     {"body": plain, "axis": axis, "direction": direction, "half_angle": angle},
@@ -587,7 +589,7 @@ goal = st.builds(
     st.fixed_dictionaries(
         {},
         optional={
-            "tolerance": st.one_of(positive, st.dictionaries(name, positive, max_size=2)),
+            "tolerance": st.one_of(tolerance, st.dictionaries(name, tolerance, max_size=2)),
             "norm": st.sampled_from(["max", "sum", "euclidean"]),
             "at_rest": st.booleans(),
             "point": st.lists(point, max_size=2),

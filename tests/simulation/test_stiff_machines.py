@@ -19,11 +19,11 @@ from kinolab.runs import read_run
 from kinolab.show.view.driving import driving_of
 from kinolab.simulation import Propagator
 from kinolab.simulation.machine import states_under
-from kinolab.simulation.reference import resimulate
+from kinolab.simulation.reference import DivergedError, follow, resimulate
 from kinolab.simulation.sensitivities import StepSensitivities
 from kinolab.trajectory import Trajectory
 from tests.outsiders import SKID, skid_steered, written
-from tests.support import failed
+from tests.support import failed, within
 
 DISCRETE = 'truth = "discrete"'
 
@@ -162,3 +162,11 @@ def test_plan_simulate_takes_the_method(tmp_path: Path) -> None:
         problem.start, np.tile([6.0, 2.0], (10, 1)), np.full(10, 0.05), method="rosenbrock"
     )
     assert np.allclose(stored.x, expected, atol=1e-12)
+
+
+def test_long_intervals_of_a_fast_machine_end_with_a_message_however_many_they_are() -> None:
+    """Two links that whirl, for 30 hours."""
+    model = kinolab.systems.get("acrobot_v0").model()
+    t = np.linspace(0.0, 108_000.0, 3601)
+    with within(120), pytest.raises(DivergedError, match="2000000 in all"):
+        follow(model, np.array([0.0, 1.0, 300.0, 100.0]), t, np.zeros((3600, model.nu)), np.ones(4))

@@ -81,6 +81,8 @@ def test_a_motion_of_one_knot_is_written_and_read(tmp_path: Path) -> None:
         (GOOD.replace("3.0", "-inf"), "line 2"),
         (GOOD.replace("1.5", ""), "line 3"),
         (GOOD.replace("1.5", "one"), "line 3"),
+        (GOOD.replace("1.5", "1_5e-1"), "line 3 column x: '1_5e-1' is not a number"),
+        (GOOD.replace("1.5", "١"), "line 3 column x"),  # a digit, but not of everybody's
         (GOOD.replace("2.5,", "2.5,1.0"), "line 3"),  # inputs in the last row
         (GOOD.replace(",3.0", ","), "line 2"),  # none before it
         (GOOD.replace("2.5,", "2.5"), "line 3"),

@@ -118,6 +118,17 @@ def _names(problem: PlanningTask) -> tuple[tuple[str, ...], tuple[str, ...]]:
 # --- what is wrong ---
 
 
+def test_no_scale_is_large_enough_to_switch_a_check_off(lane: PlanningTask) -> None:
+    vast = replace(lane, scales=np.full(6, 1e12))
+    assert failed(verify(vast, straight())) == set()
+    beside = straight()
+    beside.x[:, 1] += 0.03
+    assert "start" in failed(verify(vast, beside))
+    beside = straight()
+    beside.x[3, 1] += 1e-3
+    assert "dynamics" in failed(verify(vast, beside))
+
+
 @pytest.mark.parametrize("knot", [1, 10, 20])
 def test_a_state_shifted_by_a_millimetre_fails_the_dynamics(lane: PlanningTask, knot: int) -> None:
     bent = straight()

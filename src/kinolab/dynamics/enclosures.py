@@ -18,7 +18,7 @@ from kinolab.dynamics.derivation.formulas import Formulas
 from kinolab.dynamics.model import Model
 from kinolab.numerics import intervals
 from kinolab.numerics.arrays import Array
-from kinolab.numerics.intervals import Interval
+from kinolab.numerics.intervals import IntervalArray
 
 if TYPE_CHECKING:  # what derives a machine: one that is in the cache needs none of it
     from kinolab.dynamics.derivation.derivation import Derivation
@@ -62,7 +62,7 @@ class Enclosures:
             _read[self._model] = _kept(self._model)
         self._modes = _read[self._model]
 
-    def speed(self, x: Interval, u: Array) -> Array:
+    def speed(self, x: IntervalArray, u: Array) -> Array:
         """Return bounds on the speed of all points, in [m/s], shape (m,).
 
         Args:
@@ -72,7 +72,7 @@ class Enclosures:
         bounds = self._enclosed(lambda mode: mode.speeds, x, u).high
         return np.asarray(bounds.max(axis=1, initial=0.0))
 
-    def requirements(self, x: Interval, u: Array) -> Interval:
+    def requirements(self, x: IntervalArray, u: Array) -> IntervalArray:
         """Return the machine's requirements over boxes, shape (m, number of requirements).
 
         Args:
@@ -81,7 +81,7 @@ class Enclosures:
         """
         return self._enclosed(lambda mode: mode.requirements, x, u)
 
-    def velocities(self, x: Interval, u: Array) -> Interval:
+    def velocities(self, x: IntervalArray, u: Array) -> IntervalArray:
         """Return all velocities over boxes, shape (m, number of velocities).
 
         Args:
@@ -91,8 +91,8 @@ class Enclosures:
         return self._enclosed(lambda mode: mode.velocities, x, u)
 
     def _enclosed(
-        self, which: Callable[[ModeFormulas], Formulas], x: Interval, u: Array
-    ) -> Interval:
+        self, which: Callable[[ModeFormulas], Formulas], x: IntervalArray, u: Array
+    ) -> IntervalArray:
         count = len(which(self._modes[0]).ends)
         low, high = np.empty((len(u), count)), np.empty((len(u), count))
         of = np.round(x.low[:, -1]) if len(self._modes) > 1 else np.zeros(len(u))
@@ -101,16 +101,16 @@ class Enclosures:
             found = which(mode).enclose(self._values(mode, x, u, rows))
             for i, one in enumerate(found):
                 low[rows, i], high[rows, i] = one.low, one.high
-        return Interval(low, high)
+        return IntervalArray(low, high)
 
     def _values(
-        self, mode: ModeFormulas, x: Interval, u: Array, rows: NDArray[np.intp]
-    ) -> dict[str, Interval]:
+        self, mode: ModeFormulas, x: IntervalArray, u: Array, rows: NDArray[np.intp]
+    ) -> dict[str, IntervalArray]:
         parameters = map(intervals.point, self._model.parameter_vector())
         values = dict(zip(mode.parameters, parameters, strict=True))
         values |= zip(mode.inputs, map(intervals.point, u[rows].T), strict=True)
         ends = zip(x.low[rows].T, x.high[rows].T, strict=True)
-        return values | dict(zip(mode.state, (Interval(*pair) for pair in ends), strict=False))
+        return values | dict(zip(mode.state, (IntervalArray(*pair) for pair in ends), strict=False))
 
 
 def _kept(model: Model) -> tuple[ModeFormulas, ...]:

@@ -19,7 +19,7 @@ QUARTER = np.pi / 2
 
 
 @dataclass(frozen=True, eq=False)
-class Interval:
+class IntervalArray:
     """Intervals, one for each entry of two arrays of the same shape (...).
 
     Attributes:
@@ -41,41 +41,41 @@ class Interval:
         return np.maximum(np.abs(self.low), np.abs(self.high))
 
 
-def point(value: Array | float) -> Interval:
-    """Return intervals of one number each."""
+def point(value: Array | float) -> IntervalArray:
+    """Return intervals of one number each, of the shape (...) of ``value``."""
     number = np.asarray(value, dtype=float)
-    return Interval(number, number)
+    return IntervalArray(number, number)
 
 
-def _outward(low: Array, high: Array) -> Interval:
+def _outward(low: Array, high: Array) -> IntervalArray:
     """Return an interval that is wider by what rounding may have taken; NaN becomes anything."""
     low = np.where(np.isnan(low), -np.inf, np.nextafter(np.nextafter(low, -np.inf), -np.inf))
     high = np.where(np.isnan(high), np.inf, np.nextafter(np.nextafter(high, np.inf), np.inf))
-    return Interval(low, high)
+    return IntervalArray(low, high)
 
 
-def wider(a: Interval) -> Interval:
+def wider(a: IntervalArray) -> IntervalArray:
     """Return intervals that contain what sums of a dozen terms of such size may be off by."""
     slack = 4e-15 * a.magnitude
-    return Interval(a.low - slack, a.high + slack)
+    return IntervalArray(a.low - slack, a.high + slack)
 
 
-def add(a: Interval, b: Interval) -> Interval:
+def add(a: IntervalArray, b: IntervalArray) -> IntervalArray:
     """Return a + b."""
     return _outward(a.low + b.low, a.high + b.high)
 
 
-def sub(a: Interval, b: Interval) -> Interval:
+def sub(a: IntervalArray, b: IntervalArray) -> IntervalArray:
     """Return a - b."""
     return _outward(a.low - b.high, a.high - b.low)
 
 
-def neg(a: Interval) -> Interval:
+def neg(a: IntervalArray) -> IntervalArray:
     """Return -a."""
-    return Interval(-a.high, -a.low)
+    return IntervalArray(-a.high, -a.low)
 
 
-def mul(a: Interval, b: Interval) -> Interval:
+def mul(a: IntervalArray, b: IntervalArray) -> IntervalArray:
     """Return a b; zero times anything is zero."""
     products = [
         np.where((x == 0) | (y == 0), 0.0, x * y) for x in (a.low, a.high) for y in (b.low, b.high)
@@ -83,26 +83,26 @@ def mul(a: Interval, b: Interval) -> Interval:
     return _outward(np.minimum.reduce(products), np.maximum.reduce(products))
 
 
-def square(a: Interval) -> Interval:
+def square(a: IntervalArray) -> IntervalArray:
     """Return a^2, which is never negative, where ``mul(a, a)`` may be."""
     magnitude = fabs(a)
     found = _outward(magnitude.low**2, magnitude.high**2)
-    return Interval(np.maximum(found.low, 0.0), found.high)
+    return IntervalArray(np.maximum(found.low, 0.0), found.high)
 
 
-def div(a: Interval, b: Interval) -> Interval:
+def div(a: IntervalArray, b: IntervalArray) -> IntervalArray:
     """Return a / b; anything where b may be zero."""
     zero = (b.low <= 0) & (b.high >= 0)
     inverse = _outward(1.0 / np.where(zero, 1.0, b.high), 1.0 / np.where(zero, 1.0, b.low))
     found = mul(a, inverse)
-    return Interval(np.where(zero, -np.inf, found.low), np.where(zero, np.inf, found.high))
+    return IntervalArray(np.where(zero, -np.inf, found.low), np.where(zero, np.inf, found.high))
 
 
-def _rising(function: Callable[[Array], Array]) -> Callable[[Interval], Interval]:
+def _rising(function: Callable[[Array], Array]) -> Callable[[IntervalArray], IntervalArray]:
     return lambda a: _outward(function(a.low), function(a.high))
 
 
-def _has_multiple(a: Interval, phase: float) -> Array:
+def _has_multiple(a: IntervalArray, phase: float) -> Array:
     """Whether an interval holds phase + 2 pi k for a whole k; too often rather than too rarely."""
     turns = 4 * QUARTER
     slack = 1e-12 * (1.0 + a.magnitude)
@@ -110,17 +110,17 @@ def _has_multiple(a: Interval, phase: float) -> Array:
     return np.asarray(phase + first * turns <= a.high + slack)
 
 
-def sin(a: Interval) -> Interval:
+def sin(a: IntervalArray) -> IntervalArray:
     """Return the sine."""
     return _wave(np.sin, a, QUARTER)
 
 
-def cos(a: Interval) -> Interval:
+def cos(a: IntervalArray) -> IntervalArray:
     """Return the cosine."""
     return _wave(np.cos, a, 0.0)
 
 
-def _wave(function: Callable[[Array], Array], a: Interval, crest: float) -> Interval:
+def _wave(function: Callable[[Array], Array], a: IntervalArray, crest: float) -> IntervalArray:
     """Return what a sine of some phase does, with crests at ``crest`` + 2 pi k."""
     ends = function(a.low), function(a.high)
     found = _outward(np.minimum(*ends), np.maximum(*ends))
@@ -128,35 +128,35 @@ def _wave(function: Callable[[Array], Array], a: Interval, crest: float) -> Inte
     trough = wild | _has_multiple(a, crest - 2 * QUARTER)
     low = np.where(trough, -1.0, np.maximum(found.low, -1.0))
     high = np.where(wild | _has_multiple(a, crest), 1.0, np.minimum(found.high, 1.0))
-    return Interval(low, high)
+    return IntervalArray(low, high)
 
 
-def tan(a: Interval) -> Interval:
+def tan(a: IntervalArray) -> IntervalArray:
     """Return the tangent; anything where a pole may be inside."""
     found = _outward(np.tan(a.low), np.tan(a.high))
     pole = ~np.isfinite(a.width) | _has_multiple(a, QUARTER) | _has_multiple(a, -QUARTER)
-    return Interval(np.where(pole, -np.inf, found.low), np.where(pole, np.inf, found.high))
+    return IntervalArray(np.where(pole, -np.inf, found.low), np.where(pole, np.inf, found.high))
 
 
-def sqrt(a: Interval) -> Interval:
+def sqrt(a: IntervalArray) -> IntervalArray:
     """Return the square root; of what may be negative, that of the rest."""
     found = _outward(np.sqrt(np.maximum(a.low, 0.0)), np.sqrt(np.maximum(a.high, 0.0)))
-    return Interval(np.maximum(found.low, 0.0), found.high)
+    return IntervalArray(np.maximum(found.low, 0.0), found.high)
 
 
-def fabs(a: Interval) -> Interval:
+def fabs(a: IntervalArray) -> IntervalArray:
     """Return the magnitude."""
     inside = (a.low <= 0) & (a.high >= 0)
     least = np.where(inside, 0.0, np.minimum(np.abs(a.low), np.abs(a.high)))
-    return Interval(least, a.magnitude)
+    return IntervalArray(least, a.magnitude)
 
 
-def maximum(a: Interval, b: Interval) -> Interval:
+def maximum(a: IntervalArray, b: IntervalArray) -> IntervalArray:
     """Return the larger of two."""
-    return Interval(np.maximum(a.low, b.low), np.maximum(a.high, b.high))
+    return IntervalArray(np.maximum(a.low, b.low), np.maximum(a.high, b.high))
 
 
-def log(a: Interval) -> Interval:
+def log(a: IntervalArray) -> IntervalArray:
     """Return the logarithm; of what may not be positive, anything below."""
     positive = a.low > 0
     low = np.where(positive, np.log(np.where(positive, a.low, 1.0)), -np.inf)
@@ -164,7 +164,7 @@ def log(a: Interval) -> Interval:
     return _outward(low, high)
 
 
-ON_INTERVALS: dict[str, Callable[..., Interval]] = {
+ON_INTERVALS: dict[str, Callable[..., IntervalArray]] = {
     **{"add": add, "sub": sub, "mul": mul, "div": div, "neg": neg, "fmax": maximum},
     **{"sin": sin, "cos": cos, "tan": tan, "sqrt": sqrt, "fabs": fabs, "log": log},
     **{"exp": _rising(np.exp), "tanh": _rising(np.tanh), "atan": _rising(np.arctan)},

@@ -17,7 +17,7 @@ from kinolab.dynamics.analysis.consistent_states import (
 )
 from kinolab.dynamics.codegen.state_space import StateSpace
 from kinolab.dynamics.machine_facts import MachineFacts
-from kinolab.errors import EndpointError, Mistake
+from kinolab.errors import EndpointError, InputError, Mistake
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.quaternions import (
     random_attitude,
@@ -153,6 +153,17 @@ class PlanningTask:
     def goal_excess(self, x: Array) -> float:
         """Return the goal violation of a state in tolerances: at most 1 inside."""
         return self.goal.excess(x, self._goal_frames(x))
+
+    def require_goal(self) -> None:
+        """Require that the goal asks for something.
+
+        Raises:
+            InputError: If every state is in it.
+        """
+        goal = self.goal
+        if not (goal.indices or goal.points or goal.directions or goal.attitudes):
+            what, remedy = "nothing says where it shall go.", "Write x = 1.0 below it, for example."
+            raise InputError([Mistake(f"{self._file} [goal]", what, remedy)])
 
     def goal_distance(self, x: Array) -> float:
         """Return the norm of all goal errors in SI units."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Iterator, Mapping
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -71,21 +72,6 @@ def proved(problem: PlanningTask, certificate: Certificate) -> Iterator[str]:
         yield f"A small error at the start grows about {grown:.3g} times as large by the end."
 
 
-def conditions(problem: PlanningTask) -> dict[str, Any]:
-    """Return what the checks depend on and a scenario or a machine may choose, as plain data."""
-    goal, names = problem.goal, problem.model.state_names
-    targets = [*(names[i] for i in goal.indices), *(target.name for target in goal.attitudes)]
-    tolerances = zip(targets, goal.error_tolerances.tolist(), strict=False)
-    return {
-        "truth": problem.scenario.integration.truth,
-        "goal_tolerances": dict(tolerances),
-        "clearance": problem.world.clearance,
-        "obstacles": len(problem.world.obstacles),
-        "bodies_with_shapes": sum(bool(body.shapes) for body in problem.bodies),
-        "scales": dict(zip(names, problem.scales.tolist(), strict=True)),
-    }
-
-
 def certificate_to_json(
     problem: PlanningTask, certificate: Certificate, files: Mapping[str, bytes]
 ) -> dict[str, Any]:
@@ -103,7 +89,7 @@ def certificate_to_json(
         "passed": certificate.passed,
         "checks": [check_to_json(check) for check in certificate.checks],
         "margin": margin_to_json(certificate),
-        "conditions": conditions(problem),
+        "conditions": asdict(certificate.conditions) if certificate.conditions else {},
         "proved": list(proved(problem, certificate) if certificate.passed else ()),
         "not_proved": list(NOT_PROVED),
         "files": {name: digest_of(content) for name, content in sorted(files.items())},

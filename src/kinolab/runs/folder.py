@@ -239,6 +239,7 @@ def read_run(folder: Path) -> Run:
         what = f"a finished run carries its machine as data, in {MACHINE}."
         raise InputError([Mistake(where, what, "Nothing was run.")])
     problem = build_problem(scenario, planner=False)
+    problem.require_goal()
     return Run(folder, problem, report, unwrapped(problem, _motion_in(folder, problem)))
 
 

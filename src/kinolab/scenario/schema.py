@@ -36,6 +36,7 @@ from kinolab.scenario.values import (
     CutHeight,
     CylinderSize,
     Direction,
+    DirectionTolerance,
     Effort,
     Elevation,
     Heading,
@@ -48,6 +49,7 @@ from kinolab.scenario.values import (
     Number,
     PictureSize,
     PlannerName,
+    PointTolerance,
     Position,
     Positive,
     RollPitchYaw,
@@ -178,7 +180,7 @@ class PointGoal(Section):
     body: BodyName
     at: Position = (0.0, 0.0, 0.0)  # in the body's frame
     position: Position  # in the world
-    tolerance: Metres = TOLERANCE
+    tolerance: PointTolerance = TOLERANCE
 
 
 class DirectionGoal(Section):
@@ -187,7 +189,7 @@ class DirectionGoal(Section):
     body: BodyName
     axis: Axis  # in the body's frame
     target: Direction  # in the world
-    tolerance: Angle = TOLERANCE
+    tolerance: DirectionTolerance = TOLERANCE
 
 
 class GoalSection(Section):

@@ -298,11 +298,22 @@ Coordinate = Annotated[
     Discriminator(_number_or_list),
     Wanted(COORDINATE),
 ]
+LEAST_TOLERANCE = 1e-12  # of a goal: what is smaller is rounding
 Tolerance = Annotated[
-    Annotated[Positive, Tag(NUMBER_TAG)]
-    | Annotated[dict[str, Annotated[NumberOrAngle, Field(gt=0)]], Tag(TABLE_TAG)],
+    Annotated[float, Field(ge=LEAST_TOLERANCE), Tag(NUMBER_TAG)]
+    | Annotated[dict[str, Annotated[NumberOrAngle, Field(ge=LEAST_TOLERANCE)]], Tag(TABLE_TAG)],
     Discriminator(_number_or_table),
-    Wanted("a positive number, or a table of a positive number per name"),
+    Wanted(
+        f"a number of at least {LEAST_TOLERANCE:g}, or a table with one such number for each name"
+    ),
+]
+PointTolerance = Annotated[
+    float, Field(ge=LEAST_TOLERANCE), Wanted(f"a number of at least {LEAST_TOLERANCE:g} [m]")
+]
+DirectionTolerance = Annotated[
+    NumberOrAngle,
+    Field(ge=LEAST_TOLERANCE, le=math.pi),
+    Wanted(f"a number from {LEAST_TOLERANCE:g} to 3.14159 [rad]"),
 ]
 Scale = Annotated[
     Annotated[Positive, Tag(NUMBER_TAG)]

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from kinolab.numerics import intervals
 from kinolab.numerics.arrays import Array
-from kinolab.numerics.intervals import Interval
+from kinolab.numerics.intervals import IntervalArray
 from kinolab.simulation.dop853 import POWER, StepTable
 
 
@@ -49,10 +49,10 @@ class MotionPieces:
         return cls(steps, table.knot, table.begin, table.end, coefficients)
 
     @property
-    def box(self) -> Interval:
+    def box(self) -> IntervalArray:
         """Boxes of the states in each piece, shape (m, nx)."""
         low, high = self.coefficients.min(axis=1), self.coefficients.max(axis=1)
-        return intervals.wider(Interval(low, high))
+        return intervals.wider(IntervalArray(low, high))
 
     @property
     def divisible(self) -> NDArray[np.bool_]:

@@ -69,7 +69,7 @@ def solve(
                      max_iterations=max_iterations, improve=improve)  # fmt: skip
     section = problem.scenario.planner
     searcher = make_planner(problem, planner, settings)
-    _require_goal(problem)
+    problem.require_goal()
     problem.check_endpoints()
     request = Request(
         planner,
@@ -111,13 +111,6 @@ def solve(
         attempts=pool.all,
         interrupted=True,
     )
-
-
-def _require_goal(problem: PlanningTask) -> None:
-    goal = problem.goal
-    if not (goal.indices or goal.points or goal.directions or goal.attitudes):
-        what, remedy = "nothing says where it shall go.", "Write x = 1.0 below it, for example."
-        raise InputError([Mistake("[goal]", what, remedy)])
 
 
 def _check_arguments(planner: object, jobs: int, **keys: object) -> None:

@@ -307,6 +307,8 @@ def _numbers(path: Path, rows: list[list[str]], header: Sequence[str], states: i
 
 def _number(text: str) -> float:
     try:
+        if not text.isascii() or "_" in text:  # which Python reads as numbers, and few others do
+            raise ValueError
         value = float(text)
     except ValueError:
         raise ValueError(f"{text!r} is not a number") from None

@@ -7,16 +7,18 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from kinolab.numerics.arrays import Array
-from kinolab.numerics.intervals import Interval
+from kinolab.numerics.intervals import IntervalArray
 from kinolab.simulation.motion_pieces import MotionPieces
 
 MAX_PIECES = 200_000  # that a motion is divided into before it counts as too wild to be checked
 PIECES_PER_BATCH = 4000
 
-MostExcess = Callable[[Interval, Array], Array]  # boxes (m, nx), held inputs (m, nu) -> (m, limits)
+MostExcess = Callable[
+    [IntervalArray, Array], Array
+]  # boxes (m, nx), held inputs (m, nu) -> (m, limits)
 
 
-def boxes(pieces: MotionPieces, u: Array) -> Iterator[tuple[Interval, Array]]:
+def boxes(pieces: MotionPieces, u: Array) -> Iterator[tuple[IntervalArray, Array]]:
     """Yield batches of boxes of states (m, nx) and inputs that are held in them (m, nu).
 
     Args:

@@ -15,6 +15,7 @@ from kinolab.problem import PlanningTask
 from kinolab.simulation.reference import MAX_ERROR_AMPLIFICATION, DivergedError, ReferenceMotion
 from kinolab.trajectory import Trajectory
 from kinolab.verification.check import Check, CheckContext
+from kinolab.verification.check_conditions import CheckConditions
 from kinolab.verification.checks import (
     CHECKS,
     CONDUCT,
@@ -35,10 +36,12 @@ class Certificate:
         checks: In order.
         margin: Smallest clearance along the motion; None if it collides or cannot be integrated, or
             if there is nothing to collide with.
+        conditions: What the checks depend on.
     """
 
     checks: tuple[Check, ...]
     margin: ClearanceMargin | None = None
+    conditions: CheckConditions | None = None
 
     @property
     def passed(self) -> bool:
@@ -81,7 +84,8 @@ def verify(
     context = CheckContext.of(problem, trajectory, told, thorough=thorough)
     checks = tuple(_checked(context, CHECKS))
     free = any(check.name == "collision" and check.passed for check in checks)
-    return Certificate(checks, least_clearance(context.clearance_search) if free else None)
+    margin = least_clearance(context.clearance_search) if free else None
+    return Certificate(checks, margin, CheckConditions.of(problem))
 
 
 def dynamics_checks(problem: PlanningTask, trajectory: Trajectory) -> tuple[Check, ...]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import asdict
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -45,6 +46,7 @@ def command(folders: Sequence[Path], thorough: bool, as_json: bool, quiet: bool)
                 "passed": certificate.passed,
                 "checks": [check_to_json(check) for check in certificate.checks],
                 "margin": margin_to_json(certificate),
+                "conditions": asdict(certificate.conditions) if certificate.conditions else None,
             }
             for folder, certificate in certificates.items()
         ]
@@ -54,4 +56,6 @@ def command(folders: Sequence[Path], thorough: bool, as_json: bool, quiet: bool)
             say(escaped(f"{folder}: {'passed' if certificate.passed else 'FAILED'}"))
             for told in (*certificate.checks, *filter(None, [certificate.margin])):
                 say(f"  {escaped(str(told))}")
+            for line in str(certificate.conditions or "").splitlines():
+                say(f"  {escaped(line)}")
     return 0 if all(certificate.passed for certificate in certificates.values()) else FAILED

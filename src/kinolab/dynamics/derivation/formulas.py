@@ -10,7 +10,7 @@ import numpy as np
 from kinolab.dynamics.derivation.expression_graph import ExpressionGraph, Node, Operation
 from kinolab.numerics import intervals
 from kinolab.numerics.arrays import Array
-from kinolab.numerics.intervals import ON_INTERVALS, Interval
+from kinolab.numerics.intervals import ON_INTERVALS, IntervalArray
 
 ON_ARRAYS: dict[str, np.ufunc] = {
     **{name: getattr(np, name) for name in ("sin", "cos", "tan", "exp", "log", "sqrt", "tanh")},
@@ -57,9 +57,9 @@ class Formulas:
                 found.append(ON_ARRAYS[operation.name](*operands))
         return [found[k] for k in self.ends]
 
-    def enclose(self, values: Mapping[str, Interval]) -> list[Interval]:
+    def enclose(self, values: Mapping[str, IntervalArray]) -> list[IntervalArray]:
         """Enclose what they are over boxes of the variables; a constant's has shape ()."""
-        found: list[Interval] = []
+        found: list[IntervalArray] = []
         for operation in self.operations:
             operands = [found[k] for k in operation.operands]
             if operation.name == "const":

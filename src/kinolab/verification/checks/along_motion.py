@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from kinolab.numerics.arrays import Array
-from kinolab.numerics.intervals import Interval
+from kinolab.numerics.intervals import IntervalArray
 from kinolab.problem import PlanningTask
 from kinolab.verification.boxes import MostExcess, hidden_excess
 from kinolab.verification.check import LIMIT_TOLERANCE, Check, CheckContext, worst_along
@@ -97,7 +97,7 @@ def _passed_in_an_instant(context: CheckContext) -> Violations:
     if rates:
         names, bounds = names + problem.model.rate_names, np.vstack([bounds, problem.rate_bounds])
 
-    def most(x: Interval, u: Array) -> Array:
+    def most(x: IntervalArray, u: Array) -> Array:
         low, high = x.low, x.high
         if rates:
             v = enclosures.velocities(x, u)

@@ -83,8 +83,11 @@ def read_triangles(where: str, kind: str, content: bytes, materials: bytes, most
     except InputError:
         raise
     except Exception as error:  # trimesh's parsers raise whatever the bytes provoke
-        cause = f"{type(error).__name__}: {error}".splitlines()[0]
-        raise refusal(where, f"is not a readable {kind.upper()} file ({cause}).") from error
+        cause = f" ({type(error).__name__}: {error})".splitlines()[0]
+        if isinstance(error, ImportError):  # it takes the bytes for text, and has a guess to make
+            cause = ""
+        remedy = "It may be cut short; export it again."
+        raise refusal(where, f"is not a readable {kind.upper()} file{cause}.", remedy) from error
     return RawMesh(vertices, faces, colors, *_said(kind, content))
 
 

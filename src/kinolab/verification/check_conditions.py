@@ -1,0 +1,70 @@
+"""What the checks depend on and a scenario or a machine may choose."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from kinolab.problem import PlanningTask
+
+
+@dataclass(frozen=True)
+class CheckConditions:
+    """How strict the checks of a trajectory are.
+
+    Attributes:
+        truth: Whether the equations of motion count, "continuous", or the integrator's steps.
+        goal_tolerances: How far each target of the goal may be missed, in its own unit.
+        clearance: That must be kept from every obstacle, in [m].
+        obstacles: How many there are.
+        bodies_with_shapes: How many bodies can touch anything.
+        scales: Of the entries of the state: differences are small beside them.
+    """
+
+    truth: str
+    goal_tolerances: dict[str, float]
+    clearance: float
+    obstacles: int
+    bodies_with_shapes: int
+    scales: dict[str, float]
+
+    @classmethod
+    def of(cls, problem: PlanningTask) -> CheckConditions:
+        """Return the conditions of a problem."""
+        tolerances = zip(_targets(problem), problem.goal.error_tolerances.tolist(), strict=True)
+        return cls(
+            truth=problem.scenario.integration.truth,
+            goal_tolerances=dict(tolerances),
+            clearance=problem.world.clearance,
+            obstacles=len(problem.world.obstacles),
+            bodies_with_shapes=sum(bool(body.shapes) for body in problem.bodies),
+            scales=dict(zip(problem.model.state_names, problem.scales.tolist(), strict=True)),
+        )
+
+    def __str__(self) -> str:
+        """Say all of them in a few lines."""
+        shaped, obstacles = self.bodies_with_shapes, self.obstacles
+        return "\n".join(
+            [
+                f"truth: {self.truth}",
+                f"goal within {_listed(self.goal_tolerances)}",
+                f"clearance of {self.clearance:g} m asked for; obstacles: {obstacles}; bodies with "
+                f"shapes: {shaped}",
+                f"scales: {_listed(self.scales)}",
+            ]
+        )
+
+
+def _listed(values: dict[str, float]) -> str:
+    return ", ".join(f"{name} {value:g}" for name, value in values.items())
+
+
+def _targets(problem: PlanningTask) -> Iterator[str]:
+    """Yield names of all targets of the goal, in the order of its errors."""
+    goal, bodies = problem.goal, problem.bodies
+    yield from (problem.model.state_names[i] for i in goal.indices)
+    yield from (target.name for target in goal.attitudes)
+    for k, point in enumerate(goal.points, start=1):
+        yield f"point {k} ({bodies[point.body].name})"
+    for k, direction in enumerate(goal.directions, start=1):
+        yield f"direction {k} ({bodies[direction.body].name})"
