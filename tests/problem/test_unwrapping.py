@@ -14,6 +14,7 @@ from scipy.spatial.transform import Rotation
 import kinolab
 from kinolab import systems
 from kinolab.analyze.execute import Conditions, execute
+from kinolab.dynamics.machine_facts import facts_of
 from kinolab.loading import build_problem, find_scenario
 from kinolab.problem import PlanningTask
 from kinolab.problem.unwrapping import unwrapped
@@ -36,8 +37,8 @@ LEFT_ALONE = {"helicopter": ["system.parameters.v_0=1e3"]}  # by itself it drift
 
 
 def turning(name: str) -> bool:
-    model = systems.get(name).model()
-    return bool(model.attitudes or model.circular.any())
+    coordinates = facts_of(systems.get(name)).coordinates
+    return any(entry.quaternion or entry.on_circle for entry in coordinates)
 
 
 TURNING = [name for name in systems.names() if turning(name)]
