@@ -1,7 +1,6 @@
 """Interval arithmetic on arrays: enclosures of what functions do over whole boxes.
 
-Every result contains all values that the operation has on its operands. What rounding may add is
-enclosed by the next numbers outward; NumPy's functions are taken to be good to two of these.
+Every result contains all values that the operation has on its operands, rounding included.
 
 Source: Moore, Kearfott, Cloud, Introduction to Interval Analysis, SIAM 2009, chapters 2 and 5.
 """
@@ -16,6 +15,8 @@ import numpy as np
 from kinolab.numerics.arrays import Array
 
 QUARTER = np.pi / 2
+# NumPy's functions are good to two of the numbers next to the true value, or to the smallest one.
+ROUNDING, SMALLEST = 4.0 * np.finfo(float).eps, 4.0 * np.finfo(float).smallest_subnormal
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,9 +49,12 @@ def point(value: Array | float) -> IntervalArray:
 
 
 def _outward(low: Array, high: Array) -> IntervalArray:
-    """Return an interval that is wider by what rounding may have taken; NaN becomes anything."""
-    low = np.where(np.isnan(low), -np.inf, np.nextafter(np.nextafter(low, -np.inf), -np.inf))
-    high = np.where(np.isnan(high), np.inf, np.nextafter(np.nextafter(high, np.inf), np.inf))
+    """Return intervals that are wider by what rounding may have taken; NaN becomes anything."""
+    low = low - (ROUNDING * np.abs(low) + SMALLEST)
+    high = high + (ROUNDING * np.abs(high) + SMALLEST)
+    if np.isnan(low).any() or np.isnan(high).any():  # or what was infinite
+        low = np.where(np.isnan(low), -np.inf, low)
+        high = np.where(np.isnan(high), np.inf, high)
     return IntervalArray(low, high)
 
 
@@ -77,10 +81,12 @@ def neg(a: IntervalArray) -> IntervalArray:
 
 def mul(a: IntervalArray, b: IntervalArray) -> IntervalArray:
     """Return a b; zero times anything is zero."""
-    products = [
-        np.where((x == 0) | (y == 0), 0.0, x * y) for x in (a.low, a.high) for y in (b.low, b.high)
-    ]
-    return _outward(np.minimum.reduce(products), np.maximum.reduce(products))
+    products = [x * y for x in (a.low, a.high) for y in (b.low, b.high)]
+    low, high = np.minimum.reduce(products), np.maximum.reduce(products)
+    if np.isnan(low).any():  # zero times infinity
+        products = [np.where(np.isnan(product), 0.0, product) for product in products]
+        low, high = np.minimum.reduce(products), np.maximum.reduce(products)
+    return _outward(low, high)
 
 
 def square(a: IntervalArray) -> IntervalArray:

@@ -15,7 +15,7 @@ from kinolab.verification.peaks import Excess, peaks
 
 # Of the largest magnitude of a requirement along the motion, or of a limit: what interval
 # arithmetic leaves to samples, which are exact where nothing changes faster than the machine moves.
-LEFT_TO_SAMPLES = 1e-3
+LEFT_TO_SAMPLES = 1e-2
 
 Violations = Iterator[tuple[float, str]]
 

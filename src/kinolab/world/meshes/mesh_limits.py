@@ -11,7 +11,6 @@ import io
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
-from xml.etree import ElementTree
 
 from kinolab.errors import InputError, Mistake
 from kinolab.untrusted import json_of
@@ -81,6 +80,8 @@ def unfolded_nodes(content: bytes) -> int:
     Raises:
         ParseError: If it is no XML.
     """
+    from xml.etree import ElementTree  # late: other files than DAE are not XML
+
     held: dict[str, list[str]] = {"": []}
     around, made = [""], 0
     for event, element in ElementTree.iterparse(io.BytesIO(content), ("start", "end")):
