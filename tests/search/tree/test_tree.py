@@ -15,7 +15,7 @@ from kinolab.search import Budget, Outcome
 from kinolab.search.tree import AbstractCompiledPlanner, search_state
 from tests.support import OPEN, problem_of
 
-COMPILED = ("auto", "rrt_fast", "kpiece_fast", "sst", "ao_rrt")
+COMPILED = ("auto", "rrt_fast", "kpiece_fast", "sst", "ao_rrt", "pdst")
 SCENES = ("rolling_disk_maze", "vehicle_parking", "two_cranes")
 MOTIONS = 100  # of a tree that are looked at
 LOOKS = 20  # per step

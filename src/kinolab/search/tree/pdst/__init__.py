@@ -1,0 +1,1 @@
+"""PDST: path-directed subdivision of the motions of a tree."""
