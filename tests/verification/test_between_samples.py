@@ -5,22 +5,38 @@ All motions are straight and even, x = v t, so that what must be found is known.
 
 from __future__ import annotations
 
+import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 import sympy
 
-from kinolab.dynamics import Body, Force, Potential, Rate, Sphere, System, length, move, require
+from kinolab.dynamics import (
+    Body,
+    Force,
+    Potential,
+    Rate,
+    Sphere,
+    System,
+    Torque,
+    angle,
+    length,
+    move,
+    require,
+    rot_z,
+)
 from kinolab.dynamics.language.json.machine_file import machine_to_json
 from kinolab.problem import PlanningTask
+from kinolab.problem.goal import KeepOutCone
 from kinolab.trajectory import Trajectory
 from kinolab.verification import verify
 from tests.support import detail, failed, problem_of
 
 WIDTHS = (0.3, 1e-2, 1e-4, 1e-6)  # [m]
 PLACE, LENGTH, SPEED = 2.013, 4.0, 1.0  # [m], [m], [m/s]
-x = length("x", -10, 10, speed=3.0)
+x, a = length("x", -10, 10, speed=3.0), angle("a", -50, 50, speed=9.0)
 
 
 def bump(width: float) -> sympy.Expr:
@@ -94,3 +110,133 @@ def test_a_hill_that_is_too_high_is_not_stepped_over(width: float, tmp_path: Pat
     )
     problem = lane(tmp_path, machine)
     assert "dynamics" in failed(verify(problem, even(problem)))
+
+
+def turning(folder: Path) -> PlanningTask:
+    """Return a ball that turns about its own centre, so that no point of it moves."""
+    ball = Body("ball", rot_z(a), mass=1.0, inertia=(1.0, 1.0, 1.0), shape=Sphere(0.1))
+    machine = System(
+        "ball",
+        bodies=[ball],
+        inputs=[Torque("turn", on=ball, about=ball.frame.z, limit=5.0)],
+    )
+    (folder / "own.json").write_text(machine_to_json(machine))
+    text = 'schema = 1\ntitle = "A ball"\n[system]\nfile = "own.json"\n[goal]\na_dot = 1.0\n'
+    return problem_of(folder, text, "goal.tolerance=9.0", "start.a_dot=1.0")
+
+
+def turned(problem: PlanningTask, torque: float, seconds: float) -> Trajectory:
+    """Return the ball's motion under a torque, its inertia being 1 kg m^2, in a single row."""
+    end = [seconds + torque * seconds**2 / 2, 1.0 + torque * seconds]
+    states = np.array([[0.0, 1.0], end])
+    names = problem.model.state_names, problem.model.control_names
+    return Trajectory(np.array([0.0, seconds]), states, np.array([[torque]]), *names)
+
+
+@pytest.mark.parametrize("peak", [3.005, 3.029, 3.2])
+@pytest.mark.parametrize("after", [0.2, 0.5, 1.0])
+def test_an_angle_that_passes_its_limit_where_no_point_moves_is_seen(
+    peak: float, after: float, tmp_path: Path
+) -> None:
+    """It turns by s - s^2 / (4 peak), at most by peak."""
+    problem = turning(tmp_path)
+    torque = -1.0 / (2 * peak)
+    problem = replace(problem, bounds=np.array([[-3.0, 3.0], [-9.0, 9.0]]))
+    assert "limits" in failed(verify(problem, turned(problem, torque, (1 + after) * 2 * peak)))
+
+
+@pytest.mark.parametrize("half_angle", [0.8, 0.1, 0.01])
+def test_an_axis_that_sweeps_through_a_cone_is_seen(half_angle: float, tmp_path: Path) -> None:
+    cone = KeepOutCone(0, (1.0, 0.0, 0.0), (math.cos(2), math.sin(2), 0.0), half_angle)
+    problem = turning(tmp_path)
+    assert verify(problem, turned(problem, 0.0, 5.0)).passed
+    certificate = verify(replace(problem, keep_outs=(cone,)), turned(problem, 0.0, 5.0))
+    assert failed(certificate) == {"limits"}
+
+
+@pytest.mark.parametrize("width", [0.1, 1e-3, 1e-5])
+def test_a_body_that_jumps_by_a_sign_does_not_pass_a_wall(width: float, tmp_path: Path) -> None:
+    aside = (sympy.sign(x - PLACE) - sympy.sign(x - PLACE - width)) / 4
+    wall = "[[world.obstacle]]\nbox = [6.0, 0.1, 1.0]\nposition = [2.0, 0.5, 0.0]\n"
+    problem = lane(tmp_path, cart(aside), wall)
+    assert "collision" in failed(verify(problem, even(problem)))
+
+
+@pytest.mark.parametrize("jump", [sympy.sign(x - PLACE), abs(x - PLACE) / (x - PLACE)])
+def test_a_body_that_is_now_here_and_now_there_is_refused(jump: sympy.Expr, tmp_path: Path) -> None:
+    wall = "[[world.obstacle]]\nbox = [6.0, 0.1, 1.0]\nposition = [2.0, 0.5, 0.0]\n"
+    problem = lane(tmp_path, cart(jump), wall)
+    assert "collision" in failed(verify(problem, even(problem)))
+
+
+@pytest.mark.parametrize("width", [1e-2, 1e-4, 1e-6])
+def test_a_requirement_without_a_value_in_an_instant_is_not_met(
+    width: float, tmp_path: Path
+) -> None:
+    problem = lane(tmp_path, cart(requirement=sympy.sqrt(0.9 - bump(width))))
+    assert failed(verify(problem, even(problem))) == {"requirements"}
+
+
+def test_what_a_requirement_is_at_the_start_hides_nothing_later(tmp_path: Path) -> None:
+    """It is 1000 there."""
+    problem = lane(tmp_path, cart(requirement=1 / (x + 1e-3) + 0.3 - bump(1e-4)))
+    assert failed(verify(problem, even(problem))) == {"requirements"}
+
+
+def test_a_requirement_of_a_plan_without_a_step_counts(tmp_path: Path) -> None:
+    for room, passes in ((x - 1.0, False), (x + 1.0, True)):
+        problem = lane(tmp_path, cart(requirement=room))
+        names = problem.model.state_names, problem.model.control_names
+        still = Trajectory(np.zeros(1), np.zeros((1, 1)), np.zeros((0, 1)), *names)
+        assert ("requirements" not in failed(verify(problem, still))) == passes
+
+
+@pytest.mark.parametrize(
+    "room",
+    [
+        1 - (x - 2) ** 2 / 4,  # nothing at both ends
+        (x - 2) ** 4 - 2 * (x - 2) ** 2 + 1,  # nothing at two places
+        sympy.sqrt((x - 2) ** 2),
+        1.1 - sympy.sin(x - PLACE) / (x - PLACE),  # 0 / 0 at a place
+    ],
+)
+def test_a_requirement_that_is_just_met_is_met(room: sympy.Expr, tmp_path: Path) -> None:
+    problem = lane(tmp_path, cart(requirement=room))
+    certificate = verify(problem, even(problem))
+    assert certificate.passed, str(certificate)
+
+
+def test_two_that_keep_their_distance_keep_it(tmp_path: Path) -> None:
+    """Of 1 m exactly, over 4 m: the two places cancel, and their intervals do not."""
+    y = length("y", -10, 10, speed=3.0)
+    machine = System(
+        "pair",
+        bodies=[Body("one", move(x, 0, 0)), Body("other", move(y, 1, 0))],
+        inputs=[Rate("v", on=x, limit=2.0), Rate("w", on=y, limit=2.0)],
+        requirements=[require(y - x - 1.0, "distance")],
+    )
+    (tmp_path / "own.json").write_text(machine_to_json(machine))
+    text = 'schema = 1\ntitle = "A pair"\n[system]\nfile = "own.json"\n[goal]\nx = 4.0\n'
+    problem = problem_of(tmp_path, text, "start.y=1.0")
+    names = problem.model.state_names, problem.model.control_names
+    states = np.array([[0.0, 1.0], [4.0, 5.0]])
+    certificate = verify(
+        problem, Trajectory(np.array([0.0, 4.0]), states, np.array([[1.0, 1.0]]), *names)
+    )
+    assert certificate.passed, str(certificate)
+
+
+def test_a_way_of_kilometres_is_verified(tmp_path: Path) -> None:
+    far = length("x", -1e5, 1e5, speed=200.0)
+    machine = System(
+        "train",
+        bodies=[Body("train", move(far, 0, 0), shape=Sphere(1.0))],
+        inputs=[Rate("v", on=far, limit=200.0)],
+    )
+    (tmp_path / "own.json").write_text(machine_to_json(machine))
+    text = 'schema = 1\ntitle = "A line"\n[system]\nfile = "own.json"\n[goal]\nx = 25000.0\n'
+    problem = problem_of(tmp_path, text)
+    names = problem.model.state_names, problem.model.control_names
+    t = np.array([0.0, 100.0, 250.0])
+    certificate = verify(problem, Trajectory(t, 100 * t[:, None], np.full((2, 1), 100.0), *names))
+    assert certificate.passed, str(certificate)

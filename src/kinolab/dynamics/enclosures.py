@@ -5,7 +5,7 @@ Formulas of a machine are derived once and kept on disk as data, so that this ne
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 from weakref import WeakKeyDictionary
@@ -35,6 +35,8 @@ class ModeFormulas:
         speeds: Bounds on the speed of all points of each body, and of each cable, in [m/s].
         requirements: What must not be negative in a plan.
         velocities: All of them, also those that follow from others.
+        frames: Rows of [R | p] of each body.
+        signs: Where one of them changes its sign, a body may jump.
     """
 
     state: tuple[str, ...]
@@ -43,6 +45,8 @@ class ModeFormulas:
     speeds: Formulas
     requirements: Formulas
     velocities: Formulas
+    frames: Formulas
+    signs: Formulas
 
 
 # Plans are verified again and again while they are improved; what was read for a machine stays.
@@ -63,14 +67,16 @@ class Enclosures:
         self._modes = _read[self._model]
 
     def speed(self, x: IntervalArray, u: Array) -> Array:
-        """Return bounds on the speed of all points, in [m/s], shape (m,).
+        """Return bounds on the speed of all points, in [m/s], shape (m,); infinite at a jump.
 
         Args:
             x: Boxes of states, shape (m, nx); a box lies within one mode.
             u: Inputs of each, shape (m, nu).
         """
         bounds = self._enclosed(lambda mode: mode.speeds, x, u).high
-        return np.asarray(bounds.max(axis=1, initial=0.0))
+        signs = self._enclosed(lambda mode: mode.signs, x, u)
+        jumps = np.any(np.sign(signs.low) != np.sign(signs.high), axis=1)
+        return np.where(jumps, np.inf, bounds.max(axis=1, initial=0.0))
 
     def requirements(self, x: IntervalArray, u: Array) -> IntervalArray:
         """Return the machine's requirements over boxes, shape (m, number of requirements).
@@ -79,7 +85,32 @@ class Enclosures:
             x: As ``speed``.
             u: As ``speed``.
         """
-        return self._enclosed(lambda mode: mode.requirements, x, u)
+        return self._enclosed(lambda mode: mode.requirements, x, u, undefined=True)
+
+    def requirement_sizes(self, x: Array, u: Array) -> Array:
+        """Return how large the terms of the requirements are, shape (m, number of requirements).
+
+        Args:
+            x: States, shape (m, nx).
+            u: Inputs, shape (m, nu).
+        """
+        sizes = np.empty((len(u), len(self._modes[0].requirements.ends)))
+        box = IntervalArray(x, x)
+        for mode, rows in self._by_mode(x):
+            values = {name: one.low for name, one in self._values(mode, box, u, rows).items()}
+            for i, size in enumerate(mode.requirements.sizes(values)):
+                sizes[rows, i] = size
+        return sizes
+
+    def frames(self, x: IntervalArray, u: Array) -> IntervalArray:
+        """Return the rows of [R | p] of all bodies over boxes, shape (m, bodies, 12).
+
+        Args:
+            x: As ``speed``.
+            u: As ``speed``.
+        """
+        found = self._enclosed(lambda mode: mode.frames, x, u)
+        return IntervalArray(found.low.reshape(len(u), -1, 12), found.high.reshape(len(u), -1, 12))
 
     def velocities(self, x: IntervalArray, u: Array) -> IntervalArray:
         """Return all velocities over boxes, shape (m, number of velocities).
@@ -91,17 +122,31 @@ class Enclosures:
         return self._enclosed(lambda mode: mode.velocities, x, u)
 
     def _enclosed(
-        self, which: Callable[[ModeFormulas], Formulas], x: IntervalArray, u: Array
+        self,
+        which: Callable[[ModeFormulas], Formulas],
+        x: IntervalArray,
+        u: Array,
+        *,
+        undefined: bool = False,
     ) -> IntervalArray:
-        count = len(which(self._modes[0]).ends)
-        low, high = np.empty((len(u), count)), np.empty((len(u), count))
-        of = np.round(x.low[:, -1]) if len(self._modes) > 1 else np.zeros(len(u))
-        for k in np.unique(of):
-            rows, mode = np.flatnonzero(of == k), self._modes[int(k)]
-            found = which(mode).enclose(self._values(mode, x, u, rows))
+        """Enclose formulas over boxes; from minus infinity where they may be ``undefined``."""
+        count = max(len(which(mode).ends) for mode in self._modes)
+        low, high = np.zeros((len(u), count)), np.zeros((len(u), count))
+        for mode, rows in self._by_mode(x.low):
+            gaps: list[NDArray[np.bool_]] = []
+            values = self._values(mode, x, u, rows)
+            found = which(mode).enclose(values, gaps if undefined else None)
             for i, one in enumerate(found):
                 low[rows, i], high[rows, i] = one.low, one.high
+            for gap in gaps:
+                low[rows[np.broadcast_to(gap, len(rows))]] = -np.inf
         return IntervalArray(low, high)
+
+    def _by_mode(self, x: Array) -> Iterator[tuple[ModeFormulas, NDArray[np.intp]]]:
+        """Yield the modes that states (m, nx) are in, with their rows."""
+        of = np.round(x[:, -1]) if len(self._modes) > 1 else np.zeros(len(x))
+        for k in np.unique(of):
+            yield self._modes[int(k)], np.flatnonzero(of == k)
 
     def _values(
         self, mode: ModeFormulas, x: IntervalArray, u: Array, rows: NDArray[np.intp]
@@ -141,8 +186,18 @@ def _formulas_of(d: Derivation) -> ModeFormulas:
         tuple(operations[node].label for node in nodes)
         for nodes in (d.state, d.binding.inputs, d.binding.parameters)
     )
-    speeds, requirements, velocities = (
-        Formulas.of(d.binding.tape, nodes)
-        for nodes in ((*d.point_speeds, *d.cable_speeds), d.requirements, d.velocities)
+    tape, places = d.binding.tape, (*d.frames, *d.cables)
+    signs = [
+        operations[node].operands[0]
+        for node in tape.needed(places)
+        if operations[node].name == "sign"
+    ]
+    speeds, requirements, velocities, frames, changes = (
+        Formulas.of(tape, nodes)
+        for nodes in (
+            (*d.point_speeds, *d.cable_speeds), d.requirements, d.velocities, d.frames, signs
+        )
+    )  # fmt: skip
+    return ModeFormulas(
+        state, inputs, parameters, speeds, requirements, velocities, frames, changes
     )
-    return ModeFormulas(state, inputs, parameters, speeds, requirements, velocities)

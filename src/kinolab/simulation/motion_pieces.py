@@ -55,6 +55,11 @@ class MotionPieces:
         return intervals.wider(IntervalArray(low, high))
 
     @property
+    def ends(self) -> tuple[Array, Array]:
+        """The states at both ends of each, two of shape (m, nx)."""
+        return self.coefficients[:, 0], self.coefficients[:, -1]
+
+    @property
     def divisible(self) -> NDArray[np.bool_]:
         """Whether each is long enough to be halved, shape (m,)."""
         middle = 0.5 * (self.begin + self.end)

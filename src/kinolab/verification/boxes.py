@@ -10,12 +10,14 @@ from kinolab.numerics.arrays import Array
 from kinolab.numerics.intervals import IntervalArray
 from kinolab.simulation.motion_pieces import MotionPieces
 
-MAX_PIECES = 200_000  # that a motion is divided into before it counts as too wild to be checked
+MAX_PIECES = 200_000  # that are halved before a motion counts as too wild to be checked
 PIECES_PER_BATCH = 4000
+# Of a step of the integrator, into parts of a billionth. What has no bound even there, such as the
+# quotient of two numbers that pass zero together, is judged by what it is at both ends.
+MAX_HALVINGS = 30
 
-MostExcess = Callable[
-    [IntervalArray, Array], Array
-]  # boxes (m, nx), held inputs (m, nu) -> (m, limits)
+# boxes (m, nx), held inputs (m, nu) -> by how much limits are passed at most, (m, limits)
+MostExcess = Callable[[IntervalArray, Array], Array]
 
 
 def boxes(pieces: MotionPieces, u: Array) -> Iterator[tuple[IntervalArray, Array]]:
@@ -32,27 +34,54 @@ def boxes(pieces: MotionPieces, u: Array) -> Iterator[tuple[IntervalArray, Array
 
 
 def hidden_excess(
-    pieces: MotionPieces, u: Array, most: MostExcess, slack: Array
+    pieces: MotionPieces, u: Array, most: MostExcess, at_ends: Callable[[MotionPieces], Array]
 ) -> tuple[float, float, int] | None:
     """Return where a limit may be passed that no sample passes, after halving all pieces there.
 
     Args:
         pieces: Of the motion.
         u: Inputs held between the knots, shape (N, nu).
-        most: Says by how much limits are passed at most within boxes.
-        slack: By how much each may be passed, shape (limits,): samples vouch for that.
+        most: Says by how much limits are passed at most within boxes, more than samples vouch for.
+        at_ends: Says by how much they are passed at the ends of pieces at most, shape (m, limits).
 
     Returns:
-        Time in [s], by how much at most, and which limit; None if none is passed by more.
+        Time in [s], by how much at most, and which limit; None if none is passed.
     """
-    count = len(pieces.begin)
-    while len(pieces.begin):
-        passed = np.concatenate([most(box, held) for box, held in boxes(pieces, u)])
-        open_ = np.any(~(passed <= slack), axis=1)
-        count += int(open_.sum())
-        if count > MAX_PIECES or (open_ & ~pieces.divisible).any():
-            over = np.where(np.isnan(passed), np.inf, passed - slack)
-            k, i = map(int, np.unravel_index(int(over.argmax()), over.shape))
-            return float(pieces.begin[k]), float(passed[k, i]), i
-        pieces = pieces.part(open_).halves()
-    return None
+    halved = 0
+    for _ in range(MAX_HALVINGS):
+        if not len(pieces.begin):
+            return None
+        passed = _most(pieces, u, most)
+        pieces, passed = _left(pieces, passed)
+        last = ~pieces.divisible
+        if last.any() and (found := _judged(pieces.part(last), passed[last], at_ends)):
+            return found
+        halved += len(pieces.begin)
+        if halved > MAX_PIECES:
+            return _worst(pieces, passed)
+        pieces = pieces.part(~last).halves()
+    return _judged(pieces, _most(pieces, u, most), at_ends)
+
+
+def _left(pieces: MotionPieces, passed: Array) -> tuple[MotionPieces, Array]:
+    """Return the pieces in which a limit may be passed, and by how much."""
+    rows = np.flatnonzero(np.any(~(passed <= 0.0), axis=1))
+    return pieces.part(rows), passed[rows]
+
+
+def _judged(
+    pieces: MotionPieces, passed: Array, at_ends: Callable[[MotionPieces], Array]
+) -> tuple[float, float, int] | None:
+    """Return where a limit is passed in the shortest pieces; without a bound, at their ends."""
+    pieces, passed = _left(pieces, np.where(np.isfinite(passed), passed, at_ends(pieces)))
+    return _worst(pieces, passed) if len(passed) else None
+
+
+def _most(pieces: MotionPieces, u: Array, most: MostExcess) -> Array:
+    return np.concatenate([most(box, held) for box, held in boxes(pieces, u)])
+
+
+def _worst(pieces: MotionPieces, passed: Array) -> tuple[float, float, int]:
+    over = np.where(np.isnan(passed), np.inf, passed)
+    k, i = map(int, np.unravel_index(int(over.argmax()), over.shape))
+    return float(pieces.begin[k]), float(over[k, i]), i

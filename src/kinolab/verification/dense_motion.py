@@ -19,6 +19,8 @@ from kinolab.verification.speed_bounds import bounded_speeds
 
 MAX_SPACING = 0.01  # [m] largest motion between two samples of limits and requirements
 MAX_SAMPLES = 100_000  # per integrator step; a motion that needs more fails unchecked
+MIN_PARTS = 6  # of each piece between samples
+MAX_SHORT_STEPS, MAX_SHORT_STEPS_EACH = 1_000_000, 100_000  # of the integrator in all, in a row
 SPEED_PROBES = 5  # speed samples within one integrator step
 SAFETY_FACTOR = 1.2  # factor on the fastest sample
 STATES_PER_BATCH = 20_000  # approximate number of states per batch
@@ -96,7 +98,9 @@ class DenseMotion:
             [self._speed(knots[at], begin[at], end[at]) for at in map(_part, parts)]
         )
         if self.pieces is not None:
-            pieces, speed = bounded_speeds(self.enclosures, self.pieces, self.trajectory.u, speed)
+            pieces, speed = bounded_speeds(
+                self.enclosures, self.pieces, self.trajectory.u, speed, self._moved
+            )
             knots, begin, end = pieces.knots, pieces.begin, pieces.end
         cancelled = np.flatnonzero(~(speed * (end - begin) <= MAX_SAMPLES * MAX_SPACING))
         if cancelled.size:
@@ -108,13 +112,27 @@ class DenseMotion:
     def longest_steps(self) -> Array:
         """In what time no point moves more than ``MAX_SPACING``, per interval in [s], (N,).
 
+        Of a way of kilometres it is more than that: ``MAX_SHORT_STEPS`` are enough for all of it.
+
         Raises:
             TooFastError: As ``steps``.
         """
-        fastest = np.zeros(len(self.motion.t) - 1)
+        spans, fastest = np.diff(self.motion.t), np.zeros(len(self.motion.t) - 1)
         np.maximum.at(fastest, self.steps.knots, self.steps.speed)
+        way = fastest * spans
+        spacing = max(MAX_SPACING, float(way.sum()) / MAX_SHORT_STEPS)
+        spacing = max(spacing, float(way.max(initial=0.0)) / MAX_SHORT_STEPS_EACH)
         with np.errstate(divide="ignore"):
-            return MAX_SPACING / fastest
+            return spacing / fastest
+
+    def _moved(self, pieces: MotionPieces) -> Array:
+        """Return how far bodies and cables are moved and turned between ends of pieces, (m,)."""
+        (poses, cables), (others, after) = map(self.problem.placement, pieces.ends)
+        moved = np.linalg.norm(others - poses, axis=-1).max(axis=-1, initial=0.0)
+        if self.problem.cables:
+            ends = np.linalg.norm(after - cables, axis=-1).reshape(len(moved), -1)
+            moved = np.maximum(moved, ends.max(axis=1, initial=0.0))
+        return np.asarray(moved)
 
     def samples(self) -> Iterator[tuple[Array, Array, Array]]:
         """Yield batches of (times, states, zero-order-hold inputs), in order.
@@ -124,6 +142,8 @@ class DenseMotion:
         """
         steps = self.steps
         counts = np.ceil(steps.speed * (steps.end - steps.begin) / MAX_SPACING).astype(int) + 1
+        if self.pieces is not None:  # polynomials of degree 7, which may turn between two samples
+            counts = np.maximum(counts, MIN_PARTS)
         group = np.cumsum(counts + 1) // STATES_PER_BATCH
         for rows in np.split(np.arange(len(counts)), np.flatnonzero(np.diff(group)) + 1):
             k = np.repeat(rows, counts[rows] + 1)

@@ -7,19 +7,26 @@ until that matters no longer.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from kinolab.dynamics.enclosures import Enclosures
 from kinolab.numerics.arrays import Array
 from kinolab.simulation.motion_pieces import MotionPieces
-from kinolab.verification.boxes import MAX_PIECES, boxes
+from kinolab.verification.boxes import MAX_HALVINGS, MAX_PIECES, boxes
 
 CLOSE = 1.25  # factor on the fastest sample of a step that a bound need not be below
-SHORT = 1e-3  # [m] that a piece may be crossed in, whatever its bound
+SHORT, LONG = 1e-3, 100.0  # [m] of a piece that is short enough whatever its bound, and too long
+JUMP = 1e-8  # [m] between the ends of the shortest pieces, which rounding does not explain
 
 
 def bounded_speeds(
-    enclosures: Enclosures, pieces: MotionPieces, u: Array, sampled: Array
+    enclosures: Enclosures,
+    pieces: MotionPieces,
+    u: Array,
+    sampled: Array,
+    moved: Callable[[MotionPieces], Array],
 ) -> tuple[MotionPieces, Array]:
     """Divide a motion into pieces with a bound on the speed of all points in each.
 
@@ -28,6 +35,7 @@ def bounded_speeds(
         pieces: The integrator's steps, a piece each.
         u: Inputs held between the knots, shape (N, nu).
         sampled: The fastest speed of each step that was sampled, in [m/s], shape (steps,).
+        moved: Says how far points are moved from one end of pieces to the other, in [m], (m,).
 
     Returns:
         The pieces in order, and the bound of each in [m/s], shape (m,).
@@ -35,17 +43,21 @@ def bounded_speeds(
     bounds = _bounds(enclosures, pieces, u)
     close = CLOSE * sampled
     kept: list[tuple[MotionPieces, Array]] = []
-    count = len(bounds)
-    while True:
-        wide = bounds > close[pieces.step]
-        wide &= ~(bounds * (pieces.end - pieces.begin) <= SHORT)
+    halved = 0
+    for _ in range(MAX_HALVINGS):
+        way = bounds * (pieces.end - pieces.begin)
+        wide = (bounds > close[pieces.step]) & ~(way <= SHORT) | (way > LONG)
         wide &= pieces.divisible
-        count += int(wide.sum())
-        if not wide.any() or count > MAX_PIECES:
+        halved += int(wide.sum())
+        if not wide.any() or halved > MAX_PIECES:
             break
         kept.append((pieces.part(~wide), bounds[~wide]))
         pieces = pieces.part(wide).halves()
         bounds = _bounds(enclosures, pieces, u)
+    else:  # in a billionth of a step
+        usual = close[pieces.step]
+        jumps = ~(moved(pieces) <= usual * (pieces.end - pieces.begin) + JUMP)
+        bounds = np.where(np.isfinite(bounds) | jumps, bounds, usual)
     for some, known in kept:
         pieces, bounds = pieces.joined(some), np.append(bounds, known)
     order = np.lexsort((pieces.begin, pieces.step))

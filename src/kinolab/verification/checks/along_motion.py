@@ -9,21 +9,32 @@ import numpy as np
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.intervals import IntervalArray
 from kinolab.problem import PlanningTask
+from kinolab.problem.goal import KeepOutCone
+from kinolab.simulation.motion_pieces import MotionPieces
 from kinolab.verification.boxes import MostExcess, hidden_excess
-from kinolab.verification.check import LIMIT_TOLERANCE, Check, CheckContext, worst_along
+from kinolab.verification.check import (
+    LIMIT_TOLERANCE,
+    Check,
+    CheckContext,
+    worst_along,
+    worst_entry,
+)
 from kinolab.verification.peaks import Excess, peaks
 
-# Of the largest magnitude of a requirement along the motion, or of a limit: what interval
-# arithmetic leaves to samples, which are exact where nothing changes faster than the machine moves.
-LEFT_TO_SAMPLES = 1e-2
+# Of the size of its terms, or of a limit: what interval arithmetic leaves to samples, which see all
+# that changes no faster than the machine moves. Of the states themselves, which are polynomials:
+LEFT_TO_SAMPLES, LEFT_OF_STATES = 1e-2, 1e-6
 
 Violations = Iterator[tuple[float, str]]
+MANY = 100  # violations in a batch of samples, of which only the worst are told
 
 
 def requirements(context: CheckContext) -> Check | None:
     """Check the machine's requirements along the motion, under zero-order-hold inputs."""
-    if not context.problem.machine.requirements or not len(context.stored.u):
+    if not context.problem.machine.requirements:
         return None
+    if not len(context.stored.u):
+        return _unmet_at_rest(context)
     found = worst_along("requirements", _unmet(context))
     return worst_along("requirements", _unmet_in_an_instant(context)) if found.passed else found
 
@@ -47,13 +58,26 @@ def _unmet(context: CheckContext) -> Violations:
                 yield float(lack[k, i]), words
 
 
+def _unmet_at_rest(context: CheckContext) -> Check:
+    """Check the requirements of a motion without a step, without inputs."""
+    named, start = context.problem.machine.requirements, context.motion.x[:1]
+    short = _shortage(context)(start, np.zeros((1, context.problem.model.plant.nu)))
+    return worst_entry(
+        "requirements", short, LIMIT_TOLERANCE, lambda _, i: f"{named[i].name} at the start"
+    )
+
+
 def _unmet_in_an_instant(context: CheckContext) -> Violations:
     """Yield a requirement that may be violated between samples."""
     dense, excess = context.dense_motion, _shortage(context)
     names = [requirement.name for requirement in context.problem.machine.requirements]
-    ends = excess(dense.motion.x[:-1], dense.trajectory.u)
-    slack = LIMIT_TOLERANCE + LEFT_TO_SAMPLES * np.abs(ends).max(axis=0)
-    yield from _hidden(context, names, slack, lambda x, u: -dense.enclosures.requirements(x, u).low)
+
+    def most(x: IntervalArray, u: Array) -> Array:
+        sizes = dense.enclosures.requirement_sizes(0.5 * (x.low + x.high), u)
+        slack = LIMIT_TOLERANCE + LEFT_TO_SAMPLES * np.where(np.isfinite(sizes), sizes, 0.0)
+        return np.asarray(-dense.enclosures.requirements(x, u).low - slack)
+
+    yield from _hidden(context, names, most, excess)
 
 
 def _shortage(context: CheckContext) -> Excess:
@@ -81,8 +105,12 @@ def _passed(context: CheckContext) -> Violations:
 
 
 def _passed_at(problem: PlanningTask, times: Array, states: Array) -> Violations:
-    """Yield the limit violations at some times."""
-    for j in np.flatnonzero(problem.outside_limits(states)):
+    """Yield the limit violations at the worst of some times."""
+    outside = np.flatnonzero(problem.outside_limits(states))
+    if len(outside) > MANY:
+        worst = problem.limit_excess(states[outside]).argmax(axis=0)
+        outside = outside[np.unique(worst)]
+    for j in outside:
         for name, value, lower, upper in problem.limit_violations(states[j]):
             found = f"at t = {times[j]:.6g} s {name} is {value:.9g}"
             words = f"{found}, outside {lower:g} to {upper:g}"
@@ -90,31 +118,69 @@ def _passed_at(problem: PlanningTask, times: Array, states: Array) -> Violations
 
 
 def _passed_in_an_instant(context: CheckContext) -> Violations:
-    """Yield a limit of a state entry or of a rate that may be passed between samples."""
+    """Yield a limit of a state entry, of a rate or of a cone that may be passed between samples."""
     problem, enclosures = context.problem, context.dense_motion.enclosures
-    names, bounds = problem.model.state_names, problem.bounds
-    rates = bool(np.isfinite(problem.rate_bounds).any())
+    rates, cones = bool(np.isfinite(problem.rate_bounds).any()), problem.keep_outs
+    bounds, left = problem.bounds, [LEFT_OF_STATES] * len(problem.bounds)
+    names = [*problem.model.state_names]
     if rates:
-        names, bounds = names + problem.model.rate_names, np.vstack([bounds, problem.rate_bounds])
+        names += problem.model.rate_names
+        bounds = np.vstack([bounds, problem.rate_bounds])
+        left += [LEFT_TO_SAMPLES] * len(problem.rate_bounds)
+    names += [f"the axis of {problem.bodies[cone.body].name}" for cone in cones]
+    sizes = np.where(np.isfinite(bounds), np.abs(bounds), 0.0).max(axis=1)
+    slack = LIMIT_TOLERANCE + np.array(left) * sizes
 
     def most(x: IntervalArray, u: Array) -> Array:
         low, high = x.low, x.high
         if rates:
             v = enclosures.velocities(x, u)
             low, high = np.hstack([low, v.low]), np.hstack([high, v.high])
-        return np.maximum(high - bounds[:, 1], bounds[:, 0] - low)
+        passed = [np.maximum(high - bounds[:, 1], bounds[:, 0] - low) - slack]
+        if cones:
+            frames = enclosures.frames(x, u)
+            angles = [_least_angle(cone, frames) for cone in cones]
+            passed += [
+                ((1 - LEFT_TO_SAMPLES) * cone.half_angle - angle)[:, None]
+                for cone, angle in zip(cones, angles, strict=True)
+            ]
+        return np.hstack(passed)
 
-    sizes = np.where(np.isfinite(bounds), np.abs(bounds), 0.0).max(axis=1)
-    yield from _hidden(context, names, LIMIT_TOLERANCE + LEFT_TO_SAMPLES * sizes, most)
+    def excess(states: Array, _: Array) -> Array:
+        found = [problem.limit_excess(states)[:, : len(bounds)]]
+        frames = problem.model.frames(states)
+        found += [(cone.half_angle - cone.angle(frames))[:, None] for cone in cones]
+        return np.hstack(found)
+
+    yield from _hidden(context, names, most, excess)
+
+
+def _least_angle(cone: KeepOutCone, frames: IntervalArray) -> Array:
+    """Return the least angle in [rad] between a cone's direction and its axis, shape (m,).
+
+    Args:
+        cone: Its body, axis and direction.
+        frames: Boxes of poses, shape (m, bodies, 12).
+    """
+    weights = np.zeros((3, 4))
+    weights[:, :3] = np.outer(cone.direction, cone.axis)
+    up, down = np.maximum(weights, 0.0).ravel(), np.minimum(weights, 0.0).ravel()
+    cosine = frames.high[:, cone.body] @ up + frames.low[:, cone.body] @ down
+    return np.arccos(np.clip(np.nan_to_num(cosine, nan=1.0), -1.0, 1.0))
 
 
 def _hidden(
-    context: CheckContext, names: Sequence[str], slack: Array, most: MostExcess
+    context: CheckContext, names: Sequence[str], most: MostExcess, excess: Excess
 ) -> Violations:
     """Yield a violation that no sample has and interval arithmetic cannot rule out."""
-    pieces = context.dense_motion.pieces
-    found = pieces and hidden_excess(pieces, context.trajectory.u, most, slack)
+    pieces, u = context.dense_motion.pieces, context.trajectory.u
+
+    def at_ends(some: MotionPieces) -> Array:
+        first, last = (excess(x, u[some.knots]) for x in some.ends)
+        return np.maximum(first, last) - LIMIT_TOLERANCE
+
+    found = pieces and hidden_excess(pieces, u, most, at_ends)
     if found:
-        time, excess, i = found
-        words = f"between two samples {names[i]} may be off by up to {excess:.4g}"
-        yield excess, f"at t = {time:.6g} s {words}"
+        time, passed, i = found
+        words = f"between two samples {names[i]} may be off by up to {passed:.4g}"
+        yield passed, f"at t = {time:.6g} s {words}"
