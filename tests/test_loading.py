@@ -271,6 +271,7 @@ def test_a_mesh_outside_the_folder_is_refused_behind_a_link_too(tmp_path: Path) 
         ("def made():\n    return 3\n", "Did you mean 'made'"),
         ("make = 3\n", "make"),
         ("import sys\nsys.exit(0)\n", "SystemExit"),
+        ("def make():\n    raise BaseException('odd')\n", "BaseException: odd"),
         ("import sys\ndef make():\n    sys.exit(0)\n", "SystemExit"),
         ("def make(needed):\n    return 3\n", "TypeError"),
     ],

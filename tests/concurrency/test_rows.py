@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ import kinolab
 from kinolab.concurrency import rows
 from kinolab.concurrency.rows import in_parts
 from kinolab.numerics.arrays import Array
+from kinolab.show.film.crew import Crew, Share
 from kinolab.simulation.sensitivities import StepSensitivities
 from kinolab.trajopt.nlp.collision_constraints import CollisionConstraints
 from kinolab.trajopt.nlp.path_constraints import Samples
@@ -32,6 +34,21 @@ def test_every_row_is_worked_on_once_and_in_order(
     assert [row for part in parts for row in part] == list(range(total))
     assert len(parts) == max(1, min(count, total // 5, rows.MOST))
     assert threading.get_ident() in threads
+
+
+def test_where_no_thread_can_be_had_all_is_done_in_this_one(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def refused(*_: object) -> None:
+        raise RuntimeError("can't start new thread")
+
+    monkeypatch.setattr(rows, "processors", lambda: 4)
+    monkeypatch.setattr(rows, "_threads", lambda: ThreadPoolExecutor(4))
+    monkeypatch.setattr(threading.Thread, "start", refused)
+    parts = in_parts(lambda part: list(range(100))[part], 100, 5)
+    assert [row for part in parts for row in part] == list(range(100))
+    crew = Crew(lambda: Share(4))
+    assert list(crew.in_order(str, range(10))) == [str(k) for k in range(10)]
 
 
 def test_a_part_that_fails_is_no_result(monkeypatch: pytest.MonkeyPatch) -> None:

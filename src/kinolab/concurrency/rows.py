@@ -14,6 +14,7 @@ from functools import cache
 from typing import TypeVar
 
 from kinolab.concurrency.processors import processors
+from kinolab.concurrency.submitting import submitted
 
 T = TypeVar("T")
 
@@ -31,7 +32,7 @@ def in_parts(work: Callable[[slice], T], rows: int, least: int) -> list[T]:
     parts = max(1, min(processors(), MOST, rows // least))
     ends = [rows * k // parts for k in range(parts + 1)]
     first, *others = (slice(*pair) for pair in itertools.pairwise(ends))
-    begun = [_threads().submit(work, part) for part in others]
+    begun = [submitted(_threads(), work, part) for part in others]
     return [work(first), *(part.result() for part in begun)]
 
 

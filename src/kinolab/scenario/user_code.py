@@ -96,7 +96,9 @@ def blamed(
         raise
     except passing:
         raise
-    except (Exception, SystemExit) as error:
+    except (KeyboardInterrupt, GeneratorExit):
+        raise
+    except BaseException as error:
         words = " ".join(f"{type(error).__name__}: {error}".split())
         what = f"{doing} failed{_place(error, file)} ({words})."
         raise InputError([Mistake(where, what, remedy)]) from error

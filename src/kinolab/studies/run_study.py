@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import codecs
 import json
 import shutil
 import time
@@ -142,7 +143,8 @@ class StudyFolder:
                 raise InputError([Mistake(str(other), what, remedy)])
         with Journal(self.folder) as journal:
             self._take(read_rows(self.folder), str(self.folder))  # of a process just before
-            write_whole(self.folder / STUDY, self.study.path.read_bytes())
+            content = self.study.path.read_bytes().removeprefix(codecs.BOM_UTF8)
+            write_whole(self.folder / STUDY, content)  # which not every reader of TOML skips
             for other in others:
                 for row in self._take(read_rows(other), str(other)):
                     journal.add(row)

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from typing import TypeVar
 
 from kinolab.concurrency.processors import processors
+from kinolab.concurrency.submitting import submitted
 
 T = TypeVar("T")
 R = TypeVar("R")
@@ -68,7 +69,7 @@ class Crew:
             for item in items:
                 share = self._share()
                 pool = self._modest if share.others_first else self._usual
-                waiting.append(pool.submit(work, item))
+                waiting.append(submitted(pool, work, item))
                 while len(waiting) > (share.threads if share.threads > 1 else 0):
                     yield waiting.popleft().result()
             while waiting:
