@@ -102,8 +102,15 @@ def certified(folder: Path) -> set[str]:
     report = json.loads((folder / "report.json").read_text(encoding="utf-8"))
     found = {f"assets/{name}" for name in report["assets"]} | set(TABLES)
     if (folder / CERTIFICATE).is_file():
-        found |= {CERTIFICATE, *_hashed(json.loads((folder / CERTIFICATE).read_text()))}
+        found |= {CERTIFICATE, *hashed(folder)}
     return found
+
+
+def hashed(folder: Path) -> set[str]:
+    """Return the names of the files whose hashes a run's certificate has."""
+    if not (folder / CERTIFICATE).is_file():
+        return set()
+    return _hashed(json.loads((folder / CERTIFICATE).read_text(encoding="utf-8")))
 
 
 def _hashed(entry: Any) -> set[str]:
@@ -119,11 +126,7 @@ def judged(name: str, edit: str, before: Path, after: Path) -> Verdict:
     if name == CERTIFICATE and edit == "file left out":
         return Verdict("borderline", "the plan is the same, and nothing vouches for its files")
     if name in certified(before):
-        if (
-            name == "trajectory.npz"
-            and edit == "file left out"
-            and CERTIFICATE not in certified(before)
-        ):
+        if name == "trajectory.npz" and edit == "file left out" and name not in hashed(before):
             return Verdict("true", "the table is there all the same")
         return Verdict("false", "a certified file is another")
     if name == "scenario.toml":
