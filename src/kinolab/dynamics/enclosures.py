@@ -1,53 +1,27 @@
 """What a machine does over whole boxes of states, enclosed by interval arithmetic.
 
-Formulas of a machine are derived once and kept on disk as data, so that this needs no symbols.
+Formulas of a machine are kept on disk as data since it was compiled, so that this needs no symbols.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
 from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
 
-from kinolab.dynamics.codegen.cache import key_of, read_record, write_record
+from kinolab.dynamics.codegen.cache import read_record, write_record
+from kinolab.dynamics.codegen.mode_formulas import ModeFormulas
 from kinolab.dynamics.derivation.formulas import Formulas
-from kinolab.dynamics.model import Model
+from kinolab.dynamics.model import Model, formulas_key
 from kinolab.numerics import intervals
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.intervals import IntervalArray
 
-if TYPE_CHECKING:  # what derives a machine: one that is in the cache needs none of it
-    from kinolab.dynamics.derivation.derivation import Derivation
-
-
-@dataclass(frozen=True)
-class ModeFormulas:
-    """Formulas of a machine, or of one of its modes.
-
-    Attributes:
-        state: Names of the entries of a state.
-        inputs: Names of the inputs.
-        parameters: Names of the parameters.
-        speeds: Bounds on the speed of all points of each body, and of each cable, in [m/s].
-        requirements: What must not be negative in a plan.
-        velocities: All of them, also those that follow from others.
-        frames: Rows of [R | p] of each body.
-        signs: Where one of them changes its sign, a body may jump.
-    """
-
-    state: tuple[str, ...]
-    inputs: tuple[str, ...]
-    parameters: tuple[str, ...]
-    speeds: Formulas
-    requirements: Formulas
-    velocities: Formulas
-    frames: Formulas
-    signs: Formulas
-
+# Forces of constraints are solutions of linear equations. Of many of them, intervals that are
+# computed like numbers are of no use: each operation makes them wider.
+MOST_OPERATIONS = 1000
 
 # Plans are verified again and again while they are improved; what was read for a machine stays.
 _read: WeakKeyDictionary[Model, tuple[ModeFormulas, ...]] = WeakKeyDictionary()
@@ -86,6 +60,12 @@ class Enclosures:
             u: As ``speed``.
         """
         return self._enclosed(lambda mode: mode.requirements, x, u, undefined=True)
+
+    @property
+    def encloses_requirements(self) -> bool:
+        """Whether the requirements are short enough for their bounds to mean anything."""
+        longest = max(len(mode.requirements.operations) for mode in self._modes)
+        return longest <= MOST_OPERATIONS
 
     def requirement_sizes(self, x: Array, u: Array) -> Array:
         """Return how large the terms of the requirements are, shape (m, number of requirements).
@@ -160,44 +140,12 @@ class Enclosures:
 
 def _kept(model: Model) -> tuple[ModeFormulas, ...]:
     """Return the formulas of every mode from the disk, derived where they are not there."""
-    key = key_of(f"{model.key} enclosures")
+    key = formulas_key(model.key)
     match read_record(key):
         case tuple() as kept if kept and all(isinstance(one, ModeFormulas) for one in kept):
             return kept
-    made = _derived(model)
+    from kinolab.dynamics.codegen.derived_code import derivations_of
+
+    made = tuple(map(ModeFormulas.of, derivations_of(model.system)))
     write_record(key, made)
     return made
-
-
-def _derived(model: Model) -> tuple[ModeFormulas, ...]:
-    from kinolab.dynamics.derivation.derivation import derive
-    from kinolab.dynamics.mode_derivations import derive_modes
-
-    if model.system.modes:
-        derivations = [mode.derivation for mode in derive_modes(model.system)]
-    else:
-        derivations = [derive(model.system)]
-    return tuple(map(_formulas_of, derivations))
-
-
-def _formulas_of(d: Derivation) -> ModeFormulas:
-    operations = d.binding.tape.operations
-    state, inputs, parameters = (
-        tuple(operations[node].label for node in nodes)
-        for nodes in (d.state, d.binding.inputs, d.binding.parameters)
-    )
-    tape, places = d.binding.tape, (*d.frames, *d.cables)
-    signs = [
-        operations[node].operands[0]
-        for node in tape.needed(places)
-        if operations[node].name == "sign"
-    ]
-    speeds, requirements, velocities, frames, changes = (
-        Formulas.of(tape, nodes)
-        for nodes in (
-            (*d.point_speeds, *d.cable_speeds), d.requirements, d.velocities, d.frames, signs
-        )
-    )  # fmt: skip
-    return ModeFormulas(
-        state, inputs, parameters, speeds, requirements, velocities, frames, changes
-    )

@@ -128,7 +128,12 @@ class Model:
         def build() -> tuple[dict[str, Any], bytes]:
             from kinolab.dynamics.codegen.derived_code import derived_code
 
-            return derived_code(described := describe(), _require_law(described))
+            described = describe()
+            return derived_code(
+                described,
+                _require_law(described),
+                lambda formulas: write_record(formulas_key(key), formulas),
+            )
 
         self.machine, self.key, self._describe = machine, key, describe
         self._source: tuple[str, Callable[[], Mechanism]] | None = None
@@ -596,6 +601,11 @@ class Model:
             remedy = f"Give one row of {self.nu} for all states, or one per state."
             raise InputError([Mistake(f"system {self.machine.name!r}", what, remedy)])
         return np.ascontiguousarray(np.broadcast_to(values, shape))
+
+
+def formulas_key(key: str) -> str:
+    """Return the key under which the formulas of the model with a key are kept."""
+    return key_of(f"{key} formulas")
 
 
 def _require_law(system: Mechanism) -> Feedback | None:

@@ -19,6 +19,7 @@ from kinolab.verification.speed_bounds import bounded_speeds
 
 MAX_SPACING = 0.01  # [m] largest motion between two samples of limits and requirements
 MAX_SAMPLES = 100_000  # per integrator step; a motion that needs more fails unchecked
+MAX_WAY = 50_000.0  # [m] of a motion: 5 million samples
 MIN_PARTS = 6  # of each piece between samples
 MAX_SHORT_STEPS, MAX_SHORT_STEPS_EACH = 1_000_000, 100_000  # of the integrator in all, in a row
 SPEED_PROBES = 5  # speed samples within one integrator step
@@ -106,6 +107,8 @@ class DenseMotion:
         if cancelled.size:
             k = cancelled[0]
             raise TooFastError(float(begin[k]), float(end[k]), float(speed[k]))
+        if float((speed * (end - begin)).sum()) > MAX_WAY:
+            raise TooFastError(float(begin[0]), float(end[-1]), float(speed.max()))
         return Steps(knots, begin, end, speed)
 
     @property

@@ -55,7 +55,7 @@ def test_a_machine_is_derived_once(home: Path, builds: list[str]) -> None:
     made = [motion() for _ in range(3)]
     assert builds == ["pendulum"]
     assert made[1] == made[2] == made[0]
-    (entry,) = home.iterdir()
+    (entry,) = home.glob("*.machine")
     assert entry.read_bytes().startswith(MAGIC)
 
 
@@ -83,7 +83,7 @@ DAMAGES: dict[str, Callable[[bytes], bytes]] = {
 @pytest.mark.parametrize("damage", DAMAGES)
 def test_a_damaged_entry_is_built_anew(home: Path, builds: list[str], damage: str) -> None:
     expected = motion()
-    (entry,) = home.iterdir()
+    (entry,) = home.glob("*.machine")
     whole = entry.read_bytes()
     entry.write_bytes(DAMAGES[damage](whole))
     assert motion() == expected
@@ -94,11 +94,13 @@ def test_a_damaged_entry_is_built_anew(home: Path, builds: list[str], damage: st
 
 def test_an_entry_that_is_a_folder_is_no_error(home: Path) -> None:
     expected = motion()
-    (entry,) = home.iterdir()
+    (entry,) = home.glob("*.machine")
     entry.unlink()
     entry.mkdir()
     assert motion() == expected
-    assert [path for path in home.iterdir() if path != entry] == [], "a draft was left behind"
+    assert [path for path in home.iterdir() if path.name.startswith(".")] == [], (
+        "a draft was left behind"
+    )
 
 
 def test_a_folder_that_cannot_be_written_is_no_error(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Any
 
 from kinolab.dynamics.codegen.closed_loop import emit_closed_loop
@@ -10,18 +11,31 @@ from kinolab.dynamics.codegen.emission import emit_module
 from kinolab.dynamics.codegen.exports import results_of
 from kinolab.dynamics.codegen.hybrid import emit_hybrid
 from kinolab.dynamics.codegen.llvm_jit import compile_ir
+from kinolab.dynamics.codegen.mode_formulas import ModeFormulas
 from kinolab.dynamics.derivation.derivation import Derivation, derive
 from kinolab.dynamics.language.feedback import Feedback
 from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.mode_derivations import derive_modes
 
 
-def derived_code(system: Mechanism, law: Feedback | None) -> tuple[dict[str, Any], bytes]:
+def derivations_of(system: Mechanism) -> list[Derivation]:
+    """Return a mechanism's derivation, or those of all of its modes."""
+    if system.modes:
+        return [mode.derivation for mode in derive_modes(system)]
+    return [derive(system)]
+
+
+def derived_code(
+    system: Mechanism,
+    law: Feedback | None,
+    keep: Callable[[tuple[ModeFormulas, ...]], None] = lambda _: None,
+) -> tuple[dict[str, Any], bytes]:
     """Derive and compile a mechanism; returns facts about it, and the machine code.
 
     Args:
         system: The mechanism.
         law: Its feedback; functions of inputs are then functions of the law's references, too.
+        keep: Takes formulas of every mode.
 
     Raises:
         InputError: If the mechanism cannot be derived.
@@ -29,11 +43,13 @@ def derived_code(system: Mechanism, law: Feedback | None) -> tuple[dict[str, Any
     if system.modes:
         modes = derive_modes(system)
         d, text = modes[0].derivation, emit_hybrid(modes)
+        keep(tuple(ModeFormulas.of(mode.derivation) for mode in modes))
         redundant = {name: None for mode in modes for name in mode.derivation.redundant}
         facts = {**_facts(d), "redundant": tuple(redundant)}
         return facts, compile_ir(text)
     d = derive(system)
     facts, text = _facts(d), emit_module(d)
+    keep((ModeFormulas.of(d),))
     if law is not None:
         nx, nu, along = len(d.state), len(d.binding.inputs), len(d.state) + len(law.references)
         facts["sizes"] |= {"jacobian": nx * along, "law": nu, "law_jacobian": nu * along}

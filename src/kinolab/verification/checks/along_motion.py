@@ -70,6 +70,8 @@ def _unmet_at_rest(context: CheckContext) -> Check:
 def _unmet_in_an_instant(context: CheckContext) -> Violations:
     """Yield a requirement that may be violated between samples."""
     dense, excess = context.dense_motion, _shortage(context)
+    if dense.pieces is None or not dense.enclosures.encloses_requirements:
+        return
     names = [requirement.name for requirement in context.problem.machine.requirements]
 
     def most(x: IntervalArray, u: Array) -> Array:
