@@ -27,8 +27,9 @@ NOT_PROVED = (
     "bodies that are not listed in `collisions`.",
     "What the equations of motion hide from an integrator whose steps are no longer than "
     f"{100 * MAX_SPACING:g} cm of motion: its errors and rounding are controlled, not enclosed. "
-    "Speeds, requirements and limits between samples are enclosed by interval arithmetic; the "
-    "motion of a scenario whose truth is discrete is sampled.",
+    "Between samples, speeds, requirements and limits are enclosed by interval arithmetic. "
+    "Requirements of very many operations, positions of bodies in the workspace, and the motion of "
+    "a scenario whose truth is discrete are sampled.",
     "Who wrote these files: hashes show what changed by accident, and are no signature.",
 )
 

@@ -149,10 +149,8 @@ def _passed_in_an_instant(context: CheckContext) -> Violations:
         return np.hstack(passed)
 
     def excess(states: Array, _: Array) -> Array:
-        found = [problem.limit_excess(states)[:, : len(bounds)]]
-        frames = problem.model.frames(states)
-        found += [(cone.half_angle - cone.angle(frames))[:, None] for cone in cones]
-        return np.hstack(found)
+        passed = problem.limit_excess(states)  # the workspace lies between these and the cones
+        return np.hstack([passed[:, : len(bounds)], passed[:, passed.shape[1] - len(cones) :]])
 
     yield from _hidden(context, names, most, excess)
 
