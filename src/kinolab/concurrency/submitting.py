@@ -17,7 +17,9 @@ def submitted(pool: Executor, work: Callable[[T], R], item: T) -> Future[R]:
     """
     try:
         return pool.submit(work, item)
-    except RuntimeError:  # threads and processes of a user are limited
+    except RuntimeError as refused:  # threads and processes of a user are limited
+        if "new thread" not in str(refused):  # or the pool is closed, which is a mistake
+            raise
         done: Future[R] = Future()
         try:
             done.set_result(work(item))

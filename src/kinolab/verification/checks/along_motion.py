@@ -36,13 +36,17 @@ def requirements(context: CheckContext) -> Check | None:
     if not len(context.stored.u):
         return _unmet_at_rest(context)
     found = worst_along("requirements", _unmet(context))
-    return worst_along("requirements", _unmet_in_an_instant(context)) if found.passed else found
+    if not found.passed or context.dense_motion.pieces is None:
+        return found
+    return worst_along("requirements", _unmet_in_an_instant(context, context.dense_motion.pieces))
 
 
 def limits(context: CheckContext) -> Check:
     """Check state and rate limits, the workspace and keep-out cones."""
     found = worst_along("limits", _passed(context))
-    return worst_along("limits", _passed_in_an_instant(context)) if found.passed else found
+    if not found.passed or context.dense_motion.pieces is None:
+        return found
+    return worst_along("limits", _passed_in_an_instant(context, context.dense_motion.pieces))
 
 
 def _unmet(context: CheckContext) -> Violations:
@@ -67,10 +71,10 @@ def _unmet_at_rest(context: CheckContext) -> Check:
     )
 
 
-def _unmet_in_an_instant(context: CheckContext) -> Violations:
+def _unmet_in_an_instant(context: CheckContext, pieces: MotionPieces) -> Violations:
     """Yield a requirement that may be violated between samples."""
     dense, excess = context.dense_motion, _shortage(context)
-    if dense.pieces is None or not dense.enclosures.encloses_requirements:
+    if not dense.enclosures.encloses_requirements:
         return
     names = [requirement.name for requirement in context.problem.machine.requirements]
 
@@ -79,7 +83,7 @@ def _unmet_in_an_instant(context: CheckContext) -> Violations:
         slack = LIMIT_TOLERANCE + LEFT_TO_SAMPLES * np.where(np.isfinite(sizes), sizes, 0.0)
         return np.asarray(-dense.enclosures.requirements(x, u).low - slack)
 
-    yield from _hidden(context, names, most, excess)
+    yield from _hidden(context, pieces, names, most, excess)
 
 
 def _shortage(context: CheckContext) -> Excess:
@@ -119,7 +123,7 @@ def _passed_at(problem: PlanningTask, times: Array, states: Array) -> Violations
             yield max(value - upper, lower - value), words
 
 
-def _passed_in_an_instant(context: CheckContext) -> Violations:
+def _passed_in_an_instant(context: CheckContext, pieces: MotionPieces) -> Violations:
     """Yield a limit of a state entry, of a rate or of a cone that may be passed between samples."""
     problem, enclosures = context.problem, context.dense_motion.enclosures
     rates, cones = bool(np.isfinite(problem.rate_bounds).any()), problem.keep_outs
@@ -152,7 +156,7 @@ def _passed_in_an_instant(context: CheckContext) -> Violations:
         passed = problem.limit_excess(states)  # the workspace lies between these and the cones
         return np.hstack([passed[:, : len(bounds)], passed[:, passed.shape[1] - len(cones) :]])
 
-    yield from _hidden(context, names, most, excess)
+    yield from _hidden(context, pieces, names, most, excess)
 
 
 def _least_angle(cone: KeepOutCone, frames: IntervalArray) -> Array:
@@ -170,16 +174,20 @@ def _least_angle(cone: KeepOutCone, frames: IntervalArray) -> Array:
 
 
 def _hidden(
-    context: CheckContext, names: Sequence[str], most: MostExcess, excess: Excess
+    context: CheckContext,
+    pieces: MotionPieces,
+    names: Sequence[str],
+    most: MostExcess,
+    excess: Excess,
 ) -> Violations:
     """Yield a violation that no sample has and interval arithmetic cannot rule out."""
-    pieces, u = context.dense_motion.pieces, context.trajectory.u
+    u = context.trajectory.u
 
     def at_ends(some: MotionPieces) -> Array:
         first, last = (excess(x, u[some.knots]) for x in some.ends)
         return np.maximum(first, last) - LIMIT_TOLERANCE
 
-    found = pieces and hidden_excess(pieces, u, most, at_ends)
+    found = hidden_excess(pieces, u, most, at_ends)
     if found:
         time, passed, i = found
         words = f"between two samples {names[i]} may be off by up to {passed:.4g}"
