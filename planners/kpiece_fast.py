@@ -12,9 +12,9 @@ from kinolab.numerics.struct import Record
 from kinolab.problem import PlanningTask
 from kinolab.search import setting, with_default
 from kinolab.search.tree import AbstractCompiledPlanner, AbstractTreeExtension, SearchState
-from kinolab.search.tree.cost_to_go import compute_cost_to_go, cost_to_go_grid
-from kinolab.search.tree.kpiece_grid import kpiece_grid
-from kinolab.search.tree.kpiece_kernel import explore, start_in_a_cell
+from kinolab.search.tree.kpiece.cost_to_go import compute_cost_to_go, cost_to_go_grid
+from kinolab.search.tree.kpiece.kpiece_grid import kpiece_grid
+from kinolab.search.tree.kpiece.kpiece_kernel import explore, start_in_a_cell
 from kinolab.search.tree.tree import tree
 
 

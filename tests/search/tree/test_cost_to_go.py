@@ -11,7 +11,7 @@ import kinolab
 from kinolab.numerics.struct import Record
 from kinolab.problem import PlanningTask
 from kinolab.search.tree import search_state
-from kinolab.search.tree.cost_to_go import (
+from kinolab.search.tree.kpiece.cost_to_go import (
     MAX_CELLS_PER_AXIS,
     cell_at,
     compute_cost_to_go,

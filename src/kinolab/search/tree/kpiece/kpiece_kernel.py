@@ -15,8 +15,8 @@ import numpy as np
 
 from kinolab.numerics.jit import kernel
 from kinolab.numerics.rng import below, uniform
-from kinolab.search.tree.cost_to_go import cell_at
-from kinolab.search.tree.kpiece_grid import choose, clear_cells, holds, key_of, put, rate
+from kinolab.search.tree.kpiece.cost_to_go import cell_at
+from kinolab.search.tree.kpiece.kpiece_grid import choose, clear_cells, holds, key_of, put, rate
 from kinolab.search.tree.limits import keeps_limits
 from kinolab.search.tree.problem_arrays import goal_violation, sample_control
 from kinolab.search.tree.tree import (

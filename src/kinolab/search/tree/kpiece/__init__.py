@@ -1,0 +1,1 @@
+"""KPIECE: a tree that grows from important cells."""
