@@ -241,6 +241,15 @@ class Model:
         """Return the address of a compiled C function: f, step_rk4, frames, point_speed, …"""
         return self._code.address(function)
 
+    def step_in_lanes(self, method: str) -> int:
+        """Return the address of a method's step of several states at once, 0 where there is none.
+
+        It takes what a step takes, with ``LANES`` states, inputs and results entry by entry, and
+        returns bits that are set for lanes in which it failed. There is none of machines with modes
+        or feedback, of very long equations of motion and of implicit methods.
+        """
+        return self._code.step_in_lanes(method)
+
     @cached_property
     def plant(self) -> Model:
         """The machine without its feedback: itself where it has none."""

@@ -22,6 +22,7 @@ class Machine(NamedTuple):
     """A machine for compiled code: function addresses and parameters."""
 
     step: int
+    step_in_lanes: int  # of LANES states at once; 0 where there is none
     substeps: int
     f: int
     frames: int
@@ -37,13 +38,14 @@ class Machine(NamedTuple):
 def machine_of(problem: PlanningTask) -> Machine:
     """Return a problem's machine; the caller must keep the model alive, which owns the code."""
     model = problem.model
-    stepper = f"step_{problem.scenario.integration.method}"
-    names = [name for name in Machine._fields[2:] if name != "p"]
+    method = problem.scenario.integration.method
+    names = [name for name in Machine._fields[3:] if name != "p"]
     # Never empty: the array's address is taken even of a machine without parameters.
     parameters = np.append(model.parameter_vector(), 0.0)
     addresses: dict[str, Any] = {name: model.address(name) for name in names}
     substeps = problem.scenario.integration.substeps
-    return Machine(model.address(stepper), substeps, **addresses, p=parameters)
+    steps = model.address(f"step_{method}"), model.step_in_lanes(method)
+    return Machine(*steps, substeps, **addresses, p=parameters)
 
 
 def _call(builder: Any, address: Any, arguments: list[Any]) -> Any:
@@ -85,6 +87,22 @@ def advance(machine, x, u, h, after):  # type: ignore[no-untyped-def]
     return call_step(
         machine.step, x.ctypes.data, u.ctypes.data, machine.p.ctypes.data, h, after.ctypes.data,
         machine.substeps,
+    )  # fmt: skip
+
+
+@kernel
+def advance_in_lanes(machine, x, u, h, after):  # type: ignore[no-untyped-def]
+    """Step several states at once; return bits that are set for lanes in which that fails.
+
+    Args:
+        machine: ``Machine`` that has a step in lanes.
+        x, u: States (nx, LANES) and inputs (nu, LANES).
+        h: Step length in [s].
+        after: Next states, shape (nx, LANES); written.
+    """
+    return call_step(
+        machine.step_in_lanes, x.ctypes.data, u.ctypes.data, machine.p.ctypes.data, h,
+        after.ctypes.data, machine.substeps,
     )  # fmt: skip
 
 

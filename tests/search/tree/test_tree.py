@@ -120,3 +120,25 @@ def test_a_goal_that_is_not_hit_by_chance_is_steered_into(name: str, tmp_path: P
     alone = problem.solve(planner=name, seed=1, max_iterations=3000, goal_connection_period=0)
     assert alone.status != "solved"
     assert not alone.statistics.get("goal_connections")
+
+
+@pytest.mark.parametrize("samples", [3, 4, 6])
+@pytest.mark.parametrize("name", ["kpiece_fast", "rrt_fast"])
+def test_inputs_tried_in_lanes_are_those_tried_one_by_one(name: str, samples: int) -> None:
+    problem = kinolab.load("submarine_corridor")
+    planner = planners.get(name)(control_samples=samples)
+    assert isinstance(planner, AbstractCompiledPlanner)
+    state = search_state(problem, planner.goal_region_scale, 1)
+    assert state.machine.step_in_lanes
+    alone = search_state(problem, planner.goal_region_scale, 1)
+    alone = alone._replace(machine=alone.machine._replace(step_in_lanes=0))
+    trees = []
+    for search in (state, alone):
+        growth = planner.extension(problem, search)
+        growth.begin()
+        growth.grow(500)
+        trees.append(growth.nodes)
+    size = int(trees[0].size[0])
+    assert size == trees[1].size[0] > 20
+    np.testing.assert_array_equal(trees[0].x[:size], trees[1].x[:size])
+    np.testing.assert_array_equal(trees[0].u[:size], trees[1].u[:size])

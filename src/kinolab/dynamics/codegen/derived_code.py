@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 from kinolab.dynamics.codegen.closed_loop import emit_closed_loop
-from kinolab.dynamics.codegen.emission import emit_module
+from kinolab.dynamics.codegen.emission import emit_module, fits_lanes
 from kinolab.dynamics.codegen.exports import results_of
 from kinolab.dynamics.codegen.hybrid import emit_hybrid
 from kinolab.dynamics.codegen.llvm_jit import compile_ir
@@ -45,10 +45,11 @@ def derived_code(
         d, text = modes[0].derivation, emit_hybrid(modes)
         keep(tuple(ModeFormulas.of(mode.derivation) for mode in modes))
         redundant = {name: None for mode in modes for name in mode.derivation.redundant}
-        facts = {**_facts(d), "redundant": tuple(redundant)}
+        facts = {**_facts(d), "redundant": tuple(redundant), "lanes": False}
         return facts, compile_ir(text)
     d = derive(system)
-    facts, text = _facts(d), emit_module(d)
+    lanes = law is None and fits_lanes(d)
+    facts, text = {**_facts(d), "lanes": lanes}, emit_module(d, lanes=lanes)
     keep((ModeFormulas.of(d),))
     if law is not None:
         nx, nu, along = len(d.state), len(d.binding.inputs), len(d.state) + len(law.references)

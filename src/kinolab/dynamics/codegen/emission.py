@@ -11,6 +11,9 @@ The interface, the same for every machine, so that one compiled loop serves them
     int frames_jacobian(const double *x, const double *p, double *out, long mode)   a column per x
     int difference, retract: see state_space.py
 
+Of f, project and the explicit steps there are twins in lanes, NAME_lanes: x, u and out hold LANES
+states, inputs and results, entry by entry; bit k of what they return is set where lane k failed.
+
 A machine without modes ignores ``mode``. Failure is a singular or a non-finite result.
 """
 
@@ -20,29 +23,39 @@ from collections.abc import Mapping, Sequence
 
 from kinolab.dynamics.codegen.compiled_functions import NOT_FINITE, SINGULAR
 from kinolab.dynamics.codegen.exports import Function, frames_tangent_of, outputs_of, tangent_of
-from kinolab.dynamics.codegen.integrators import emit_integrators, emit_linear_algebra
-from kinolab.dynamics.codegen.llvm import Register, Routine, literal
+from kinolab.dynamics.codegen.integrators import (
+    LANES,
+    emit_explicit,
+    emit_integrators,
+    emit_linear_algebra,
+    in_lanes,
+)
+from kinolab.dynamics.codegen.llvm import Register, Routine, intrinsic, literal
 from kinolab.dynamics.codegen.state_space import emit_space
 from kinolab.dynamics.derivation.derivation import Derivation
 from kinolab.dynamics.derivation.expression_graph import ExpressionGraph, Node
 
 INTRINSICS = ("sin", "cos", "exp", "log", "sqrt", "fabs", "floor")
 LIBRARY = ("tan", "tanh", "atan")
+MOST_IN_LANES = 4000  # operations of f: a longer one takes long to compile
+SHARED = "%p"  # the argument that is the same in all lanes
 BINARY = {"add": "fadd", "sub": "fsub", "mul": "fmul", "div": "fdiv"}
 
 
-def emit_module(derivation: Derivation) -> str:
-    """Return the IR text of all functions of a machine."""
+def emit_module(derivation: Derivation, *, lanes: bool = False) -> str:
+    """Return the IR text of all functions of a machine, with or without those in lanes."""
     d, tape = derivation, derivation.binding.tape
     sizes = (len(d.state), len(d.binding.inputs))
+    functions = {function.name: function for function in outputs_of(d)}
     return "\n".join(
         [
             *_declarations(),
-            *(_emitted(tape, function) for function in outputs_of(d)),
+            *(_emitted(tape, function) for function in functions.values()),
             _emitted(tape, tangent_of(d)),
             emit_jacobian(*sizes, sizes[0]),
             *emit_linear_algebra(),
             *emit_integrators(*sizes, projects=bool(d.projection), attitudes=d.attitudes),
+            *(_emit_lanes(d, [functions["f"], functions["project"]]) if lanes else ()),
             emit_rows(sizes[0], None, name="rows_at"),
             emit_rows(*sizes, name="rows_under"),
             *emit_space(d.circular, d.attitudes),
@@ -55,8 +68,20 @@ def emit_module(derivation: Derivation) -> str:
     )
 
 
-def _emitted(tape: ExpressionGraph, function: Function) -> str:
-    return emit_function(function.name, tape, function.arguments, function.outputs, function.guards)
+def _emit_lanes(d: Derivation, functions: Sequence[Function]) -> list[str]:
+    return [
+        *(_emitted(d.binding.tape, function, LANES) for function in functions),
+        *emit_explicit(
+            len(d.state), projects=bool(d.projection), attitudes=d.attitudes, lanes=LANES
+        ),
+    ]
+
+
+def _emitted(tape: ExpressionGraph, function: Function, lanes: int = 1) -> str:
+    name = function.name + in_lanes(lanes)
+    return emit_function(
+        name, tape, function.arguments, function.outputs, function.guards, lanes=lanes
+    )
 
 
 def emit_function(
@@ -65,10 +90,12 @@ def emit_function(
     arguments: Mapping[str, Sequence[Node]],
     outputs: Sequence[Node],
     guards: Sequence[Node] = (),
+    *,
+    lanes: int = 1,
 ) -> str:
     """Return one function that loads its arguments, computes, stores and reports failure."""
     parameters = [("ptr", argument) for argument in arguments]
-    routine = Routine(name, [*parameters, ("ptr", "out"), ("i64", "mode")])
+    routine = Routine(name, [*parameters, ("ptr", "out"), ("i64", "mode")], lanes=lanes)
     where = {
         node: (f"%{argument}", index)
         for argument, nodes in arguments.items()
@@ -80,6 +107,12 @@ def emit_function(
         routine.store("%out", index, result)
     routine.give(_status(routine, results, [registers[node] for node in guards]))
     return routine.text()
+
+
+def fits_lanes(derivation: Derivation) -> bool:
+    """Return whether the equations of motion are so short that they are emitted in lanes, too."""
+    d = derivation
+    return len(d.binding.tape.needed([*d.derivative, *d.guards])) <= MOST_IN_LANES
 
 
 def _compute(
@@ -95,59 +128,73 @@ def _compute(
         operands = [registers[operand] for operand in operation.operands]
         match operation.name:
             case "const":
-                registers[node] = literal(operation.value)
+                registers[node] = routine.constant(operation.value)
             case "variable":
-                registers[node] = routine.load(*where[node])
+                array, index = where[node]
+                load = routine.load_shared if array == SHARED else routine.load
+                registers[node] = load(array, index)
             case "neg":
-                registers[node] = routine.line(f"fneg double {operands[0]}")
+                registers[node] = routine.neg(operands[0])
             case "fmax":
-                pair = ", ".join(f"double {operand}" for operand in operands)
-                registers[node] = routine.line(f"call double @llvm.maxnum.f64({pair})")
+                registers[node] = routine.intrinsic("maxnum", *operands)
             case "sign":
                 registers[node] = _sign(routine, operands[0])
             case name if name in BINARY:
-                text = f"{BINARY[name]} contract double {operands[0]}, {operands[1]}"
+                text = f"{BINARY[name]} contract {routine.number} {operands[0]}, {operands[1]}"
                 registers[node] = routine.line(text)
+            case name if name in INTRINSICS:
+                registers[node] = routine.intrinsic(name, operands[0])
             case name:
-                text = f"call double @{_symbol(name)}(double {operands[0]})"
-                registers[node] = routine.line(text)
+                registers[node] = routine.library(name, operands[0])
     return registers
 
 
 def _sign(routine: Routine, value: Register) -> Register:
     """Emit 1, 0 or -1."""
-    zero = literal(0.0)
     above, below = (
-        routine.line(f"uitofp i1 {routine.line(f'fcmp {order} double {value}, {zero}')} to double")
+        routine.line(
+            f"uitofp {routine.truth} {routine.compare(order, value, routine.constant(0.0))}"
+            f" to {routine.number}"
+        )
         for order in ("ogt", "olt")
     )
-    return routine.line(f"fsub double {above}, {below}")
+    return routine.line(f"fsub {routine.number} {above}, {below}")
 
 
 def _status(routine: Routine, results: Sequence[str], guards: Sequence[str]) -> Register:
     """Return SINGULAR where a guard is not positive, NOT_FINITE for NaN or infinity, else 0."""
-    zero = literal(0.0)
+    zero = routine.constant(0.0)
     total = zero
     for result in results:
-        vanishing = routine.line(f"fmul double {result}, {zero}")
-        total = routine.line(f"fadd double {total}, {vanishing}")
-    finite = routine.line(f"fcmp oeq double {total}, {zero}")
+        vanishing = routine.line(f"fmul {routine.number} {result}, {zero}")
+        total = routine.line(f"fadd {routine.number} {total}, {vanishing}")
+    finite = routine.compare("oeq", total, zero)
+    positive = [routine.compare("ogt", guard, zero) for guard in guards]
+    if routine.lanes > 1:
+        return _failed_lanes(routine, [finite, *positive])
     status = routine.line(f"select i1 {finite}, i32 0, i32 {NOT_FINITE}")
-    for guard in guards:
-        holds = routine.line(f"fcmp ogt double {guard}, {zero}")
+    for holds in positive:
         status = routine.line(f"select i1 {holds}, i32 {status}, i32 {SINGULAR}")
     return status
 
 
-def _symbol(name: str) -> str:
-    return f"llvm.{name}.f64" if name in INTRINSICS else name
+def _failed_lanes(routine: Routine, conditions: Sequence[Register]) -> Register:
+    """Return bits that are set for lanes in which a condition does not hold."""
+    good, *others = conditions
+    for condition in others:
+        good = routine.line(f"and {routine.truth} {good}, {condition}")
+    bits = routine.line(f"bitcast {routine.truth} {good} to i{routine.lanes}")
+    bad = routine.line(f"xor i{routine.lanes} {bits}, -1")
+    return routine.line(f"zext i{routine.lanes} {bad} to i32")
 
 
 def _declarations() -> list[str]:
-    return [
-        *(f"declare double @{_symbol(name)}(double)" for name in (*INTRINSICS, *LIBRARY)),
-        "declare double @llvm.maxnum.f64(double, double)",
-    ]
+    found = []
+    for lanes in (1, LANES):
+        number = Routine("", [], lanes=lanes).number
+        found += [f"declare {number} @{intrinsic(name, lanes)}({number})" for name in INTRINSICS]
+        found.append(f"declare {number} @{intrinsic('maxnum', lanes)}({number}, {number})")
+    return [*found, *(f"declare double @{name}(double)" for name in LIBRARY)]
 
 
 def emit_jacobian(

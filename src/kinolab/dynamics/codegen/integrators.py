@@ -16,7 +16,14 @@ SMALL_TURN = 1e-8  # [rad^2] of half a turn, squared: sin(a)/a is 1 - a^2/6 to r
 GAMMA = 1 - 0.5**0.5  # makes the Rosenbrock method L-stable: stiff friction decays at any step
 
 POINTERS = [("ptr", "x"), ("ptr", "u"), ("ptr", "p")]
+LANES = 4  # results at once: as many as the widest registers of most processors have room for
+EXPLICIT = ("rk4", "euler")  # methods that are emitted in lanes, too
 STEP = [*POINTERS, ("double", "h"), ("ptr", "out"), ("i64", "substeps"), ("i64", "mode")]
+
+
+def in_lanes(lanes: int = LANES) -> str:
+    """Return the end of the name of a function that computes so many results at once."""
+    return "" if lanes == 1 else "_lanes"
 
 
 def emit_integrators(
@@ -31,15 +38,24 @@ def emit_integrators(
         attitudes: Where quaternions begin in x.
     """
     return [
-        _emit_euler(states, projects, attitudes),
-        _emit_runge_kutta(
-            "rk4", states, (0.0, 0.5, 0.5, 1.0), (1 / 6, 1 / 3, 1 / 3, 1 / 6), projects
-        ),
+        *emit_explicit(states, projects=projects, attitudes=attitudes),
         _emit_rosenbrock(states, inputs, projects),
     ]
 
 
-def _emit_euler(states: int, projects: bool, attitudes: Sequence[int]) -> str:
+def emit_explicit(
+    states: int, *, projects: bool, attitudes: Sequence[int] = (), lanes: int = 1
+) -> list[str]:
+    """Return one function per explicit method, as ``emit_integrators``, or those in lanes."""
+    return [
+        _emit_euler(states, projects, attitudes, lanes),
+        _emit_runge_kutta(
+            "rk4", states, (0.0, 0.5, 0.5, 1.0), (1 / 6, 1 / 3, 1 / 3, 1 / 6), projects, lanes
+        ),
+    ]
+
+
+def _emit_euler(states: int, projects: bool, attitudes: Sequence[int], lanes: int) -> str:
     """Return the explicit Euler step x + h f(x), along geodesics where x is on SO(3).
 
     An attitude turns by the exponential of h times its angular velocity: q exp(h w / 2).
@@ -47,7 +63,7 @@ def _emit_euler(states: int, projects: bool, attitudes: Sequence[int]) -> str:
     Source: Iserles, Munthe-Kaas, Norsett, Zanna, Lie-group methods, Acta Numerica 9, 2000,
     section 2.4 (the Lie-Euler method).
     """
-    routine = Routine("step_euler", STEP)
+    routine = Routine("step_euler" + in_lanes(lanes), STEP, lanes=lanes)
     k, total, begin = (routine.array(states) for _ in range(3))
     status = routine.cell("i32", "0")
     h = _substep(routine)
@@ -71,17 +87,15 @@ def _turn(
     """
     entries = range(first, first + 4)
     q, q_dot = ([routine.load(array, i) for i in entries] for array in (begin, k))
-    square = literal(0.0)
+    square = routine.constant(0.0)
     for entry in q_dot:
         square = routine.add(square, routine.mul(entry, entry))
     squared = routine.mul(routine.mul(h, h), square)
-    turn = routine.line(f"call double @llvm.sqrt.f64(double {squared})")
-    cosine, sine = (
-        routine.line(f"call double @llvm.{name}.f64(double {turn})") for name in ("cos", "sin")
-    )
-    small = routine.line(f"fcmp olt double {squared}, {literal(SMALL_TURN)}")
-    series = routine.sub(literal(1.0), routine.div(squared, literal(6.0)))
-    ratio = routine.line(f"select i1 {small}, double {series}, double {routine.div(sine, turn)}")
+    turn = routine.intrinsic("sqrt", squared)
+    cosine, sine = (routine.intrinsic(name, turn) for name in ("cos", "sin"))
+    small = routine.compare("olt", squared, routine.constant(SMALL_TURN))
+    series = routine.sub(routine.constant(1.0), routine.div(squared, routine.constant(6.0)))
+    ratio = routine.select(small, series, routine.div(sine, turn))
     fraction = routine.mul(h, ratio)
     for i, at, slope in zip(entries, q, q_dot, strict=True):
         routine.store(total, i, routine.add(routine.mul(cosine, at), routine.mul(fraction, slope)))
@@ -93,12 +107,13 @@ def _emit_runge_kutta(
     fractions: tuple[float, ...],
     weights: tuple[float, ...],
     projects: bool,
+    lanes: int,
 ) -> str:
     """Return a step whose stage s starts at x + h a_s k_(s-1).
 
     Source: Hairer, Norsett, Wanner, Solving ODEs I, 2nd ed., section II.1.
     """
-    routine = Routine(f"step_{method}", STEP)
+    routine = Routine(f"step_{method}" + in_lanes(lanes), STEP, lanes=lanes)
     at, k, total, begin = (routine.array(states) for _ in range(4))
     status = routine.cell("i32", "0")
     h = _substep(routine)
@@ -109,9 +124,9 @@ def _emit_runge_kutta(
             source = begin
             if stage:
                 source = at
-                _axpy(routine, states, routine.mul(h, literal(fraction)), k, begin, at)
+                _axpy(routine, states, routine.mul(h, routine.constant(fraction)), k, begin, at)
             _call_f(routine, source, k, status)
-            _axpy(routine, states, routine.mul(h, literal(weight)), k, total, total)
+            _axpy(routine, states, routine.mul(h, routine.constant(weight)), k, total, total)
         _land(routine, states, total, begin, status, projects)
     _finish(routine, states, begin, status)
     return routine.text()
@@ -168,7 +183,8 @@ def _axpy(
 
 
 def _call_f(routine: Routine, x: Register, target: Register, status: Register) -> None:
-    call = f"call i32 @f(ptr {x}, ptr %u, ptr %p, ptr {target}, i64 %mode)"
+    suffix = in_lanes(routine.lanes)
+    call = f"call i32 @f{suffix}(ptr {x}, ptr %u, ptr %p, ptr {target}, i64 %mode)"
     _merge(routine, status, routine.line(call))
 
 
@@ -179,7 +195,8 @@ def _merge(routine: Routine, status: Register, failed: Register) -> None:
 
 def _substep(routine: Routine) -> str:
     """Return how long a substep is."""
-    return routine.div("%h", routine.line("sitofp i64 %substeps to double"))
+    count = routine.line("sitofp i64 %substeps to double")
+    return routine.div(routine.spread("%h"), routine.spread(count))
 
 
 def _land(
@@ -193,7 +210,8 @@ def _land(
     """Write where a substep leads, projected twice: the second Newton step reaches rounding."""
     if projects:
         for source, landed in ((total, target), (target, total)):
-            call = f"call i32 @project(ptr {source}, ptr %p, ptr {landed}, i64 %mode)"
+            name = "project" + in_lanes(routine.lanes)
+            call = f"call i32 @{name}(ptr {source}, ptr %p, ptr {landed}, i64 %mode)"
             _merge(routine, status, routine.line(call))
     routine.copy(total, target, states)
 

@@ -1,4 +1,8 @@
-"""A small builder of LLVM IR text: registers, arrays of doubles, loops and branches."""
+"""A small builder of LLVM IR text: registers, arrays of doubles, loops and branches.
+
+A routine in lanes computes several results at once: each of its numbers is a vector of doubles,
+and entry i of its arrays holds that of every lane, one after the other.
+"""
 
 from __future__ import annotations
 
@@ -17,6 +21,11 @@ def literal(value: float) -> str:
     return f"0x{struct.unpack('<Q', struct.pack('<d', value))[0]:016X}"
 
 
+def intrinsic(name: str, lanes: int) -> str:
+    """Return LLVM's name of one of its functions of doubles."""
+    return f"llvm.{name}.f64" if lanes == 1 else f"llvm.{name}.v{lanes}f64"
+
+
 class Routine:
     """One function, written line by line.
 
@@ -25,6 +34,11 @@ class Routine:
         parameters: (type, name) each, such as ("ptr", "x").
         result: Type of the result.
         private: Whether only this module calls it.
+        lanes: Of which every number consists.
+
+    Attributes:
+        number: Type of a number.
+        truth: Type of what a comparison of numbers says.
     """
 
     def __init__(
@@ -34,7 +48,12 @@ class Routine:
         *,
         result: str = "i32",
         private: bool = False,
+        lanes: int = 1,
     ) -> None:
+        self.lanes = lanes
+        self.number, self.truth = (
+            ("double", "i1") if lanes == 1 else (f"<{lanes} x double>", f"<{lanes} x i1>")
+        )
         linkage = "internal " if private else ""
         listing = ", ".join(f"{kind} %{label}" for kind, label in parameters)
         self._header = f"define {linkage}{result} @{name}({listing}) {{"
@@ -58,9 +77,9 @@ class Routine:
         self._lines.append(f"  {instruction}")
 
     def array(self, size: int) -> Register:
-        """Reserve doubles on the stack for the whole function."""
+        """Reserve numbers on the stack for the whole function."""
         name = f"%a{next(self._counter)}"
-        self._entry.append(f"  {name} = alloca [{max(size, 1)} x double], align 16")
+        self._entry.append(f"  {name} = alloca [{max(size, 1)} x {self.number}], align 16")
         return name
 
     def cell(self, kind: str, value: str) -> Register:
@@ -80,31 +99,82 @@ class Routine:
 
     def at(self, array: Register, index: Index) -> Register:
         """Return the address of an entry."""
-        return self.line(f"getelementptr double, ptr {array}, i64 {index}")
+        return self.line(f"getelementptr {self.number}, ptr {array}, i64 {index}")
 
     def load(self, array: Register, index: Index) -> Register:
         """Read an entry."""
-        return self.line(f"load double, ptr {self.at(array, index)}")
+        return self.line(f"load {self.number}, ptr {self.at(array, index)}, align 8")
 
     def store(self, array: Register, index: Index, value: str) -> None:
         """Write an entry."""
-        self.do(f"store double {value}, ptr {self.at(array, index)}")
+        self.do(f"store {self.number} {value}, ptr {self.at(array, index)}, align 8")
+
+    def constant(self, value: float) -> str:
+        """Return a number that is known."""
+        return self._each(literal(value))
+
+    def spread(self, value: Register) -> Register:
+        """Return a double as a number, the same in every lane."""
+        if self.lanes == 1:
+            return value
+        nothing = f"{self.number} poison"
+        first = self.line(f"insertelement {nothing}, double {value}, i32 0")
+        order = f"<{self.lanes} x i32> zeroinitializer"
+        return self.line(f"shufflevector {self.number} {first}, {nothing}, {order}")
+
+    def load_shared(self, array: Register, index: Index) -> Register:
+        """Read an entry of an array of doubles that all lanes share."""
+        address = self.line(f"getelementptr double, ptr {array}, i64 {index}")
+        return self.spread(self.line(f"load double, ptr {address}, align 8"))
 
     def add(self, a: str, b: str) -> Register:
-        """Return a + b of doubles; a product may be fused in."""
-        return self.line(f"fadd contract double {a}, {b}")
+        """Return a + b; a product may be fused in."""
+        return self.line(f"fadd contract {self.number} {a}, {b}")
 
     def sub(self, a: str, b: str) -> Register:
-        """Return a - b of doubles."""
-        return self.line(f"fsub contract double {a}, {b}")
+        """Return a - b."""
+        return self.line(f"fsub contract {self.number} {a}, {b}")
 
     def mul(self, a: str, b: str) -> Register:
-        """Return a * b of doubles."""
-        return self.line(f"fmul contract double {a}, {b}")
+        """Return a * b."""
+        return self.line(f"fmul contract {self.number} {a}, {b}")
 
     def div(self, a: str, b: str) -> Register:
-        """Return a / b of doubles."""
-        return self.line(f"fdiv double {a}, {b}")
+        """Return a / b."""
+        return self.line(f"fdiv {self.number} {a}, {b}")
+
+    def neg(self, a: str) -> Register:
+        """Return -a."""
+        return self.line(f"fneg {self.number} {a}")
+
+    def compare(self, order: str, a: str, b: str) -> Register:
+        """Return what a comparison such as ``olt`` says."""
+        return self.line(f"fcmp {order} {self.number} {a}, {b}")
+
+    def select(self, condition: Register, a: str, b: str) -> Register:
+        """Return a where a condition holds, b elsewhere."""
+        return self.line(f"select {self.truth} {condition}, {self.number} {a}, {self.number} {b}")
+
+    def intrinsic(self, name: str, *values: str) -> Register:
+        """Return a function of LLVM's own, such as ``sqrt``."""
+        listing = ", ".join(f"{self.number} {value}" for value in values)
+        return self.line(f"call {self.number} @{intrinsic(name, self.lanes)}({listing})")
+
+    def library(self, name: str, value: str) -> Register:
+        """Return a function of the C library, such as ``tanh``: one call for each lane."""
+        if self.lanes == 1:
+            return self.line(f"call double @{name}(double {value})")
+        result = "poison"
+        for lane in range(self.lanes):
+            own = self.line(f"extractelement {self.number} {value}, i32 {lane}")
+            done = self.line(f"call double @{name}(double {own})")
+            result = self.line(f"insertelement {self.number} {result}, double {done}, i32 {lane}")
+        return result
+
+    def _each(self, value: str) -> str:
+        if self.lanes == 1:
+            return value
+        return "<" + ", ".join([f"double {value}"] * self.lanes) + ">"
 
     def integer(self, operation: str, a: Index, b: Index) -> Register:
         """Return an operation on 64-bit integers, such as ``add`` or ``mul``."""

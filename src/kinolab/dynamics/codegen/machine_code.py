@@ -21,7 +21,7 @@ from kinolab.dynamics.codegen.compiled_functions import (
     STEPPERS,
     SWITCHES,
 )
-from kinolab.dynamics.codegen.integrators import METHODS
+from kinolab.dynamics.codegen.integrators import EXPLICIT, METHODS, in_lanes
 from kinolab.dynamics.codegen.llvm_jit import link
 from kinolab.dynamics.machine_facts import QuasiVelocityFacts
 from kinolab.numerics.arrays import Array
@@ -69,11 +69,18 @@ class MachineCode:
         self.redundant: tuple[str, ...] = tuple(facts["redundant"])
         self._closed = {name: PREFIX + name for name in CLOSED_LOOP_FUNCTIONS if closed}
         own = SWITCHES if switches else ()
-        self._library = link(code, {*self.sizes, *FUNCTIONS, *own, *self._closed.values()})
+        self._in_lanes = [f"step_{method}{in_lanes()}" for method in EXPLICIT if facts["lanes"]]
+        names = {*self.sizes, *FUNCTIONS, *own, *self._closed.values(), *self._in_lanes}
+        self._library = link(code, names)
 
     def address(self, name: str) -> int:
         """Return the address of a C function, the closed loop's where there is feedback."""
         return self._library.address(self._closed.get(name, name))
+
+    def step_in_lanes(self, method: str) -> int:
+        """Return the address of the step of LANES states at once, 0 where there is none."""
+        name = f"step_{method}{in_lanes()}"
+        return self._library.address(name) if name in self._in_lanes else 0
 
     def evaluate(self, name: str, tables: Sequence[Array], p: Array, out: Array) -> tuple[int, int]:
         """Evaluate a function of (x, p) or (x, u, p) at every row.

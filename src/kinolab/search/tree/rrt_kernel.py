@@ -9,9 +9,11 @@ import math
 
 import numpy as np
 
+from kinolab.dynamics.codegen.integrators import LANES
 from kinolab.numerics.jit import kernel
 from kinolab.numerics.kd_forest import nearest
 from kinolab.numerics.rng import below, uniform
+from kinolab.search.tree.lanes import draw_lanes
 from kinolab.search.tree.problem_arrays import (
     goal_violation,
     metric_coordinates,
@@ -27,7 +29,7 @@ from kinolab.search.tree.tree import (
     step_is_free,
 )
 from kinolab.simulation.collision_context import speed_bound
-from kinolab.simulation.machine import advance
+from kinolab.simulation.machine import advance, advance_in_lanes
 
 
 @kernel
@@ -112,6 +114,8 @@ def propagate(search, tree, parent, min_steps, max_steps, control_samples):  # t
         min_steps, max_steps: Range of the control duration in steps.
         control_samples: Number of candidate inputs, of which the one leading nearest is applied.
     """
+    if control_samples > 1 and search.machine.step_in_lanes != 0:
+        return propagate_in_lanes(search, tree, parent, min_steps, max_steps, control_samples)
     least, longest, drawn, random = math.inf, 0, tree.drawn, search.random
     for k in range(control_samples):
         sample_control(search.problem, random, drawn)
@@ -144,10 +148,58 @@ def extend_toward(search, tree, parent, u, steps, point):  # type: ignore[no-unt
             return math.inf
         for i in range(now.shape[0]):
             now[i] = after[i]
-    metric_coordinates(arrays, now, tree.point)
+    return gap_to(search, tree, now, point)
+
+
+@kernel
+def gap_to(search, tree, x, point):  # type: ignore[no-untyped-def]
+    """Return the squared distance of a state (nx,) from a target in coordinates (d,)."""
+    metric_coordinates(search.problem, x, tree.point)
     total, period = 0.0, tree.forest.period
     for i in range(period.shape[0]):
         gap = abs(tree.point[i] - point[i])
         gap = min(gap, period[i] - gap)
         total += gap * gap
     return total
+
+
+@kernel
+def propagate_in_lanes(search, tree, parent, min_steps, max_steps, control_samples):  # type: ignore[no-untyped-def]
+    """Do what ``propagate`` does, several inputs at once.
+
+    Args:
+        search, tree: ``SearchState`` and ``Tree``.
+        parent, min_steps, max_steps, control_samples: As ``propagate`` takes them.
+    """
+    lanes, least, longest = tree.lanes, math.inf, 0
+    for first in range(0, control_samples, LANES):
+        inputs = min(LANES, control_samples - first)
+        most = draw_lanes(search, tree, parent, inputs, min_steps, max_steps)
+        extend_lanes_toward(search, tree, inputs, most)
+        for lane in range(inputs):
+            if first + lane == 0 or lanes.least[lane] < least:
+                least, longest = lanes.least[lane], lanes.steps[lane]
+                for i in range(tree.held.shape[0]):
+                    tree.held[i] = lanes.held[i, lane]
+    return longest
+
+
+@kernel
+def extend_lanes_toward(search, tree, inputs, most):  # type: ignore[no-untyped-def]
+    """Set the squared distance from ``tree.aim`` of where the input of every lane leads.
+
+    Args:
+        search, tree: ``SearchState`` and ``Tree``.
+        inputs: Number of lanes in use.
+        most: Steps of the longest one.
+    """
+    lanes, failures = tree.lanes, 0
+    now, after = lanes.now, lanes.after
+    for step in range(most):
+        failed = advance_in_lanes(search.machine, now, lanes.held, search.problem.step, after)
+        failures |= failed
+        now, after = after, now
+        for lane in range(inputs):
+            if step + 1 == lanes.steps[lane]:
+                gap = gap_to(search, tree, now[:, lane], tree.aim)
+                lanes.least[lane] = math.inf if (failures >> lane) & 1 else gap

@@ -16,6 +16,7 @@ from kinolab.numerics.kd_forest import (
     clear,
     kd_forest,
 )
+from kinolab.search.tree.lanes import LaneStates, lane_states
 from kinolab.search.tree.limits import step_keeps_limits
 from kinolab.search.tree.problem_arrays import ProblemArrays, metric_coordinates, metric_periods
 from kinolab.simulation.collision_context import is_motion_free
@@ -50,6 +51,7 @@ class Tree(NamedTuple):
     target: Array  # (nx,) scratch
     drawn: Array  # (nu,) scratch
     aim: Array  # (d,) scratch
+    lanes: LaneStates
 
 
 def tree(arrays: ProblemArrays, capacity: int, neighbours: bool = True) -> Tree:
@@ -73,6 +75,7 @@ def tree(arrays: ProblemArrays, capacity: int, neighbours: bool = True) -> Tree:
         target=np.zeros(nx),
         drawn=np.zeros(nu),
         aim=np.zeros(len(arrays.entry)),
+        lanes=lane_states(nx, nu),
     )
 
 

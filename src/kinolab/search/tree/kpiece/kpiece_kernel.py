@@ -13,10 +13,12 @@ import math
 
 import numpy as np
 
+from kinolab.dynamics.codegen.integrators import LANES
 from kinolab.numerics.jit import kernel
 from kinolab.numerics.rng import below, uniform
 from kinolab.search.tree.kpiece.cost_to_go import cell_at
 from kinolab.search.tree.kpiece.kpiece_grid import choose, clear_cells, holds, key_of, put, rate
+from kinolab.search.tree.lanes import draw_lanes
 from kinolab.search.tree.limits import keeps_limits
 from kinolab.search.tree.problem_arrays import goal_violation, sample_control
 from kinolab.search.tree.tree import (
@@ -29,7 +31,7 @@ from kinolab.search.tree.tree import (
     step_is_free,
 )
 from kinolab.simulation.collision_context import speed_bound
-from kinolab.simulation.machine import advance
+from kinolab.simulation.machine import advance, advance_in_lanes
 
 KEEP_PROBABILITY = 0.05  # probability of keeping a motion that reaches no new cell
 
@@ -120,6 +122,8 @@ def propagate(search, tree, grid, parent, min_steps, max_steps, control_samples)
         control_samples: Number of candidate inputs, of which the one of least cost to go is
             applied.
     """
+    if control_samples > 1 and search.machine.step_in_lanes != 0:
+        return propagate_in_lanes(search, tree, grid, parent, min_steps, max_steps, control_samples)
     least, longest, random = math.inf, 0, search.random
     for k in range(control_samples):
         sample_control(search.problem, random, tree.drawn)
@@ -131,6 +135,61 @@ def propagate(search, tree, grid, parent, min_steps, max_steps, control_samples)
             for i in range(tree.held.shape[0]):
                 tree.held[i] = tree.drawn[i]
     return longest
+
+
+@kernel
+def propagate_in_lanes(  # type: ignore[no-untyped-def]
+    search, tree, grid, parent, min_steps, max_steps, control_samples,
+):  # fmt: skip
+    """Do what ``propagate`` does, several inputs at once.
+
+    Args:
+        search, tree, grid: ``SearchState``, ``Tree`` and ``CostToGoGrid``.
+        parent, min_steps, max_steps, control_samples: As ``propagate`` takes them.
+    """
+    lanes, least, longest = tree.lanes, math.inf, 0
+    for first in range(0, control_samples, LANES):
+        inputs = min(LANES, control_samples - first)
+        most = draw_lanes(search, tree, parent, inputs, min_steps, max_steps)
+        lead_lanes(search, tree, grid, inputs, most)
+        for lane in range(inputs):
+            if first + lane == 0 or lanes.least[lane] < least:
+                least, longest = lanes.least[lane], max(lanes.best[lane], min_steps)
+                for i in range(tree.held.shape[0]):
+                    tree.held[i] = lanes.held[i, lane]
+    return longest
+
+
+@kernel
+def lead_lanes(search, tree, grid, inputs, most):  # type: ignore[no-untyped-def]
+    """Set the least cost to go along the input of every lane, and the step that attains it.
+
+    Args:
+        search, tree, grid: ``SearchState``, ``Tree`` and ``CostToGoGrid``.
+        inputs: Number of lanes in use.
+        most: Steps of the longest one.
+    """
+    lanes, arrays = tree.lanes, search.problem
+    now, after, least, best = lanes.now, lanes.after, lanes.least, lanes.best
+    for lane in range(inputs):
+        least[lane], best[lane] = math.inf, 1
+    for step in range(most):
+        failed = advance_in_lanes(search.machine, now, lanes.held, arrays.step, after)
+        running = False
+        for lane in range(inputs):
+            if step >= lanes.steps[lane]:
+                continue
+            x = after[:, lane]
+            if (failed >> lane) & 1 or not keeps_limits(arrays.limits, x):
+                lanes.steps[lane] = 0
+                continue
+            running = True
+            far = grid.steps[cell_at(grid, x)]
+            if far <= least[lane]:
+                least[lane], best[lane] = far, step + 1
+        if not running:
+            break
+        now, after = after, now
 
 
 @kernel

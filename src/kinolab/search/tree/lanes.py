@@ -1,0 +1,64 @@
+"""Several inputs from one node at once, ignoring obstacles: a lane for each.
+
+The states are those that one input after the other would lead to, bit for bit.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from kinolab.dynamics.codegen.integrators import LANES
+from kinolab.numerics.arrays import Array
+from kinolab.numerics.jit import kernel
+from kinolab.numerics.kd_forest import Integers
+from kinolab.numerics.rng import below
+from kinolab.search.tree.problem_arrays import sample_control
+
+
+class LaneStates(NamedTuple):
+    """Scratch memory for compiled kernels: states and inputs, entry by entry."""
+
+    now: Array  # (nx, LANES)
+    after: Array  # (nx, LANES)
+    held: Array  # (nu, LANES)
+    steps: Integers  # (LANES,) steps that are left to a lane, then 0
+    least: Array  # (LANES,) least cost so far
+    best: Integers  # (LANES,) steps to there
+
+
+def lane_states(nx: int, nu: int) -> LaneStates:
+    """Allocate lanes of states and inputs of some lengths."""
+    return LaneStates(
+        now=np.zeros((nx, LANES)),
+        after=np.zeros((nx, LANES)),
+        held=np.zeros((nu, LANES)),
+        steps=np.zeros(LANES, np.int64),
+        least=np.zeros(LANES),
+        best=np.zeros(LANES, np.int64),
+    )
+
+
+@kernel
+def draw_lanes(search, tree, parent, inputs, min_steps, max_steps):  # type: ignore[no-untyped-def]
+    """Begin every lane at a node, with an input of its own; return the most steps of any.
+
+    Args:
+        search, tree: ``SearchState`` and ``Tree``.
+        parent: The node.
+        inputs: Number of inputs to draw; lanes beyond it have no steps.
+        min_steps, max_steps: Range of the control duration in steps.
+    """
+    lanes, most = tree.lanes, 0
+    for lane in range(LANES):
+        lanes.steps[lane] = 0
+        if lane < inputs:
+            sample_control(search.problem, search.random, tree.drawn)
+            lanes.steps[lane] = min_steps + below(search.random, max_steps - min_steps + 1)
+            most = max(most, lanes.steps[lane])
+        for i in range(tree.drawn.shape[0]):
+            lanes.held[i, lane] = tree.drawn[i]
+        for i in range(tree.now.shape[0]):
+            lanes.now[i, lane] = tree.x[parent, i]
+    return most
