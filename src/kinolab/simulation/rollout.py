@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-import scipy
 
 from kinolab.concurrency.cancel import CancellationToken, never_cancelled, raise_if_cancelled
 from kinolab.numerics.arrays import Array
@@ -13,10 +12,12 @@ from kinolab.numerics.struct import Record
 from kinolab.problem import PlanningTask
 from kinolab.simulation.compiled_step import CompiledStep, stepper
 from kinolab.simulation.machine import hold, machine_of
+from kinolab.simulation.sensitivities import StepSensitivities
 
 # of the fastest time constant: the Runge-Kutta step that errs by some 1e-6 of it
 STEP_PER_TIME_CONSTANT = 0.15
 MAX_SUBSTEPS = 20  # Runge-Kutta steps per propagation step
+DERIVED_PIECES = 2  # Runge-Kutta steps per propagation step, for derivatives
 RANDOM_STATES = 10  # at which time constants are computed
 STEPS_PER_CANCELLATION_CHECK = 256  # steps between two checks of the token: some milliseconds
 
@@ -39,8 +40,9 @@ class Rollout:
         # Euler steps define a discrete-time problem; they approximate no continuous one.
         method = settings.method if discrete else settings.accurate_method
         self._calls = CompiledStep(problem, method)
-        self._problem, self.step, self.propagations = problem, problem.step, 0
+        self.step, self.propagations = problem.step, 0
         self._pieces = 1 if discrete else _pieces(problem)
+        self._sensitivities = StepSensitivities(problem.model, method, self._pieces, DERIVED_PIECES)
 
     def follow(self, x0: Array, u: Array) -> Array | None:
         """Return the states at the knots, shape (N+1, nx); None where a step fails.
@@ -67,7 +69,7 @@ class Rollout:
     def linearise(self, x: Array, u: Array) -> tuple[Array, Array]:
         """Linearise each step: its end state's derivatives by its start state and its inputs.
 
-        Uses the Jacobians of the equations of motion at the step's midpoint.
+        Those of two Runge-Kutta steps, also where ``follow`` makes more: enough for a direction.
 
         Args:
             x: States, shape (N+1, nx).
@@ -77,18 +79,15 @@ class Rollout:
             Shapes (N, nx, nx) and (N, nx, nu).
         """
         nx, nu = x.shape[1], u.shape[1]
-        A, B = np.empty((len(u), nx, nx)), np.empty((len(u), nx, nu))
+        slopes = np.empty((len(u), nx, nx + nu + 1))
         for first in range(0, len(u), STEPS_PER_CANCELLATION_CHECK):
             raise_if_cancelled(self._stop)
             part = slice(first, first + STEPS_PER_CANCELLATION_CHECK)
-            ends = x[first : first + STEPS_PER_CANCELLATION_CHECK + 1]
-            whole = np.zeros((len(u[part]), nx + nu, nx + nu))
-            whole[:, :nx] = np.dstack(
-                self._problem.model.jacobian((ends[:-1] + ends[1:]) / 2, u[part])
+            after = x[1:][part]
+            _, slopes[part] = self._sensitivities.linearized(
+                x[:-1][part], u[part], self.step, known=after
             )
-            moved = scipy.linalg.expm(self.step * whole)
-            A[part], B[part] = moved[:, :nx, :nx], moved[:, :nx, nx:]
-        return A, B
+        return slopes[:, :, :nx], slopes[:, :, nx : nx + nu]
 
 
 def _pieces(problem: PlanningTask) -> int:
