@@ -6,12 +6,14 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, fields
-from functools import cached_property
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, ClassVar, final
 
 from kinolab.concurrency.cancel import CancelledError
+from kinolab.concurrency.turns import Turns
 from kinolab.errors import InputError
 from kinolab.numerics.arrays import Array
+from kinolab.numerics.work import WorkClock, counted_work
 from kinolab.planners.kpiece_fast import KPIECEFast
 from kinolab.planners.rrt_fast import RRTFast
 from kinolab.problem import PlanningTask
@@ -30,7 +32,9 @@ if TYPE_CHECKING:
 GUESS_KNOTS = 80  # knots of a guess
 # tree iterations before the first guess: some milliseconds
 ITERATIONS_BEFORE_GUESSES = 4000
-ITERATIONS_PER_GUESS_STEP = 20.0  # tree iterations per time step of a guess
+WORK_PER_TURN = 5e-3  # [s] of a guess at least
+EVEN_WORK = 0.2  # [s] of the trees, until which they and guesses get the same time
+LATER_SHARE = 1 / 2  # of the time of guesses, for trees that have not arrived by then
 MEMBERS: tuple[type[AbstractCompiledPlanner], ...] = (KPIECEFast, RRTFast)
 
 
@@ -52,7 +56,7 @@ class Auto(AbstractCompiledPlanner):
     goal_region_scale: float = with_default(10.0, AbstractCompiledPlanner, "goal_region_scale")
     restart_after: int = with_default(10_000, AbstractCompiledPlanner, "restart_after")
     goal_connection_period: int = with_default(
-        5000, AbstractCompiledPlanner, "goal_connection_period"
+        2000, AbstractCompiledPlanner, "goal_connection_period"
     )
 
     def sub_searches(self, problem: PlanningTask, seed: int, budget: Budget) -> Sequence[SubSearch]:
@@ -85,6 +89,10 @@ class _Multistart:
         self.due: float = 1 if again and seed % 2 else ITERATIONS_BEFORE_GUESSES
         self._problem, self._seed, self._budget = problem, seed, budget
         self._count = 0
+        self._guess: Turns[GuessResult] | None = None
+        self._clock, self._paid = WorkClock(), 0.0  # of all guesses; until the last turn's end
+        self._iterations, self._steps_due = 0, 0.0
+        self._step_seconds = step_seconds(problem)
 
     @cached_property
     def _multistart(self) -> Multistart:
@@ -116,26 +124,74 @@ class _Multistart:
     @property
     def _given(self) -> tuple[PlanningTask, int, int, Callable[[], bool], float]:
         budget = self._budget
-        return self._problem, GUESS_KNOTS, self._seed, budget.expired, budget.below
+        return self._problem, GUESS_KNOTS, self._seed, self._stop, budget.below
 
-    def advance(self, iterations: int, tree: AbstractTreeExtension) -> Array | None:  # noqa: ARG002
-        """Optimise a guess if due; return inputs (N, nu) into the goal, or None."""
+    def _stop(self) -> bool:
+        """Leave the turn to the trees when it is over; say whether the search is, too."""
+        over = self._clock.seconds - self._paid >= WORK_PER_TURN
+        ended = bool(over and self._guess and self._guess.pause())
+        return ended or self._budget.expired()
+
+    def advance(self, iterations: int, tree: AbstractTreeExtension) -> Array | None:
+        """Go on with a guess if due; return inputs (N, nu) into the goal, or None."""
+        self._iterations += iterations
         self.due -= iterations
-        if self.due > 0:
+        if self.due > 0 or self._steps_left(tree) > 0:
             return None
+        if self._guess is None:
+            self._guess = Turns(partial(self._counted, self._next()))
+        guess = self._guess
+        over = guess.advance()
+        spent, self._paid = self._clock.seconds - self._paid, self._clock.seconds
+        share = 1.0 if tree.steps_made * self._step_seconds <= EVEN_WORK else LATER_SHARE
+        self._steps_due = tree.steps_made + share * spent / self._step_seconds
+        self._steps_left(tree)
+        if not over:
+            return None
+        self._guess = None
         try:
-            guess = self._next()
+            motion = guess.result.motion
         except CancelledError:
             return None
         self._count += 1
-        self.due = ITERATIONS_PER_GUESS_STEP * guess.steps
-        return None if guess.motion is None else guess.motion.u
+        return None if motion is None else motion.u
 
-    def _next(self) -> GuessResult:
-        """Optimise a guess: of three, two are by way of the reduction, which take less time."""
+    def _steps_left(self, tree: AbstractTreeExtension) -> float:
+        """Return how many steps the trees are to make until the next turn, and set ``due``."""
+        left, made = self._steps_due - tree.steps_made, max(tree.steps_made, 1)
+        self.due = max(1.0, left * self._iterations / made)
+        return left
+
+    def close(self) -> None:
+        """Give up the guess."""
+        if self._guess is not None:
+            self._guess.close()
+
+    def _counted(self, guess: Callable[[], GuessResult]) -> GuessResult:
+        with counted_work() as clock:
+            self._clock, self._paid = clock, 0.0
+            return guess()
+
+    def _next(self) -> Callable[[], GuessResult]:
+        """Return what optimises a guess, prepared.
+
+        Of three, two are by way of the reduction, which take less time.
+        """
         if self._count % 3 and self._kinematic is not None:
-            return self._kinematic.next()
-        return self._multistart.next()
+            return self._kinematic.next
+        return self._multistart.next
+
+
+def step_seconds(problem: PlanningTask) -> float:
+    """Return what a step in a tree takes on an idle computer with all that belongs to it, in [s].
+
+    Fitted to the scenarios that come with kinolab (one core of an AMD EPYC); it holds within a
+    factor of two for most, and of four for all of them.
+    """
+    substeps = problem.scenario.integration.substeps
+    evaluations = substeps * (2 if problem.machine.requirements else 1)
+    shapes = sum(len(body.shapes) for body in problem.bodies) + len(problem.cables)
+    return 1e-6 + 6e-9 * problem.model.operations * evaluations + 5e-7 * shapes
 
 
 class _Portfolio(AbstractTreeExtension):
@@ -143,6 +199,11 @@ class _Portfolio(AbstractTreeExtension):
 
     def __init__(self, trees: Sequence[AbstractTreeExtension]) -> None:
         self._trees, self._turn = trees, -1
+
+    @property
+    def steps_made(self) -> int:
+        """Steps of the machine that were tried in all trees so far."""
+        return sum(tree.steps_made for tree in self._trees)
 
     def begin(self) -> None:
         """Switch to the next tree."""

@@ -40,7 +40,7 @@ class KPIECEFast(AbstractCompiledPlanner):
     goal_region_scale: float = with_default(10.0, AbstractCompiledPlanner, "goal_region_scale")
     restart_after: int = with_default(10_000, AbstractCompiledPlanner, "restart_after")
     goal_connection_period: int = with_default(
-        5000, AbstractCompiledPlanner, "goal_connection_period"
+        2000, AbstractCompiledPlanner, "goal_connection_period"
     )
 
     def extension(self, problem: PlanningTask, search: SearchState) -> AbstractTreeExtension:

@@ -237,6 +237,11 @@ class Model:
         """Number of velocities, the dependent ones included."""
         return len(self.rate_names)
 
+    @property
+    def operations(self) -> int:
+        """Number of operations of the equations of motion, in the first mode."""
+        return self._code.operations
+
     def address(self, function: str) -> int:
         """Return the address of a compiled C function: f, step_rk4, frames, point_speed, …"""
         return self._code.address(function)

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 from kinolab.dynamics.codegen.closed_loop import emit_closed_loop
-from kinolab.dynamics.codegen.emission import emit_module, fits_lanes
+from kinolab.dynamics.codegen.emission import emit_module, operations_of
 from kinolab.dynamics.codegen.exports import results_of
 from kinolab.dynamics.codegen.hybrid import emit_hybrid
 from kinolab.dynamics.codegen.llvm_jit import compile_ir
@@ -16,6 +16,8 @@ from kinolab.dynamics.derivation.derivation import Derivation, derive
 from kinolab.dynamics.language.feedback import Feedback
 from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.mode_derivations import derive_modes
+
+MOST_IN_LANES = 4000  # operations of the equations of motion: longer ones take long to compile
 
 
 def derivations_of(system: Mechanism) -> list[Derivation]:
@@ -48,7 +50,7 @@ def derived_code(
         facts = {**_facts(d), "redundant": tuple(redundant), "lanes": False}
         return facts, compile_ir(text)
     d = derive(system)
-    lanes = law is None and fits_lanes(d)
+    lanes = law is None and operations_of(d) <= MOST_IN_LANES
     facts, text = {**_facts(d), "lanes": lanes}, emit_module(d, lanes=lanes)
     keep((ModeFormulas.of(d),))
     if law is not None:
@@ -60,9 +62,11 @@ def derived_code(
 
 def _facts(d: Derivation) -> dict[str, Any]:
     nx, nu = len(d.state), len(d.binding.inputs)
+    operations = operations_of(d)
     sizes = {name: len(nodes) for name, nodes in results_of(d).items()}
     sizes |= {"f": nx, "frames_jacobian": nx * len(d.frames), "jacobian": nx * (nx + nu)}
-    facts: dict[str, Any] = {"sizes": sizes, "independent": d.independent, "redundant": d.redundant}
+    facts: dict[str, Any] = {"sizes": sizes, "operations": operations}
+    facts |= {"independent": d.independent, "redundant": d.redundant}
     facts["quasi"] = [
         {
             "name": v.name,

@@ -37,7 +37,6 @@ from kinolab.dynamics.derivation.expression_graph import ExpressionGraph, Node
 
 INTRINSICS = ("sin", "cos", "exp", "log", "sqrt", "fabs", "floor")
 LIBRARY = ("tan", "tanh", "atan")
-MOST_IN_LANES = 4000  # operations of f: a longer one takes long to compile
 SHARED = "%p"  # the argument that is the same in all lanes
 BINARY = {"add": "fadd", "sub": "fsub", "mul": "fmul", "div": "fdiv"}
 
@@ -109,10 +108,10 @@ def emit_function(
     return routine.text()
 
 
-def fits_lanes(derivation: Derivation) -> bool:
-    """Return whether the equations of motion are so short that they are emitted in lanes, too."""
+def operations_of(derivation: Derivation) -> int:
+    """Return the number of operations of the equations of motion."""
     d = derivation
-    return len(d.binding.tape.needed([*d.derivative, *d.guards])) <= MOST_IN_LANES
+    return len(d.binding.tape.needed([*d.derivative, *d.guards]))
 
 
 def _compute(

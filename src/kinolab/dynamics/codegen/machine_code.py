@@ -46,6 +46,7 @@ class MachineCode:
 
     Attributes:
         sizes: Length of each function's result, by the function's name.
+        operations: Number of operations of the equations of motion, in the first mode.
         independent: Indices, among all velocities, of those that are states.
         quasi: The quasi-velocities that are states, before those.
         redundant: Names of constraints that follow from the others.
@@ -64,6 +65,7 @@ class MachineCode:
     ) -> None:
         facts, code = cached(key, build)
         self.sizes: dict[str, int] = facts["sizes"]
+        self.operations: int = facts["operations"]
         self.independent: tuple[int, ...] = tuple(facts["independent"])
         self.quasi = tuple(_quasi_velocity(**entry) for entry in facts["quasi"])
         self.redundant: tuple[str, ...] = tuple(facts["redundant"])

@@ -80,22 +80,25 @@ class AbstractCompiledPlanner(AbstractTreeSearch):
         truth, slices = TrueEnds(problem), TimeSlices(budget, self.restart_after)
         own_map = problem.scenario.integration.truth == "discrete"  # no re-simulation needed
         approach = math.inf, np.zeros((0, problem.model.nu))
-        while not best.over and (iterations := slices.next(beside.due)):
-            ended, made = tree.grow(iterations)
-            slices.done(made)
-            budget.show(tree.explored)
-            found = beside.advance(made, tree)
-            if ended == REACHED:
-                found = controls_to(tree.nodes, int(tree.nodes.size[0]) - 1)
-            if found is not None and best.wants(found):
-                if own_map or truth.excess(found) <= 1.0:
-                    best.found(found, tree)
-                elif truth.refused % MAX_RESIMULATION_FAILURES == 0:
-                    slices.end_round()
-            elif ended == FULL or slices.round_over:
-                approach = nearer(tree.nodes, tree.best, *approach)
-                slices.begin_round()
-                tree.begin()
+        try:
+            while not best.over and (iterations := slices.next(beside.due)):
+                ended, made = tree.grow(iterations)
+                slices.done(made)
+                budget.show(tree.explored)
+                found = beside.advance(made, tree)
+                if ended == REACHED:
+                    found = controls_to(tree.nodes, int(tree.nodes.size[0]) - 1)
+                if found is not None and best.wants(found):
+                    if own_map or truth.excess(found) <= 1.0:
+                        best.found(found, tree)
+                    elif truth.refused % MAX_RESIMULATION_FAILURES == 0:
+                        slices.end_round()
+                elif ended == FULL or slices.round_over:
+                    approach = nearer(tree.nodes, tree.best, *approach)
+                    slices.begin_round()
+                    tree.begin()
+        finally:
+            beside.close()
         u, outcome = best.u, Outcome.SOLVED
         if u is None:
             u = nearer(tree.nodes, tree.best, *approach)[1]

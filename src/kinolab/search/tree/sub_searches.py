@@ -18,6 +18,9 @@ from kinolab.search.tree.tree_extension import AbstractTreeExtension
 if TYPE_CHECKING:
     from kinolab.steering.goal_connection import SteeredGoalConnection
 
+STEPS = "goal_connection_propagations"  # the statistic that counts steps
+STEPS_PER_TREE_STEP = 3.0  # of a goal connection, which checks nothing: they take as long as one
+
 
 class SubSearch(Protocol):
     """A search interleaved with the growth of a tree.
@@ -34,6 +37,9 @@ class SubSearch(Protocol):
 
     def advance(self, iterations: int, tree: AbstractTreeExtension) -> Array | None:
         """Take a turn if due; return inputs (N, nu) from the start into the goal, or None."""
+
+    def close(self) -> None:
+        """End what is left unfinished between two turns."""
 
 
 class InterleavedSearches:
@@ -57,9 +63,16 @@ class InterleavedSearches:
         found = [member.advance(iterations, tree) for member in self._members]
         return next((inputs for inputs in found if inputs is not None), None)
 
+    def close(self) -> None:
+        """End what they have left unfinished."""
+        for member in self._members:
+            member.close()
+
 
 class GoalConnections:
     """Attempts goal connections from random nodes, where growth alone would have to hit the goal.
+
+    They take no more time than the tree does, but for the last one.
 
     Args:
         problem: The planning problem.
@@ -100,6 +113,8 @@ class GoalConnections:
         if self.due > 0:
             return None
         self.due = self._period
+        if STEPS_PER_TREE_STEP * tree.steps_made < self.statistics.get(STEPS, 0.0):
+            return None
         node = int(self._generator.integers(tree.nodes.size[0]))
         x = tree.nodes.x[node]
         found = self._connection.connect(x.tolist(), self._problem.goal_excess(x))
@@ -107,3 +122,6 @@ class GoalConnections:
         if not found:
             return None
         return np.concatenate([controls_to(tree.nodes, node), self._connection.inputs])
+
+    def close(self) -> None:
+        """Nothing is left unfinished."""

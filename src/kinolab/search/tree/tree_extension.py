@@ -10,7 +10,7 @@ from kinolab.numerics.rng import State, generator
 from kinolab.problem import PlanningTask
 from kinolab.search.graph import SearchGraph
 from kinolab.search.tree.problem_arrays import ProblemArrays, gather_problem
-from kinolab.search.tree.tree import Tree
+from kinolab.search.tree.tree import ALL_STEPS, Tree
 from kinolab.simulation.collision_context import (
     CollisionContext,
     CollisionScratch,
@@ -59,6 +59,11 @@ class AbstractTreeExtension(ABC):
     @abstractmethod
     def grow(self, iterations: int) -> tuple[int, int]:
         """Grow for some iterations; return GROWING, REACHED or FULL, and the number made."""
+
+    @property
+    def steps_made(self) -> int:
+        """Steps of the machine that were tried so far."""
+        return int(self.nodes.rejections[ALL_STEPS])
 
     def explored(self) -> SearchGraph:
         """Return a copy of the tree, thinned if it is large."""
