@@ -19,7 +19,7 @@ from tests.trajopt.multistart.test_geometric_path import door, hall
 from tests.trajopt.scenarios import FLY
 from tests.trajopt.test_trajopt import EXACT
 
-MOST = 4000  # iterations of the trees before the first guess, which is made then
+MOST = 30_000  # iterations, of trees or guesses
 SHORT = 15.0  # [s]: at 0.5 m/s some more than through the near door, less than through the far one
 ROUNDABOUT = 7  # a seed of which the first guesses lead through the far door too
 

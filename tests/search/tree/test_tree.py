@@ -136,7 +136,7 @@ def test_inputs_tried_in_lanes_are_those_tried_one_by_one(name: str, samples: in
     for search in (state, alone):
         growth = planner.extension(problem, search)
         growth.begin()
-        growth.grow(500)
+        growth.grow(2000)
         trees.append(growth.nodes)
     size = int(trees[0].size[0])
     assert size == trees[1].size[0] > 20
