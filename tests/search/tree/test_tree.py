@@ -13,6 +13,7 @@ from kinolab import planners
 from kinolab.problem import PlanningTask
 from kinolab.search import Budget, Outcome
 from kinolab.search.tree import AbstractCompiledPlanner, search_state
+from kinolab.simulation.resimulated_goal import TrueEnds
 from tests.support import OPEN, problem_of
 
 COMPILED = ("auto", "rrt_fast", "kpiece_fast", "sst", "ao_rrt", "pdst")
@@ -142,3 +143,22 @@ def test_inputs_tried_in_lanes_are_those_tried_one_by_one(name: str, samples: in
     assert size == trees[1].size[0] > 20
     np.testing.assert_array_equal(trees[0].x[:size], trees[1].x[:size])
     np.testing.assert_array_equal(trees[0].u[:size], trees[1].u[:size])
+
+
+def test_a_tree_whose_ends_are_refused_in_truth_begins_anew(
+    monkeypatch: pytest.MonkeyPatch, table: PlanningTask
+) -> None:
+    """It would arrive in the same way again and again."""
+
+    refused: list[int] = []
+
+    def refuse(_: TrueEnds, inputs: Any) -> float:
+        refused.append(len(inputs))
+        return 2.0
+
+    monkeypatch.setattr(TrueEnds, "excess", refuse)
+    monkeypatch.setattr(TrueEnds, "refused", property(lambda _: len(refused)))
+    planner = planners.get("kpiece_fast")(goal_connection_period=0, restart_after=0)
+    found = planner.solve(table, 1, Budget(30.0, 20_000))
+    assert found.outcome is Outcome.APPROXIMATE
+    assert found.statistics["restarts"] >= 2

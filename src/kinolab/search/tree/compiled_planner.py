@@ -88,12 +88,15 @@ class AbstractCompiledPlanner(AbstractTreeSearch):
                 found = beside.advance(made, tree)
                 if ended == REACHED:
                     found = controls_to(tree.nodes, int(tree.nodes.size[0]) - 1)
+                accepted = False
                 if found is not None and best.wants(found):
-                    if own_map or truth.excess(found) <= 1.0:
+                    accepted = own_map or truth.excess(found) <= 1.0
+                    if accepted:
                         best.found(found, tree)
                     elif truth.refused % MAX_RESIMULATION_FAILURES == 0:
                         slices.end_round()
-                elif ended == FULL or slices.round_over:
+                # Also where a tree arrives again and again in the same way that truth refuses.
+                if not accepted and (ended == FULL or slices.round_over):
                     approach = nearer(tree.nodes, tree.best, *approach)
                     slices.begin_round()
                     tree.begin()
