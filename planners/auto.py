@@ -10,7 +10,7 @@ from functools import cached_property, partial
 from typing import TYPE_CHECKING, ClassVar, final
 
 from kinolab.concurrency.cancel import CancelledError
-from kinolab.concurrency.turns import Turns
+from kinolab.concurrency.coroutine import Coroutine
 from kinolab.errors import InputError
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.work import WorkClock, counted_work
@@ -89,7 +89,7 @@ class _Multistart:
         self.due: float = 1 if again and seed % 2 else ITERATIONS_BEFORE_GUESSES
         self._problem, self._seed, self._budget = problem, seed, budget
         self._count = 0
-        self._guess: Turns[GuessResult] | None = None
+        self._guess: Coroutine[GuessResult] | None = None
         self._clock, self._paid = WorkClock(), 0.0  # of all guesses; until the last turn's end
         self._iterations, self._steps_due = 0, 0.0
         self._step_seconds = step_seconds(problem)
@@ -129,23 +129,23 @@ class _Multistart:
     def _stop(self) -> bool:
         """Leave the turn to the trees when it is over; say whether the search is, too."""
         over = self._clock.seconds - self._paid >= WORK_PER_TURN
-        ended = bool(over and self._guess and self._guess.pause())
+        ended = bool(over and self._guess and self._guess.suspend())
         return ended or self._budget.expired()
 
     def advance(self, iterations: int, tree: AbstractTreeExtension) -> Array | None:
         """Go on with a guess if due; return inputs (N, nu) into the goal, or None."""
         self._iterations += iterations
         self.due -= iterations
-        if self.due > 0 or self._steps_left(tree) > 0:
+        if self.due > 0 or self._waits_for(tree):
             return None
         if self._guess is None:
-            self._guess = Turns(partial(self._counted, self._next()))
+            self._guess = Coroutine(partial(self._counted, self._next()))
         guess = self._guess
-        over = guess.advance()
+        over = guess.resume()
         spent, self._paid = self._clock.seconds - self._paid, self._clock.seconds
         share = 1.0 if tree.steps_made * self._step_seconds <= EVEN_WORK else LATER_SHARE
         self._steps_due = tree.steps_made + share * spent / self._step_seconds
-        self._steps_left(tree)
+        self._waits_for(tree)
         if not over:
             return None
         self._guess = None
@@ -156,11 +156,11 @@ class _Multistart:
         self._count += 1
         return None if motion is None else motion.u
 
-    def _steps_left(self, tree: AbstractTreeExtension) -> float:
-        """Return how many steps the trees are to make until the next turn, and set ``due``."""
+    def _waits_for(self, tree: AbstractTreeExtension) -> bool:
+        """Say whether the trees are to make more steps first, and set when to ask again."""
         left, made = self._steps_due - tree.steps_made, max(tree.steps_made, 1)
         self.due = max(1.0, left * self._iterations / made)
-        return left
+        return left > 0
 
     def close(self) -> None:
         """Give up the guess."""

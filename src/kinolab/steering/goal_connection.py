@@ -195,11 +195,16 @@ class SteeredGoalConnection:
         self._arrival = GoalConnection(problem, MAX_SHOOTING_STEPS, propagator, stop, shoots=False)
 
     @property
+    def propagations(self) -> int:
+        """Steps simulated so far."""
+        return self._arrival.propagations
+
+    @property
     def statistics(self) -> dict[str, float]:
         """Return the numbers of states that were tried and of steps that this took, by name."""
         return {
             "goal_connections": float(self._tried),
-            "goal_connection_propagations": float(self._arrival.propagations),
+            "goal_connection_propagations": float(self.propagations),
         }
 
     def connect(self, values: list[float], excess: float) -> bool:

@@ -50,8 +50,9 @@ def derived_code(
         facts = {**_facts(d), "redundant": tuple(redundant), "lanes": False}
         return facts, compile_ir(text)
     d = derive(system)
-    lanes = law is None and operations_of(d) <= MOST_IN_LANES
-    facts, text = {**_facts(d), "lanes": lanes}, emit_module(d, lanes=lanes)
+    facts = _facts(d)
+    lanes = law is None and facts["operations"] <= MOST_IN_LANES
+    facts["lanes"], text = lanes, emit_module(d, lanes=lanes)
     keep((ModeFormulas.of(d),))
     if law is not None:
         nx, nu, along = len(d.state), len(d.binding.inputs), len(d.state) + len(law.references)
@@ -62,11 +63,10 @@ def derived_code(
 
 def _facts(d: Derivation) -> dict[str, Any]:
     nx, nu = len(d.state), len(d.binding.inputs)
-    operations = operations_of(d)
     sizes = {name: len(nodes) for name, nodes in results_of(d).items()}
     sizes |= {"f": nx, "frames_jacobian": nx * len(d.frames), "jacobian": nx * (nx + nu)}
-    facts: dict[str, Any] = {"sizes": sizes, "operations": operations}
-    facts |= {"independent": d.independent, "redundant": d.redundant}
+    facts: dict[str, Any] = {"sizes": sizes, "independent": d.independent, "redundant": d.redundant}
+    facts["operations"] = operations_of(d)
     facts["quasi"] = [
         {
             "name": v.name,

@@ -110,8 +110,10 @@ class Routine:
         self.do(f"store {self.number} {value}, ptr {self.at(array, index)}, align 8")
 
     def constant(self, value: float) -> str:
-        """Return a number that is known."""
-        return self._each(literal(value))
+        """Return a number that is known, the same in every lane."""
+        if self.lanes == 1:
+            return literal(value)
+        return "<" + ", ".join([f"double {literal(value)}"] * self.lanes) + ">"
 
     def spread(self, value: Register) -> Register:
         """Return a double as a number, the same in every lane."""
@@ -170,11 +172,6 @@ class Routine:
             done = self.line(f"call double @{name}(double {own})")
             result = self.line(f"insertelement {self.number} {result}, double {done}, i32 {lane}")
         return result
-
-    def _each(self, value: str) -> str:
-        if self.lanes == 1:
-            return value
-        return "<" + ", ".join([f"double {value}"] * self.lanes) + ">"
 
     def integer(self, operation: str, a: Index, b: Index) -> Register:
         """Return an operation on 64-bit integers, such as ``add`` or ``mul``."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from abc import abstractmethod
 from collections.abc import Sequence
+from contextlib import closing
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
@@ -80,7 +81,7 @@ class AbstractCompiledPlanner(AbstractTreeSearch):
         truth, slices = TrueEnds(problem), TimeSlices(budget, self.restart_after)
         own_map = problem.scenario.integration.truth == "discrete"  # no re-simulation needed
         approach = math.inf, np.zeros((0, problem.model.nu))
-        try:
+        with closing(beside):
             while not best.over and (iterations := slices.next(beside.due)):
                 ended, made = tree.grow(iterations)
                 slices.done(made)
@@ -100,8 +101,6 @@ class AbstractCompiledPlanner(AbstractTreeSearch):
                     approach = nearer(tree.nodes, tree.best, *approach)
                     slices.begin_round()
                     tree.begin()
-        finally:
-            beside.close()
         u, outcome = best.u, Outcome.SOLVED
         if u is None:
             u = nearer(tree.nodes, tree.best, *approach)[1]

@@ -23,7 +23,7 @@ class LaneStates(NamedTuple):
     now: Array  # (nx, LANES)
     after: Array  # (nx, LANES)
     held: Array  # (nu, LANES)
-    steps: Integers  # (LANES,) steps that are left to a lane, then 0
+    steps: Integers  # (LANES,) steps of a lane; 0 once it has ended early
     least: Array  # (LANES,) least cost so far
     best: Integers  # (LANES,) steps to there
 
@@ -62,3 +62,24 @@ def draw_lanes(search, tree, parent, inputs, min_steps, max_steps):  # type: ign
         for i in range(tree.now.shape[0]):
             lanes.now[i, lane] = tree.x[parent, i]
     return most
+
+
+@kernel
+def hold_best_lane(tree, inputs, least, longest):  # type: ignore[no-untyped-def]
+    """Write the input of the lane of least cost to ``tree.held``, if none before cost as little.
+
+    Args:
+        tree: Its lanes have costs, and the steps to there.
+        inputs: Number of lanes in use.
+        least, longest: Cost of the best input before, and its number of steps; 0 for none.
+
+    Returns:
+        Cost and number of steps of the best input so far.
+    """
+    lanes = tree.lanes
+    for lane in range(inputs):
+        if longest == 0 or lanes.least[lane] < least:
+            least, longest = lanes.least[lane], lanes.best[lane]
+            for i in range(tree.held.shape[0]):
+                tree.held[i] = lanes.held[i, lane]
+    return least, longest

@@ -13,7 +13,7 @@ from kinolab.dynamics.codegen.integrators import LANES
 from kinolab.numerics.jit import kernel
 from kinolab.numerics.kd_forest import nearest
 from kinolab.numerics.rng import below, uniform
-from kinolab.search.tree.lanes import draw_lanes
+from kinolab.search.tree.lanes import draw_lanes, hold_best_lane
 from kinolab.search.tree.problem_arrays import (
     goal_violation,
     metric_coordinates,
@@ -171,22 +171,18 @@ def propagate_in_lanes(search, tree, parent, min_steps, max_steps, control_sampl
         search, tree: ``SearchState`` and ``Tree``.
         parent, min_steps, max_steps, control_samples: As ``propagate`` takes them.
     """
-    lanes, least, longest = tree.lanes, math.inf, 0
+    least, longest = math.inf, np.int64(0)
     for first in range(0, control_samples, LANES):
         inputs = min(LANES, control_samples - first)
         most = draw_lanes(search, tree, parent, inputs, min_steps, max_steps)
-        extend_lanes_toward(search, tree, inputs, most)
-        for lane in range(inputs):
-            if first + lane == 0 or lanes.least[lane] < least:
-                least, longest = lanes.least[lane], lanes.steps[lane]
-                for i in range(tree.held.shape[0]):
-                    tree.held[i] = lanes.held[i, lane]
+        extend_toward_in_lanes(search, tree, inputs, most)
+        least, longest = hold_best_lane(tree, inputs, least, longest)
     return longest
 
 
 @kernel
-def extend_lanes_toward(search, tree, inputs, most):  # type: ignore[no-untyped-def]
-    """Set the squared distance from ``tree.aim`` of where the input of every lane leads.
+def extend_toward_in_lanes(search, tree, inputs, most):  # type: ignore[no-untyped-def]
+    """Set the squared distance from ``tree.aim`` of where the input of every lane leads at its end.
 
     Args:
         search, tree: ``SearchState`` and ``Tree``.
@@ -203,3 +199,4 @@ def extend_lanes_toward(search, tree, inputs, most):  # type: ignore[no-untyped-
             if step + 1 == lanes.steps[lane]:
                 gap = gap_to(search, tree, now[:, lane], tree.aim)
                 lanes.least[lane] = math.inf if (failures >> lane) & 1 else gap
+                lanes.best[lane] = lanes.steps[lane]

@@ -18,7 +18,6 @@ from kinolab.search.tree.tree_extension import AbstractTreeExtension
 if TYPE_CHECKING:
     from kinolab.steering.goal_connection import SteeredGoalConnection
 
-STEPS = "goal_connection_propagations"  # the statistic that counts steps
 STEPS_PER_TREE_STEP = 3.0  # of a goal connection, which checks nothing: they take as long as one
 
 
@@ -97,6 +96,7 @@ class GoalConnections:
         self._period = self.due = period or math.inf
         self._generator = np.random.default_rng(seed)
         self.statistics: Mapping[str, float] = {}  # none before the first attempt
+        self._propagations = 0
 
     @cached_property
     def _connection(self) -> SteeredGoalConnection:
@@ -113,12 +113,13 @@ class GoalConnections:
         if self.due > 0:
             return None
         self.due = self._period
-        if STEPS_PER_TREE_STEP * tree.steps_made < self.statistics.get(STEPS, 0.0):
+        if STEPS_PER_TREE_STEP * tree.steps_made < self._propagations:
             return None
         node = int(self._generator.integers(tree.nodes.size[0]))
         x = tree.nodes.x[node]
         found = self._connection.connect(x.tolist(), self._problem.goal_excess(x))
         self.statistics = self._connection.statistics
+        self._propagations = self._connection.propagations
         if not found:
             return None
         return np.concatenate([controls_to(tree.nodes, node), self._connection.inputs])

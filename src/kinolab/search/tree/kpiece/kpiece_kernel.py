@@ -18,7 +18,7 @@ from kinolab.numerics.jit import kernel
 from kinolab.numerics.rng import below, uniform
 from kinolab.search.tree.kpiece.cost_to_go import cell_at
 from kinolab.search.tree.kpiece.kpiece_grid import choose, clear_cells, holds, key_of, put, rate
-from kinolab.search.tree.lanes import draw_lanes
+from kinolab.search.tree.lanes import draw_lanes, hold_best_lane
 from kinolab.search.tree.limits import keeps_limits
 from kinolab.search.tree.problem_arrays import goal_violation, sample_control
 from kinolab.search.tree.tree import (
@@ -147,21 +147,17 @@ def propagate_in_lanes(  # type: ignore[no-untyped-def]
         search, tree, grid: ``SearchState``, ``Tree`` and ``CostToGoGrid``.
         parent, min_steps, max_steps, control_samples: As ``propagate`` takes them.
     """
-    lanes, least, longest = tree.lanes, math.inf, 0
+    least, longest = math.inf, np.int64(0)
     for first in range(0, control_samples, LANES):
         inputs = min(LANES, control_samples - first)
         most = draw_lanes(search, tree, parent, inputs, min_steps, max_steps)
-        lead_lanes(search, tree, grid, inputs, most)
-        for lane in range(inputs):
-            if first + lane == 0 or lanes.least[lane] < least:
-                least, longest = lanes.least[lane], max(lanes.best[lane], min_steps)
-                for i in range(tree.held.shape[0]):
-                    tree.held[i] = lanes.held[i, lane]
-    return longest
+        cost_to_go_in_lanes(search, tree, grid, inputs, most)
+        least, longest = hold_best_lane(tree, inputs, least, longest)
+    return max(longest, min_steps)
 
 
 @kernel
-def lead_lanes(search, tree, grid, inputs, most):  # type: ignore[no-untyped-def]
+def cost_to_go_in_lanes(search, tree, grid, inputs, most):  # type: ignore[no-untyped-def]
     """Set the least cost to go along the input of every lane, and the step that attains it.
 
     Args:

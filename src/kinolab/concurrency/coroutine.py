@@ -1,6 +1,10 @@
-"""Long work that takes turns with other work: a thread that goes on only while it is waited for.
+"""A coroutine made of a thread, which goes on only while it is waited for.
 
-Only one of the two runs at any time, so that what comes of both does not depend on their speeds.
+It and its caller never run at the same time, so that what comes of both does not depend on how
+fast they are. Unlike a generator, it may be left from any depth of its calls.
+
+Source: Conway, Design of a separable transition-diagram compiler, Communications of the ACM 6(7),
+1963.
 """
 
 from __future__ import annotations
@@ -13,8 +17,8 @@ from typing import Generic, TypeVar
 T = TypeVar("T")
 
 
-class Turns(Generic[T]):
-    """Work that may be left and gone on with wherever it calls ``pause``.
+class Coroutine(Generic[T]):
+    """Work that can be left wherever it calls ``suspend``, and resumed there.
 
     Args:
         work: Done in a thread of its own; here and at once, where the system has no thread left.
@@ -35,8 +39,8 @@ class Turns(Generic[T]):
         except RuntimeError:
             self._thread = None
 
-    def advance(self) -> bool:
-        """Let the work go on to its next pause or its end; say whether that is its end."""
+    def resume(self) -> bool:
+        """Let the work go on until it suspends itself or ends; say whether it is over."""
         if self._thread is None:
             self._do()
         if not self._over:
@@ -55,17 +59,19 @@ class Turns(Generic[T]):
             raise self._error
         return self._result[0]
 
-    def pause(self) -> bool:
-        """Wait for the next turn, if called by the work; say whether there will be none."""
+    def suspend(self) -> bool:
+        """Wait to be resumed, if called by the work; say whether it is to end instead."""
         if threading.current_thread() is self._thread and not self._closed:
             self._back.release()
             self._turn.acquire()
         return self._closed
 
     def close(self) -> None:
-        """Give the work no further turn; it is told so by ``pause``, and ends when it likes."""
+        """Tell the work by ``suspend`` that it is to end, and wait until it has."""
         self._closed = True
         self._turn.release()
+        if self._thread is not None:
+            self._thread.join()
 
     def _run(self) -> None:
         self._turn.acquire()
