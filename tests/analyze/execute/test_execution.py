@@ -284,7 +284,7 @@ def test_a_perfect_machine_repeats_its_plan_at_whatever_step_it_was_searched(
     growth of errors along a swing-up.
     """
     problem = kinolab.load(written(tmp_path, furuta(), FURUTA))
-    trajectory = problem.solve(planner="rrt_fast", seed=seed, max_iterations=400_000).trajectory
+    trajectory = problem.solve(planner="auto", seed=seed, max_iterations=400_000).trajectory
     assert trajectory is not None
     for conditions in (Conditions(), Conditions(tracked=False)):
         (one,) = execute(problem, trajectory, conditions, runs=1).runs
