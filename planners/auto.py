@@ -13,7 +13,7 @@ from kinolab.concurrency.cancel import CancelledError
 from kinolab.concurrency.coroutine import Coroutine
 from kinolab.errors import InputError
 from kinolab.numerics.arrays import Array
-from kinolab.numerics.work import WorkClock, counted_work
+from kinolab.numerics.work import WorkClock, charge, counted_work
 from kinolab.planners.kpiece_fast import KPIECEFast
 from kinolab.planners.rrt_fast import RRTFast
 from kinolab.problem import PlanningTask
@@ -41,7 +41,7 @@ MEMBERS: tuple[type[AbstractCompiledPlanner], ...] = (KPIECEFast, RRTFast)
 @final
 @dataclass(frozen=True, kw_only=True)
 class Auto(AbstractCompiledPlanner):
-    """A portfolio: kpiece_fast and rrt_fast take turns, with guesses of shooting in between.
+    """A portfolio: kpiece_fast and rrt_fast take turns, with guesses of shooting beside them.
 
     The first solves nearly all our benchmarks; the second is not misled by cells; optimised guesses
     solve machines that swing and fly. If the inputs accelerate a rolling machine along all that its
@@ -70,7 +70,10 @@ class Auto(AbstractCompiledPlanner):
 
 
 class _Multistart:
-    """Trajectory optimisation from guesses, interleaved with the trees.
+    """Trajectory optimisation from guesses, in a thread beside the trees.
+
+    Turns of both end by counts, of work and of steps, so that what comes of them does not depend on
+    how fast they are, nor on the number of processors.
 
     Args:
         problem: The planning problem.
@@ -90,8 +93,10 @@ class _Multistart:
         self._problem, self._seed, self._budget = problem, seed, budget
         self._count = 0
         self._guess: Coroutine[GuessResult] | None = None
-        self._clock, self._paid = WorkClock(), 0.0  # of all guesses; until the last turn's end
-        self._iterations, self._steps_due = 0, 0.0
+        self._clock, self._paid = WorkClock(), 0.0  # of the guess; until the last turn's end
+        self._turn = WORK_PER_TURN  # [s] of work that the guess may do in this turn
+        self._iterations = 0
+        self._steps_paid = self._steps_due = 0.0  # of the trees: for all turns, until the next one
         self._step_seconds = step_seconds(problem)
 
     @cached_property
@@ -127,25 +132,28 @@ class _Multistart:
         return self._problem, GUESS_KNOTS, self._seed, self._stop, budget.below
 
     def _stop(self) -> bool:
-        """Leave the turn to the trees when it is over; say whether the search is, too."""
-        over = self._clock.seconds - self._paid >= WORK_PER_TURN
-        ended = bool(over and self._guess and self._guess.suspend())
+        """End the turn of the guess when it is over; say whether the search is, too."""
+        guess = self._guess
+        over = self._clock.seconds - self._paid >= self._turn
+        ended = guess is not None and (guess.suspend() if over else guess.closed)
         return ended or self._budget.expired()
 
     def advance(self, iterations: int, tree: AbstractTreeExtension) -> Array | None:
-        """Go on with a guess if due; return inputs (N, nu) into the goal, or None."""
+        """End a turn of a guess and begin the next, if due; return inputs (N, nu), or None."""
         self._iterations += iterations
         self.due -= iterations
         if self.due > 0 or self._waits_for(tree):
             return None
-        if self._guess is None:
-            self._guess = Coroutine(partial(self._counted, self._next()))
-        guess = self._guess
-        over = guess.resume()
+        found = None if self._guess is None else self._end_turn(self._guess, tree)
+        self._begin_turn(tree)
+        return found
+
+    def _end_turn(self, guess: Coroutine[GuessResult], tree: AbstractTreeExtension) -> Array | None:
+        """Wait for the end of a turn; return the guess's inputs if it leads into the goal."""
+        over = guess.wait()
         spent, self._paid = self._clock.seconds - self._paid, self._clock.seconds
-        share = 1.0 if tree.steps_made * self._step_seconds <= EVEN_WORK else LATER_SHARE
-        self._steps_due = tree.steps_made + share * spent / self._step_seconds
-        self._waits_for(tree)
+        charge(spent)
+        self._steps_paid += self._share(tree) * spent / self._step_seconds
         if not over:
             return None
         self._guess = None
@@ -155,6 +163,25 @@ class _Multistart:
             return None
         self._count += 1
         return None if motion is None else motion.u
+
+    def _begin_turn(self, tree: AbstractTreeExtension) -> None:
+        """Let the guess, or the next one, go on beside the trees.
+
+        They are due when the trees have made the steps of all turns so far, and of a short one.
+        The guess may take as long as that takes them, so that neither waits for the other.
+        """
+        if self._guess is None:
+            self._guess = Coroutine(partial(self._counted, self._next()))
+        self._steps_paid = max(self._steps_paid, tree.steps_made)
+        short = self._share(tree) * WORK_PER_TURN / self._step_seconds
+        self._steps_due = self._steps_paid + short
+        self._turn = max(WORK_PER_TURN, (self._steps_due - tree.steps_made) * self._step_seconds)
+        self._guess.resume()
+        self._waits_for(tree)
+
+    def _share(self, tree: AbstractTreeExtension) -> float:
+        """Return the work of trees for that of guesses."""
+        return 1.0 if tree.steps_made * self._step_seconds <= EVEN_WORK else LATER_SHARE
 
     def _waits_for(self, tree: AbstractTreeExtension) -> bool:
         """Say whether the trees are to make more steps first, and set when to ask again."""
@@ -168,7 +195,7 @@ class _Multistart:
             self._guess.close()
 
     def _counted(self, guess: Callable[[], GuessResult]) -> GuessResult:
-        with counted_work() as clock:
+        with counted_work(apart=True) as clock:
             self._clock, self._paid = clock, 0.0
             return guess()
 

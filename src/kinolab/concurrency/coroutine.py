@@ -1,7 +1,8 @@
-"""A coroutine made of a thread, which goes on only while it is waited for.
+"""A coroutine made of a thread, which goes on only when it is told to.
 
-It and its caller never run at the same time, so that what comes of both does not depend on how
-fast they are. Unlike a generator, it may be left from any depth of its calls.
+Its caller may do something else meanwhile, and then waits until it has suspended itself: what comes
+of both does not depend on how fast they are, as long as neither looks at what the other one is
+doing. Unlike a generator, it may be left from any depth of its calls.
 
 Source: Conway, Design of a separable transition-diagram compiler, Communications of the ACM 6(7),
 1963.
@@ -22,6 +23,9 @@ class Coroutine(Generic[T]):
 
     Args:
         work: Done in a thread of its own; here and at once, where the system has no thread left.
+
+    Attributes:
+        closed: Whether the work is to end.
     """
 
     def __init__(self, work: Callable[[], T]) -> None:
@@ -29,7 +33,8 @@ class Coroutine(Generic[T]):
         self._turn, self._back = threading.Semaphore(0), threading.Semaphore(0)
         self._result: list[T] = []
         self._error: BaseException | None = None
-        self._over = self._closed = False
+        self._over = self._going = False
+        self.closed = False
         run = contextvars.copy_context().run  # what is counted here is counted there, too
         self._thread: threading.Thread | None = threading.Thread(
             target=run, args=(self._run,), daemon=True
@@ -39,13 +44,19 @@ class Coroutine(Generic[T]):
         except RuntimeError:
             self._thread = None
 
-    def resume(self) -> bool:
-        """Let the work go on until it suspends itself or ends; say whether it is over."""
-        if self._thread is None:
+    def resume(self) -> None:
+        """Let the work go on until it suspends itself or ends, unless it is over."""
+        if self._thread is None and not self._over:
             self._do()
         if not self._over:
+            self._going = True
             self._turn.release()
+
+    def wait(self) -> bool:
+        """Wait until the work has suspended itself or ended; say whether it is over."""
+        if self._going:
             self._back.acquire()
+            self._going = False
         return self._over
 
     @property
@@ -61,21 +72,21 @@ class Coroutine(Generic[T]):
 
     def suspend(self) -> bool:
         """Wait to be resumed, if called by the work; say whether it is to end instead."""
-        if threading.current_thread() is self._thread and not self._closed:
+        if threading.current_thread() is self._thread and not self.closed:
             self._back.release()
             self._turn.acquire()
-        return self._closed
+        return self.closed
 
     def close(self) -> None:
         """Tell the work by ``suspend`` that it is to end, and wait until it has."""
-        self._closed = True
+        self.closed = True
         self._turn.release()
         if self._thread is not None:
             self._thread.join()
 
     def _run(self) -> None:
         self._turn.acquire()
-        if not self._closed:
+        if not self.closed:
             self._do()
         self._back.release()
 

@@ -29,10 +29,15 @@ _running: ContextVar[tuple[WorkClock, ...]] = ContextVar("running", default=())
 
 
 @contextmanager
-def counted_work() -> Iterator[WorkClock]:
-    """Count the work done inside the context, in this thread."""
+def counted_work(*, apart: bool = False) -> Iterator[WorkClock]:
+    """Count the work done inside the context, in this thread.
+
+    Args:
+        apart: Whether clocks that run already do not count it. They belong to another thread, which
+            charges it when it has waited for this one: sums depend on their order.
+    """
     clock = WorkClock()
-    before = _running.set((*_running.get(), clock))
+    before = _running.set((*(() if apart else _running.get()), clock))
     try:
         yield clock
     finally:
