@@ -19,7 +19,7 @@ from kinolab.numerics.compiling import compilation
 from kinolab.numerics.work import charge, counted_work
 from kinolab.problem import PlanningTask
 from kinolab.search import AbstractPlanner, Budget
-from kinolab.solve.attempt import judging, motion
+from kinolab.solve.attempt import MIN_SEARCH_WORK, judging, motion
 from kinolab.solve.plan import CENTRE_TOLERANCE, REFUSED, Improvement, PlanResult, Request, stream
 from kinolab.trajectory import Trajectory
 from kinolab.verification import verify
@@ -42,9 +42,10 @@ PATIENCE = 8.0  # times as many seconds by the clock may the improvement take, o
 VERIFICATION_SECONDS = 2e-4  # [s] for each knot, as ``charge`` counts it
 # Further searches may each take this many times the first one's iterations, and some more.
 SEARCH_FACTOR, MORE_ITERATIONS = 2, 200
-# Before a motion is improved, so many searches are made at most, begun within this fraction of the
-# work, or so many seconds; the last one, whose guesses may take long, ends after twice as much.
-FIRST_SEARCHES, FIRST_FRACTION, FIRST_SECONDS = 4, 0.25, 1.0
+# Before a motion is improved, so many searches are made, as far as this fraction of the work pays
+# for them: fewer than some are not worth it. Each ends after twice what it should take, since
+# guesses may take long.
+FIRST_SEARCHES, LEAST_FIRST_SEARCHES, FIRST_FRACTION, FIRST_FACTOR = 4, 3, 0.15, 2.0
 
 
 @dataclass
@@ -314,23 +315,18 @@ class PlanImprover:
         Improvement keeps the way on which a motion goes, and hardly makes a detour several times as
         long as another way shorter than that one.
         """
-        shortest = first
-        first_part = min(FIRST_FRACTION * remaining.unspent, FIRST_SECONDS)
-        begin, end = (
-            Budget(seconds, clock=remaining.clock, cancelled=remaining.cancelled)
-            for seconds in (first_part, 2 * first_part)
-        )
-        for k in range(1, FIRST_SEARCHES + 1):
-            if begin.over or begin.unspent < incumbent.best.search_work:
-                break
+        shortest, work = first, max(incumbent.best.search_work, MIN_SEARCH_WORK)
+        count = min(FIRST_SEARCHES, int(FIRST_FRACTION * remaining.unspent / work))
+        if count < LEAST_FIRST_SEARCHES:
+            return first, 0
+        for k in range(1, count + 1):
+            end = Budget(FIRST_FACTOR * work, clock=remaining.clock, cancelled=remaining.cancelled)
             found = self._searched(incumbent, k, end, shortest.duration)
             if found is not None and found.duration < shortest.duration:
                 shortest = found
-        else:
-            k = FIRST_SEARCHES + 1
         if shortest is not first and not incumbent.take(shortest, "search"):
             shortest = first
-        return shortest, k - 1
+        return shortest, count
 
     def _searched(
         self, incumbent: Incumbent, k: int, remaining: Budget, below: float
