@@ -48,6 +48,7 @@ MOST_ALIKE = 3  # inputs kept of one bug
 MUCH = 2**28  # [bytes] by which no small input may make a process grow
 MOST_KEPT = 3000  # inputs of a target that the engine of our own goes on from
 PARSERS = ["trimesh.exchange"]  # of others, which are seen from inside like kinolab
+COMPILED_ELSEWHERE = "kinolab.dynamics.codegen.state_space"
 OPTIONS = ("-timeout=1000000", "-handle_alrm=0", "-rss_limit_mb=0", "-max_len=60000")
 
 
@@ -241,13 +242,17 @@ def _packages(name: str) -> tuple[str, ...]:
 
 
 def _compiled() -> list[str]:
-    """Return modules whose bytecode becomes machine code, and must stay as it is."""
+    """Return modules whose bytecode becomes machine code, and must stay as it is.
+
+    They compile functions of their own, or one of them is compiled elsewhere.
+    """
     source = ROOT / "src"
-    return [
+    own = [
         ".".join(path.relative_to(source).with_suffix("").parts)
         for path in (source / "kinolab").rglob("*.py")
         if "kinolab.numerics.jit" in path.read_text(encoding="utf-8")
     ]
+    return [*own, COMPILED_ELSEWHERE]
 
 
 def _parts() -> list[str]:

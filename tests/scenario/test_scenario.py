@@ -445,6 +445,8 @@ def test_overrides_count_entries_from_one_and_the_later_one_wins() -> None:
         ("title=[1,", "[1, is not a TOML value."),
         ("title", "there is no '=' in it."),
         ("=1", "what stands before '=' is not a dotted key."),
+        ("# a=1", "what stands before '=' is not a dotted key."),
+        ("[a] # b=1", "what stands before '=' is not a dotted key."),
         ("a..b=1", "what stands before '=' is not a dotted key."),
         ("a\nb=1", "what stands before '=' is not a dotted key."),
         ("start.x=1\n[goal]", "is text, not a number."),

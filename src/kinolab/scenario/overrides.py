@@ -90,6 +90,8 @@ def _keys(text: str) -> list[str] | None:
     table = _toml(f"{text} = 0") if "\n" not in text and "\r" not in text else None
     keys: list[str] = []
     while isinstance(table, dict):
+        if not table:  # the rest was a comment
+            return None
         key, table = next(iter(table.items()))
         keys.append(key)
     return keys or None
