@@ -405,3 +405,26 @@ def test_the_comparison_says_what_is_missing_and_how_to_get_it(tmp_path: Any) ->
     assert skipped == "skipped: kinolab has no planner no"
     assert missing == "cmake is missing, without which OMPL in C++ cannot be built."
     assert install.startswith("Install: apt-get install -y cmake g++ libompl-dev libfcl-dev")
+
+
+def study_row(scenario: str, duration: float | None, fixed: str = "{}") -> dict[str, Any]:
+    """A row of a study: a plan of that duration [s], or none."""
+    found = duration is not None
+    return {
+        "scenario": scenario, "fixed": fixed, "solved": found, "checked": found or None,
+        "duration": duration, "goal_distance": 1e-9 if found else 3.0, "wall": 2.0,
+    }  # fmt: skip
+
+
+def test_durations_are_compared_with_the_best_of_all_runs() -> None:
+    """What found nothing is longer than everything; long runs only tell what is best."""
+    rows = [
+        study_row("maze", 11.2),
+        study_row("maze", None),
+        study_row("maze", 10.9),
+        study_row("maze", 12.0),
+    ]
+    rows += [study_row("crane", 5.0), study_row("maze", 10.0, '{"planner.improve": 90.0}')]
+    lines = run_path(str(ROOT / "benchmarks" / "durations.py"))["table"](rows).splitlines()
+    assert lines[2].startswith("| crane | 1/1 | 1/1 | 1/1 | 5.00 | 5.00 | 5.00 | 5.00 | 1/1 |")
+    assert lines[3] == "| maze | 3/4 | 3/3 | 3/3 | 10.90 | 11.60 | inf | 10.00 | 1/4 | 2.0 |"
