@@ -36,7 +36,7 @@ def table(rows: Sequence[Row]) -> str:
 
 def _cells(rows: Sequence[Row]) -> Iterator[str]:
     """Yield the figures of one scenario; a plan that is not there is longer than all others."""
-    own = [row for row in rows if not json.loads(row["fixed"] or "{}")]
+    own = [row for row in rows if not json.loads(row["settings"])]
     solved = [row for row in own if row["solved"]]
     found = [row["duration"] if row["solved"] else float("inf") for row in own]
     best = min(row["duration"] for row in rows if row["solved"])

@@ -23,6 +23,7 @@ from kinolab.search.tree import (
     AbstractTreeExtension,
     SearchState,
     SubSearch,
+    step_seconds,
 )
 
 if TYPE_CHECKING:
@@ -207,18 +208,6 @@ class _Multistart:
         if self._count % 3 and self._kinematic is not None:
             return self._kinematic.next
         return self._multistart.next
-
-
-def step_seconds(problem: PlanningTask) -> float:
-    """Return what a step in a tree takes on an idle computer with all that belongs to it, in [s].
-
-    Fitted to the scenarios that come with kinolab (one core of an AMD EPYC); it holds within a
-    factor of two for most, and of four for all of them.
-    """
-    substeps = problem.scenario.integration.substeps
-    evaluations = substeps * (2 if problem.machine.requirements else 1)
-    shapes = sum(len(body.shapes) for body in problem.bodies) + len(problem.cables)
-    return 1e-6 + 6e-9 * problem.model.operations * evaluations + 5e-7 * shapes
 
 
 class _Portfolio(AbstractTreeExtension):

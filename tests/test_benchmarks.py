@@ -407,11 +407,11 @@ def test_the_comparison_says_what_is_missing_and_how_to_get_it(tmp_path: Any) ->
     assert install.startswith("Install: apt-get install -y cmake g++ libompl-dev libfcl-dev")
 
 
-def study_row(scenario: str, duration: float | None, fixed: str = "{}") -> dict[str, Any]:
+def study_row(scenario: str, duration: float | None, settings: str = "{}") -> dict[str, Any]:
     """A row of a study: a plan of that duration [s], or none."""
     found = duration is not None
     return {
-        "scenario": scenario, "fixed": fixed, "solved": found, "checked": found or None,
+        "scenario": scenario, "settings": settings, "solved": found, "checked": found or None,
         "duration": duration, "goal_distance": 1e-9 if found else 3.0, "wall": 2.0,
     }  # fmt: skip
 

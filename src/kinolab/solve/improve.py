@@ -332,11 +332,12 @@ class PlanImprover:
         self, incumbent: Incumbent, k: int, remaining: Budget, below: float
     ) -> Trajectory | None:
         """Search with the k-th further seed for a motion shorter than a duration in [s]."""
-        most = SEARCH_FACTOR * incumbent.best.iterations + MORE_ITERATIONS
-        affordable = int(remaining.unspent / self.searcher.work_per_iteration)
+        best = incumbent.best
+        most = SEARCH_FACTOR * best.iterations + MORE_ITERATIONS
+        each = max(best.search_work, MIN_SEARCH_WORK) / max(best.iterations, 1)
         budget = Budget(
             PATIENCE * self._seconds,
-            min(most, affordable),
+            min(most, int(remaining.unspent / each)),
             improve=0.0,
             below=below,
             cancelled=remaining.expired,  # guesses are work, too

@@ -5,6 +5,7 @@ for all problems and cached on disk. Nothing is allocated per iteration.
 """
 
 from kinolab.search.tree.compiled_planner import AbstractCompiledPlanner
+from kinolab.search.tree.step_work import step_seconds
 from kinolab.search.tree.sub_searches import SubSearch
 from kinolab.search.tree.tree_extension import (
     UNBOUNDED_STEPS,
@@ -20,4 +21,5 @@ __all__ = [
     "SearchState",
     "SubSearch",
     "search_state",
+    "step_seconds",
 ]

@@ -11,12 +11,14 @@ from typing import ClassVar
 
 import numpy as np
 
+from kinolab.numerics.work import charge
 from kinolab.problem import PlanningTask
 from kinolab.search.budget import Budget
 from kinolab.search.planner import AbstractTreeSearch, setting, with_default
 from kinolab.search.result import Outcome, SearchResult
 from kinolab.search.tree.anytime import IncumbentImprovement
 from kinolab.search.tree.rejection_sources import rejection_sources
+from kinolab.search.tree.step_work import step_seconds
 from kinolab.search.tree.sub_searches import GoalConnections, InterleavedSearches, SubSearch
 from kinolab.search.tree.time_slices import TimeSlices
 from kinolab.search.tree.tree import FULL, REACHED, controls_to, nearer, step_counts
@@ -32,7 +34,7 @@ class AbstractCompiledPlanner(AbstractTreeSearch):
     """A planner whose whole loop is compiled, once for all machines."""
 
     in_threads: ClassVar[bool] = True
-    work_per_iteration: ClassVar[float] = 1.5e-4
+    work_per_iteration: ClassVar[float] = 2e-6  # but for its steps, which are charged
 
     control_samples: int = setting(
         1, 1, 1000, meaning="Inputs that are compared before one is held."
@@ -101,6 +103,7 @@ class AbstractCompiledPlanner(AbstractTreeSearch):
                     approach = nearer(tree.nodes, tree.best, *approach)
                     slices.begin_round()
                     tree.begin()
+        charge(step_seconds(problem) * tree.steps_made)
         u, outcome = best.u, Outcome.SOLVED
         if u is None:
             u = nearer(tree.nodes, tree.best, *approach)[1]
