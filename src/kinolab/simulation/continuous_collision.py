@@ -16,6 +16,7 @@ RANDOM_STATES = 20  # at which bodies' heights are compared
 SAFETY_FACTOR = 1.1  # on speeds at both ends of a step, for those in between
 MAX_DOUBLINGS = 7  # levels, each checking segments twice as long as the one before
 SUBDIVISIONS = 4  # of a segment whose check fails
+MOST_CHECKS = 1_000_000  # at the finest level; a step of more, such as one of years, is refused
 
 
 class ContinuousCollisionCheck:
@@ -51,7 +52,7 @@ class ContinuousCollisionCheck:
 
     def free_within(self, duration: float, speed: float) -> bool:
         """Check the step just made, its end first; ``speed`` bounds all points, in [m/s]."""
-        if not self.free():
+        if not speed * duration <= MOST_CHECKS * self._resolution or not self.free():
             return False
         return self._free_between(0.0, duration, speed)
 
