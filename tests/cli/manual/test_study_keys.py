@@ -17,7 +17,12 @@ from tests.support import ROOT
 
 PAGE = studies_page()
 STUDIES = sorted((ROOT / "benchmarks" / "studies").glob("*.toml"))
-RUNS = {"goal_bias": 2 * 5 * 20, "gallery": 18 * 10, "matrix": (5 * 4 + 2 * 3 + 4 + 4 * 2) * 5}
+RUNS = {
+    "durations": 18 * 10 + 17,
+    "goal_bias": 2 * 5 * 20,
+    "gallery": 18 * 10,
+    "matrix": (5 * 4 + 2 * 3 + 4 + 4 * 2) * 5,
+}
 
 
 @pytest.mark.parametrize("name", ["Study", "Limits", "NamedPlanner", "Sobol", "Range"])
