@@ -16,6 +16,8 @@ from pathlib import Path
 from statistics import median
 from typing import Any
 
+from kinolab.studies.journal import first_rows, read_rows
+
 NEAR = 1.1  # times the best duration
 EXACT = 1e-6  # goal distance in SI units below which a plan ends in the goal's centre
 HEADINGS = (
@@ -39,12 +41,12 @@ def _cells(rows: Sequence[Row]) -> Iterator[str]:
     own = [row for row in rows if not json.loads(row["settings"])]
     solved = [row for row in own if row["solved"]]
     found = [row["duration"] if row["solved"] else float("inf") for row in own]
-    best = min(row["duration"] for row in rows if row["solved"])
+    best = min((row["duration"] for row in rows if row["solved"]), default=float("inf"))
     yield f"{len(solved)}/{len(own)}"
     yield f"{sum(row['checked'] is True for row in solved)}/{len(solved)}"
     yield f"{sum(row['goal_distance'] < EXACT for row in solved)}/{len(solved)}"
     yield from (f"{figure:.2f}" for figure in (min(found), median(found), max(found), best))
-    yield f"{sum(duration <= NEAR * best for duration in found)}/{len(own)}"
+    yield f"{sum(row['duration'] <= NEAR * best for row in solved)}/{len(own)}"
     yield f"{median(row['wall'] for row in own):.1f}"
 
 
@@ -52,8 +54,7 @@ def main() -> None:
     """Print the table of a study."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("study", type=Path, help="folder of the study")
-    lines = (parser.parse_args().study / "rows.jsonl").read_text(encoding="utf-8").splitlines()
-    print(table([json.loads(line) for line in lines]))
+    print(table(first_rows(read_rows(parser.parse_args().study))))
 
 
 if __name__ == "__main__":

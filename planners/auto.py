@@ -146,7 +146,8 @@ class _Multistart:
         if self.due > 0 or self._waits_for(tree):
             return None
         found = None if self._guess is None else self._end_turn(self._guess, tree)
-        self._begin_turn(tree)
+        if found is None:
+            self._begin_turn(tree)
         return found
 
     def _end_turn(self, guess: Coroutine[GuessResult], tree: AbstractTreeExtension) -> Array | None:

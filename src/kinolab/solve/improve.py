@@ -72,6 +72,11 @@ class Incumbent:
     work: Callable[[], float] = lambda: 0.0
     gains: list[tuple[float, float]] = field(default_factory=list)
 
+    @property
+    def search_work(self) -> float:
+        """What a search like that of the best plan takes on an idle computer, in [s]."""
+        return max(self.best.search_work, MIN_SEARCH_WORK)
+
     def cancelled(self) -> bool:
         """Say whether the user has interrupted or the search was abandoned."""
         return self.budget.interrupted or self.budget.abandoned
@@ -315,26 +320,26 @@ class PlanImprover:
         Improvement keeps the way on which a motion goes, and hardly makes a detour several times as
         long as another way shorter than that one.
         """
-        shortest, work = first, max(incumbent.best.search_work, MIN_SEARCH_WORK)
-        count = min(FIRST_SEARCHES, int(FIRST_FRACTION * remaining.unspent / work))
-        if count < LEAST_FIRST_SEARCHES:
+        shortest, work = first, incumbent.search_work
+        searches = min(FIRST_SEARCHES, int(FIRST_FRACTION * remaining.unspent / work))
+        if searches < LEAST_FIRST_SEARCHES:
             return first, 0
-        for k in range(1, count + 1):
+        for k in range(1, searches + 1):
             end = Budget(FIRST_FACTOR * work, clock=remaining.clock, cancelled=remaining.cancelled)
             found = self._searched(incumbent, k, end, shortest.duration)
             if found is not None and found.duration < shortest.duration:
                 shortest = found
         if shortest is not first and not incumbent.take(shortest, "search"):
             shortest = first
-        return shortest, count
+        return shortest, searches
 
     def _searched(
         self, incumbent: Incumbent, k: int, remaining: Budget, below: float
     ) -> Trajectory | None:
         """Search with the k-th further seed for a motion shorter than a duration in [s]."""
-        best = incumbent.best
-        most = SEARCH_FACTOR * best.iterations + MORE_ITERATIONS
-        each = max(best.search_work, MIN_SEARCH_WORK) / max(best.iterations, 1)
+        iterations = incumbent.best.iterations
+        most = SEARCH_FACTOR * iterations + MORE_ITERATIONS
+        each = incumbent.search_work / max(iterations, 1)
         budget = Budget(
             PATIENCE * self._seconds,
             min(most, int(remaining.unspent / each)),
@@ -362,7 +367,7 @@ class PlanImprover:
         """
         last = first
         for k in count(made + 1):
-            dear = remaining.unspent < incumbent.best.search_work
+            dear = remaining.unspent < incumbent.search_work
             if remaining.over or dear or incumbent.cancelled():
                 self._unfinished = not incumbent.cancelled()
                 return k - 1
