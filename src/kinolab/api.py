@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any, Literal, Self
 
 import numpy as np
 
@@ -199,7 +199,7 @@ class Problem(PlanningTask):
         time_limit: float | None = None,
         *,
         max_iterations: int | None = None,
-        improve: float | None = None,
+        improve: float | Literal["auto"] | None = None,
         jobs: int = 1,
         anytime: bool = False,
         optimize: bool = True,
@@ -214,7 +214,7 @@ class Problem(PlanningTask):
             time_limit: Of the search, in [s]; the scenario's when left out.
             max_iterations: Of the search; the scenario's when left out.
             improve: Work on making the motion exact and shorter, in [s]; the scenario's when left
-                out, 0 for none.
+                out, 0 for none, ``"auto"`` for more where the motion is long.
             jobs: Number of searches at once, each with a seed of its own; the first plan wins.
             anytime: Whether to go on with further seeds until the time limit; the shortest wins.
             optimize: Whether to make the motion exact and shorter at all; without it a planner may

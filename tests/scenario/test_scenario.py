@@ -27,6 +27,7 @@ from kinolab.scenario import (
     axis_vector,
     builtin_scenarios,
     check_names,
+    improvement_seconds,
     load_scenario,
     write_scenario,
 )
@@ -70,7 +71,8 @@ def test_defaults_are_those_that_the_documentation_promises() -> None:
     integration, planner, render = scenario.integration, scenario.planner, scenario.render
     assert (integration.method, integration.step, integration.truth) == ("rk4", 0.05, "continuous")
     assert (planner.name, planner.time_limit, planner.seed) == ("auto", 30.0, 1)
-    assert (planner.max_iterations, planner.improve) == (None, 2.0)
+    assert (planner.max_iterations, planner.improve) == (None, "auto")
+    assert improvement_seconds(planner.improve) == 2.0
     assert (render.view, render.speed, render.size) == ("perspective", 1.0, (800, 600))
 
 
@@ -536,7 +538,7 @@ def test_a_written_scenario_has_every_default() -> None:
         '[goal]\nx = 1.0\ntolerance = 0.1\nnorm = "max"\nat_rest = false\nreserve = 0.0\n\n'
         '[integration]\nmethod = "rk4"\nstep = 0.05\nsubsteps = 1\ntruth = "continuous"\n\n'
         '[planner]\nweights = { x = 2 }\nname = "auto"\ntime_limit = 30.0\nseed = 1\n'
-        'improve = 2.0\n\n[render]\nview = "perspective"\nfollow = false\n'
+        'improve = "auto"\n\n[render]\nview = "perspective"\nfollow = false\n'
         'setting = "studio"\nspeed = 1.0\nsize = [800, 600]\n'
         "magnify = true\n"
     )

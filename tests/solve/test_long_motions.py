@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 import pytest
@@ -21,11 +22,13 @@ from tests.support import OPEN, problem_of
         (600, "", None, 6.0),
         (5000, "", None, 10.0),
         (600, "planner.improve=2.0", None, 2.0),
+        (600, 'planner.improve="auto"', None, 6.0),
         (600, "", 3.0, 3.0),
+        (600, "planner.improve=2.0", "auto", 6.0),
     ],
 )
 def test_the_work_grows_with_the_way_where_nobody_says_how_much(
-    steps: int, said: str, asked: float | None, expected: float, tmp_path: Path
+    steps: int, said: str, asked: float | Literal["auto"] | None, expected: float, tmp_path: Path
 ) -> None:
     problem = problem_of(tmp_path, OPEN.replace("improve = 0\n", ""), *([said] if said else []))
     planner = make_planner(problem, None, {})

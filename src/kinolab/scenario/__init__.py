@@ -28,11 +28,13 @@ from kinolab.scenario.schema import (
     WorldSection,
     axis_vector,
 )
+from kinolab.scenario.values import Effort, improvement_seconds
 from kinolab.scenario.write import write_scenario
 
 __all__ = [
     "PLANNER_KEYS",
     "DirectionGoal",
+    "Effort",
     "GoalSection",
     "IntegrationSection",
     "Issue",
@@ -54,6 +56,7 @@ __all__ = [
     "check_angles",
     "check_changed",
     "check_names",
+    "improvement_seconds",
     "load_scenario",
     "mistake_at",
     "override_place",

@@ -271,11 +271,11 @@ class PlannerSection(Section):
     improve: Annotated[
         Effort,
         Meaning(
-            "Work on making a motion exact and shorter, on an idle computer; 0: none. Left out, "
-            "a motion of more than 200 steps gets more, up to five times as much.",
+            'Work on making a motion exact and shorter, on an idle computer; 0: none. "auto": '
+            "2 s, and for a motion of more than 200 steps more, up to 10 s.",
             "s",
         ),
-    ] = 2.0
+    ] = "auto"
 
     @property
     def settings(self) -> dict[str, Any]:

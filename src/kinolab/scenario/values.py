@@ -30,6 +30,7 @@ MESH_FORMATS = (".dae", ".glb", ".obj", ".off", ".ply", ".stl")
 WHOLE_MAX = 2**63 - 1  # what TOML promises to carry
 SETTING_DEPTH = 8  # tables and lists within each other in a planner's own settings
 
+USUAL_IMPROVEMENT = 2.0  # [s] of work
 NUMBER_TAG, LIST_TAG, NAME_TAG, TABLE_TAG = TAGS = ("<number>", "<list>", "<name>", "<table>")
 
 
@@ -183,6 +184,11 @@ def _number_or_name(value: object) -> str:
     return NAME_TAG if isinstance(value, str) else NUMBER_TAG
 
 
+def improvement_seconds(effort: float | Literal["auto"]) -> float:
+    """Return the work on making a motion of usual length exact and shorter, in [s]."""
+    return USUAL_IMPROVEMENT if effort == "auto" else effort
+
+
 def _name_or_list(value: object) -> str:
     return LIST_TAG if isinstance(value, list | tuple) else NAME_TAG
 
@@ -224,7 +230,11 @@ NumberOrAngle = Annotated[
 Positive = Annotated[float, Field(gt=0), Wanted("a positive number")]
 NotNegative = Annotated[float, Field(ge=0), Wanted("a number that is not negative")]
 Seconds = Annotated[float, Field(gt=0), Wanted("a positive number [s]")]
-Effort = Annotated[float, Field(ge=0), Wanted("a number that is not negative [s]")]
+Effort = Annotated[
+    Annotated[float, Field(ge=0), Tag(NUMBER_TAG)] | Annotated[Literal["auto"], Tag(NAME_TAG)],
+    Discriminator(_number_or_name),
+    Wanted('a number that is not negative [s], or "auto"'),
+]
 Metres = Annotated[float, Field(gt=0), Wanted("a positive number [m]")]
 Angle = Annotated[
     NumberOrAngle, Field(gt=0, le=math.pi), Wanted("a positive number of at most 3.14159 [rad]")

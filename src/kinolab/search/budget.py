@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import TypeVar
+from typing import Literal, TypeVar
 
 from kinolab.concurrency.cancel import CancellationToken, never_cancelled
 from kinolab.search.graph import SearchGraph
@@ -53,7 +53,7 @@ class Budget:
     stage: Callable[[str], None] | None = None
     told: Callable[[str], None] | None = None
     interrupted: bool = False
-    improve: float | None = None
+    improve: float | Literal["auto"] | None = None
     below: float = math.inf
     abandoned: bool = False
     iterations: int = 0

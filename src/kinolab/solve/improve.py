@@ -18,6 +18,7 @@ from kinolab.errors import KinolabError
 from kinolab.numerics.compiling import compilation
 from kinolab.numerics.work import charge, counted_work
 from kinolab.problem import PlanningTask
+from kinolab.scenario import Effort, improvement_seconds
 from kinolab.search import AbstractPlanner, Budget
 from kinolab.solve.attempt import MIN_SEARCH_WORK, judging, motion
 from kinolab.solve.plan import CENTRE_TOLERANCE, REFUSED, Improvement, PlanResult, Request, stream
@@ -203,13 +204,16 @@ class PlanImprover:
 
     @property
     def _seconds(self) -> float:
+        return self._growth * improvement_seconds(self._wanted)
+
+    @property
+    def _wanted(self) -> Effort:
         own = self.request.improve
-        return self._growth * (self.problem.scenario.planner.improve if own is None else own)
+        return self.problem.scenario.planner.improve if own is None else own
 
     def _growth_for(self, found: Trajectory | None) -> float:
         """Return how many times the usual work a motion gets, of which nobody says how much."""
-        said = "improve" in self.problem.scenario.planner.model_fields_set
-        if found is None or said or self.request.improve is not None:
+        if found is None or self._wanted != "auto":
             return 1.0
         steps = found.duration / self.problem.step
         return min(max(steps / SHORT_MOTION, 1.0), MAX_GROWTH)

@@ -8,7 +8,7 @@ from typing import Any
 from kinolab.arguments import require_fit
 from kinolab.errors import InputError, Mistake
 from kinolab.problem import PlanningTask
-from kinolab.scenario import argument_mistakes
+from kinolab.scenario import Effort, argument_mistakes
 from kinolab.search import Budget
 from kinolab.solve.parallel import solve_at_once
 from kinolab.solve.plan import PlanResult, Request, make_planner
@@ -28,7 +28,7 @@ def solve(
     jobs: int = 1,
     anytime: bool = False,
     optimize: bool = True,
-    improve: float | None = None,
+    improve: Effort | None = None,
     contained: bool = False,
     progress: Callable[[int, float], None] | None = None,
     watch: Callable[[Budget], None] | None = None,
@@ -46,7 +46,8 @@ def solve(
         seed: Random seed.
         time_limit: Of the search, in [s].
         max_iterations: Of the search with each seed.
-        improve: Work on making the solution exact and shorter, in [s]; 0 for none.
+        improve: Work on making the solution exact and shorter, in [s]; 0 for none, ``"auto"`` for
+            more where the motion is long.
         jobs: Number of parallel searches, with this seed and the following ones: in threads with a
             compiled planner, else in processes. The first verified plan ends the others.
         anytime: Whether to continue until the time limit with further seeds and keep the verified

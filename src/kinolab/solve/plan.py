@@ -14,6 +14,7 @@ import numpy as np
 from kinolab import planners
 from kinolab.errors import InputError, Mistake
 from kinolab.problem import PlanningTask
+from kinolab.scenario import Effort
 from kinolab.search import AbstractPlanner
 from kinolab.search.graph import SearchGraph
 from kinolab.search.plugins import full_reference
@@ -171,7 +172,7 @@ class Request:
         max_iterations: Of each search, None for no limit.
         anytime: Whether to continue with further seeds until the time limit.
         optimize: Whether to make solutions exact and shorter.
-        improve: Seconds of work for that; None for the scenario's.
+        improve: Seconds of work for that, or ``"auto"``; None for the scenario's.
     """
 
     planner: str | None
@@ -182,7 +183,7 @@ class Request:
     max_iterations: int | None = None
     anytime: bool = False
     optimize: bool = True
-    improve: float | None = None
+    improve: Effort | None = None
 
     def seeds(self) -> Iterator[int]:
         """Yield the seeds to try."""

@@ -239,11 +239,12 @@ def _search(
     """Search and write the result before rendering; return it with its report."""
     from kinolab.concurrency.processors import processors
     from kinolab.runs import write_run
+    from kinolab.scenario import improvement_seconds
     from kinolab.solve import solve
     from kinolab.solve.plan_summary import progress_text
 
     section = problem.scenario.planner
-    optimising = optimize and section.improve > 0
+    optimising = optimize and improvement_seconds(section.improve) > 0
 
     def report(iterations: int, elapsed: float) -> None:
         spent = f"{elapsed:.1f} of {section.time_limit:g} s"

@@ -13,6 +13,7 @@ import numpy as np
 
 from kinolab.numerics.work import charge
 from kinolab.problem import PlanningTask
+from kinolab.scenario import improvement_seconds
 from kinolab.search.budget import Budget
 from kinolab.search.planner import AbstractTreeSearch, setting, with_default
 from kinolab.search.result import Outcome, SearchResult
@@ -78,7 +79,8 @@ class AbstractCompiledPlanner(AbstractTreeSearch):
         tree.grow(0)
         budget.restart()  # code was compiled and loaded until here
         beside = InterleavedSearches(self._beside(problem, seed, budget))
-        seconds = problem.scenario.planner.improve if budget.improve is None else budget.improve
+        section = problem.scenario.planner
+        seconds = improvement_seconds(section.improve if budget.improve is None else budget.improve)
         best = IncumbentImprovement(budget, seconds, problem.step)
         truth, slices = TrueEnds(problem), TimeSlices(budget, self.restart_after)
         own_map = problem.scenario.integration.truth == "discrete"  # no re-simulation needed
