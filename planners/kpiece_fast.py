@@ -11,11 +11,21 @@ from numba import typeof
 from kinolab.numerics.struct import Record
 from kinolab.problem import PlanningTask
 from kinolab.search import setting, with_default
-from kinolab.search.tree import AbstractCompiledPlanner, AbstractTreeExtension, SearchState
+from kinolab.search.tree import (
+    UNBOUNDED_STEPS,
+    AbstractCompiledPlanner,
+    AbstractTreeExtension,
+    SearchState,
+)
 from kinolab.search.tree.kpiece.cost_to_go import compute_cost_to_go, cost_to_go_grid
 from kinolab.search.tree.kpiece.kpiece_grid import kpiece_grid
 from kinolab.search.tree.kpiece.kpiece_kernel import explore, start_in_a_cell
 from kinolab.search.tree.tree import tree
+
+BOUND_FRACTION = 0.9  # of the steps of a motion, for the next one
+# Fractions of the bound's pace along the cost to go, of trees in turn: near 1 a tree is narrow, and
+# finds a motion soon if there is one that goes the shortest way.
+PACES = (0.9, 0.6, 0.8)
 
 
 @final
@@ -57,9 +67,11 @@ class _KpieceExtension(AbstractTreeExtension):
             kpiece_grid(problem, arrays, most, planner.goal_region_scale, planner.cells)
         )
         self._leads, self._led = Record(cost_to_go_grid(problem)), False
+        self._most, self._turn = float(UNBOUNDED_STEPS), -1
 
     def begin(self) -> None:
-        """Clear the tree to its start."""
+        """Clear the tree to its start; below a bound the next one of PACES holds."""
+        self._turn += self._most < UNBOUNDED_STEPS
         start_in_a_cell(self._search, self._tree, self._cells)
         self.best[:] = 0.0, np.inf
 
@@ -73,9 +85,21 @@ class _KpieceExtension(AbstractTreeExtension):
                 compute_cost_to_go(*arguments)
             else:
                 compute_cost_to_go.compile(tuple(map(typeof, arguments)))  # before the clock starts
+        pace = PACES[self._turn % len(PACES)] if self._most < UNBOUNDED_STEPS else 0.0
         ended, made = explore(
             self._search, self._tree, self._cells, self._leads, self.best, iterations,
-            planner.min_steps, planner.max_steps, float(planner.cost_to_go_exponent),
-            planner.control_samples,
+            self._most, pace, planner.min_steps, planner.max_steps,
+            float(planner.cost_to_go_exponent), planner.control_samples,
         )  # fmt: skip
         return int(ended), int(made)
+
+    def shorten(self, steps: int) -> bool:
+        """Grow new trees, only of motions that may take a good deal fewer steps.
+
+        Source: Hauser, Zhou, Asymptotically optimal planning by feasible kinodynamic planning in a
+        state-cost space, IEEE Transactions on Robotics 32(6), 2016, for repeated searches below
+        a bound that falls.
+        """
+        self._most, self._turn = float(int(BOUND_FRACTION * steps)), -1
+        self.begin()
+        return self._most > self._planner.min_steps

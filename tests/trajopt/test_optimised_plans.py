@@ -198,7 +198,8 @@ def test_where_a_repair_fails_shortening_may_make_the_plan_exact(
 ) -> None:
     replaced(monkeypatch, "make_exact", lambda *_: None)
     found = driven.problem.solve(seed=1, max_iterations=MOST)
-    assert made_by(found) == ["search", "shorten"]
+    assert "repair" not in made_by(found)
+    assert made_by(found)[-1] == "shorten"
     assert found.goal_distance < 1e-6
     assert kinolab.verify(driven.problem, trajectory_of(found)).passed
 
@@ -305,12 +306,12 @@ def test_ctrl_c_during_optimisation_keeps_the_best_so_far(
     replaced(monkeypatch, "shortened", pressed)
     found = drive.solve(seed=1, max_iterations=MOST, watch=budgets.append)
     assert (found.status, found.interrupted, found.exit_code) == ("solved", True, 130)
-    assert made_by(found) == ["search", "repair"]
+    assert made_by(found) == ["search", "search", "repair"]
     assert after <= 1  # the second time it is broken off
     assert kinolab.verify(drive, trajectory_of(found)).passed
 
 
-def test_ctrl_c_during_a_repair_keeps_the_raw_plan(
+def test_ctrl_c_during_a_repair_keeps_what_was_searched(
     driven: Both, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     budgets: list[Budget] = []
@@ -321,7 +322,9 @@ def test_ctrl_c_during_a_repair_keeps_the_raw_plan(
 
     replaced(monkeypatch, "make_exact", pressed)
     found = driven.problem.solve(seed=1, max_iterations=MOST, watch=budgets.append)
-    assert bits(found) == bits(driven.raw)
+    assert set(made_by(found)) == {"search"}
+    assert trajectory_of(found).duration <= trajectory_of(driven.raw).duration
+    assert kinolab.verify(driven.problem, trajectory_of(found)).passed
     assert (found.status, found.interrupted) == ("solved", True)
 
 

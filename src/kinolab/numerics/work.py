@@ -8,10 +8,13 @@ matters little: a budget need not be exact, but the same every time.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass
+
+TICK_BITS = 40
 
 
 @dataclass
@@ -50,5 +53,15 @@ def charge(seconds: float) -> None:
     Args:
         seconds: What it takes on an idle computer, in [s]: told by sizes, never measured.
     """
+    exact = in_whole_ticks(seconds)
     for clock in _running.get():
-        clock.seconds += seconds
+        clock.seconds += exact
+
+
+def in_whole_ticks(seconds: float) -> float:
+    """Return seconds as a multiple of 2^-40 s.
+
+    Sums of such numbers are exact, so that they do not depend on their order, nor on the parts in
+    which something is charged.
+    """
+    return math.ldexp(round(math.ldexp(seconds, TICK_BITS)), -TICK_BITS)

@@ -36,7 +36,9 @@ class Budget:
         interrupted: Set from outside to end the search soon.
         improve: Seconds after its first motion for which a planner may search for shorter ones;
             None for the scenario's.
-        below: Duration in [s] of a known motion; a planner may prune what cannot be shorter.
+        below: Duration in [s] of a known motion; a planner may prune what cannot be shorter. One
+            that improves its motions finds only shorter ones.
+        patience: Seconds without a shorter motion after which ``improve`` ends early.
         abandoned: Set from outside when the result is no longer wanted.
         iterations: Iterations so far.
         started: Clock time from which time counts.
@@ -55,6 +57,7 @@ class Budget:
     interrupted: bool = False
     improve: float | Literal["auto"] | None = None
     below: float = math.inf
+    patience: float = math.inf
     abandoned: bool = False
     iterations: int = 0
     started: float = math.nan  # now by default

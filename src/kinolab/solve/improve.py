@@ -21,6 +21,7 @@ from kinolab.problem import PlanningTask
 from kinolab.scenario import Effort, improvement_seconds
 from kinolab.search import AbstractPlanner, Budget
 from kinolab.solve.attempt import MIN_SEARCH_WORK, judging, motion
+from kinolab.solve.cost_bound import bounded_work, cost_bounded
 from kinolab.solve.plan import CENTRE_TOLERANCE, REFUSED, Improvement, PlanResult, Request, stream
 from kinolab.trajectory import Trajectory
 from kinolab.verification import verify
@@ -46,6 +47,7 @@ SEARCH_FACTOR, MORE_ITERATIONS = 2, 200
 # Before a motion is improved, so many searches are made, as far as this fraction of the work pays
 # for them: fewer than some are not worth it. Each ends after twice what it should take, since
 # guesses may take long.
+BOUNDED_STREAM = 10_000  # of random numbers, which no further search has
 FIRST_SEARCHES, LEAST_FIRST_SEARCHES, FIRST_FRACTION, FIRST_FACTOR = 4, 3, 0.15, 2.0
 
 
@@ -316,24 +318,48 @@ class PlanImprover:
             incumbent.take(best, "shorten")
         return best
 
+    def _below(
+        self, incumbent: Incumbent, k: int, remaining: Budget, below: float
+    ) -> Trajectory | None:
+        """Return a motion shorter than a duration in [s] that trees below that have found."""
+        searcher = cost_bounded(self.problem, self.searcher)
+        if searcher is None or incumbent.cancelled():
+            return None
+        seconds, patience = bounded_work(self.problem, remaining.unspent)
+        budget = Budget(
+            seconds,
+            improve=seconds,
+            below=below,
+            patience=patience,
+            clock=remaining.clock,
+            cancelled=remaining.expired,
+        )
+        if self.watch:
+            self.watch(budget)
+        incumbent.budget = budget
+        return motion(
+            self.problem, searcher, stream(incumbent.best.seed, BOUNDED_STREAM + k), budget
+        )
+
     def _shortest_of_several(
         self, incumbent: Incumbent, first: Trajectory, remaining: Budget
     ) -> tuple[Trajectory, int]:
-        """Search again while that costs little; return the shortest motion and the searches made.
+        """Search for shorter motions; return the shortest one and the number of whole searches.
 
-        Improvement keeps the way on which a motion goes, and hardly makes a detour several times as
-        long as another way shorter than that one.
+        Trees below its duration are grown first. Improvement keeps the way on which a motion goes,
+        and hardly makes a detour several times as long as another way shorter than that one.
         """
-        shortest, work = first, incumbent.search_work
+        work = incumbent.search_work
+        shortest = self._below(incumbent, 0, remaining, first.duration) or first
         searches = min(FIRST_SEARCHES, int(FIRST_FRACTION * remaining.unspent / work))
         if searches < LEAST_FIRST_SEARCHES:
-            return first, 0
+            searches = 0
         for k in range(1, searches + 1):
             end = Budget(FIRST_FACTOR * work, clock=remaining.clock, cancelled=remaining.cancelled)
             found = self._searched(incumbent, k, end, shortest.duration)
             if found is not None and found.duration < shortest.duration:
                 shortest = found
-        if shortest is not first and not incumbent.take(shortest, "search"):
+        if incumbent.beaten_by(shortest) and not incumbent.take(shortest, "search"):
             shortest = first
         return shortest, searches
 
@@ -375,7 +401,10 @@ class PlanImprover:
             if remaining.over or dear or incumbent.cancelled():
                 self._unfinished = not incumbent.cancelled()
                 return k - 1
-            found = self._searched(incumbent, k, remaining, self._shortest)
+            found = None
+            if k % 2 == 0:  # what becomes shorter by as much as others did may be longer at first
+                found = self._below(incumbent, k, remaining, self._gained * self._shortest)
+            found = found or self._searched(incumbent, k, remaining, self._shortest)
             if found is None:
                 continue
             if np.array_equal(found.u, last.u):

@@ -18,9 +18,10 @@ NOTABLE = 0.01  # gain of the second half of improvement that is told
 
 def progress_text(found: PlanResult, *, anytime: bool) -> str:
     """Describe a plan that improves on all previous ones."""
-    first, last = found.improvements[0], min(found.improvements, key=lambda one: one.duration)
+    first, last = found.improvements[0], found.improvements[-1]  # longer, if it is exact at last
     if anytime:
-        return f"seed {last.seed}: {last.duration:.2f} s of motion, after {last.after:.1f} s"
+        best = min(found.improvements, key=lambda one: one.duration)
+        return f"seed {best.seed}: {best.duration:.2f} s of motion, after {best.after:.1f} s"
     if first is last:
         return f"optimising {first.duration:.2f} s of motion"
     return (

@@ -5,6 +5,7 @@ Only the tail of a long feasible trajectory is changed, so that it takes no long
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import replace
 from itertools import product
@@ -15,7 +16,7 @@ from kinolab.concurrency.cancel import never_cancelled
 from kinolab.problem import PlanningTask
 from kinolab.simulation.reference import trajectory_under
 from kinolab.trajectory import Trajectory
-from kinolab.trajopt.nlp.decision import even_knots
+from kinolab.trajopt.nlp.decision import Knots, even_knots
 from kinolab.trajopt.nlp.dynamics_constraint import (
     is_motion,
     repeatable,
@@ -30,6 +31,7 @@ from kinolab.trajopt.segments import Segments, is_long
 from kinolab.trajopt.single_shooting import end_by_single_shooting
 from kinolab.trajopt.sqp.restoration import make_knots_exact
 
+SLOWER = 1.2  # times as many steps, for a motion too quick to end in the goal's centre
 HELD_STEPS = 12  # that a machine has for its last way into the goal's centre, standing if need be
 
 
@@ -101,13 +103,16 @@ def _smooth(
     landing = None if held else _in_the_end(problem, trajectory, cancelled)  # it varies the steps
     if landing is not None:
         return landing
-    for clearance in SHORT.exact_clearances:
+    if not len(trajectory.inputs):
+        return None
+    guesses = [even_knots(problem, trajectory)]
+    if not held and problem.goal_excess(trajectory.x[-1]) <= 1.0:
+        guesses.append(_slower(problem, guesses[0]))  # time is what it may lack
+    for guess, clearance in product(guesses, SHORT.exact_clearances):
         task = TrajectoryProblem(problem, clearance)
-        if cancelled() or not len(trajectory.inputs):
+        if cancelled():
             return None
-        knots = make_knots_exact(
-            task, even_knots(problem, trajectory), cancelled, iterations, held=held
-        )
+        knots = make_knots_exact(task, guess, cancelled, iterations, held=held)
         if knots is None:
             continue
         made = true_trajectory(task.problem, knots)
@@ -116,6 +121,14 @@ def _smooth(
         if satisfies_all(task, made):
             return made
     return None
+
+
+def _slower(problem: PlanningTask, knots: Knots) -> Knots:
+    """Return knots of the same path that take more steps."""
+    guess = knots.in_steps(math.ceil(SLOWER * len(knots.u)), problem.space)
+    x, rates = guess.x.copy(), slice(problem.model.nq, problem.model.nq + problem.model.nv)
+    x[:, rates] /= SLOWER
+    return Knots(x, guess.u, knots.h)
 
 
 def _in_the_end(

@@ -8,6 +8,8 @@ from kinolab.numerics.arrays import Array
 from kinolab.search.budget import Budget
 from kinolab.search.tree.tree_extension import UNBOUNDED_STEPS, AbstractTreeExtension
 
+ROUNDING = 1e-6  # of a step, by which a duration may differ from a whole number of them
+
 
 class IncumbentImprovement:
     """The incumbent solution and the time limit of its improvement.
@@ -25,17 +27,27 @@ class IncumbentImprovement:
     def __init__(self, budget: Budget, seconds: float, step: float) -> None:
         self._clock, self._seconds, self._step = budget.clock, seconds, step
         self._until, self._pointless = math.inf, False
+        self._most, self._gained, self._patience = UNBOUNDED_STEPS, math.inf, budget.patience
+        if math.isfinite(budget.below) and seconds > 0:
+            self._most = math.ceil(budget.below / step - ROUNDING)
+            self._gained = self._clock()
         self.u: Array | None = None
         self.statistics: dict[str, float] = {}
 
     @property
     def over(self) -> bool:
         """Whether the search must end."""
-        return self._pointless or self._clock() >= self._until
+        now = self._clock()
+        return self._pointless or now >= self._until or now - self._gained >= self._patience
+
+    def bound(self, tree: AbstractTreeExtension) -> None:
+        """Bound a tree from its beginning where a motion is known already."""
+        if self._most < UNBOUNDED_STEPS:
+            tree.shorten(self._most)
 
     def wants(self, u: Array) -> bool:
         """Say whether inputs (N, nu) are shorter than the incumbent."""
-        return len(u) < (UNBOUNDED_STEPS if self.u is None else len(self.u))
+        return len(u) < (self._most if self.u is None else len(self.u))
 
     def found(self, u: Array, tree: AbstractTreeExtension) -> None:
         """Accept inputs (N, nu) as the incumbent, and bound the tree by their length."""
@@ -44,5 +56,5 @@ class IncumbentImprovement:
             self._until = self._clock() + self._seconds
         else:
             self.statistics["improvements"] += 1.0
-        self.u = u
+        self.u, self._gained = u, self._clock()
         self._pointless = self.over or not tree.shorten(len(u))

@@ -77,17 +77,20 @@ class AbstractCompiledPlanner(AbstractTreeSearch):
         tree = self.extension(problem, search_state(problem, self.goal_region_scale, seed))
         tree.begin()
         tree.grow(0)
-        budget.restart()  # code was compiled and loaded until here
-        beside = InterleavedSearches(self._beside(problem, seed, budget))
         section = problem.scenario.planner
         seconds = improvement_seconds(section.improve if budget.improve is None else budget.improve)
+        budget.restart()  # code was compiled and loaded until here
         best = IncumbentImprovement(budget, seconds, problem.step)
+        best.bound(tree)
+        beside = InterleavedSearches(self._beside(problem, seed, budget))
         truth, slices = TrueEnds(problem), TimeSlices(budget, self.restart_after)
         own_map = problem.scenario.integration.truth == "discrete"  # no re-simulation needed
         approach = math.inf, np.zeros((0, problem.model.nu))
         with closing(beside):
             while not best.over and (iterations := slices.next(beside.due)):
+                before = tree.steps_made
                 ended, made = tree.grow(iterations)
+                charge(step_seconds(problem) * (tree.steps_made - before))
                 slices.done(made)
                 budget.show(tree.explored)
                 found = beside.advance(made, tree)
@@ -105,7 +108,6 @@ class AbstractCompiledPlanner(AbstractTreeSearch):
                     approach = nearer(tree.nodes, tree.best, *approach)
                     slices.begin_round()
                     tree.begin()
-        charge(step_seconds(problem) * tree.steps_made)
         u, outcome = best.u, Outcome.SOLVED
         if u is None:
             u = nearer(tree.nodes, tree.best, *approach)[1]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from kinolab.numerics.work import in_whole_ticks
 from kinolab.problem import PlanningTask
 
 
@@ -14,4 +15,6 @@ def step_seconds(problem: PlanningTask) -> float:
     substeps = problem.scenario.integration.substeps
     evaluations = substeps * (2 if problem.machine.requirements else 1)
     shapes = sum(len(body.shapes) for body in problem.bodies) + len(problem.cables)
-    return 1e-6 + 6e-9 * problem.model.operations * evaluations + 5e-7 * shapes
+    switching = 2e-5 if problem.machine.modes else 0.0  # where every step may end a mode
+    seconds = 1e-6 + 6e-9 * problem.model.operations * evaluations + 5e-7 * shapes + switching
+    return in_whole_ticks(seconds)  # the sum of steps is the same in whatever parts they are made

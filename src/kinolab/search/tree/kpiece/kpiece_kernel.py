@@ -33,13 +33,14 @@ from kinolab.search.tree.tree import (
 from kinolab.simulation.collision_context import speed_bound
 from kinolab.simulation.machine import advance, advance_in_lanes
 
+LEAST_CELLS = 3.0  # from the start to the goal, where the cost to go says how far a node has come
 KEEP_PROBABILITY = 0.05  # probability of keeping a motion that reaches no new cell
 
 
 @kernel
 def explore(  # type: ignore[no-untyped-def]
-    search, tree, cells, grid, best, iterations, min_steps, max_steps, cost_to_go_exponent,
-    control_samples,
+    search, tree, cells, grid, best, iterations, most, pace, min_steps, max_steps,
+    cost_to_go_exponent, control_samples,
 ):  # fmt: skip
     """Grow a tree for some iterations.
 
@@ -49,6 +50,9 @@ def explore(  # type: ignore[no-untyped-def]
         cells, grid: ``KpieceGrid`` and ``CostToGoGrid``.
         best: The node nearest to the goal and its normalised goal error (2,); written.
         iterations: Maximum number of iterations.
+        most: Cost bound: steps that a solution must stay below.
+        pace: Fraction of that bound's pace along the cost to go that every node must keep; 0 for
+            the bound alone.
         min_steps, max_steps: Range of the control duration in steps.
         cost_to_go_exponent: Power of the cost to go by which a cell's score falls.
         control_samples: Number of candidate inputs, of which the one of least cost to go is
@@ -58,6 +62,7 @@ def explore(  # type: ignore[no-untyped-def]
         GROWING, REACHED or FULL, and the number of iterations made.
     """
     now, after, u, random = tree.now, tree.after, tree.held, search.random
+    steps_per_cell = pace_per_cell(search, grid, most, pace)
     for done in range(iterations):
         if tree.size[0] >= tree.x.shape[0]:
             return FULL, done
@@ -76,8 +81,11 @@ def explore(  # type: ignore[no-untyped-def]
                 now[i] = after[i]
             if made < min_steps or tree.size[0] >= tree.x.shape[0]:
                 continue
-            violation = goal_violation(search, now, math.inf)
             far = grid.steps[cell_at(grid, now)]
+            cost = np.float64(tree.cost[parent] + made)
+            if cost >= most or (steps_per_cell > 0.0 and cost + steps_per_cell * far >= most):
+                break
+            violation = goal_violation(search, now, math.inf)
             key = key_of(cells, search.problem.goal, now, far)
             first = holds(cells, key) == 0
             if (
@@ -94,6 +102,18 @@ def explore(  # type: ignore[no-untyped-def]
                     return REACHED, done + 1
         rate(cells, cell, new)
     return GROWING, iterations
+
+
+@kernel
+def pace_per_cell(search, grid, most, pace):  # type: ignore[no-untyped-def]
+    """Return the steps that a cell of the cost to go counts; 0 where the start is near the goal.
+
+    Args:
+        search, grid: ``SearchState`` and ``CostToGoGrid``.
+        most, pace: As ``explore`` takes them.
+    """
+    far = grid.steps[cell_at(grid, search.problem.start)]
+    return pace * most / far if LEAST_CELLS <= far < math.inf else 0.0
 
 
 @kernel

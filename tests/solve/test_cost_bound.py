@@ -1,0 +1,82 @@
+"""Trees below the duration of a known motion find shorter ones; counted work ends them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import kinolab
+from kinolab import planners
+from kinolab.numerics.work import counted_work
+from kinolab.planners.kpiece_fast import BOUND_FRACTION
+from kinolab.problem import PlanningTask
+from kinolab.search import Budget, Outcome, SearchResult
+from kinolab.simulation.reference import resimulate
+from kinolab.solve.cost_bound import cost_bounded
+
+WORK = 0.4  # [s]
+
+
+@pytest.fixture(scope="module")
+def maze() -> PlanningTask:
+    return kinolab.load("rolling_disk_maze")
+
+
+def searched(problem: PlanningTask, name: str, below: float, seed: int = 1) -> SearchResult:
+    with counted_work() as work:
+        budget = Budget(WORK, improve=WORK, below=below, clock=lambda: work.seconds)
+        found = planners.make(name, {}).solve(problem, seed, budget)
+    assert work.seconds < 2 * WORK
+    return found
+
+
+@pytest.mark.parametrize("name", ["kpiece_fast", "sst", "ao_rrt"])
+def test_a_motion_below_a_bound_takes_less_than_the_bound(name: str, maze: PlanningTask) -> None:
+    first = planners.make("kpiece_fast", {}).solve(maze, 1, Budget(30.0, improve=0.0)).t[-1]
+    found = searched(maze, name, first)
+    assert found.outcome is not Outcome.SOLVED or found.t[-1] < first
+    if name == "kpiece_fast":
+        assert found.outcome is Outcome.SOLVED
+        assert found.t[-1] < BOUND_FRACTION * first
+
+
+def test_what_trees_below_a_bound_find_leads_into_the_goal(maze: PlanningTask) -> None:
+    found = searched(maze, "kpiece_fast", 30.0)
+    motion = resimulate(maze, found.t, found.u)  # by another integrator
+    assert maze.goal_excess(motion.x[-1]) <= 1.0
+    assert found.statistics["improvements"] >= 1.0
+
+
+def test_nothing_is_found_below_a_bound_that_nothing_can_meet(maze: PlanningTask) -> None:
+    """The shortest motion known takes 6.9 s."""
+    assert searched(maze, "kpiece_fast", 1.0).outcome is not Outcome.SOLVED
+
+
+def test_counted_work_and_not_the_clock_ends_them(maze: PlanningTask) -> None:
+    first, second = (searched(maze, "kpiece_fast", 40.0, seed=3) for _ in range(2))
+    assert first.u.tobytes() == second.u.tobytes()
+    assert first.iterations == second.iterations
+
+
+def test_the_improvement_begins_with_what_they_find(maze: PlanningTask) -> None:
+    plan = maze.solve(seed=1)
+    made = [(one.by, one.duration) for one in plan.improvements]
+    assert [by for by, _ in made[:2]] == ["search", "search"]
+    assert made[1][1] < 0.75 * made[0][1]
+    assert np.all(np.diff([duration for _, duration in made[:-1]]) < 0)
+
+
+def test_only_the_motions_of_compiled_trees_are_shortened_by_others(maze: PlanningTask) -> None:
+    settings = {"min_steps": 2, "max_steps": 30}
+    held = cost_bounded(maze, planners.make("auto", settings))
+    assert held is not None
+    assert {name: getattr(held, name) for name in settings} == settings
+    for name in ("rrt", "prm", "potential_field", "shooting"):
+        assert cost_bounded(maze, planners.make(name, {})) is None
+
+
+def test_trees_that_find_nothing_end_when_patience_does(maze: PlanningTask) -> None:
+    with counted_work() as work:
+        budget = Budget(10.0, improve=10.0, below=1.0, patience=0.1, clock=lambda: work.seconds)
+        planners.make("kpiece_fast", {}).solve(maze, 1, budget)
+    assert 0.1 <= work.seconds < 0.2
