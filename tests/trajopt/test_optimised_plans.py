@@ -22,6 +22,7 @@ from kinolab.solve.plan import Request
 from kinolab.trajectory import Trajectory
 from kinolab.trajopt import make_exact as true_repair
 from kinolab.trajopt import shortened as true_shortened
+from kinolab.trajopt.nlp.decision import resampled
 from tests.planners.test_planners import bits
 from tests.support import WALL, coin_after, plan, problem_of
 
@@ -202,6 +203,18 @@ def test_where_a_repair_fails_shortening_may_make_the_plan_exact(
     assert made_by(found)[-1] == "shorten"
     assert found.goal_distance < 1e-6
     assert kinolab.verify(driven.problem, trajectory_of(found)).passed
+
+
+def test_a_motion_too_quick_for_the_middle_of_the_goal_gets_more_steps(driven: Both) -> None:
+    problem, found = driven.problem, trajectory_of(driven.found)
+    fewer = int(0.9 * len(found.u))  # which are nearly the fewest that do
+    few = resampled(found.t, found.x, found.u, fewer, problem.space)
+    quick = replace(found, t=problem.step * np.arange(fewer + 1), x=few.x, u=few.u)
+    exact = trajopt.make_exact(problem, quick)
+    assert exact is not None
+    assert len(exact.u) > fewer
+    assert problem.goal_distance(exact.x[-1]) < EXACT
+    assert kinolab.verify(problem, exact).passed
 
 
 def test_what_the_verifier_refuses_is_discarded(
