@@ -18,6 +18,7 @@ from PIL import Image
 
 from benchmarks.fault_kinds import KINDS, damaged_caches, kills, plain_data, sandbox
 from benchmarks.fault_kinds.sandbox import Ended
+from benchmarks.fault_kinds.storage import gone
 from benchmarks.fault_kinds.whole_files import broken, drafts
 from benchmarks.fault_kinds.workshop import Verdict
 from kinolab.runs import write_run
@@ -203,3 +204,12 @@ def test_the_tally_adds_up() -> None:
     tally = {(KINDS[0].name, 0): entry, (KINDS[1].name, 0): {**entry, "partial": []}}
     rows = faults.table(list(KINDS), tally)
     assert rows[-1] == ["all", 2, 2, 2, 0, 0, 2, 0]
+
+
+def test_only_a_file_that_is_not_there_is_excused_where_folders_are_removed(tmp_path: Path) -> None:
+    (tmp_path / "assets").mkdir()
+    (tmp_path / "assets" / "maze.stl").write_text("half")
+    assert gone(tmp_path, "trajectory.csv: missing")
+    assert gone(tmp_path, "assets/machine.json: not the report's")
+    assert not gone(tmp_path, "assets/maze.stl: not the report's")
+    assert not gone(tmp_path, "trajectory.csv: not whole")

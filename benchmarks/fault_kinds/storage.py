@@ -180,6 +180,12 @@ PLACES = (
 )  # fmt: skip
 
 
+def gone(folder: Path, what: str) -> bool:
+    """Whether a file that a report names is not there at all."""
+    name, _, lack = what.partition(": ")
+    return lack in ("missing", "not the report's") and not (folder / name).exists()
+
+
 def strange_place(shop: Workshop, rng: random.Random) -> Verdict:  # noqa: PLR0912, PLR0915
     """Let a command work in a folder that is not as it should be."""
     place = rng.choice(PLACES)
@@ -291,6 +297,8 @@ def strange_place(shop: Workshop, rng: random.Random) -> Verdict:  # noqa: PLR09
     strange = "/proc" in str(where) or " is a " in place or "foreign" in place
     if os.path.isdir(where) and not strange:
         verdict.files(where, settled=True)
+        if thread:  # which removed some of them, perhaps after the command had ended
+            verdict.partial = [what for what in verdict.partial if not gone(where, what)]
     if spot.exists():
         spot.chmod(0o755)
     if where != spot and where.parent == shop.place:
