@@ -34,10 +34,12 @@ class KPIECEFast(AbstractCompiledPlanner):
     """KPIECE, compiled; cells nearer to the goal along a collision-free path are preferred.
 
     The cost to go of every cell is computed beforehand, around obstacles and without dynamics. Of
-    several inputs the one that reaches the least cost to go is applied.
+    several inputs the one that reaches the least cost to go is applied. Continues to shorter
+    motions in new trees, each below the duration of the last one, for up to ``improve`` seconds.
 
     Source: Sucan, Kavraki, WAFR 2008; Plaku, Kavraki, Vardi, IEEE Transactions on Robotics 26(3),
-    2010, for the cost-to-go.
+    2010, for the cost-to-go; Hauser, Zhou, IEEE Transactions on Robotics 32(6), 2016, for trees
+    below a bound.
     """
 
     name: ClassVar[str] = "kpiece_fast"
@@ -94,12 +96,7 @@ class _KpieceExtension(AbstractTreeExtension):
         return int(ended), int(made)
 
     def shorten(self, steps: int) -> bool:
-        """Grow new trees, only of motions that may take a good deal fewer steps.
-
-        Source: Hauser, Zhou, Asymptotically optimal planning by feasible kinodynamic planning in a
-        state-cost space, IEEE Transactions on Robotics 32(6), 2016, for repeated searches below
-        a bound that falls.
-        """
+        """Grow new trees, only of motions that may take a good deal fewer steps."""
         self._most, self._turn = float(int(BOUND_FRACTION * steps)), -1
         self.begin()
         return self._most > self._planner.min_steps

@@ -22,22 +22,31 @@ def maze() -> PlanningTask:
     return kinolab.load("rolling_disk_maze")
 
 
-def searched(problem: PlanningTask, name: str, below: float, seed: int = 1) -> SearchResult:
+def searched(
+    problem: PlanningTask, name: str, below: float, seed: int = 1, seconds: float = WORK
+) -> SearchResult:
     with counted_work() as work:
-        budget = Budget(WORK, improve=WORK, below=below, clock=lambda: work.seconds)
+        budget = Budget(seconds, improve=seconds, below=below, clock=lambda: work.seconds)
         found = planners.make(name, {}).solve(problem, seed, budget)
-    assert work.seconds < 2 * WORK
+    assert work.seconds < 2 * seconds
     return found
 
 
-@pytest.mark.parametrize("name", ["kpiece_fast", "sst", "ao_rrt"])
-def test_a_motion_below_a_bound_takes_less_than_the_bound(name: str, maze: PlanningTask) -> None:
+def test_a_motion_below_a_bound_takes_a_good_deal_less(maze: PlanningTask) -> None:
     first = planners.make("kpiece_fast", {}).solve(maze, 1, Budget(30.0, improve=0.0)).t[-1]
-    found = searched(maze, name, first)
-    assert found.outcome is not Outcome.SOLVED or found.t[-1] < first
-    if name == "kpiece_fast":
-        assert found.outcome is Outcome.SOLVED
-        assert found.t[-1] < BOUND_FRACTION * first
+    found = searched(maze, "kpiece_fast", first)
+    assert found.outcome is Outcome.SOLVED
+    assert found.t[-1] < BOUND_FRACTION * first
+
+
+@pytest.mark.parametrize(("name", "seconds"), [("kpiece_fast", 0.4), ("sst", 0.4), ("ao_rrt", 4.0)])
+def test_a_motion_below_a_bound_takes_less_than_the_bound(
+    name: str, seconds: float, maze: PlanningTask
+) -> None:
+    """Without a bound sst and ao_rrt find motions of 36 to 40 s and 29 to 32 s first."""
+    found = searched(maze, name, 28.0, seconds=seconds)
+    assert found.outcome is Outcome.SOLVED
+    assert found.t[-1] < 28.0
 
 
 def test_what_trees_below_a_bound_find_leads_into_the_goal(maze: PlanningTask) -> None:

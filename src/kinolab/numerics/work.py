@@ -14,7 +14,7 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass
 
-TICK_BITS = 40
+TICK_BITS = 40  # work is counted in multiples of 2^-40 s
 
 
 @dataclass
@@ -37,7 +37,7 @@ def counted_work(*, apart: bool = False) -> Iterator[WorkClock]:
 
     Args:
         apart: Whether clocks that run already do not count it. They belong to another thread, which
-            charges it when it has waited for this one: sums depend on their order.
+            charges it when it has waited for this one: until then nobody knows how far it is.
     """
     clock = WorkClock()
     before = _running.set((*(() if apart else _running.get()), clock))

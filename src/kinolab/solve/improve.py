@@ -21,7 +21,6 @@ from kinolab.problem import PlanningTask
 from kinolab.scenario import Effort, improvement_seconds
 from kinolab.search import AbstractPlanner, Budget
 from kinolab.solve.attempt import MIN_SEARCH_WORK, judging, motion
-from kinolab.solve.cost_bound import bounded_work, cost_bounded
 from kinolab.solve.plan import CENTRE_TOLERANCE, REFUSED, Improvement, PlanResult, Request, stream
 from kinolab.trajectory import Trajectory
 from kinolab.verification import verify
@@ -47,8 +46,8 @@ SEARCH_FACTOR, MORE_ITERATIONS = 2, 200
 # Before a motion is improved, so many searches are made, as far as this fraction of the work pays
 # for them: fewer than some are not worth it. Each ends after twice what it should take, since
 # guesses may take long.
-BOUNDED_STREAM = 10_000  # of random numbers, which no further search has
 FIRST_SEARCHES, LEAST_FIRST_SEARCHES, FIRST_FRACTION, FIRST_FACTOR = 4, 3, 0.15, 2.0
+BOUNDED_STREAM = 10_000  # added to the number of a search below a bound: other random numbers
 
 
 @dataclass
@@ -322,8 +321,13 @@ class PlanImprover:
         self, incumbent: Incumbent, k: int, remaining: Budget, below: float
     ) -> Trajectory | None:
         """Return a motion shorter than a duration in [s] that trees below that have found."""
+        from kinolab.solve.cost_bound import (  # late: loads compiled trees
+            bounded_work,
+            cost_bounded,
+        )
+
         searcher = cost_bounded(self.problem, self.searcher)
-        if searcher is None or incumbent.cancelled():
+        if searcher is None:
             return None
         seconds, patience = bounded_work(self.problem, remaining.unspent)
         budget = Budget(
@@ -334,12 +338,7 @@ class PlanImprover:
             clock=remaining.clock,
             cancelled=remaining.expired,
         )
-        if self.watch:
-            self.watch(budget)
-        incumbent.budget = budget
-        return motion(
-            self.problem, searcher, stream(incumbent.best.seed, BOUNDED_STREAM + k), budget
-        )
+        return self._found(incumbent, searcher, BOUNDED_STREAM + k, budget)
 
     def _shortest_of_several(
         self, incumbent: Incumbent, first: Trajectory, remaining: Budget
@@ -363,6 +362,15 @@ class PlanImprover:
             shortest = first
         return shortest, searches
 
+    def _another(self, incumbent: Incumbent, k: int, remaining: Budget) -> Trajectory | None:
+        """Return the motion of a k-th further search; every other one is below a bound, if it can.
+
+        That bound is longer than the best motion by what improvement has gained.
+        """
+        below = self._gained * self._shortest
+        found = self._below(incumbent, k, remaining, below) if k % 2 == 0 else None
+        return found or self._searched(incumbent, k, remaining, self._shortest)
+
     def _searched(
         self, incumbent: Incumbent, k: int, remaining: Budget, below: float
     ) -> Trajectory | None:
@@ -377,12 +385,18 @@ class PlanImprover:
             below=below,
             cancelled=remaining.expired,  # guesses are work, too
         )
+        return self._found(incumbent, self.searcher, k, budget)
+
+    def _found(
+        self, incumbent: Incumbent, searcher: AbstractPlanner, k: int, budget: Budget
+    ) -> Trajectory | None:
+        """Search with the k-th further seed, so that the user can interrupt it."""
         if self.watch:
             self.watch(budget)
         if incumbent.cancelled():
             return None  # interrupted before this budget was registered
         incumbent.budget = budget
-        return motion(self.problem, self.searcher, stream(incumbent.best.seed, k), budget)
+        return motion(self.problem, searcher, stream(incumbent.best.seed, k), budget)
 
     def _search_again(
         self, incumbent: Incumbent, first: Trajectory, remaining: Budget, made: int
@@ -401,10 +415,7 @@ class PlanImprover:
             if remaining.over or dear or incumbent.cancelled():
                 self._unfinished = not incumbent.cancelled()
                 return k - 1
-            found = None
-            if k % 2 == 0:  # what becomes shorter by as much as others did may be longer at first
-                found = self._below(incumbent, k, remaining, self._gained * self._shortest)
-            found = found or self._searched(incumbent, k, remaining, self._shortest)
+            found = self._another(incumbent, k, remaining)
             if found is None:
                 continue
             if np.array_equal(found.u, last.u):

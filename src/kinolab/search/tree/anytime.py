@@ -47,7 +47,7 @@ class IncumbentImprovement:
 
     def wants(self, u: Array) -> bool:
         """Say whether inputs (N, nu) are shorter than the incumbent."""
-        return len(u) < (self._most if self.u is None else len(self.u))
+        return len(u) < self._most
 
     def found(self, u: Array, tree: AbstractTreeExtension) -> None:
         """Accept inputs (N, nu) as the incumbent, and bound the tree by their length."""
@@ -56,5 +56,5 @@ class IncumbentImprovement:
             self._until = self._clock() + self._seconds
         else:
             self.statistics["improvements"] += 1.0
-        self.u, self._gained = u, self._clock()
+        self.u, self._most, self._gained = u, len(u), self._clock()
         self._pointless = self.over or not tree.shorten(len(u))

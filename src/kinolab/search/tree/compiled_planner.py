@@ -85,12 +85,12 @@ class AbstractCompiledPlanner(AbstractTreeSearch):
         beside = InterleavedSearches(self._beside(problem, seed, budget))
         truth, slices = TrueEnds(problem), TimeSlices(budget, self.restart_after)
         own_map = problem.scenario.integration.truth == "discrete"  # no re-simulation needed
-        approach = math.inf, np.zeros((0, problem.model.nu))
+        approach, each_step = (math.inf, np.zeros((0, problem.model.nu))), step_seconds(problem)
         with closing(beside):
             while not best.over and (iterations := slices.next(beside.due)):
                 before = tree.steps_made
                 ended, made = tree.grow(iterations)
-                charge(step_seconds(problem) * (tree.steps_made - before))
+                charge(each_step * (tree.steps_made - before))
                 slices.done(made)
                 budget.show(tree.explored)
                 found = beside.advance(made, tree)
