@@ -90,11 +90,14 @@ def kd_forest(capacity: int, period: Array) -> KdForest:
     """Return an empty forest; ``period`` (d,) is infinite for non-periodic coordinates."""
     levels, d = max(1, (capacity // LEAF_SIZE).bit_length()), len(period)
     groups = [sum(_layers(1 << level)) for level in range(levels)]
+    # What a tree holds is written before it is read: to clear it all would take milliseconds.
+    blocks = np.empty((1 << levels, d, LEAF_SIZE), np.float32)
+    blocks[0] = 0.0  # of the list, all of which is measured
     return KdForest(
-        points=np.zeros((capacity, d), np.float32),
-        blocks=np.zeros((1 << levels, d, LEAF_SIZE), np.float32),
-        names=np.zeros(LEAF_SIZE << levels, np.int32),
-        boxes=np.zeros((sum(groups), 2, d, BRANCHING), np.float32),
+        points=np.empty((capacity, d), np.float32),
+        blocks=blocks,
+        names=np.empty(LEAF_SIZE << levels, np.int32),
+        boxes=np.empty((sum(groups), 2, d, BRANCHING), np.float32),
         begin=np.cumsum([0, *groups[:-1]]).astype(np.int64),
         full=np.zeros(levels, np.uint8),
         counts=np.zeros(2, np.int64),

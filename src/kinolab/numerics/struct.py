@@ -66,7 +66,7 @@ def _lay_out(held: Any, words: list[int]) -> RecordType:
             if not value.flags.c_contiguous:
                 raise ValueError(f"{name} of {type(held).__name__} is not contiguous")
             kind = _array(value.dtype, value.ndim)
-            words += [value.ctypes.data, *value.shape]
+            words += [value.__array_interface__["data"][0], *value.shape]  # sooner than ctypes
         else:
             kind, dtype = _number(value)
             words.append(int(np.array([value], dtype).view(np.uint64)[0]))

@@ -83,8 +83,9 @@ def _round(radius: object, length: object) -> Array:
 
 def placement(shape: Shape) -> Array:
     """Give the shape's own frame in its body's frame, (3, 4), [R | p]."""
-    turn = TURN[getattr(shape, "axis", "z")]
-    return np.column_stack([turn, np.array(shape.at, dtype=float)])
+    own = np.empty((3, 4))
+    own[:, :3], own[:, 3] = TURN[getattr(shape, "axis", "z")], shape.at
+    return own
 
 
 def frame_in_world(shape: Shape, pose: Array) -> tuple[Array, Array]:

@@ -57,14 +57,15 @@ class Tree(NamedTuple):
 def tree(arrays: ProblemArrays, capacity: int, neighbours: bool = True) -> Tree:
     """Allocate an empty tree with a capacity in nodes, with nearest-neighbour index by default."""
     nx, nu = len(arrays.start), len(arrays.input_lower)
+    # What a node holds is written before it is read: to clear it all would take milliseconds.
     return Tree(
-        x=np.zeros((capacity, nx)),
-        u=np.zeros((capacity, nu)),
-        parent=np.zeros(capacity, np.int32),
-        steps=np.zeros(capacity, np.int32),
-        cost=np.zeros(capacity, np.int64),
-        clearance=np.zeros(capacity, np.float32),
-        failures=np.zeros(capacity, np.int32),
+        x=np.empty((capacity, nx)),
+        u=np.empty((capacity, nu)),
+        parent=np.empty(capacity, np.int32),
+        steps=np.empty(capacity, np.int32),
+        cost=np.empty(capacity, np.int64),
+        clearance=np.empty(capacity, np.float32),
+        failures=np.empty(capacity, np.int32),
         size=np.zeros(1, np.int64),
         rejections=np.zeros(4, np.int64),
         forest=kd_forest(capacity if neighbours else 1, metric_periods(arrays)),
