@@ -34,7 +34,8 @@ class KPIECEFast(AbstractCompiledPlanner):
     """KPIECE, compiled; cells nearer to the goal along a collision-free path are preferred.
 
     The cost to go of every cell is computed beforehand, around obstacles and without dynamics. Of
-    several inputs the one that reaches the least cost to go is applied. Continues to shorter
+    several inputs the one that reaches the least cost to go is applied; where it leads if the
+    machine goes straight on for a while counts, too, as it does for cells. Continues to shorter
     motions in new trees, each below the duration of the last one, for up to ``improve`` seconds.
 
     Source: Sucan, Kavraki, WAFR 2008; Plaku, Kavraki, Vardi, IEEE Transactions on Robotics 26(3),

@@ -102,7 +102,7 @@ def test_no_state_passes_a_limit_between_two_steps(name: str, table: PlanningTas
 
 @pytest.mark.parametrize("name", COMPILED)
 def test_a_search_that_fails_names_what_was_in_the_way(name: str, tmp_path: Path) -> None:
-    fence = '\n[[world.obstacle]]\nname = "fence"\nbox = [0.1, 9, 1]\nposition = [1, 0, 0.5]\n'
+    fence = '\n[[world.obstacle]]\nname = "fence"\nbox = [0.1, 9, 1]\nposition = [-0.5, 0, 0.5]\n'
     problem = problem_of(tmp_path, OPEN + fence, "goal.tolerance=1e-6")
     found = planners.get(name)(goal_connection_period=0).solve(problem, 1, Budget(30.0, 500))
     assert found.outcome is Outcome.APPROXIMATE

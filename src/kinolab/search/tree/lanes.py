@@ -24,8 +24,9 @@ class LaneStates(NamedTuple):
     after: Array  # (nx, LANES)
     held: Array  # (nu, LANES)
     steps: Integers  # (LANES,) steps of a lane; 0 once it has ended early
-    least: Array  # (LANES,) least cost so far
-    best: Integers  # (LANES,) steps to there
+    least: Array  # (LANES,) cost of its input
+    nearest: Array  # (LANES,) scratch
+    best: Integers  # (LANES,) steps to be made of it
 
 
 def lane_states(nx: int, nu: int) -> LaneStates:
@@ -36,6 +37,7 @@ def lane_states(nx: int, nu: int) -> LaneStates:
         held=np.zeros((nu, LANES)),
         steps=np.zeros(LANES, np.int64),
         least=np.zeros(LANES),
+        nearest=np.zeros(LANES),
         best=np.zeros(LANES, np.int64),
     )
 

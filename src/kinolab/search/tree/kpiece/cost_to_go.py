@@ -30,6 +30,8 @@ MAX_CELLS_PER_AXIS = 48  # along one entry
 SAMPLES_PER_CELL = 3  # states checked per cell
 UNREACHED = -1.0  # marks a blocked cell, in place of steps
 BLOCKED_COST = 10.0  # steps to cross a blocked cell
+COASTING_CELLS = 6.0  # that a motion is followed straight on at most
+COASTING_COST = 3.0  # by which the place it leads to counts more than where it is at most
 
 
 class CostToGoGrid(NamedTuple):
@@ -80,6 +82,29 @@ def cell_at(grid, x):  # type: ignore[no-untyped-def]
             place = int(min(max(at, 0.0), most - 1.0))
         cell = cell * grid.along[k] + place
     return cell
+
+
+@kernel
+def coasting_cost(grid, before, x, steps, ahead):  # type: ignore[no-untyped-def]
+    """Return the cost to go of where a motion arrives if it goes straight on.
+
+    A fast machine is bound to go on for a while: what counts is where that leads.
+
+    Args:
+        grid: ``CostToGoGrid``.
+        before, x: The states (nx,) before and after its last step.
+        steps: For how many more steps it goes on.
+        ahead: Scratch (nx,).
+    """
+    for k in range(grid.entry.shape[0]):
+        i = grid.entry[k]
+        cells = abs(x[i] - before[i]) * grid.per_unit[k]
+        if cells * steps > COASTING_CELLS:
+            steps = COASTING_CELLS / cells
+    for k in range(grid.entry.shape[0]):
+        i = grid.entry[k]
+        ahead[i] = x[i] + steps * (x[i] - before[i])
+    return min(grid.steps[cell_at(grid, ahead)], grid.steps[cell_at(grid, x)] + COASTING_COST)
 
 
 @kernel

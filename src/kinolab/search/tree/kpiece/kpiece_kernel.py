@@ -16,7 +16,7 @@ import numpy as np
 from kinolab.dynamics.codegen.integrators import LANES
 from kinolab.numerics.jit import kernel
 from kinolab.numerics.rng import below, uniform
-from kinolab.search.tree.kpiece.cost_to_go import cell_at
+from kinolab.search.tree.kpiece.cost_to_go import cell_at, coasting_cost
 from kinolab.search.tree.kpiece.kpiece_grid import choose, clear_cells, holds, key_of, put, rate
 from kinolab.search.tree.lanes import draw_lanes, hold_best_lane
 from kinolab.search.tree.limits import keeps_limits
@@ -34,6 +34,7 @@ from kinolab.simulation.collision_context import speed_bound
 from kinolab.simulation.machine import advance, advance_in_lanes
 
 LEAST_CELLS = 3.0  # from the start to the goal, where the cost to go says how far a node has come
+COASTING_WEIGHT = 2.0  # of the cost to go where a motion leads, beside that of where it ends
 KEEP_PROBABILITY = 0.05  # probability of keeping a motion that reaches no new cell
 
 
@@ -62,6 +63,7 @@ def explore(  # type: ignore[no-untyped-def]
         GROWING, REACHED or FULL, and the number of iterations made.
     """
     now, after, u, random = tree.now, tree.after, tree.held, search.random
+    before, horizon = tree.target, mean_steps(min_steps, max_steps)
     steps_per_cell = pace_per_cell(search, grid, most, pace)
     for done in range(iterations):
         if tree.size[0] >= tree.x.shape[0]:
@@ -78,7 +80,7 @@ def explore(  # type: ignore[no-untyped-def]
                 break
             made, known_clearance = made + 1, clearance
             for i in range(now.shape[0]):
-                now[i] = after[i]
+                before[i], now[i] = now[i], after[i]
             if made < min_steps or tree.size[0] >= tree.x.shape[0]:
                 continue
             far = grid.steps[cell_at(grid, now)]
@@ -95,13 +97,20 @@ def explore(  # type: ignore[no-untyped-def]
             ):
                 parent = insert_node(tree, now, u, parent, made, known_clearance)
                 made, new = 0, new or first
-                put(cells, key, parent, score(tree, far, cost_to_go_exponent))
+                leads = coasting_cost(grid, before, now, horizon, search.scratch.x)
+                put(cells, key, parent, score(tree, leads, cost_to_go_exponent))
                 if violation < best[1]:
                     best[0], best[1] = parent, violation
                 if violation <= TOLERANCE_FRACTION:
                     return REACHED, done + 1
         rate(cells, cell, new)
     return GROWING, iterations
+
+
+@kernel
+def mean_steps(min_steps, max_steps):  # type: ignore[no-untyped-def]
+    """Return for how many steps an input is held on average: motions are taken to go on as long."""
+    return 0.5 * (min_steps + max_steps)
 
 
 @kernel
@@ -126,9 +135,15 @@ def start_in_a_cell(search, tree, cells):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def score(tree, far, cost_to_go_exponent):  # type: ignore[no-untyped-def]
-    """Return the score of a new cell, higher for later cells and for those nearer to the goal."""
-    return math.log(1.0 + tree.size[0]) / (1.0 + far) ** cost_to_go_exponent
+def score(tree, leads, cost_to_go_exponent):  # type: ignore[no-untyped-def]
+    """Return the score of a new cell, higher for later cells and for those that lead to the goal.
+
+    Args:
+        tree: ``Tree``.
+        leads: Cost to go of where the motion into the cell leads, in cells.
+        cost_to_go_exponent: As ``explore`` takes it.
+    """
+    return math.log(1.0 + tree.size[0]) / (1.0 + leads) ** cost_to_go_exponent
 
 
 @kernel
@@ -149,7 +164,8 @@ def propagate(search, tree, grid, parent, min_steps, max_steps, control_samples)
         sample_control(search.problem, random, tree.drawn)
         steps, far = min_steps + below(random, max_steps - min_steps + 1), 0.0
         if control_samples > 1:
-            far, steps = cost_to_go_after(search, tree, grid, parent, steps)
+            horizon = mean_steps(min_steps, max_steps)
+            far, steps = cost_to_go_after(search, tree, grid, parent, steps, horizon)
         if k == 0 or far < least:
             least, longest = far, max(steps, min_steps)
             for i in range(tree.held.shape[0]):
@@ -167,28 +183,30 @@ def propagate_in_lanes(  # type: ignore[no-untyped-def]
         search, tree, grid: ``SearchState``, ``Tree`` and ``CostToGoGrid``.
         parent, min_steps, max_steps, control_samples: As ``propagate`` takes them.
     """
-    least, longest = math.inf, np.int64(0)
+    least, longest, horizon = math.inf, np.int64(0), mean_steps(min_steps, max_steps)
     for first in range(0, control_samples, LANES):
         inputs = min(LANES, control_samples - first)
         most = draw_lanes(search, tree, parent, inputs, min_steps, max_steps)
-        cost_to_go_in_lanes(search, tree, grid, inputs, most)
+        cost_to_go_in_lanes(search, tree, grid, inputs, most, horizon)
         least, longest = hold_best_lane(tree, inputs, least, longest)
     return max(longest, min_steps)
 
 
 @kernel
-def cost_to_go_in_lanes(search, tree, grid, inputs, most):  # type: ignore[no-untyped-def]
-    """Set the least cost to go along the input of every lane, and the step that attains it.
+def cost_to_go_in_lanes(search, tree, grid, inputs, most, horizon):  # type: ignore[no-untyped-def]
+    """Set the cost of the input of every lane, and the step with the least cost to go along it.
 
     Args:
         search, tree, grid: ``SearchState``, ``Tree`` and ``CostToGoGrid``.
         inputs: Number of lanes in use.
         most: Steps of the longest one.
+        horizon: Steps for which a motion is taken to go straight on.
     """
-    lanes, arrays = tree.lanes, search.problem
-    now, after, least, best = lanes.now, lanes.after, lanes.least, lanes.best
+    lanes, arrays, ahead = tree.lanes, search.problem, search.scratch.x
+    now, after, cost, best = lanes.now, lanes.after, lanes.least, lanes.best
+    least = lanes.nearest
     for lane in range(inputs):
-        least[lane], best[lane] = math.inf, 1
+        cost[lane], least[lane], best[lane] = math.inf, math.inf, 1
     for step in range(most):
         failed = advance_in_lanes(search.machine, now, lanes.held, arrays.step, after)
         running = False
@@ -203,32 +221,38 @@ def cost_to_go_in_lanes(search, tree, grid, inputs, most):  # type: ignore[no-un
             far = grid.steps[cell_at(grid, x)]
             if far <= least[lane]:
                 least[lane], best[lane] = far, step + 1
+                leads = coasting_cost(grid, now[:, lane], x, horizon, ahead)
+                cost[lane] = far + COASTING_WEIGHT * leads
         if not running:
             break
         now, after = after, now
 
 
 @kernel
-def cost_to_go_after(search, tree, grid, parent, steps):  # type: ignore[no-untyped-def]
-    """Return the least cost to go along an input, ignoring obstacles, and the step that attains it.
+def cost_to_go_after(search, tree, grid, parent, steps, horizon):  # type: ignore[no-untyped-def]
+    """Return the cost of an input, ignoring obstacles, and the step with the least cost to go.
+
+    That is the cost to go there and, weighted, the one of where the motion leads.
 
     Args:
         search, tree, grid: ``SearchState``, ``Tree`` and ``CostToGoGrid``.
         parent: The node.
         steps: Duration of the input ``tree.drawn`` in steps.
+        horizon: Steps for which a motion is taken to go straight on.
     """
     now, after, u = tree.now, tree.after, tree.drawn
-    machine, arrays = search.machine, search.problem
+    machine, arrays, ahead = search.machine, search.problem, search.scratch.x
     for i in range(now.shape[0]):
         now[i] = tree.x[parent, i]
-    least, at = math.inf, 1
+    cost, least, at = math.inf, math.inf, 1
     for step in range(steps):
         failed = advance(machine, now, u, arrays.step, after)
         if failed != 0 or not keeps_limits(arrays.limits, after):
             break
-        for i in range(now.shape[0]):
-            now[i] = after[i]
-        far = grid.steps[cell_at(grid, now)]
+        far = grid.steps[cell_at(grid, after)]
         if far <= least:
             least, at = far, step + 1
-    return least, at
+            cost = far + COASTING_WEIGHT * coasting_cost(grid, now, after, horizon, ahead)
+        for i in range(now.shape[0]):
+            now[i] = after[i]
+    return cost, at
