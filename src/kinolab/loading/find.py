@@ -19,9 +19,11 @@ from kinolab.scenario import (
 )
 from kinolab.scenario.dynobench import is_environment, read_environment
 from kinolab.scenario.user_code import blamed, python_reference, run_file
+from kinolab.scenario.values import ROBOT_FORMATS
 
 if TYPE_CHECKING:  # a machine that is in the cache needs no symbols
     from kinolab.dynamics import System
+    from kinolab.scenario.schema import SystemSection
 
 
 def find_scenario(what: str, *, overrides: Sequence[str] = ()) -> Scenario:
@@ -57,7 +59,7 @@ def find_machine(what: str) -> System:
     """
     if what in systems.names():
         return systems.get(what)
-    if what.endswith((".py", ".json")) or what.rpartition(":")[0].endswith(".py"):
+    if what.endswith((".py", ".json", *ROBOT_FORMATS)) or what.rpartition(":")[0].endswith(".py"):
         return _system_in_file(Path(), what, what)
     scenario = _named_scenario(what)
     if scenario is None:
@@ -82,7 +84,7 @@ def find_system(scenario: Scenario) -> System:
         system = systems.get(section.name)
     else:
         where = place_at(("system", "file"), scenario.origin)
-        system = _system_in_file(scenario.folder, str(section.file), where)
+        system = _system_in_file(scenario.folder, str(section.file), where, section)
     known = [parameter.name for parameter in system.parameters]
     if all(name in known for name in section.parameters):
         return system.with_parameters(**section.parameters)
@@ -98,8 +100,10 @@ def _named_scenario(what: str, overrides: Sequence[str] = ()) -> Scenario | None
     return None
 
 
-def _system_in_file(folder: Path, text: str, where: str) -> System:
-    """Return the system in a JSON file, or the one that ``machine.py:function`` makes."""
+def _system_in_file(
+    folder: Path, text: str, where: str, section: SystemSection | None = None
+) -> System:
+    """Return the system in a file of data, or the one that ``machine.py:function`` makes."""
     from kinolab.dynamics import System
     from kinolab.dynamics.language.json.machine_file import load_machine
 
@@ -108,6 +112,11 @@ def _system_in_file(folder: Path, text: str, where: str) -> System:
         if not path.is_file():
             raise InputError([Mistake(where, f"there is no file {text}.")])
         return System.of(load_machine(path))
+    if text.endswith(ROBOT_FORMATS):
+        from kinolab.robots import read_urdf
+
+        base, locked = (section.base, section.locked) if section else (None, None)
+        return read_urdf(folder / text, base=base or "fixed", locked=locked)
     file, function = python_reference(text) or (text, "")
     return _system_from_python(folder / file, function, where)
 

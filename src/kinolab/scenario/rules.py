@@ -11,8 +11,10 @@ from collections.abc import Iterable, Mapping, Sequence
 from kinolab.errors import unknown_name
 from kinolab.scenario.issues import Issue, KeyPath
 from kinolab.scenario.toml_text import shortened, string_text
+from kinolab.scenario.values import ROBOT_FORMATS
 
 SYSTEM_KINDS = ("name", "file")
+ROBOT_ONLY = ("base", "locked")
 OBSTACLE_KINDS = ("mesh", "box", "sphere", "cylinder")
 MESH_ONLY = ("scale", "up", "solid", "simplify")
 PLANNER_KEYS = ("name", "time_limit", "max_iterations", "seed", "improve")
@@ -24,7 +26,9 @@ def document_issues(document: Mapping[str, object]) -> list[Issue]:
     entries = world.get("obstacle")
     obstacles = [_table(entry) for entry in entries] if isinstance(entries, list) else []
     return [
-        *_below(("system",), system_issues(system) if "system" in document else []),
+        *_below(
+            ("system",), system_issues(system, system.get("file")) if "system" in document else []
+        ),
         *(
             issue.below(("world", "obstacle", place))
             for place, obstacle in enumerate(obstacles)
@@ -35,9 +39,17 @@ def document_issues(document: Mapping[str, object]) -> list[Issue]:
     ]
 
 
-def system_issues(given: Iterable[str]) -> list[Issue]:
-    """A machine has one description."""
-    return _exactly_one(given, SYSTEM_KINDS, "a registered machine's name or a machine's file")
+def system_issues(given: Iterable[str], file: object) -> list[Issue]:
+    """A machine has one description, and only a robot's file leaves base and joints open."""
+    given = list(given)
+    issues = _exactly_one(given, SYSTEM_KINDS, "a registered machine's name or a machine's file")
+    if not (isinstance(file, str) and file.endswith(ROBOT_FORMATS)):
+        issues += [
+            Issue((key,), f"{key} is a key of robots from files only.", f"Leave {key} out.")
+            for key in ROBOT_ONLY
+            if key in given
+        ]
+    return issues
 
 
 def obstacle_issues(given: Iterable[str]) -> list[Issue]:

@@ -87,11 +87,13 @@ class SystemSection(Section):
 
     name: Name | None = None
     file: SystemFile | None = None  # Python is code that runs; relative to the scenario
+    base: Literal["fixed", "floating"] | None = None  # of a robot's file
+    locked: dict[str, Number] | None = None  # positions of a robot's joints, [rad] or [m]
     parameters: dict[str, Number] = {}
 
     @model_validator(mode="after")
     def _one_source(self) -> Self:
-        _obey(rules.system_issues(_given(self)))
+        _obey(rules.system_issues(_given(self), self.file))
         return self
 
 

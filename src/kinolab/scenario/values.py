@@ -26,6 +26,7 @@ from kinolab.errors import flaw_of
 from kinolab.scenario.angles import EXAMPLES, WrittenAngle, angle_of
 from kinolab.scenario.user_code import python_reference
 
+ROBOT_FORMATS = (".urdf",)  # files of other tools that describe a robot
 MESH_FORMATS = (".dae", ".glb", ".obj", ".off", ".ply", ".stl")
 WHOLE_MAX = 2**63 - 1  # what TOML promises to carry
 SETTING_DEPTH = 8  # tables and lists within each other in a planner's own settings
@@ -102,7 +103,7 @@ def _mesh_path(text: str) -> str:
 
 def _system_file(text: str) -> str:
     python = python_reference(text)
-    if python is None and not text.endswith((".json", ".py")):
+    if python is None and not text.endswith((".json", ".py", *ROBOT_FORMATS)):
         raise refusal("does not name a machine in a file")
     if not _is_relative(python[0] if python else text):
         raise refusal("is not relative to the scenario's folder")
@@ -214,7 +215,9 @@ PlannerName = Annotated[
     Wanted('the name of a planner in quotes, or "my_planner.py:Class"'),
 ]
 SystemFile = Annotated[
-    str, AfterValidator(_system_file), Wanted('"my_machine.py:crane" or "machine.json"')
+    str,
+    AfterValidator(_system_file),
+    Wanted('"my_machine.py:crane", "machine.json" or "robot.urdf"'),
 ]
 MeshPath = Annotated[
     str,

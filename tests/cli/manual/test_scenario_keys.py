@@ -92,6 +92,16 @@ def test_the_defaults_are_those_that_a_scenario_gets(path: KeyPath) -> None:
             assert default == [f"`{value_text(field.default)}`"]
 
 
+LINK = """<link name="{0}"><inertial><origin xyz="0 0 0.5"/><mass value="1"/>
+<inertia ixx="0.1" iyy="0.1" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<joint name="{1}" type="revolute"><parent link="{2}"/><child link="{0}"/><axis xyz="0 1 0"/>
+<origin xyz="0 0 1"/><limit lower="-2" upper="2" effort="40" velocity="3"/></joint>"""
+ARM = (
+    '<robot name="arm"><link name="base"/>'
+    f"{LINK.format('upper', 'shoulder', 'base')}{LINK.format('lower', 'wrist', 'upper')}</robot>"
+)
+
+
 @pytest.fixture
 def home(tmp_path: Path) -> Path:
     """A folder with the files that the examples name."""
@@ -100,6 +110,7 @@ def home(tmp_path: Path) -> Path:
     text = source_of(machine_words.SOURCE)
     whole = next(s for s in sections_of(text) if s.title == "A complete machine")
     (tmp_path / "cart_pendulum.py").write_text(whole.examples("python")[0])
+    (tmp_path / "arm.urdf").write_text(ARM)
     return tmp_path
 
 

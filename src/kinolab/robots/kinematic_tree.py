@@ -1,0 +1,137 @@
+"""A robot as a tree of links and joints with numbers for parameters, as files describe it."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Literal, TypeAlias
+
+import numpy as np
+
+from kinolab.dynamics.language.shapes import Shape
+from kinolab.numerics.arrays import Array
+
+JointKind: TypeAlias = Literal["fixed", "revolute", "prismatic", "planar", "floating"]
+
+
+@dataclass(frozen=True)
+class Inertial:
+    """Mass properties of a link, in its axes.
+
+    Attributes:
+        mass: In [kg].
+        centre: Centre of mass, shape (3,), in [m].
+        inertia: About the centre of mass, shape (3, 3), in [kg m^2].
+    """
+
+    mass: float
+    centre: Array
+    inertia: Array
+
+
+@dataclass(frozen=True)
+class PlacedShape:
+    """A shape that is fixed to a link.
+
+    Attributes:
+        shape: Centred at the origin of its own frame and symmetric about z, if about any axis.
+        pose: Of that frame in the link's, shape (4, 4).
+        color: Red, green and blue in [0, 1], if the file says them.
+    """
+
+    shape: Shape
+    pose: Array
+    color: tuple[float, float, float] | None = None
+
+
+@dataclass(frozen=True)
+class Link:
+    """A rigid part of a robot; one without mass is only a frame or a shape."""
+
+    name: str
+    inertial: Inertial | None = None
+    solids: tuple[PlacedShape, ...] = ()
+
+
+@dataclass(frozen=True)
+class Mimicked:
+    """A joint whose position is ``factor`` times that of another one, plus ``offset``."""
+
+    joint: str
+    factor: float = 1.0
+    offset: float = 0.0
+
+
+@dataclass(frozen=True)
+class Joint:
+    """What connects a link to its parent; angles are in [rad], lengths in [m].
+
+    Attributes:
+        name: Its name.
+        kind: How it moves; a planar one in the plane across its axis.
+        parent, child: Names of the links.
+        pose: Of the child's frame in the parent's, where the joint is at zero, shape (4, 4).
+        axis: Unit vector in the child's frame, shape (3,).
+        lower, upper: Limits of its position.
+        speed: Largest magnitude of its rate.
+        effort: Largest magnitude of its motor's torque or force in [N m] or [N]; 0 without motor.
+        damping: Viscous friction in [N m s/rad] or [N s/m].
+        friction: Coulomb friction in [N m] or [N].
+        mimics: Which joint it follows, if any.
+    """
+
+    name: str
+    kind: JointKind
+    parent: str
+    child: str
+    pose: Array = field(default_factory=lambda: np.eye(4))
+    axis: Array = field(default_factory=lambda: np.array([1.0, 0.0, 0.0]))
+    lower: float = -math.inf
+    upper: float = math.inf
+    speed: float = math.inf
+    effort: float = 0.0
+    damping: float = 0.0
+    friction: float = 0.0
+    mimics: Mimicked | None = None
+
+
+@dataclass(frozen=True)
+class KinematicTree:
+    """Links and the joints between them; exactly one link, the root, has no parent."""
+
+    name: str
+    links: tuple[Link, ...]
+    joints: tuple[Joint, ...]
+
+    @property
+    def root(self) -> Link:
+        """The link that has no parent."""
+        children = {joint.child for joint in self.joints}
+        return next(link for link in self.links if link.name not in children)
+
+
+def pose_of(xyz: Array, turn: Array) -> Array:
+    """Return the pose (4, 4) with a position (3,) and a rotation matrix (3, 3)."""
+    pose = np.eye(4)
+    pose[:3, :3], pose[:3, 3] = turn, xyz
+    return pose
+
+
+def from_the_root(tree: KinematicTree) -> Iterator[Joint]:
+    """Yield the joints, each after the one that its parent hangs from."""
+    below: dict[str, list[Joint]] = {}
+    for joint in tree.joints:
+        below.setdefault(joint.parent, []).append(joint)
+    waiting = [tree.root.name]
+    while waiting:
+        for joint in below.get(waiting.pop(0), []):
+            yield joint
+            waiting.append(joint.child)
+
+
+def usable_name(text: str) -> str:
+    """Return a name for scenarios and equations: other characters become underscores."""
+    name = re.sub(r"\W", "_", text.strip())
+    return f"_{name}" if name[:1].isdigit() else name

@@ -1,0 +1,347 @@
+"""From a kinematic tree to a machine: links that are fixed to each other become one body."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any, Literal, TypeAlias
+
+import numpy as np
+import sympy
+
+from kinolab.dynamics import System
+from kinolab.dynamics.language.bodies import Body
+from kinolab.dynamics.language.forces import Coulomb, Effort, Viscous, toward
+from kinolab.dynamics.language.frames import WORLD, Axis, Frame, move, orient
+from kinolab.dynamics.language.inputs import Force, Input, Torque
+from kinolab.dynamics.language.shapes import Box, Capsule, Cylinder, Shape, Sphere
+from kinolab.dynamics.language.symbols import Coordinate, angle, length, rate, rotation
+from kinolab.errors import InputError, Mistake
+from kinolab.numerics.arrays import Array
+from kinolab.robots.constant_frames import (
+    TURNS,
+    along_an_axis,
+    constant_frame,
+    onto_z,
+)
+from kinolab.robots.kinematic_tree import (
+    Inertial,
+    Joint,
+    KinematicTree,
+    Link,
+    PlacedShape,
+    from_the_root,
+    pose_of,
+    usable_name,
+)
+from kinolab.robots.tree_mistakes import inertia_mistake, massless_joints
+
+Base: TypeAlias = Literal["fixed", "floating"]
+
+GRAVITY = 9.81  # [m/s^2]
+ALIGNED = 1e-9  # of a rotation's entries: a shape that is turned less is taken along the axes
+
+
+@dataclass
+class _Part:
+    """Links that are fixed to each other.
+
+    Attributes:
+        name: Of the first one.
+        frame: Of the first one, where it moves.
+        links: All, with their poses (4, 4) in that frame.
+    """
+
+    name: str
+    frame: Frame
+    links: list[tuple[Link, Array]] = field(default_factory=list)
+    body: Body | None = None
+
+
+def assembled(
+    tree: KinematicTree,
+    *,
+    base: Base = "fixed",
+    locked: Mapping[str, float] | None = None,
+    where: str = "",
+) -> System:
+    """Return the machine of a robot.
+
+    Args:
+        tree: The robot, without ``tree_mistakes``.
+        base: Whether its root is fixed to the world or moves freely in it.
+        locked: Positions of joints that do not move, by name.
+        where: What mistakes are reported for.
+
+    Raises:
+        InputError: With everything that the machine cannot have.
+    """
+    tree = replace(tree, joints=tuple(_with_locked(tree, locked or {})))
+    mistakes = [*massless_joints(tree, where)]
+    if mistakes:
+        raise InputError(mistakes)
+    return _Assembly(tree, base, where).system()
+
+
+class _Assembly:
+    def __init__(self, tree: KinematicTree, base: Base, where: str) -> None:
+        self._tree, self._where = tree, where
+        self._mistakes: list[Mistake] = []
+        self._links = {link.name: link for link in tree.links}
+        self._base = WORLD if base == "fixed" else _floating("base", "")
+        self._coordinates = {
+            joint.name: _coordinate(joint)
+            for joint in tree.joints
+            if joint.kind in ("revolute", "prismatic") and joint.mimics is None
+        }
+        self._inputs: list[Input] = []
+        self._efforts: list[Effort] = []
+        self._bodies: list[Body] = []
+
+    def system(self) -> System:
+        """Return the machine."""
+        tree = self._tree
+        root = _Part(tree.root.name, self._base)
+        parts, at = [root], {tree.root.name: (root, np.eye(4))}
+        root.links.append((tree.root, np.eye(4)))
+        moving: list[tuple[Joint, _Part, _Part, Frame]] = []
+        for joint in from_the_root(tree):
+            parent, pose = at[joint.parent]
+            pose = pose @ joint.pose
+            child = self._links[joint.child]
+            if joint.kind == "fixed":
+                parent.links.append((child, pose))
+                at[joint.child] = parent, pose
+                continue
+            before = parent.frame @ constant_frame(pose)
+            part = _Part(joint.child, before @ self._motion(joint))
+            part.links.append((child, np.eye(4)))
+            at[joint.child] = part, np.eye(4)
+            parts.append(part)
+            moving.append((joint, parent, part, before))
+        for part in parts:
+            self._add_bodies(part, still=part is root and self._base is WORLD)
+        for joint, parent, part, before in moving:
+            self._add_forces(joint, parent, part, before)
+        if self._mistakes:
+            raise InputError(self._mistakes)
+        return System(
+            usable_name(tree.name) or "robot",
+            bodies=self._bodies,
+            inputs=self._inputs,
+            efforts=self._efforts,
+            gravity=toward("-z", GRAVITY),
+        )
+
+    def _motion(self, joint: Joint) -> Frame:
+        """Return how a joint moves, as a frame."""
+        if joint.kind == "floating":
+            return _floating(joint.name, f"{usable_name(joint.name)}_at_")
+        if joint.kind == "planar":
+            name = usable_name(joint.name)
+            turned = constant_frame(pose_of(np.zeros(3), onto_z(joint.axis)))
+            back = constant_frame(pose_of(np.zeros(3), onto_z(joint.axis).T))
+            slide = move(length(f"{name}_x"), length(f"{name}_y"))
+            return turned @ slide @ TURNS["z"](angle(f"{name}_angle")) @ back
+        at: Any = self._position(joint)
+        if joint.kind == "prismatic":
+            return move(*(float(entry) * at if entry else 0 for entry in joint.axis))
+        return _turn(joint.axis, at)
+
+    def _position(self, joint: Joint) -> sympy.Expr:
+        """Return a joint's position: its own coordinate, or a function of another one's."""
+        own, factor, offset = self._led(joint)
+        return own if (factor, offset) == (1.0, 0.0) else factor * own + offset
+
+    def _led(self, joint: Joint) -> tuple[Coordinate, float, float]:
+        """Return the coordinate that a joint's position is linear in, factor and offset."""
+        joints = {entry.name: entry for entry in self._tree.joints}
+        factor, offset = 1.0, 0.0
+        while joint.mimics is not None:
+            follows = joint.mimics
+            factor, offset = factor * follows.factor, offset + factor * follows.offset
+            joint = joints[follows.joint]
+        return self._coordinates[joint.name], factor, offset
+
+    def _add_bodies(self, part: _Part, *, still: bool) -> None:
+        """Add a part's body, and those of shapes that are turned in it."""
+        inertial = _together(part.links)
+        if not still and (mistake := inertia_mistake(part.name, inertial, self._where)):
+            self._mistakes.append(mistake)
+        centre = inertial.centre if inertial.mass > 0.0 else np.zeros(3)
+        aligned: list[Shape] = []
+        turned: list[tuple[str, PlacedShape, Array]] = []
+        color = None
+        for link, pose in part.links:
+            for solid in link.solids:
+                placed = pose @ solid.pose
+                shape = _along_the_axes(solid.shape, placed, centre)
+                if shape is None:
+                    turned.append((f"{link.name} {len(turned) + 2}", solid, placed))
+                else:
+                    aligned.append(shape)
+                color = color or solid.color
+        frame = part.frame @ move(*map(float, centre)) if centre.any() else part.frame
+        part.body = Body(
+            part.name,
+            frame,
+            mass=0 if still else inertial.mass,
+            inertia=0 if still else _six(inertial.inertia),
+            shape=aligned,
+            touches_ground=still,
+            color=color,
+        )
+        self._bodies.append(part.body)
+        self._bodies += [
+            Body(
+                name,
+                part.frame @ constant_frame(placed),
+                shape=solid.shape,
+                touches_ground=still,
+                color=solid.color or color,
+            )
+            for name, solid, placed in turned
+        ]
+
+    def _add_forces(self, joint: Joint, parent: _Part, part: _Part, before: Frame) -> None:
+        """Add a joint's motor and friction."""
+        if joint.kind not in ("revolute", "prismatic"):
+            return
+        leader, factor, _ = self._led(joint)
+        own = factor * rate(leader) if joint.mimics else rate(leader)
+        if joint.damping > 0.0:
+            self._efforts.append(Viscous(own, joint.damping))
+        if joint.friction > 0.0:
+            self._efforts.append(Coulomb(own, joint.friction))
+        if joint.effort <= 0.0 or joint.mimics:
+            return
+        assert part.body is not None
+        assert parent.body is not None
+        name, axis = usable_name(joint.name), _axis(before, joint.axis)
+        reacts_on = None if parent.frame is WORLD else parent.body
+        if joint.kind == "revolute":
+            self._inputs.append(
+                Torque(
+                    f"{name}_torque", on=part.body, about=axis, limit=joint.effort,
+                    reacts_on=reacts_on,
+                )
+            )  # fmt: skip
+        else:
+            self._inputs.append(
+                Force(
+                    f"{name}_force", on=part.body, along=axis, limit=joint.effort,
+                    reacts_on=reacts_on,
+                )
+            )  # fmt: skip
+
+
+def _floating(name: str, prefix: str) -> Frame:
+    """Return a frame that moves freely; an attitude's own entries are called name_x to name_w."""
+    place = move(length(f"{prefix}x"), length(f"{prefix}y"), length(f"{prefix}z"))
+    return place @ orient(rotation(usable_name(name)))
+
+
+def _coordinate(joint: Joint) -> Coordinate:
+    name, declared = usable_name(joint.name), length if joint.kind == "prismatic" else angle
+    return declared(name, joint.lower, joint.upper, speed=joint.speed)
+
+
+def _turn(axis: Array, at: sympy.Expr) -> Frame:
+    """Return the rotation about a unit vector (3,) by an angle in [rad]."""
+    along = along_an_axis(axis)
+    if along is not None:
+        name, sign = along
+        return TURNS[name](at if sign > 0 else -at)
+    onto = onto_z(axis)
+    there, back = (constant_frame(pose_of(np.zeros(3), turn)) for turn in (onto, onto.T))
+    return there @ TURNS["z"](at) @ back
+
+
+def _axis(frame: Frame, axis: Array) -> Axis:
+    """Return a unit vector (3,) of a frame as an axis."""
+    along = along_an_axis(axis)
+    if along is None:
+        return (frame @ constant_frame(pose_of(np.zeros(3), onto_z(axis)))).z
+    name, sign = along
+    return Axis(frame, name) if sign > 0 else -Axis(frame, name)
+
+
+def _together(links: Sequence[tuple[Link, Array]]) -> Inertial:
+    """Return the mass properties of links in the frame in which their poses (4, 4) are given."""
+    parts = [
+        (link.inertial.mass, pose[:3, :3] @ link.inertial.centre + pose[:3, 3],
+         pose[:3, :3] @ link.inertial.inertia @ pose[:3, :3].T)
+        for link, pose in links
+        if link.inertial is not None
+    ]  # fmt: skip
+    mass = sum(m for m, _, _ in parts)
+    if len(parts) == 1 or mass <= 0.0:
+        inertia = sum((own for _, _, own in parts), np.zeros((3, 3)))
+        return Inertial(mass, parts[0][1] if parts else np.zeros(3), inertia)
+    centre = sum((m * c for m, c, _ in parts), np.zeros(3)) / mass
+    inertia = np.zeros((3, 3))
+    for m, c, own in parts:  # parallel axes
+        arm = c - centre
+        inertia = inertia + own + m * (arm @ arm * np.eye(3) - np.outer(arm, arm))
+    return Inertial(mass, centre, inertia)
+
+
+def _six(inertia: Array) -> tuple[float, ...]:
+    (xx, xy, xz), (_, yy, yz), (_, _, zz) = inertia.tolist()
+    return xx, yy, zz, xy, xz, yz
+
+
+def _along_the_axes(shape: Shape, pose: Array, centre: Array) -> Shape | None:
+    """Return a shape in a body's axes, its centre of mass at ``centre`` (3,), None if oblique."""
+    turn = np.where(np.abs(pose[:3, :3]) < ALIGNED, 0.0, pose[:3, :3])
+    at = tuple((pose[:3, 3] - centre).tolist())
+    if isinstance(shape, Sphere):
+        return replace(shape, at=at)
+    if isinstance(shape, Box):
+        if not np.allclose(np.abs(turn).max(axis=0), 1.0, rtol=0.0, atol=ALIGNED):
+            return None
+        x, y, z = (np.abs(turn) @ np.array([shape.x, shape.y, shape.z], dtype=float)).tolist()
+        return Box(x, y, z, at=at)
+    assert isinstance(shape, Cylinder | Capsule)
+    along = along_an_axis(turn[:, 2])
+    return None if along is None else replace(shape, axis=along[0], at=at)
+
+
+def _with_locked(tree: KinematicTree, locked: Mapping[str, float]) -> Iterator[Joint]:
+    """Yield the joints; those that are locked, or have no room between their limits, as fixed."""
+    joints = {joint.name: joint for joint in tree.joints}
+    for joint in tree.joints:
+        at = _locked_at(joint, joints, locked) if joint.kind in ("revolute", "prismatic") else None
+        if at is None:
+            yield joint
+            continue
+        moved = np.eye(4)
+        if joint.kind == "prismatic":
+            moved[:3, 3] = at * joint.axis
+        else:
+            moved[:3, :3] = turned_about(joint.axis, at)
+        yield replace(joint, kind="fixed", pose=joint.pose @ moved, mimics=None)
+
+
+def _locked_at(
+    joint: Joint, joints: Mapping[str, Joint], locked: Mapping[str, float]
+) -> float | None:
+    """Return where a joint is locked, itself or with the one that it follows; None if it moves."""
+    if joint.name in locked:
+        return locked[joint.name]
+    if joint.mimics is not None:
+        at = _locked_at(joints[joint.mimics.joint], joints, locked)
+        return None if at is None else joint.mimics.factor * at + joint.mimics.offset
+    return joint.lower if joint.lower == joint.upper else None
+
+
+def turned_about(axis: Array, at: float) -> Array:
+    """Return the rotation matrix (3, 3) about a unit vector (3,) by an angle in [rad].
+
+    Source: Murray, Li, Sastry, A Mathematical Introduction to Robotic Manipulation, 1994, (2.14).
+    """
+    x, y, z = axis
+    hat = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    turn: Array = np.eye(3) + math.sin(at) * hat + (1.0 - math.cos(at)) * hat @ hat
+    return turn

@@ -1,0 +1,124 @@
+"""What is wrong with a robot's description."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+
+import numpy as np
+
+from kinolab.errors import Mistake, unknown_name
+from kinolab.robots.constant_frames import ROUNDING
+from kinolab.robots.kinematic_tree import Inertial, KinematicTree, from_the_root, usable_name
+
+INDEFINITE = 1e-9  # of the largest entry of an inertia matrix, which may be rounded
+
+
+def tree_mistakes(
+    tree: KinematicTree, locked: Mapping[str, float], where: str
+) -> Iterator[Mistake]:
+    """Yield what is no tree, names that nothing has or two things have, and wrong limits."""
+    links = [link.name for link in tree.links]
+    joints = [joint.name for joint in tree.joints]
+    movable = [joint.name for joint in tree.joints if joint.kind in ("revolute", "prismatic")]
+    yield from _twice("link", links, where)
+    yield from _twice("joint", joints, where)
+    for joint in tree.joints:
+        place = f"{where} joint {joint.name!r}".strip()
+        for end, name in (("parent", joint.parent), ("child", joint.child)):
+            if name not in links:
+                yield unknown_name("link", name, known=sorted(links), where=f"{place} {end}")
+        if joint.mimics is not None and joint.mimics.joint not in movable:
+            known = sorted(movable)
+            yield unknown_name("joint", joint.mimics.joint, known=known, where=f"{place} mimic")
+        if not joint.lower <= joint.upper:
+            what = f"its limits are {joint.lower:g} to {joint.upper:g}."
+            yield Mistake(place, what, "The lower one must be below the upper one.")
+    yield from _going_round(tree, where)
+    for name in sorted({usable_name(joint) for joint in movable}):
+        same = sorted({joint for joint in movable if usable_name(joint) == name})
+        if len(same) > 1:
+            yield Mistake(where, f"the joints {' and '.join(same)} would both be called {name}.")
+    yield from _shape_mistakes(tree, where)
+    yield from _no_tree(tree, where)
+    for name, at in locked.items():
+        if name not in movable:
+            yield unknown_name("joint", name, known=sorted(movable), where=f"{where} locked")
+        elif not math.isfinite(at):
+            yield Mistake(f"{where} locked {name}".strip(), f"{at} is no position.")
+
+
+def massless_joints(tree: KinematicTree, where: str) -> Iterator[Mistake]:
+    """Yield the joints that move nothing with mass: their acceleration would be infinite."""
+    links = {link.name: link for link in tree.links}
+    below: dict[str, float] = {}
+    for joint in reversed([*from_the_root(tree)]):
+        own = links[joint.child].inertial
+        moved = 0.0 if own is None else own.mass + float(np.abs(own.inertia).max())
+        moved += sum(below[one.child] for one in tree.joints if one.parent == joint.child)
+        below[joint.child] = moved
+        if joint.kind != "fixed" and joint.mimics is None and moved <= ROUNDING:
+            what = f"it moves {joint.child}, which has no inertia, and nothing else."
+            remedy = f"Give {joint.child} an inertia, or lock the joint."
+            yield Mistake(f"{where} joint {joint.name!r}".strip(), what, remedy)
+
+
+def inertia_mistake(name: str, inertial: Inertial, where: str) -> Mistake | None:
+    """Return what is wrong with the mass properties of links that move together, if anything."""
+    least = float(np.linalg.eigvalsh(inertial.inertia).min())
+    if least >= -INDEFINITE * max(float(np.abs(inertial.inertia).max()), ROUNDING):
+        return None
+    what = f"its inertia has a negative principal moment, {least:.3g} kg m^2."
+    remedy = "No body has; look at ixx, iyy, izz and the signs of the others."
+    return Mistake(f"{where} link {name!r}".strip(), what, remedy)
+
+
+def _twice(kind: str, names: Sequence[str], where: str) -> Iterator[Mistake]:
+    for name in sorted({name for name in names if names.count(name) > 1}):
+        yield Mistake(f"{where} {kind} {name!r}".strip(), f"two {kind}s have this name.")
+
+
+def _going_round(tree: KinematicTree, where: str) -> Iterator[Mistake]:
+    """Yield the joints that follow each other in a circle."""
+    follows = {joint.name: joint.mimics.joint for joint in tree.joints if joint.mimics}
+    for name, first in follows.items():
+        leader, seen = first, {name}
+        while leader in follows and leader not in seen:
+            seen.add(leader)
+            leader = follows[leader]
+        if leader == name:
+            what = "it mimics a joint that mimics it."
+            yield Mistake(f"{where} joint {name!r}".strip(), what)
+
+
+def _shape_mistakes(tree: KinematicTree, where: str) -> Iterator[Mistake]:
+    """Yield shapes without size."""
+    for link in tree.links:
+        for solid in link.solids:
+            sizes = [
+                float(getattr(solid.shape, name))
+                for name in ("x", "y", "z", "radius", "length")
+                if hasattr(solid.shape, name)
+            ]
+            if not all(math.isfinite(size) and size > 0.0 for size in sizes):
+                kind = type(solid.shape).__name__.lower()
+                what = f"its {kind} has the sizes {', '.join(f'{size:g}' for size in sizes)}."
+                yield Mistake(f"{where} link {link.name!r}".strip(), what, "Give positive ones.")
+
+
+def _no_tree(tree: KinematicTree, where: str) -> Iterator[Mistake]:
+    """Yield what keeps the links from hanging from one root."""
+    children = [joint.child for joint in tree.joints]
+    for name in sorted({name for name in children if children.count(name) > 1}):
+        what = "it is the child of two joints; a loop cannot be written that way."
+        yield Mistake(f"{where} link {name!r}".strip(), what)
+    roots = [link.name for link in tree.links if link.name not in children]
+    if len(roots) != 1:
+        shown = f"{', '.join(roots[:5])} have none" if roots else "every link has one"
+        yield Mistake(where, f"exactly one link must have no parent; {shown}.")
+        return
+    reached = {roots[0], *(joint.child for joint in from_the_root(tree))}
+    for link in tree.links:
+        if link.name not in reached:
+            what = f"no chain of joints leads from {roots[0]} to it."
+            yield Mistake(f"{where} link {link.name!r}".strip(), what)

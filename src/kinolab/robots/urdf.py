@@ -1,0 +1,265 @@
+"""Reading URDF files, the robot descriptions of ROS, by yourdfpy.
+
+Source: the specification at wiki.ros.org/urdf/XML.
+"""
+
+from __future__ import annotations
+
+import io
+import math
+import re
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from kinolab.dynamics import System
+from kinolab.dynamics.language.shapes import Box, Cylinder, Shape, Sphere
+from kinolab.errors import InputError, Mistake
+from kinolab.files import read_ordinary
+from kinolab.lazy import library_of
+from kinolab.numerics.arrays import Array
+from kinolab.robots.enclosing import enclosing_shape
+from kinolab.robots.kinematic_tree import (
+    Inertial,
+    Joint,
+    JointKind,
+    KinematicTree,
+    Link,
+    Mimicked,
+    PlacedShape,
+)
+from kinolab.robots.mesh_files import find_mesh
+from kinolab.robots.robot_machine import Base, assembled
+from kinolab.robots.tree_mistakes import tree_mistakes
+from kinolab.world.meshes.mesh import load_mesh
+
+COMMENTS = re.compile(rb"<!--.*?-->", re.DOTALL)
+MOST_BYTES = 20_000_000  # of a file
+MOST_LINKS = 1000
+LARGEST_LINK = 20.0  # [m] across: beyond that a mesh is likely to be in millimetres
+KINDS: Mapping[str, JointKind] = {
+    "fixed": "fixed",
+    "revolute": "revolute",
+    "continuous": "revolute",
+    "prismatic": "prismatic",
+    "planar": "planar",
+    "floating": "floating",
+}
+
+
+def read_urdf(
+    path: str | Path,
+    *,
+    base: Base = "fixed",
+    locked: Mapping[str, float] | None = None,
+    packages: Mapping[str, str | Path] | None = None,
+    shapes: bool = True,
+) -> System:
+    """Read a robot from a URDF file as a machine.
+
+    Links that are fixed to each other become one body. A joint from 0 to 0 has no limits, as in
+    files that leave them out. Joints with an effort limit have a motor of that limit; damping is
+    viscous friction, friction is Coulomb's. Collision geometry counts, or what is drawn where there
+    is none; meshes are enclosed in boxes and capsules. Sensors, transmissions and what simulators
+    add are left out.
+
+    Args:
+        path: The file.
+        base: ``"fixed"`` to the world or ``"floating"`` freely: then the root has the coordinates
+            ``x``, ``y`` and ``z`` in [m] and the attitude ``base``.
+        locked: Positions of joints that do not move, by name, in [rad] or [m].
+        packages: Folders of ``package://`` by name; otherwise they are looked for above the file.
+        shapes: Whether to read shapes at all.
+
+    Raises:
+        InputError: With every mistake in the file, in particular of links without inertia, missing
+            meshes, and lengths in millimetres.
+    """
+    path = Path(path)
+    robot = _parsed(path)
+    reader = _Reader(path, packages or {}, shapes=shapes)
+    tree = KinematicTree(
+        str(robot.name or path.stem),
+        tuple(reader.link(entry) for entry in robot.links),
+        tuple(reader.joint(entry) for entry in robot.joints),
+    )
+    mistakes = [*reader.mistakes, *tree_mistakes(tree, locked or {}, path.name)]
+    if mistakes:
+        raise InputError(mistakes)
+    return assembled(tree, base=base, locked=locked, where=path.name)
+
+
+def _parsed(path: Path) -> Any:
+    """Return yourdfpy's robot."""
+    library = library_of("robots", "yourdfpy", "URDF files are read by yourdfpy")
+    if not path.is_file():
+        raise InputError([Mistake(str(path), "there is no such file.")])
+    content = bytes(read_ordinary(path, MOST_BYTES))
+    if b"<!ENTITY" in content:
+        raise InputError([Mistake(path.name, "it defines XML entities.", "Write them out.")])
+    if re.search(rb"<xacro:|\$\{", COMMENTS.sub(b"", content)):
+        remedy = "Run xacro on it first: xacro robot.xacro > robot.urdf"
+        raise InputError([Mistake(path.name, "it is a xacro template, not a URDF.", remedy)])
+    xml = library_of("robots", "lxml.etree", "URDF files are read by yourdfpy and lxml")
+    try:
+        xml.fromstring(content, xml.XMLParser(resolve_entities=False))  # yourdfpy guesses instead
+        robot = library.URDF.load(
+            io.BytesIO(content),
+            build_scene_graph=False,
+            load_meshes=False,
+            build_collision_scene_graph=False,
+            load_collision_meshes=False,
+        ).robot
+    except Exception as error:  # of lxml and yourdfpy, of many kinds
+        what = f"it is not a URDF file ({str(error).strip() or type(error).__name__})."
+        raise InputError([Mistake(path.name, what)]) from error
+    if not robot.links:
+        raise InputError([Mistake(path.name, "it has no links.")])
+    if len(robot.links) > MOST_LINKS:
+        raise InputError([Mistake(path.name, f"it has more than {MOST_LINKS} links.")])
+    return robot
+
+
+class _Reader:
+    """Converts links and joints, and collects what is wrong with them."""
+
+    def __init__(self, path: Path, packages: Mapping[str, str | Path], *, shapes: bool) -> None:
+        self.mistakes: list[Mistake] = []
+        self._path, self._packages, self._shapes = path, packages, shapes
+
+    def _wrong(self, kind: str, name: str, what: str, remedy: str = "") -> None:
+        self.mistakes.append(Mistake(f"{self._path.name} {kind} {name!r}", what, remedy))
+
+    def link(self, entry: Any) -> Link:
+        """Return a link."""
+        solids: list[PlacedShape] = []
+        if self._shapes:
+            for drawn in entry.collisions or entry.visuals or ():
+                solids += self._solids(entry.name, drawn)
+        color = next(filter(None, map(_color, entry.visuals or ())), None)
+        solids = [PlacedShape(solid.shape, solid.pose, color) for solid in solids]
+        return Link(str(entry.name), self._inertial(entry), tuple(solids))
+
+    def _inertial(self, entry: Any) -> Inertial | None:
+        given = entry.inertial
+        if given is None or given.mass is None:
+            return None
+        pose = np.eye(4) if given.origin is None else np.asarray(given.origin, dtype=float)
+        own = np.zeros((3, 3)) if given.inertia is None else np.asarray(given.inertia, dtype=float)
+        mass = float(given.mass)
+        if not (math.isfinite(mass) and np.isfinite(own).all() and np.isfinite(pose).all()):
+            self._wrong("link", entry.name, "its inertial has numbers that are not finite.")
+            return None
+        if mass < 0.0:
+            self._wrong("link", entry.name, f"its mass is {mass:g} kg.")
+        centre = pose[:3, 3]
+        if np.abs(centre).max() > LARGEST_LINK:
+            what = f"its centre of mass is {np.abs(centre).max():.3g} m from its origin."
+            self._wrong("link", entry.name, what, "URDF has metres: is it in millimetres?")
+        turn = pose[:3, :3]
+        return Inertial(mass, centre, turn @ own @ turn.T)
+
+    def _solids(self, name: str, drawn: Any) -> Iterator[PlacedShape]:
+        pose = np.eye(4) if drawn.origin is None else np.asarray(drawn.origin, dtype=float)
+        given = drawn.geometry
+        if given is None:
+            return
+        shape: Shape | None = None
+        if given.box is not None:
+            x, y, z = map(float, given.box.size)
+            shape = Box(x, y, z)
+        elif given.cylinder is not None:
+            shape = Cylinder(float(given.cylinder.radius), float(given.cylinder.length))
+        elif given.sphere is not None:
+            shape = Sphere(float(given.sphere.radius))
+        if shape is not None:
+            yield PlacedShape(shape, pose)
+        elif given.mesh is not None:
+            yield from self._enclosed(name, given.mesh, pose)
+
+    def _enclosed(self, name: str, mesh: Any, pose: Array) -> Iterator[PlacedShape]:
+        scale = np.ones(3) if mesh.scale is None else np.asarray(mesh.scale, dtype=float)
+        file = find_mesh(str(mesh.filename), self._path.parent, self._packages)
+        if file is None:
+            remedy = "Say where packages are, by packages={name: folder}, or shapes=False."
+            self._wrong("link", name, f"its mesh {mesh.filename} cannot be found.", remedy)
+            return
+        try:
+            vertices = load_mesh(file.name, root=file.parent).vertices * scale
+        except InputError as error:
+            self.mistakes += [
+                Mistake(f"{self._path.name} link {name!r} {one.where}", one.what, one.remedy)
+                for one in error.mistakes
+            ]
+            return
+        across = float(np.ptp(vertices, axis=0).max())
+        if across > LARGEST_LINK:
+            what = f"its mesh {file.name} is {across:.3g} m across."
+            remedy = 'Is it in millimetres? Then it needs scale="0.001 0.001 0.001".'
+            self._wrong("link", name, what, remedy)
+            return
+        solid = enclosing_shape(vertices)
+        yield PlacedShape(solid.shape, pose @ solid.pose)
+
+    def joint(self, entry: Any) -> Joint:
+        """Return a joint."""
+        kind = KINDS.get(str(entry.type))
+        if kind is None:
+            self._wrong("joint", entry.name, f"its type is {entry.type!r}.", _listed(KINDS))
+            kind = "fixed"
+        pose = np.eye(4) if entry.origin is None else np.asarray(entry.origin, dtype=float)
+        axis = np.array([1.0, 0.0, 0.0]) if entry.axis is None else np.asarray(entry.axis, float)
+        size = float(np.linalg.norm(axis))
+        if kind != "fixed" and not (math.isfinite(size) and size > 0.0):
+            self._wrong("joint", entry.name, "its axis has no direction.")
+            axis, size = np.array([1.0, 0.0, 0.0]), 1.0
+        limit, friction, mimic = entry.limit, entry.dynamics, entry.mimic
+        lower, upper = -math.inf, math.inf
+        if limit is not None and entry.type in ("revolute", "prismatic"):
+            lower, upper = _number(limit.lower), _number(limit.upper)
+            if lower == upper == 0.0:  # what exporters write that know of no limits
+                lower, upper = -math.inf, math.inf
+        elif entry.type in ("revolute", "prismatic") and mimic is None:
+            what, remedy = "it has no <limit>.", "An unlimited rotation has the type continuous."
+            self._wrong("joint", entry.name, what, remedy)
+        speed = _number(limit.velocity) if limit is not None else 0.0
+        return Joint(
+            str(entry.name),
+            kind,
+            str(entry.parent),
+            str(entry.child),
+            pose,
+            axis / size if size else axis,
+            lower,
+            upper,
+            speed if speed > 0.0 else math.inf,
+            abs(_number(limit.effort)) if limit is not None and mimic is None else 0.0,
+            _number(friction.damping) if friction is not None else 0.0,
+            _number(friction.friction) if friction is not None else 0.0,
+            None
+            if mimic is None
+            else Mimicked(
+                str(mimic.joint),
+                1.0 if mimic.multiplier is None else float(mimic.multiplier),
+                _number(mimic.offset),
+            ),
+        )
+
+
+def _number(given: float | None) -> float:
+    """Return a number of a file, 0 where it is left out."""
+    return 0.0 if given is None else float(given)
+
+
+def _color(drawn: Any) -> tuple[float, float, float] | None:
+    material = drawn.material
+    if material is None or material.color is None or material.color.rgba is None:
+        return None
+    red, green, blue = (min(max(float(c), 0.0), 1.0) for c in material.color.rgba[:3])
+    return red, green, blue
+
+
+def _listed(known: Mapping[str, JointKind]) -> str:
+    return f"Known: {', '.join(known)}."

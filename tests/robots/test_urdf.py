@@ -1,0 +1,239 @@
+"""Robots that others described in URDF move as Pinocchio says."""
+
+from __future__ import annotations
+
+import math
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import kinolab
+from kinolab.dynamics.language.shapes import Box, Cylinder
+from kinolab.errors import InputError
+from kinolab.robots import read_urdf
+from tests.robots.against_pinocchio import SecondEngine, friction_in
+
+ROBOTS = Path(sys.prefix).glob("lib/python*/site-packages/cmeel.prefix/share/example-robot-data")
+FOLDER = next(ROBOTS, Path("not installed")) / "robots"
+AGREE = 1e-9  # relative to the largest acceleration
+
+# Arms, a hand, a quadruped, a flying arm and a wheeled robot, described by their makers.
+PUBLIC = {
+    "panda_description/urdf/panda.urdf": "fixed",
+    "ur_description/urdf/ur5_robot.urdf": "fixed",
+    "xarm_description/urdf/xarm7.urdf": "fixed",
+    "z1_description/urdf/z1.urdf": "fixed",
+    "kinova_description/robots/kinova.urdf": "fixed",
+    "so_arm_description/urdf/so101.urdf": "fixed",
+    "allegro_hand_description/urdf/allegro_right_hand.urdf": "fixed",
+    "tiago_description/robots/tiago_no_hand.urdf": "fixed",
+    "finger_edu_description/robots/finger_edu.urdf": "fixed",
+    "double_pendulum_description/urdf/double_pendulum.urdf": "fixed",
+    "solo_description/robots/solo12.urdf": "floating",
+    "borinot_description/urdf/borinot_flying_arm_2.urdf": "floating",
+}
+
+
+@pytest.mark.skipif(not FOLDER.is_dir(), reason="needs example-robot-data")
+@pytest.mark.parametrize("name", PUBLIC)
+def test_public_robots_move_as_pinocchio_says(name: str) -> None:
+    file, floating = FOLDER / name, PUBLIC[name] == "floating"
+    system = read_urdf(file, base="floating" if floating else "fixed", shapes=False)
+    model = system.model()
+    engine = SecondEngine(file, system, model, floating=floating)
+    assert model.nv == engine.model.nv - len(engine.follows)
+    generator, friction = np.random.default_rng(1), friction_in(file)
+    for _ in range(5):
+        instant = engine.at(generator)
+        theirs = engine.accelerations(instant, friction)
+        ours = engine.in_their_words(instant, model.f(instant.x, instant.u), theirs)
+        assert np.abs(ours - theirs).max() <= AGREE * max(1.0, np.abs(theirs).max())
+
+
+ARM = """<?xml version="1.0"?>
+<robot name="two-bar arm">
+  <link name="base"><visual><geometry><box size="0.2 0.2 0.1"/></geometry></visual></link>
+  <link name="upper">
+    <inertial>
+      <origin xyz="0 0 0.5"/><mass value="2.0"/>
+      <inertia ixx="0.1" iyy="0.1" izz="0.01" ixy="0" ixz="0" iyz="0"/>
+    </inertial>
+    <collision>
+      <origin xyz="0 0 0.5" rpy="0 1.5707963267948966 0"/>
+      <geometry><cylinder radius="0.05" length="0.9"/></geometry>
+    </collision>
+    <collision>
+      <origin xyz="0 0 0.5" rpy="0.3 0 0"/><geometry><box size="0.1 0.2 0.3"/></geometry>
+    </collision>
+  </link>
+  <link name="tip">
+    <inertial>
+      <origin xyz="0 0 0.1"/><mass value="1.0"/>
+      <inertia ixx="0" iyy="0" izz="0" ixy="0" ixz="0" iyz="0"/>
+    </inertial>
+  </link>
+  <joint name="shoulder-pan" type="revolute">
+    <parent link="base"/><child link="upper"/><origin xyz="0 0 1"/><axis xyz="0 2 0"/>
+    <limit lower="-2" upper="2" velocity="3" effort="10"/><dynamics damping="0.5"/>
+  </joint>
+  <joint name="wrist" type="fixed">
+    <parent link="upper"/><child link="tip"/><origin xyz="0 0 1"/>
+  </joint>
+</robot>
+"""
+
+
+def written(tmp_path: Path, text: str, name: str = "arm.urdf") -> Path:
+    """Return a file with a text."""
+    file = tmp_path / name
+    file.write_text(text)
+    return file
+
+
+def test_an_arm_swings_as_a_physical_pendulum(tmp_path: Path) -> None:
+    """Links that are fixed to each other swing as one: I a = tau - d w + (sum m l) g sin(theta)."""
+    system = read_urdf(written(tmp_path, ARM))
+    model = system.model()
+    assert model.state_names == ("shoulder_pan", "shoulder_pan_dot")
+    assert [entry.name for entry in system.inputs] == ["shoulder_pan_torque"]
+    inertia = 0.1 + 2.0 * 0.5**2 + 1.0 * 1.1**2
+    theta, omega, torque = 0.7, -0.4, 3.0
+    lifting = 9.81 * (2.0 * 0.5 + 1.0 * 1.1) * math.sin(theta)
+    expected = (torque - 0.5 * omega + lifting) / inertia
+    assert abs(model.f([theta, omega], [torque])[1] - expected) < 1e-12
+
+
+def test_limits_are_those_of_the_joint(tmp_path: Path) -> None:
+    system = read_urdf(written(tmp_path, ARM))
+    (shoulder,) = system.coordinates
+    assert (shoulder.lower, shoulder.upper, shoulder.speed) == (-2.0, 2.0, 3.0)
+    assert system.inputs[0].limit == 10.0
+
+
+def test_shapes_are_where_the_file_says(tmp_path: Path) -> None:
+    """The tip has no shape; what is turned obliquely has a body of its own."""
+    bodies = {body.name: body for body in read_urdf(written(tmp_path, ARM)).bodies}
+    lump = (2.0 * 0.5 + 1.0 * 1.1) / 3.0  # centre of mass of both links, above the joint
+    (bar,) = bodies["upper"].shapes
+    assert isinstance(bar, Cylinder)
+    assert (bar.axis, bar.radius, bar.length) == ("x", 0.05, 0.9)
+    assert np.allclose(np.array(bar.at, dtype=float), [0, 0, 0.5 - lump])
+    assert [type(shape) for shape in bodies["upper 2"].shapes] == [Box]
+    assert bodies["base"].touches_ground
+
+
+def test_joints_are_locked_and_free_bases_float(tmp_path: Path) -> None:
+    file = written(tmp_path, ARM)
+    free = read_urdf(file, base="floating", locked={"shoulder-pan": 0.3}).model()
+    assert free.nv == 6
+    assert "base_wz" in free.state_names
+
+
+def test_a_follower_moves_its_leader_s_way(tmp_path: Path) -> None:
+    """Two equal masses on rails, of which one goes twice as far: (m + 4 m) a = F."""
+    slider = """
+  <link name="{0}"><inertial><mass value="1.0"/>
+    <inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+  <joint name="{0}_rail" type="prismatic"><parent link="base"/><child link="{0}"/>
+    <axis xyz="1 0 0"/><limit lower="-1" upper="1" effort="5" velocity="1"/>{1}</joint>"""
+    mimic = '<mimic joint="a_rail" multiplier="-2" offset="0.1"/>'
+    text = f"""<robot name="gripper"><link name="base"/>
+{slider.format("a", "")}{slider.format("b", mimic)}</robot>"""
+    system = read_urdf(written(tmp_path, text))
+    assert [entry.name for entry in system.inputs] == ["a_rail_force"]
+    model = system.model()
+    assert abs(model.f([0.0, 0.0], [5.0])[1] - 1.0) < 1e-12
+    locked = read_urdf(written(tmp_path, text), base="floating", locked={"a_rail": 0.3})
+    place = locked.model().frames(locked.model().rest())  # a at 0.3, b at -0.5, in one body
+    assert np.allclose(place[0][[3, 7, 11]], [(0.3 - 0.5) / 2, 0.0, 0.0], atol=1e-12)
+
+
+WRONG = """<robot name="wrong">
+  <link name="base"/>
+  <link name="arm"><inertial><mass value="1.0"/>
+    <inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>
+    <collision><geometry><mesh filename="package://nowhere/arm.stl"/></geometry></collision></link>
+  <link name="hand"/>
+  <link name="arm"/>
+  <joint name="shoulder" type="revolute"><parent link="base"/><child link="arm"/></joint>
+  <joint name="wrist" type="revolute"><parent link="arm"/><child link="hnad"/>
+    <axis xyz="0 0 0"/><limit lower="2" upper="-2" effort="1" velocity="1"/></joint>
+</robot>"""
+
+
+def test_all_mistakes_of_a_file_are_named_at_once(tmp_path: Path) -> None:
+    with pytest.raises(InputError) as caught:
+        read_urdf(written(tmp_path, WRONG, "wrong.urdf"))
+    said = str(caught.value)
+    for part in (
+        "wrong.urdf link 'arm': its mesh package://nowhere/arm.stl cannot be found.",
+        "wrong.urdf joint 'shoulder': it has no <limit>.",
+        "wrong.urdf joint 'wrist': its axis has no direction.",
+        "wrong.urdf joint 'wrist' child",
+        "wrong.urdf joint 'wrist': its limits are 2 to -2.",
+        "wrong.urdf link 'arm': two links have this name.",
+    ):
+        assert part in said
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (('ixx="0.1"', 'ixx="-5"'), "negative principal moment"),
+        (('mass value="2.0"', 'mass value="nan"'), "not finite"),
+        (('mass value="2.0"', 'mass value="-1"'), "its mass is -1 kg"),
+        (('<origin xyz="0 0 0.5"/><mass', '<origin xyz="0 0 500"/><mass'), "millimetres"),
+        (('type="revolute"', 'type="screw"'), "its type is 'screw'"),
+        (('radius="0.05"', 'radius="0"'), "Give positive ones."),
+        (("</robot>", ""), "it is not a URDF file"),
+        (("<robot", "<!DOCTYPE r [<!ENTITY a 'b'>]><robot"), "XML entities"),
+        (("2.0", "${mass}"), "xacro robot.xacro > robot.urdf"),
+    ],
+)
+def test_what_is_wrong_is_said(change: tuple[str, str], said: str, tmp_path: Path) -> None:
+    with pytest.raises(InputError) as caught:
+        read_urdf(written(tmp_path, ARM.replace(*change)))
+    assert said in str(caught.value)
+
+
+def test_a_joint_that_moves_nothing_is_refused(tmp_path: Path) -> None:
+    text = ARM.replace("fixed", "continuous").replace('<mass value="1.0"/>', '<mass value="0"/>')
+    with pytest.raises(InputError, match="it moves tip, which has no inertia"):
+        read_urdf(written(tmp_path, text))
+
+
+def test_a_mesh_in_millimetres_is_noticed(tmp_path: Path) -> None:
+    corners = "v 0 0 0\nv 300 0 0\nv 0 300 0\nv 0 0 300\n"
+    (tmp_path / "bar.obj").write_text(corners + "f 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n")
+    cylinder = '<cylinder radius="0.05" length="0.9"/>'
+    text = ARM.replace(cylinder, '<mesh filename="bar.obj"/>')
+    with pytest.raises(InputError, match="Is it in millimetres"):
+        read_urdf(written(tmp_path, text))
+    scaled = ARM.replace(cylinder, '<mesh filename="bar.obj" scale="0.001 0.001 0.001"/>')
+    assert read_urdf(written(tmp_path, scaled)).model().nv == 1
+
+
+def test_a_scenario_plans_for_a_robot_s_file(tmp_path: Path) -> None:
+    written(tmp_path, ARM.replace('effort="10"', 'effort="40"'))
+    (tmp_path / "swing.toml").write_text("""
+schema = 1
+title = "An arm is lowered"
+[system]
+file = "arm.urdf"
+[goal]
+shoulder_pan = 1.5
+at_rest = true
+""")
+    plan = kinolab.load(tmp_path / "swing.toml").solve(seed=1, time_limit=30.0, improve=0.5)
+    assert plan.status == "solved"
+    plan.save(tmp_path / "run")
+    assert kinolab.read_run(tmp_path / "run").problem.model.state_names[0] == "shoulder_pan"
+
+
+def test_only_robots_from_files_have_a_base(tmp_path: Path) -> None:
+    text = 'schema = 1\ntitle = "x"\n[system]\nname = "rolling_disk"\nbase = "floating"\n'
+    (tmp_path / "s.toml").write_text(text)
+    with pytest.raises(InputError, match="base is a key of robots from files only"):
+        kinolab.load(tmp_path / "s.toml")
