@@ -109,7 +109,7 @@ def test_limits_are_those_of_the_joint(tmp_path: Path) -> None:
     system = read_urdf(written(tmp_path, ARM))
     (shoulder,) = system.coordinates
     assert (shoulder.lower, shoulder.upper, shoulder.speed) == (-2.0, 2.0, 3.0)
-    assert system.inputs[0].limit == 10.0
+    assert system.inputs[0].limit == (-10.0, 10.0)
 
 
 def test_shapes_are_where_the_file_says(tmp_path: Path) -> None:
@@ -235,5 +235,5 @@ at_rest = true
 def test_only_robots_from_files_have_a_base(tmp_path: Path) -> None:
     text = 'schema = 1\ntitle = "x"\n[system]\nname = "rolling_disk"\nbase = "floating"\n'
     (tmp_path / "s.toml").write_text(text)
-    with pytest.raises(InputError, match="base is a key of robots from files only"):
+    with pytest.raises(InputError, match="base is a key of URDF files only"):
         kinolab.load(tmp_path / "s.toml")

@@ -113,9 +113,11 @@ def _system_in_file(
             raise InputError([Mistake(where, f"there is no file {text}.")])
         return System.of(load_machine(path))
     if text.endswith(ROBOT_FORMATS):
-        from kinolab.robots import read_urdf
+        from kinolab.robots import read_mjcf, read_urdf
 
         base, locked = (section.base, section.locked) if section else (None, None)
+        if text.endswith(".xml"):
+            return read_mjcf(folder / text, locked=locked)
         return read_urdf(folder / text, base=base or "fixed", locked=locked)
     file, function = python_reference(text) or (text, "")
     return _system_from_python(folder / file, function, where)

@@ -13,7 +13,7 @@ import numpy as np
 from kinolab.dynamics.language.shapes import Shape
 from kinolab.numerics.arrays import Array
 
-JointKind: TypeAlias = Literal["fixed", "revolute", "prismatic", "planar", "floating"]
+JointKind: TypeAlias = Literal["fixed", "revolute", "prismatic", "ball", "planar", "floating"]
 
 
 @dataclass(frozen=True)
@@ -76,10 +76,13 @@ class Joint:
         axis: Unit vector in the child's frame, shape (3,).
         lower, upper: Limits of its position.
         speed: Largest magnitude of its rate.
-        effort: Largest magnitude of its motor's torque or force in [N m] or [N]; 0 without motor.
         damping: Viscous friction in [N m s/rad] or [N s/m].
         friction: Coulomb friction in [N m] or [N].
         mimics: Which joint it follows, if any.
+        anchor: Point of the child's frame that an axis passes through, shape (3,), in [m].
+        zero: Position in which the child's frame is at ``pose``.
+        armature: Inertia of its motor's rotor, as the joint feels it, in [kg m^2] or [kg].
+        stiffness, rest: Of a spring, in [N m/rad] or [N/m], and where that is at rest.
     """
 
     name: str
@@ -91,19 +94,38 @@ class Joint:
     lower: float = -math.inf
     upper: float = math.inf
     speed: float = math.inf
-    effort: float = 0.0
     damping: float = 0.0
     friction: float = 0.0
     mimics: Mimicked | None = None
+    anchor: Array = field(default_factory=lambda: np.zeros(3))
+    zero: float = 0.0
+    armature: float = 0.0
+    stiffness: float = 0.0
+    rest: float = 0.0
+
+
+@dataclass(frozen=True)
+class Motor:
+    """A motor of a joint: an input in [N m] or [N] within limits."""
+
+    name: str
+    joint: str
+    lower: float
+    upper: float
 
 
 @dataclass(frozen=True)
 class KinematicTree:
-    """Links and the joints between them; exactly one link, the root, has no parent."""
+    """Links and the joints between them; exactly one link, the root, has no parent.
+
+    Gravity is a vector of the world, in [m/s^2].
+    """
 
     name: str
     links: tuple[Link, ...]
     joints: tuple[Joint, ...]
+    motors: tuple[Motor, ...] = ()
+    gravity: tuple[float, float, float] = (0.0, 0.0, -9.81)
 
     @property
     def root(self) -> Link:

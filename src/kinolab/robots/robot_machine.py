@@ -12,7 +12,8 @@ import sympy
 
 from kinolab.dynamics import System
 from kinolab.dynamics.language.bodies import Body
-from kinolab.dynamics.language.forces import Coulomb, Effort, Viscous, toward
+from kinolab.dynamics.language.expressions import exact
+from kinolab.dynamics.language.forces import Coulomb, Effort, Gravity, Potential, Viscous
 from kinolab.dynamics.language.frames import WORLD, Axis, Frame, move, orient
 from kinolab.dynamics.language.inputs import Force, Input, Torque
 from kinolab.dynamics.language.shapes import Box, Capsule, Cylinder, Shape, Sphere
@@ -39,7 +40,6 @@ from kinolab.robots.tree_mistakes import inertia_mistake, massless_joints
 
 Base: TypeAlias = Literal["fixed", "floating"]
 
-GRAVITY = 9.81  # [m/s^2]
 ALIGNED = 1e-9  # of a rotation's entries: a shape that is turned less is taken along the axes
 
 
@@ -131,11 +131,15 @@ class _Assembly:
             bodies=self._bodies,
             inputs=self._inputs,
             efforts=self._efforts,
-            gravity=toward("-z", GRAVITY),
+            gravity=_gravity(tree.gravity),
         )
 
     def _motion(self, joint: Joint) -> Frame:
         """Return how a joint moves, as a frame."""
+        if joint.kind == "ball":
+            there, back = (move(*(sign * joint.anchor).tolist()) for sign in (1.0, -1.0))
+            turn = orient(rotation(usable_name(joint.name), speed=joint.speed))
+            return there @ turn @ back if joint.anchor.any() else turn
         if joint.kind == "floating":
             return _floating(joint.name, f"{usable_name(joint.name)}_at_")
         if joint.kind == "planar":
@@ -145,9 +149,13 @@ class _Assembly:
             slide = move(length(f"{name}_x"), length(f"{name}_y"))
             return turned @ slide @ TURNS["z"](angle(f"{name}_angle")) @ back
         at: Any = self._position(joint)
+        at = at - joint.zero if joint.zero else at
         if joint.kind == "prismatic":
             return move(*(float(entry) * at if entry else 0 for entry in joint.axis))
-        return _turn(joint.axis, at)
+        turn = _turn(joint.axis, at)
+        if not joint.anchor.any():
+            return turn
+        return move(*joint.anchor.tolist()) @ turn @ move(*(-joint.anchor).tolist())
 
     def _position(self, joint: Joint) -> sympy.Expr:
         """Return a joint's position: its own coordinate, or a function of another one's."""
@@ -214,26 +222,43 @@ class _Assembly:
             self._efforts.append(Viscous(own, joint.damping))
         if joint.friction > 0.0:
             self._efforts.append(Coulomb(own, joint.friction))
-        if joint.effort <= 0.0 or joint.mimics:
-            return
+        at = self._position(joint)
+        if joint.stiffness > 0.0:
+            self._efforts.append(Potential(joint.stiffness * (at - joint.rest) ** 2 / 2))
+        if joint.armature > 0.0:
+            self._bodies.append(self._rotor(joint, at))
         assert part.body is not None
         assert parent.body is not None
-        name, axis = usable_name(joint.name), _axis(before, joint.axis)
+        axis = _axis(before, joint.axis)
         reacts_on = None if parent.frame is WORLD else parent.body
+        for motor in self._tree.motors:
+            if motor.joint != joint.name:
+                continue
+            limit = motor.lower, motor.upper
+            self._inputs.append(
+                Torque(motor.name, on=part.body, about=axis, limit=limit, reacts_on=reacts_on)
+                if joint.kind == "revolute"
+                else Force(motor.name, on=part.body, along=axis, limit=limit, reacts_on=reacts_on)
+            )
+
+    def _rotor(self, joint: Joint, at: sympy.Expr) -> Body:
+        """Return a body with the kinetic energy of a rotor, which turns with the joint alone."""
+        name = f"{joint.name} rotor"
         if joint.kind == "revolute":
-            self._inputs.append(
-                Torque(
-                    f"{name}_torque", on=part.body, about=axis, limit=joint.effort,
-                    reacts_on=reacts_on,
-                )
-            )  # fmt: skip
-        else:
-            self._inputs.append(
-                Force(
-                    f"{name}_force", on=part.body, along=axis, limit=joint.effort,
-                    reacts_on=reacts_on,
-                )
-            )  # fmt: skip
+            return Body(name, TURNS["z"](at), inertia=joint.armature)
+        down = np.array(self._tree.gravity)
+        across = np.cross(down, np.eye(3)[int(np.abs(down).argmin())])
+        size = float(np.linalg.norm(across))
+        level = across / size if size else np.eye(3)[0]  # where it has no weight
+        return Body(name, move(*(float(part) * at for part in level)), mass=joint.armature)
+
+
+def _gravity(vector: tuple[float, float, float]) -> Gravity | None:
+    strength = math.hypot(*vector)
+    if not strength:
+        return None
+    x, y, z = (entry / strength for entry in vector)
+    return Gravity((x, y, z), exact(strength))
 
 
 def _floating(name: str, prefix: str) -> Frame:

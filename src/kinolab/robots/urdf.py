@@ -28,7 +28,9 @@ from kinolab.robots.kinematic_tree import (
     KinematicTree,
     Link,
     Mimicked,
+    Motor,
     PlacedShape,
+    usable_name,
 )
 from kinolab.robots.mesh_files import find_mesh
 from kinolab.robots.robot_machine import Base, assembled
@@ -79,11 +81,12 @@ def read_urdf(
     """
     path = Path(path)
     robot = _parsed(path)
-    reader = _Reader(path, packages or {}, shapes=shapes)
+    reader = _LinkReader(path, packages or {}, shapes=shapes)
     tree = KinematicTree(
         str(robot.name or path.stem),
         tuple(reader.link(entry) for entry in robot.links),
         tuple(reader.joint(entry) for entry in robot.joints),
+        tuple(motor for entry in robot.joints for motor in _motors(entry)),
     )
     mistakes = [*reader.mistakes, *tree_mistakes(tree, locked or {}, path.name)]
     if mistakes:
@@ -122,7 +125,7 @@ def _parsed(path: Path) -> Any:
     return robot
 
 
-class _Reader:
+class _LinkReader:
     """Converts links and joints, and collects what is wrong with them."""
 
     def __init__(self, path: Path, packages: Mapping[str, str | Path], *, shapes: bool) -> None:
@@ -235,7 +238,6 @@ class _Reader:
             lower,
             upper,
             speed if speed > 0.0 else math.inf,
-            abs(_number(limit.effort)) if limit is not None and mimic is None else 0.0,
             _number(friction.damping) if friction is not None else 0.0,
             _number(friction.friction) if friction is not None else 0.0,
             None
@@ -246,6 +248,16 @@ class _Reader:
                 _number(mimic.offset),
             ),
         )
+
+
+def _motors(entry: Any) -> Iterator[Motor]:
+    """Yield the motor of a joint with an effort limit."""
+    kind = {"revolute": "torque", "continuous": "torque", "prismatic": "force"}.get(entry.type)
+    if kind is None or entry.limit is None or entry.mimic is not None:
+        return
+    effort = abs(_number(entry.limit.effort))
+    if effort > 0.0:
+        yield Motor(f"{usable_name(str(entry.name))}_{kind}", str(entry.name), -effort, effort)
 
 
 def _number(given: float | None) -> float:

@@ -14,7 +14,10 @@ from kinolab.scenario.toml_text import shortened, string_text
 from kinolab.scenario.values import ROBOT_FORMATS
 
 SYSTEM_KINDS = ("name", "file")
-ROBOT_ONLY = ("base", "locked")
+ROBOT_ONLY = (
+    ("base", (".urdf",), "URDF files"),  # an MJCF file says itself whether a body is free
+    ("locked", ROBOT_FORMATS, "robots from files"),
+)
 OBSTACLE_KINDS = ("mesh", "box", "sphere", "cylinder")
 MESH_ONLY = ("scale", "up", "solid", "simplify")
 PLANNER_KEYS = ("name", "time_limit", "max_iterations", "seed", "improve")
@@ -43,12 +46,10 @@ def system_issues(given: Iterable[str], file: object) -> list[Issue]:
     """A machine has one description, and only a robot's file leaves base and joints open."""
     given = list(given)
     issues = _exactly_one(given, SYSTEM_KINDS, "a registered machine's name or a machine's file")
-    if not (isinstance(file, str) and file.endswith(ROBOT_FORMATS)):
-        issues += [
-            Issue((key,), f"{key} is a key of robots from files only.", f"Leave {key} out.")
-            for key in ROBOT_ONLY
-            if key in given
-        ]
+    named = file if isinstance(file, str) else ""
+    for key, formats, kind in ROBOT_ONLY:
+        if key in given and not named.endswith(formats):
+            issues.append(Issue((key,), f"{key} is a key of {kind} only.", f"Leave {key} out."))
     return issues
 
 

@@ -26,7 +26,7 @@ from kinolab.errors import flaw_of
 from kinolab.scenario.angles import EXAMPLES, WrittenAngle, angle_of
 from kinolab.scenario.user_code import python_reference
 
-ROBOT_FORMATS = (".urdf",)  # files of other tools that describe a robot
+ROBOT_FORMATS = (".urdf", ".xml")  # of ROS and MuJoCo
 MESH_FORMATS = (".dae", ".glb", ".obj", ".off", ".ply", ".stl")
 WHOLE_MAX = 2**63 - 1  # what TOML promises to carry
 SETTING_DEPTH = 8  # tables and lists within each other in a planner's own settings

@@ -1,0 +1,317 @@
+"""Reading MJCF files, MuJoCo's models, by MuJoCo itself.
+
+Source: MuJoCo's documentation, XML reference and chapter Computation (joints, actuators, passive
+forces, equality constraints).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from kinolab.dynamics import System
+from kinolab.dynamics.language.shapes import Box, Capsule, Cylinder, Shape, Sphere
+from kinolab.errors import InputError, Mistake
+from kinolab.lazy import library_of
+from kinolab.numerics.arrays import Array
+from kinolab.robots.enclosing import enclosing_shape
+from kinolab.robots.kinematic_tree import (
+    Inertial,
+    Joint,
+    KinematicTree,
+    Link,
+    Mimicked,
+    Motor,
+    PlacedShape,
+    pose_of,
+    usable_name,
+)
+from kinolab.robots.robot_machine import assembled
+from kinolab.robots.tree_mistakes import tree_mistakes
+
+MOST_BYTES = 20_000_000  # of a file, those that it includes apart
+MOST_LINKS = 1000
+WORLD_BODY = 0
+
+
+def read_mjcf(
+    path: str | Path,
+    *,
+    locked: Mapping[str, float] | None = None,
+    shapes: bool = True,
+    partial: bool = False,
+) -> System:
+    """Read a robot from an MJCF file as a machine.
+
+    Bodies without joints are fixed to their parents. A motor's limit is that of its control, times
+    gain and gear, or that of its force; servos become motors with their force limit. Springs,
+    damping, friction losses and rotors (``armature``) count; contacts between bodies do not push,
+    as in all of kinolab. Geoms that collide count, or those that are drawn where a body has none;
+    meshes and ellipsoids are enclosed in boxes and capsules.
+
+    Args:
+        path: The file.
+        locked: Positions of joints that do not move, by name, in [rad] or [m].
+        shapes: Whether to read shapes at all.
+        partial: Whether to leave out what cannot be represented.
+
+    Raises:
+        InputError: With everything in the file that cannot be represented, such as tendons, muscles
+            or a fluid, unless ``partial``.
+    """
+    path = Path(path)
+    reader = _ModelReader(path, shapes=shapes)
+    tree = reader.tree()
+    mistakes = [*tree_mistakes(tree, locked or {}, path.name)]
+    if not partial:
+        mistakes += reader.left_out
+    if mistakes:
+        raise InputError(mistakes)
+    return assembled(tree, locked=locked, where=path.name)
+
+
+def _compiled(mujoco: Any, path: Path) -> Any:
+    """Return MuJoCo's model of a file."""
+    if not path.is_file():
+        raise InputError([Mistake(str(path), "there is no such file.")])
+    if path.stat().st_size > MOST_BYTES:
+        what = f"it is larger than {MOST_BYTES // 10**6} MB."
+        raise InputError([Mistake(path.name, what)])
+    try:
+        model = mujoco.MjModel.from_xml_path(str(path))
+    except Exception as error:  # of its compiler, of several kinds
+        what = f"MuJoCo does not read it ({' '.join(str(error).split())})."
+        raise InputError([Mistake(path.name, what)]) from error
+    if model.nbody > MOST_LINKS:
+        raise InputError([Mistake(path.name, f"it has more than {MOST_LINKS} bodies.")])
+    return model
+
+
+class _ModelReader:
+    """Converts MuJoCo's model, and collects what cannot be represented."""
+
+    def __init__(self, path: Path, *, shapes: bool) -> None:
+        self.left_out: list[Mistake] = []
+        self._mujoco = library_of("robots", "mujoco", "MJCF files are read by MuJoCo")
+        self._path, self._shapes = path, shapes
+        self._model = model = _compiled(self._mujoco, path)
+        self._bodies = self._names("BODY", model.nbody, "body")
+        self._joints = self._names("JOINT", model.njnt, "joint")
+        self._motors = self._names("ACTUATOR", model.nu, "motor")
+
+    def _names(self, kind: str, count: int, word: str) -> list[str]:
+        """Return the names of things; those without one are numbered."""
+        kinds = self._mujoco.mjtObj
+        of_kind = getattr(kinds, f"mjOBJ_{kind}")
+        found = [self._mujoco.mj_id2name(self._model, of_kind, k) for k in range(count)]
+        return [name or f"{word}_{k + 1}" for k, name in enumerate(found)]
+
+    def _cannot(self, what: str, remedy: str = "") -> None:
+        self.left_out.append(Mistake(self._path.name, what, remedy))
+
+    def tree(self) -> KinematicTree:
+        """Return the model as a tree of links and joints."""
+        model = self._model
+        links: list[Link] = []
+        joints: list[Joint] = []
+        follows = self._follows()
+        for body in range(model.nbody):
+            own, moving = self._hung(body, follows)
+            links += own
+            joints += moving
+        self._note_what_is_left_out()
+        name = model.names.split(b"\0", 1)[0].decode(errors="replace")
+        x, y, z = map(float, model.opt.gravity)
+        motors = tuple(motor for k in range(model.nu) for motor in self._motor(k))
+        return KinematicTree(
+            name or self._path.stem, tuple(links), tuple(joints), motors, (x, y, z)
+        )
+
+    def _hung(self, body: int, follows: Mapping[str, Mimicked]) -> tuple[list[Link], list[Joint]]:
+        """Return the links and joints of a body: one link for every joint, the last one it."""
+        model, name = self._model, self._bodies[body]
+        link = Link(name, self._inertial(body), tuple(self._geoms(body)) if self._shapes else ())
+        if body == WORLD_BODY:
+            return [link], []
+        parent = self._bodies[int(model.body_parentid[body])]
+        pose = pose_of(model.body_pos[body], self._turn(model.body_quat[body]))
+        first, count = int(model.body_jntadr[body]), int(model.body_jntnum[body])
+        if not count:
+            return [link], [Joint(f"{name} fixed", "fixed", parent, name, pose)]
+        links, joints = [link], []
+        for k in range(first, first + count):
+            last = k == first + count - 1
+            child = name if last else f"{name} after {self._joints[k]}"
+            if not last:
+                links.append(Link(child))
+            free = int(model.jnt_type[k]) == int(self._mujoco.mjtJoint.mjJNT_FREE)
+            joints.append(self._joint(k, parent, child, np.eye(4) if free else pose, follows))
+            parent, pose = child, np.eye(4)
+        return links, joints
+
+    def _joint(
+        self, k: int, parent: str, child: str, pose: Array, follows: Mapping[str, Mimicked]
+    ) -> Joint:
+        model, types, name = self._model, self._mujoco.mjtJoint, self._joints[k]
+        dof, at = int(model.jnt_dofadr[k]), int(model.jnt_qposadr[k])
+        kind = {
+            types.mjJNT_FREE: "floating",
+            types.mjJNT_BALL: "ball",
+            types.mjJNT_SLIDE: "prismatic",
+            types.mjJNT_HINGE: "revolute",
+        }[types(int(model.jnt_type[k]))]
+        if kind in ("floating", "ball"):
+            wide = 6 if kind == "floating" else 3
+            if (
+                model.dof_armature[dof : dof + wide].any()
+                or model.dof_damping[dof : dof + wide].any()
+            ):
+                self._cannot(f"the {kind} joint {name} has armature or damping.")
+            return Joint(name, kind, parent, child, pose, anchor=np.array(model.jnt_pos[k]))
+        lower, upper = -math.inf, math.inf
+        if model.jnt_limited[k]:
+            lower, upper = map(float, model.jnt_range[k])
+        return Joint(
+            name,
+            kind,
+            parent,
+            child,
+            pose,
+            np.array(model.jnt_axis[k]),
+            lower,
+            upper,
+            damping=float(model.dof_damping[dof]),
+            friction=float(model.dof_frictionloss[dof]),
+            mimics=follows.get(name),
+            anchor=np.array(model.jnt_pos[k]) if kind == "revolute" else np.zeros(3),
+            zero=float(model.qpos0[at]),
+            armature=float(model.dof_armature[dof]),
+            stiffness=float(np.ravel(model.jnt_stiffness[k])[0]),
+            rest=float(model.qpos_spring[at]),
+        )
+
+    def _inertial(self, body: int) -> Inertial | None:
+        model = self._model
+        if body == WORLD_BODY or not model.body_mass[body]:
+            return None
+        turn = self._turn(model.body_iquat[body])
+        inertia = turn @ np.diag(model.body_inertia[body]) @ turn.T
+        return Inertial(float(model.body_mass[body]), np.array(model.body_ipos[body]), inertia)
+
+    def _turn(self, quaternion: Array) -> Array:
+        """Return the rotation matrix (3, 3) of a quaternion w, x, y, z."""
+        turn = np.zeros(9)
+        self._mujoco.mju_quat2Mat(turn, quaternion)
+        return turn.reshape(3, 3)
+
+    def _geoms(self, body: int) -> Iterator[PlacedShape]:
+        """Yield the shapes that collide, or those that are drawn where none does."""
+        model = self._model
+        first = int(model.body_geomadr[body])
+        own = range(first, first + int(model.body_geomnum[body]))
+        colliding = [g for g in own if model.geom_contype[g] or model.geom_conaffinity[g]]
+        for g in colliding or own:
+            pose = pose_of(model.geom_pos[g], self._turn(model.geom_quat[g]))
+            red, green, blue, _ = map(float, model.geom_rgba[g])
+            shape = self._shape(g)
+            if isinstance(shape, PlacedShape):
+                yield PlacedShape(shape.shape, pose @ shape.pose, (red, green, blue))
+            elif shape is not None:
+                yield PlacedShape(shape, pose, (red, green, blue))
+
+    def _shape(self, g: int) -> Shape | PlacedShape | None:
+        """Return a geom's shape; None for a plane, the ground."""
+        model, types = self._model, self._mujoco.mjtGeom
+        a, b, c = map(float, model.geom_size[g])
+        kind = types(int(model.geom_type[g]))
+        if kind == types.mjGEOM_SPHERE:
+            return Sphere(a)
+        if kind == types.mjGEOM_CAPSULE:
+            return Capsule(a, 2 * b)
+        if kind == types.mjGEOM_CYLINDER:
+            return Cylinder(a, 2 * b)
+        if kind in (types.mjGEOM_BOX, types.mjGEOM_ELLIPSOID):
+            return Box(2 * a, 2 * b, 2 * c)
+        if kind == types.mjGEOM_MESH:
+            mesh = int(model.geom_dataid[g])
+            first, count = int(model.mesh_vertadr[mesh]), int(model.mesh_vertnum[mesh])
+            return enclosing_shape(np.array(model.mesh_vert[first : first + count], dtype=float))
+        if kind != types.mjGEOM_PLANE:
+            self._cannot(f"geom {g + 1} is a {kind.name.removeprefix('mjGEOM_').lower()}.")
+        return None
+
+    def _motor(self, k: int) -> Iterator[Motor]:
+        """Yield an actuator as a motor."""
+        model, mujoco, name = self._model, self._mujoco, self._motors[k]
+        if int(model.actuator_trntype[k]) != int(mujoco.mjtTrn.mjTRN_JOINT):
+            self._cannot(f"actuator {name} does not act on a joint.")
+            return
+        joint = int(model.actuator_trnid[k, 0])
+        single = mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE
+        if mujoco.mjtJoint(int(model.jnt_type[joint])) not in single:
+            self._cannot(f"actuator {name} acts on a joint with several rates.")
+            return
+        gear, gain = float(model.actuator_gear[k, 0]), float(model.actuator_gainprm[k, 0])
+        fixed = (
+            int(model.actuator_gaintype[k]) == int(mujoco.mjtGain.mjGAIN_FIXED)
+            and int(model.actuator_biastype[k]) == int(mujoco.mjtBias.mjBIAS_NONE)
+            and int(model.actuator_dyntype[k]) == int(mujoco.mjtDyn.mjDYN_NONE)
+        )
+        ends: Array | None = None
+        if fixed and model.actuator_ctrllimited[k]:
+            ends = gain * np.array(model.actuator_ctrlrange[k])
+        if model.actuator_forcelimited[k]:
+            low, high = map(float, model.actuator_forcerange[k])
+            ends = np.array([low, high]) if ends is None else np.clip(np.sort(ends), low, high)
+        if ends is None:
+            what = f"actuator {name} has no limit of its force."
+            self._cannot(what, "Give it a ctrlrange or a forcerange.")
+            return
+        lower, upper = np.sort(gear * ends).tolist()
+        if not lower < upper:
+            return
+        turns = mujoco.mjtJoint(int(model.jnt_type[joint])) == single[0]
+        name = usable_name(name)
+        if name in map(usable_name, self._joints):
+            name = f"{name}_{'torque' if turns else 'force'}"
+        yield Motor(name, self._joints[joint], lower, upper)
+
+    def _follows(self) -> dict[str, Mimicked]:
+        """Return which joints follow others by a linear equality constraint."""
+        model, kinds, found = self._model, self._mujoco.mjtEq, {}
+        for k in range(model.neq):
+            if not model.eq_active0[k]:
+                continue
+            kind = kinds(int(model.eq_type[k]))
+            first, second = int(model.eq_obj1id[k]), int(model.eq_obj2id[k])
+            polynomial = np.array(model.eq_data[k, :5])
+            if kind == kinds.mjEQ_JOINT and second >= 0 and not polynomial[2:].any():
+                own, leader = self._joints[first], self._joints[second]
+                # q1 - q1(0) = a + b (q2 - q2(0))
+                zeros = [float(model.qpos0[model.jnt_qposadr[j]]) for j in (first, second)]
+                factor = float(polynomial[1])
+                found[own] = Mimicked(leader, factor, zeros[0] + polynomial[0] - factor * zeros[1])
+            else:
+                word = kind.name.removeprefix("mjEQ_").lower()
+                self._cannot(f"equality constraint {k + 1}, {word}, has no counterpart yet.")
+        return found
+
+    def _note_what_is_left_out(self) -> None:
+        """Name forces that the machine would lack."""
+        model = self._model
+        if model.opt.density or model.opt.viscosity:
+            self._cannot("its bodies move in a fluid (option density or viscosity).")
+        if np.any(model.opt.wind):
+            self._cannot("there is wind (option wind).")
+        for k in range(model.ntendon):
+            if any(
+                np.any(getattr(model, f"tendon_{part}")[k])
+                for part in ("stiffness", "damping", "frictionloss", "armature", "limited")
+            ):
+                self._cannot(f"tendon {k + 1} pulls.")
+        if np.any(model.body_gravcomp):
+            self._cannot("gravity is compensated for (gravcomp).")

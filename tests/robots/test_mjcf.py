@@ -1,0 +1,206 @@
+"""Models of MuJoCo's move as MuJoCo says, where nothing touches."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import gymnasium
+import mujoco
+import numpy as np
+import pytest
+
+import kinolab
+from kinolab.dynamics import Model, System
+from kinolab.dynamics.language.shapes import Capsule
+from kinolab.errors import InputError
+from kinolab.numerics.arrays import Array
+from kinolab.robots import read_mjcf
+
+ASSETS = Path(gymnasium.__file__).parent / "envs" / "mujoco" / "assets"
+PUBLIC = ("ant", "half_cheetah", "hopper", "inverted_double_pendulum", "pusher", "walker2d")
+AGREE = 1e-9  # relative to the largest acceleration
+FREE, BALL = mujoco.mjtJoint.mjJNT_FREE, mujoco.mjtJoint.mjJNT_BALL
+
+
+class SecondEngine:
+    """MuJoCo's own model of a file, without contacts, limits and soft constraints."""
+
+    def __init__(self, file: Path, system: System, model: Model) -> None:
+        self.model: Any = mujoco.MjModel.from_xml_path(str(file))
+        bits = mujoco.mjtDisableBit
+        self.model.opt.disableflags |= int(bits.mjDSBL_CONSTRAINT) | int(bits.mjDSBL_CLAMPCTRL)
+        self._data, self._own, self._system = mujoco.MjData(self.model), model, system
+
+    def _joints(self) -> list[tuple[str, int, int, int]]:
+        """Return name, kind and the first entries of qpos and qvel of every joint."""
+        model = self.model
+        return [
+            (model.joint(j).name or f"joint_{j + 1}", int(model.jnt_type[j]),
+             int(model.jnt_qposadr[j]), int(model.jnt_dofadr[j]))
+            for j in range(model.njnt)
+        ]  # fmt: skip
+
+    def compare(self, generator: np.random.Generator) -> tuple[Array, Array]:
+        """Return kinolab's and MuJoCo's derivative of qvel at a random state with random inputs."""
+        own, data, names = self._own, self._data, list(self._own.state_names)
+        x, u = np.zeros(own.nx), generator.normal(size=own.nu)
+        data.qvel[:] = generator.normal(size=self.model.nv)
+        for name, kind, q, v in self._joints():
+            if kind in (FREE, BALL):
+                turn = generator.normal(size=4)
+                turn /= np.linalg.norm(turn)
+                first, begin = own.attitudes[name], q + 3 * (kind == FREE)
+                x[first : first + 4] = np.roll(turn, -1)  # MuJoCo's begins with w
+                data.qpos[begin : begin + 4] = turn
+                rates = v + 3 * (kind == FREE)
+                for k, axis in enumerate("xyz"):
+                    x[names.index(f"{name}_w{axis}")] = data.qvel[rates + k]
+                    if kind == FREE:
+                        data.qpos[q + k] = x[names.index(f"{name}_at_{axis}")] = k + 0.5
+                        x[names.index(f"{name}_at_{axis}_dot")] = data.qvel[v + k]
+                continue
+            data.qpos[q] = x[names.index(name)] = generator.uniform(-1.0, 1.0)
+            x[names.index(f"{name}_dot")] = data.qvel[v]
+        inputs = [entry.name for entry in self._system.inputs]
+        for k in range(self.model.nu):
+            motor = self.model.actuator(k).name or f"motor_{k + 1}"
+            at = next(i for i, n in enumerate(inputs) if n in (motor, f"{motor}_torque"))
+            scale = self.model.actuator_gear[k, 0] * self.model.actuator_gainprm[k, 0]
+            data.ctrl[k] = u[at] / scale
+        mujoco.mj_forward(self.model, data)
+        slope, found = own.f(x, u), np.zeros(self.model.nv)
+        for name, kind, _, v in self._joints():
+            if kind in (FREE, BALL):
+                for k, axis in enumerate("xyz"):
+                    found[v + k + 3 * (kind == FREE)] = slope[names.index(f"{name}_w{axis}")]
+                    if kind == FREE:
+                        found[v + k] = slope[names.index(f"{name}_at_{axis}_dot")]
+            else:
+                found[v] = slope[names.index(f"{name}_dot")]
+        return found, np.array(data.qacc)
+
+
+def agree(file: Path, system: System) -> None:
+    """Compare a machine with MuJoCo's model of the same file."""
+    engine = SecondEngine(file, system, system.model())
+    generator = np.random.default_rng(1)
+    for _ in range(5):
+        ours, theirs = engine.compare(generator)
+        assert np.abs(ours - theirs).max() <= AGREE * max(1.0, np.abs(theirs).max())
+
+
+@pytest.mark.parametrize("name", PUBLIC)
+def test_public_models_move_as_mujoco_says(name: str) -> None:
+    file = ASSETS / f"{name}.xml"
+    agree(file, read_mjcf(file, shapes=False))
+
+
+EVERYTHING = """<mujoco model="everything">
+  <compiler angle="radian"/>
+  <option gravity="0.3 0 -9.81"/>
+  <worldbody>
+    <geom type="plane" size="5 5 0.1"/>
+    <body name="pole" pos="0 0 2" euler="0.1 0.2 0.3">
+      <joint name="socket" type="ball" pos="0 0 0.4"/>
+      <geom type="capsule" size="0.05 0.4" mass="1.2"/>
+      <body name="arm" pos="0.1 0 -0.4">
+        <joint name="turn" axis="1 2 3" pos="0.1 0 0.05" armature="0.3" ref="0.2" range="-2 2"
+               limited="true"/>
+        <joint name="push" type="slide" axis="0 1 1" armature="0.2" stiffness="30" damping="0.7"
+               springref="0.1"/>
+        <geom type="box" size="0.1 0.2 0.3" mass="0.7"/>
+        <body name="lid" pos="0 0 0.3" quat="1 0.2 0 0"><geom size="0.1" mass="0.3"/></body>
+      </body>
+    </body>
+  </worldbody>
+  <actuator>
+    <motor name="spin" joint="turn" gear="4" ctrlrange="-1 2" ctrllimited="true"/>
+    <position name="servo" joint="push" kp="50" forcerange="-7 7" forcelimited="true"/>
+  </actuator>
+</mujoco>"""
+
+
+def written(tmp_path: Path, text: str) -> Path:
+    """Return a file with a text."""
+    file = tmp_path / "model.xml"
+    file.write_text(text)
+    return file
+
+
+def test_joints_of_every_kind_with_springs_and_rotors(tmp_path: Path) -> None:
+    text = EVERYTHING.replace("<position", "<motor").replace('kp="50"', "")
+    file = written(tmp_path, text)
+    agree(file, read_mjcf(file))
+
+
+def test_limits_of_motors_and_joints(tmp_path: Path) -> None:
+    system = read_mjcf(written(tmp_path, EVERYTHING))
+    assert {entry.name: entry.limit for entry in system.inputs} == {
+        "spin": (-4.0, 8.0),
+        "servo": (-7.0, 7.0),
+    }
+    turn = next(c for c in system.coordinates if c.name == "turn")
+    assert (turn.lower, turn.upper) == (-2.0, 2.0)
+    pole = next(body for body in system.bodies if body.name == "pole")
+    assert isinstance(pole.shapes[0], Capsule)
+    assert (pole.shapes[0].radius, pole.shapes[0].length) == (0.05, 0.8)
+
+
+def test_coupled_joints_move_together(tmp_path: Path) -> None:
+    """Two equal wheels of inertia I, of which one turns -3 times as far: (I + 9 I) a = tau."""
+    wheel = """<body name="{0}" pos="{1} 0 0"><joint name="{0}" axis="0 0 1"/>
+      <inertial pos="0 0 0" mass="1" diaginertia="1 1 0.5"/></body>"""
+    text = f"""<mujoco><worldbody>{wheel.format("a", 0)}{wheel.format("b", 1)}</worldbody>
+      <equality><joint joint1="b" joint2="a" polycoef="0 -3 0 0 0"/></equality>
+      <actuator><motor joint="a" ctrlrange="-9 9" ctrllimited="true"/></actuator></mujoco>"""
+    model = read_mjcf(written(tmp_path, text)).model()
+    assert model.state_names == ("a", "a_dot")
+    assert abs(model.f([0.0, 0.0], [5.0])[1] - 5.0 / (0.5 + 9 * 0.5)) < 1e-12
+
+
+CANNOT = """<mujoco>
+  <option density="1000"/>
+  <worldbody><body><joint name="j"/><geom size="0.1"/><site name="a"/></body>
+  <body><joint name="k"/><geom size="0.1"/><site name="b" pos="1 0 0"/></body></worldbody>
+  <tendon><spatial name="t" stiffness="3"><site site="a"/><site site="b"/></spatial></tendon>
+  <equality><joint joint1="j" joint2="k" polycoef="0 1 1 0 0"/></equality>
+  <actuator><motor name="m" joint="j"/><motor name="n" tendon="t" ctrlrange="-1 1"/></actuator>
+</mujoco>"""
+
+
+def test_all_that_cannot_be_represented_is_named(tmp_path: Path) -> None:
+    file = written(tmp_path, CANNOT)
+    with pytest.raises(InputError) as caught:
+        read_mjcf(file)
+    said = str(caught.value)
+    for part in (
+        "in a fluid",
+        "tendon 1 pulls",
+        "equality constraint 1, joint",
+        "actuator m has no limit of its force",
+        "actuator n does not act on a joint",
+    ):
+        assert part in said
+    assert read_mjcf(file, partial=True).model().nv == 2
+
+
+def test_what_mujoco_refuses_is_said(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="MuJoCo does not read it"):
+        read_mjcf(written(tmp_path, "<mujoco><worldbody><body><joint/></worldbody></mujoco>"))
+    with pytest.raises(InputError, match="there is no such file"):
+        read_mjcf(tmp_path / "missing.xml")
+
+
+def test_a_scenario_takes_a_model(tmp_path: Path) -> None:
+    (tmp_path / "cart.xml").write_text((ASSETS / "inverted_double_pendulum.xml").read_text())
+    (tmp_path / "cart.toml").write_text(
+        'schema = 1\ntitle = "A cart with two poles"\n[system]\nfile = "cart.xml"\n'
+        "[goal]\nslider = 0.5\nat_rest = true\n"
+        "[bounds]\nslider_dot = [-5, 5]\nhinge_dot = [-9, 9]\nhinge2_dot = [-9, 9]\n"
+    )
+    assert kinolab.load(tmp_path / "cart.toml").model.control_names == ("slide",)
+    wrong = (tmp_path / "cart.toml").read_text().replace('.xml"', '.xml"\nbase = "floating"')
+    (tmp_path / "wrong.toml").write_text(wrong)
+    with pytest.raises(InputError, match="base is a key of URDF files only"):
+        kinolab.load(tmp_path / "wrong.toml")
