@@ -19,7 +19,7 @@ import pytest
 from kinolab import cli
 from tests.support import ROOT
 
-PAGES = [ROOT / "docs" / name for name in ("vector_fields.md", "feedback.md", "python.md")]
+PAGES = [ROOT / "docs" / name for name in ("vector_fields.md", "feedback.md", "python.md", "tools.md")]
 
 
 def shown(page: Path) -> list[tuple[str, str, str]]:

@@ -284,6 +284,23 @@ def read_feedback(data: bytes) -> None:
         files_of(load_machine(path))
 
 
+@_target(
+    mutation.of_bytes(
+        *(b"<link", b"<joint", b"<inertial>", b"</robot>", b"<mimic", b"<limit", b"<axis", b"/>"),
+        *(b"revolute", b"prismatic", b"continuous", b"floating", b"planar", b"fixed", b"nan"),
+        *(b'"', b"1e999", b"-", b"0 0 0", b"<mesh", b"package://", b"<!--", b"<![CDATA[", b"&#0;"),
+        *(b"scale=", b"rpy=", b"xyz=", b"name=", b"parent", b"child", b"lower=", b"upper="),
+    ),
+    "robots",
+)
+def read_urdf(data: bytes) -> None:
+    """A robot's URDF file."""
+    from kinolab.robots import read_urdf as read
+
+    with suppress(InputError):
+        read(_put("urdf/robot.urdf", data))
+
+
 # --- runs ---
 
 NAMES = ("x", "y", "psi", "phi", "psi_dot", "phi_dot"), ("drive", "steer")

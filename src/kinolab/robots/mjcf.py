@@ -22,6 +22,7 @@ from kinolab.robots.enclosing import enclosing_shape
 from kinolab.robots.kinematic_tree import (
     Inertial,
     Joint,
+    JointKind,
     KinematicTree,
     Link,
     Mimicked,
@@ -158,18 +159,16 @@ class _ModelReader:
     ) -> Joint:
         model, types, name = self._model, self._mujoco.mjtJoint, self._joints[k]
         dof, at = int(model.jnt_dofadr[k]), int(model.jnt_qposadr[k])
-        kind = {
+        kinds: dict[Any, JointKind] = {
             types.mjJNT_FREE: "floating",
             types.mjJNT_BALL: "ball",
             types.mjJNT_SLIDE: "prismatic",
             types.mjJNT_HINGE: "revolute",
-        }[types(int(model.jnt_type[k]))]
+        }
+        kind = kinds[types(int(model.jnt_type[k]))]
         if kind in ("floating", "ball"):
-            wide = 6 if kind == "floating" else 3
-            if (
-                model.dof_armature[dof : dof + wide].any()
-                or model.dof_damping[dof : dof + wide].any()
-            ):
+            own = slice(dof, dof + (6 if kind == "floating" else 3))
+            if model.dof_armature[own].any() or model.dof_damping[own].any():
                 self._cannot(f"the {kind} joint {name} has armature or damping.")
             return Joint(name, kind, parent, child, pose, anchor=np.array(model.jnt_pos[k]))
         lower, upper = -math.inf, math.inf

@@ -82,12 +82,9 @@ def read_urdf(
     path = Path(path)
     robot = _parsed(path)
     reader = _LinkReader(path, packages or {}, shapes=shapes)
-    tree = KinematicTree(
-        str(robot.name or path.stem),
-        tuple(reader.link(entry) for entry in robot.links),
-        tuple(reader.joint(entry) for entry in robot.joints),
-        tuple(motor for entry in robot.joints for motor in _motors(entry)),
-    )
+    links = tuple(reader.link(entry) for entry in robot.links)
+    joints = tuple(reader.joint(entry) for entry in robot.joints)
+    tree = KinematicTree(str(robot.name or path.stem), links, joints, tuple(reader.motors))
     mistakes = [*reader.mistakes, *tree_mistakes(tree, locked or {}, path.name)]
     if mistakes:
         raise InputError(mistakes)
@@ -130,13 +127,29 @@ class _LinkReader:
 
     def __init__(self, path: Path, packages: Mapping[str, str | Path], *, shapes: bool) -> None:
         self.mistakes: list[Mistake] = []
+        self.motors: list[Motor] = []
         self._path, self._packages, self._shapes = path, packages, shapes
 
     def _wrong(self, kind: str, name: str, what: str, remedy: str = "") -> None:
         self.mistakes.append(Mistake(f"{self._path.name} {kind} {name!r}", what, remedy))
 
     def link(self, entry: Any) -> Link:
-        """Return a link."""
+        """Return a link; only its name where its numbers cannot be read."""
+        try:
+            return self._link(entry)
+        except (TypeError, ValueError) as error:
+            self._wrong("link", entry.name, f"its numbers cannot be read ({error}).")
+            return Link(str(entry.name))
+
+    def joint(self, entry: Any) -> Joint:
+        """Return a joint; a fixed one where its numbers cannot be read."""
+        try:
+            return self._joint(entry)
+        except (TypeError, ValueError) as error:
+            self._wrong("joint", entry.name, f"its numbers cannot be read ({error}).")
+            return Joint(str(entry.name), "fixed", str(entry.parent), str(entry.child))
+
+    def _link(self, entry: Any) -> Link:
         solids: list[PlacedShape] = []
         if self._shapes:
             for drawn in entry.collisions or entry.visuals or ():
@@ -206,8 +219,7 @@ class _LinkReader:
         solid = enclosing_shape(vertices)
         yield PlacedShape(solid.shape, pose @ solid.pose)
 
-    def joint(self, entry: Any) -> Joint:
-        """Return a joint."""
+    def _joint(self, entry: Any) -> Joint:
         kind = KINDS.get(str(entry.type))
         if kind is None:
             self._wrong("joint", entry.name, f"its type is {entry.type!r}.", _listed(KINDS))
@@ -228,6 +240,10 @@ class _LinkReader:
             what, remedy = "it has no <limit>.", "An unlimited rotation has the type continuous."
             self._wrong("joint", entry.name, what, remedy)
         speed = _number(limit.velocity) if limit is not None else 0.0
+        effort = abs(_number(limit.effort)) if limit is not None and mimic is None else 0.0
+        if effort > 0.0 and kind in ("revolute", "prismatic"):
+            motor = f"{usable_name(str(entry.name))}_{'force' if kind == 'prismatic' else 'torque'}"
+            self.motors.append(Motor(motor, str(entry.name), -effort, effort))
         return Joint(
             str(entry.name),
             kind,
@@ -248,16 +264,6 @@ class _LinkReader:
                 _number(mimic.offset),
             ),
         )
-
-
-def _motors(entry: Any) -> Iterator[Motor]:
-    """Yield the motor of a joint with an effort limit."""
-    kind = {"revolute": "torque", "continuous": "torque", "prismatic": "force"}.get(entry.type)
-    if kind is None or entry.limit is None or entry.mimic is not None:
-        return
-    effort = abs(_number(entry.limit.effort))
-    if effort > 0.0:
-        yield Motor(f"{usable_name(str(entry.name))}_{kind}", str(entry.name), -effort, effort)
 
 
 def _number(given: float | None) -> float:
