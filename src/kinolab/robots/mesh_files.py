@@ -12,8 +12,8 @@ PACKAGE, FILE = "package://", "file://"
 def find_mesh(name: str, folder: Path, packages: Mapping[str, str | Path]) -> Path | None:
     """Return the file that a robot's description names, None where it is not there.
 
-    Packages that are not given are looked for in the folders above the description: there one has
-    the package's name, or holds what the package would.
+    Packages that are not given are looked for in the folders above the description, from there the
+    whole path and its ends of two parts at least, since packages are often copied in parts.
 
     Args:
         name: ``package://package/path``, ``file://path``, or a path from the description's folder.
@@ -27,8 +27,10 @@ def find_mesh(name: str, folder: Path, packages: Mapping[str, str | Path]) -> Pa
     if package in packages:
         found = Path(packages[package]) / rest
         return found if found.is_file() else None
+    parts = (package, *Path(rest).parts)
+    ends = [Path(*parts[k:]) for k in range(len(parts) - 1)]
     for above in (folder.resolve(), *folder.resolve().parents):
-        for found in (above / package / rest, above / rest):
-            if (above.name == package or found.parts[-1]) and found.is_file():
-                return found
+        for end in ends:
+            if (above / end).is_file():
+                return above / end
     return None

@@ -37,9 +37,11 @@ from kinolab.robots.kinematic_tree import (
     usable_name,
 )
 from kinolab.robots.tree_mistakes import inertia_mistake, massless_joints
+from kinolab.world.geometry import lowest_z
 
 Base: TypeAlias = Literal["fixed", "floating"]
 
+MOST_LIFTED = 0.05  # [m]
 ALIGNED = 1e-9  # of a rotation's entries: a shape that is turned less is taken along the axes
 
 
@@ -177,13 +179,15 @@ class _Assembly:
         inertial = _together(part.links)
         if not still and (mistake := inertia_mistake(part.name, inertial, self._where)):
             self._mistakes.append(mistake)
-        centre = inertial.centre if inertial.mass > 0.0 else np.zeros(3)
+        centre = inertial.centre if inertial.mass > 0.0 and not still else np.zeros(3)
         aligned: list[Shape] = []
         turned: list[tuple[str, PlacedShape, Array]] = []
         color = None
         for link, pose in part.links:
             for solid in link.solids:
                 placed = pose @ solid.pose
+                if still:
+                    placed = _onto_the_ground(solid.shape, placed)
                 shape = _along_the_axes(solid.shape, placed, centre)
                 if shape is None:
                     turned.append((f"{link.name} {len(turned) + 2}", solid, placed))
@@ -315,6 +319,19 @@ def _together(links: Sequence[tuple[Link, Array]]) -> Inertial:
 def _six(inertia: Array) -> tuple[float, ...]:
     (xx, xy, xz), (_, yy, yz), (_, _, zz) = inertia.tolist()
     return xx, yy, zz, xy, xz, yz
+
+
+def _onto_the_ground(shape: Shape, pose: Array) -> Array:
+    """Return the pose (4, 4) of a shape that stands still, lifted if it is a little below z = 0.
+
+    A solid around a robot's foot reaches some millimetres farther down than the foot.
+    """
+    sunk = -lowest_z(shape, pose[:3])
+    if not 0.0 < sunk <= MOST_LIFTED:
+        return pose
+    lifted = pose.copy()
+    lifted[2, 3] += sunk
+    return lifted
 
 
 def _along_the_axes(shape: Shape, pose: Array, centre: Array) -> Shape | None:

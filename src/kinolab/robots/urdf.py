@@ -199,7 +199,7 @@ class _LinkReader:
         scale = np.ones(3) if mesh.scale is None else np.asarray(mesh.scale, dtype=float)
         file = find_mesh(str(mesh.filename), self._path.parent, self._packages)
         if file is None:
-            remedy = "Say where packages are, by packages={name: folder}, or shapes=False."
+            remedy = "Keep the folder of meshes beside that of the file, as the package has them."
             self._wrong("link", name, f"its mesh {mesh.filename} cannot be found.", remedy)
             return
         try:
