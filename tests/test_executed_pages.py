@@ -21,8 +21,6 @@ from tests.support import ROOT
 
 NAMES = ("vector_fields.md", "feedback.md", "python.md", "tools.md")
 PAGES = [ROOT / "docs" / name for name in NAMES]
-    ROOT / "docs" / name for name in ("vector_fields.md", "feedback.md", "python.md", "tools.md")
-]
 
 
 def shown(page: Path) -> list[tuple[str, str, str]]:

@@ -113,15 +113,19 @@ def test_limits_are_those_of_the_joint(tmp_path: Path) -> None:
 
 
 def test_shapes_are_where_the_file_says(tmp_path: Path) -> None:
-    """The tip has no shape; what is turned obliquely has a body of its own."""
+    """In their links' frames; what is turned obliquely has a body of its own, the tip a frame."""
     bodies = {body.name: body for body in read_urdf(written(tmp_path, ARM)).bodies}
-    lump = (2.0 * 0.5 + 1.0 * 1.1) / 3.0  # centre of mass of both links, above the joint
     (bar,) = bodies["upper"].shapes
     assert isinstance(bar, Cylinder)
     assert (bar.axis, bar.radius, bar.length) == ("x", 0.05, 0.9)
-    assert np.allclose(np.array(bar.at, dtype=float), [0, 0, 0.5 - lump])
+    assert np.allclose(np.array(bar.at, dtype=float), [0, 0, 0.5])
     assert [type(shape) for shape in bodies["upper 2"].shapes] == [Box]
     assert bodies["base"].touches_ground
+    assert not bodies["tip"].shapes
+    model = read_urdf(written(tmp_path, ARM)).model()
+    x, places = [0.0, 0.0], [body.name for body in model.machine.bodies]
+    tip = model.frames(x)[places.index("tip")]
+    assert np.allclose(tip[[3, 7, 11]], [0.0, 0.0, 2.0])  # 1 m above the upper link's
 
 
 def test_joints_are_locked_and_free_bases_float(tmp_path: Path) -> None:
@@ -146,8 +150,10 @@ def test_a_follower_moves_its_leader_s_way(tmp_path: Path) -> None:
     model = system.model()
     assert abs(model.f([0.0, 0.0], [5.0])[1] - 1.0) < 1e-12
     locked = read_urdf(written(tmp_path, text), base="floating", locked={"a_rail": 0.3})
-    place = locked.model().frames(locked.model().rest())  # a at 0.3, b at -0.5, in one body
-    assert np.allclose(place[0][[3, 7, 11]], [(0.3 - 0.5) / 2, 0.0, 0.0], atol=1e-12)
+    model = locked.model()
+    mass = [body.name for body in model.machine.bodies].index("base mass")
+    place = model.frames(model.rest())[mass]  # a at 0.3, b at -0.5, in one body
+    assert np.allclose(place[[3, 7, 11]], [(0.3 - 0.5) / 2, 0.0, 0.0], atol=1e-12)
 
 
 WRONG = """<robot name="wrong">

@@ -175,46 +175,52 @@ class _Assembly:
         return self._coordinates[joint.name], factor, offset
 
     def _add_bodies(self, part: _Part, *, still: bool) -> None:
-        """Add a part's body, and those of shapes that are turned in it."""
+        """Add the links of a part as bodies in their own frames, and one with the mass of all."""
         inertial = _together(part.links)
         if not still and (mistake := inertia_mistake(part.name, inertial, self._where)):
             self._mistakes.append(mistake)
-        centre = inertial.centre if inertial.mass > 0.0 and not still else np.zeros(3)
-        aligned: list[Shape] = []
-        turned: list[tuple[str, PlacedShape, Array]] = []
-        color = None
-        for link, pose in part.links:
-            for solid in link.solids:
-                placed = pose @ solid.pose
-                if still:
-                    placed = _onto_the_ground(solid.shape, placed)
-                shape = _along_the_axes(solid.shape, placed, centre)
-                if shape is None:
-                    turned.append((f"{link.name} {len(turned) + 2}", solid, placed))
-                else:
-                    aligned.append(shape)
-                color = color or solid.color
-        frame = part.frame @ move(*map(float, centre)) if centre.any() else part.frame
-        part.body = Body(
-            part.name,
-            frame,
-            mass=0 if still else inertial.mass,
-            inertia=0 if still else _six(inertial.inertia),
-            shape=aligned,
-            touches_ground=still,
-            color=color,
-        )
-        self._bodies.append(part.body)
-        self._bodies += [
-            Body(
-                name,
-                part.frame @ constant_frame(placed),
-                shape=solid.shape,
-                touches_ground=still,
-                color=solid.color or color,
+        inherit = {joint.parent for joint in self._tree.joints}
+        color = next((s.color for link, _ in part.links for s in link.solids if s.color), None)
+        for k, (link, pose) in enumerate(part.links):
+            if k == 0 or link.solids or link.name not in inherit:
+                self._add_link(part, link, pose, color, still=still)
+        part.body = self._bodies[-1]
+        if not still and (inertial.mass > 0.0 or inertial.inertia.any()):
+            part.body = Body(
+                f"{part.name} mass",
+                part.frame @ constant_frame(pose_of(inertial.centre, np.eye(3))),
+                mass=inertial.mass,
+                inertia=_six(inertial.inertia),
             )
-            for name, solid, placed in turned
-        ]
+            self._bodies.append(part.body)
+
+    def _add_link(
+        self,
+        part: _Part,
+        link: Link,
+        pose: Array,
+        color: tuple[float, float, float] | None,
+        *,
+        still: bool,
+    ) -> None:
+        """Add a link as a body with its shapes, those that are turned as bodies of their own."""
+        aligned: list[Shape] = []
+        turned: list[PlacedShape] = []
+        for solid in link.solids:
+            placed = solid.pose
+            if still:
+                placed = np.linalg.inv(pose) @ _onto_the_ground(solid.shape, pose @ placed)
+            shape = _along_the_axes(solid.shape, placed)
+            if shape is None:
+                turned.append(replace(solid, pose=placed))
+            else:
+                aligned.append(shape)
+        look: dict[str, Any] = {"touches_ground": still, "color": color}
+        frame = part.frame @ constant_frame(pose)
+        self._bodies.append(Body(link.name, frame, shape=aligned, **look))
+        for k, solid in enumerate(turned):
+            own = part.frame @ constant_frame(pose @ solid.pose)
+            self._bodies.append(Body(f"{link.name} {k + 2}", own, shape=solid.shape, **look))
 
     def _add_forces(self, joint: Joint, parent: _Part, part: _Part, before: Frame) -> None:
         """Add a joint's motor and friction."""
@@ -334,10 +340,10 @@ def _onto_the_ground(shape: Shape, pose: Array) -> Array:
     return lifted
 
 
-def _along_the_axes(shape: Shape, pose: Array, centre: Array) -> Shape | None:
-    """Return a shape in a body's axes, its centre of mass at ``centre`` (3,), None if oblique."""
+def _along_the_axes(shape: Shape, pose: Array) -> Shape | None:
+    """Return a shape along the axes of the frame of its pose (4, 4), None if it is oblique."""
     turn = np.where(np.abs(pose[:3, :3]) < ALIGNED, 0.0, pose[:3, :3])
-    at = tuple((pose[:3, 3] - centre).tolist())
+    at = tuple(pose[:3, 3].tolist())
     if isinstance(shape, Sphere):
         return replace(shape, at=at)
     if isinstance(shape, Box):

@@ -61,11 +61,11 @@ def read_urdf(
 ) -> System:
     """Read a robot from a URDF file as a machine.
 
-    Links that are fixed to each other become one body. A joint from 0 to 0 has no limits, as in
-    files that leave them out. Joints with an effort limit have a motor of that limit; damping is
-    viscous friction, friction is Coulomb's. Collision geometry counts, or what is drawn where there
-    is none; meshes are enclosed in boxes and capsules. Sensors, transmissions and what simulators
-    add are left out.
+    Links become bodies in their own frames; what moves together has one mass. A joint from 0 to 0
+    has no limits, as in files that leave them out. Joints with an effort limit have a motor of that
+    limit; damping is viscous friction, friction is Coulomb's. Collision geometry counts, or what is
+    drawn where there is none; meshes are enclosed in boxes and capsules. Sensors, transmissions and
+    what simulators add are left out.
 
     Args:
         path: The file.
