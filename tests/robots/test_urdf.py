@@ -221,6 +221,33 @@ def test_a_mesh_in_millimetres_is_noticed(tmp_path: Path) -> None:
     assert read_urdf(written(tmp_path, scaled)).model().nv == 1
 
 
+BAR = """<link name="{0}"><inertial><origin xyz="0 0 0.25"/><mass value="1"/>
+  <inertia ixx="0.02" iyy="0.02" izz="0.001" ixy="0" ixz="0" iyz="0"/></inertial>
+  <collision><origin xyz="0 0 0.25"/><geometry><box size="0.05 0.05 0.5"/></geometry></collision>
+  </link>
+  <joint name="to_{0}" type="revolute"><parent link="{1}"/><child link="{0}"/>
+  <origin xyz="0 0 {2}"/><axis xyz="0 1 0"/>
+  <limit lower="-3" upper="3" effort="30" velocity="3"/></joint>"""
+
+
+def test_links_that_are_no_neighbours_may_not_touch(tmp_path: Path) -> None:
+    bars = BAR.format("a", "base", 0) + BAR.format("b", "a", 0.5) + BAR.format("c", "b", 0.5)
+    file = written(tmp_path, f'<robot name="chain"><link name="base"/>{bars}</robot>')
+    system = read_urdf(file)
+    assert system.collisions == (("a", "c"),)
+    assert not read_urdf(file, self_collisions=False).collisions
+    (tmp_path / "fold.toml").write_text(
+        'schema = 1\ntitle = "It folds"\n[system]\nfile = "arm.urdf"\n'
+        "[goal]\nto_b = 1.0\nat_rest = true\n"
+    )
+    problem = kinolab.load(tmp_path / "fold.toml")
+    straight, folded = problem.model.rest(), problem.model.rest()
+    folded[1:3] = 2.2, 2.2  # the third bar crosses the first one
+    checker = problem.checker()
+    for x, touching in ((straight, False), (folded, True)):
+        assert checker.collides(problem.model.frames(x)) is touching
+
+
 def test_a_scenario_plans_for_a_robot_s_file(tmp_path: Path) -> None:
     written(tmp_path, ARM.replace('effort="10"', 'effort="40"'))
     (tmp_path / "swing.toml").write_text("""

@@ -115,10 +115,9 @@ def _system_in_file(
     if text.endswith(ROBOT_FORMATS):
         from kinolab.robots import read_mjcf, read_urdf
 
-        base, locked = (section.base, section.locked) if section else (None, None)
-        if text.endswith(".xml"):
-            return read_mjcf(folder / text, locked=locked)
-        return read_urdf(folder / text, base=base or "fixed", locked=locked)
+        given = section.model_dump(exclude_none=True) if section else {}
+        kept = {key: given[key] for key in ("base", "locked", "self_collisions") if key in given}
+        return (read_mjcf if text.endswith(".xml") else read_urdf)(folder / text, **kept)
     file, function = python_reference(text) or (text, "")
     return _system_from_python(folder / file, function, where)
 

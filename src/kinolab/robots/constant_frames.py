@@ -73,3 +73,14 @@ def onto_z(direction: Array) -> Array:
     across = math.hypot(x, y)
     cos, sin = (x / across, y / across) if across > 0.0 else (1.0, 0.0)
     return np.array([[cos * z, -sin, x], [sin * z, cos, y], [-across, 0.0, z]])
+
+
+def turned_about(axis: Array, at: float) -> Array:
+    """Return the rotation matrix (3, 3) about a unit vector (3,) by an angle in [rad].
+
+    Source: Murray, Li, Sastry, A Mathematical Introduction to Robotic Manipulation, 1994, (2.14).
+    """
+    x, y, z = axis
+    hat = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    turn: Array = np.eye(3) + math.sin(at) * hat + (1.0 - math.cos(at)) * hat @ hat
+    return turn

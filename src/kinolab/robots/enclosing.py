@@ -7,6 +7,7 @@ to obstacles is known in closed form.
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
@@ -27,7 +28,8 @@ def enclosing_shape(points: Array) -> PlacedShape:
     box = _box(points, own)
     long = own[:, int(np.ptp(points @ own, axis=0).argmax())]
     capsule = _capsule(points, onto_z(long))
-    return min(box, capsule, key=_volume)
+    found = min(box, capsule, key=_volume)
+    return replace(found, enclosed=(points - found.pose[:3, 3]) @ found.pose[:3, :3])
 
 
 def _principal_axes(points: Array) -> Array:

@@ -39,11 +39,13 @@ class PlacedShape:
         shape: Centred at the origin of its own frame and symmetric about z, if about any axis.
         pose: Of that frame in the link's, shape (4, 4).
         color: Red, green and blue in [0, 1], if the file says them.
+        enclosed: Of a mesh, its points (n, 3) in the shape's frame.
     """
 
     shape: Shape
     pose: Array
     color: tuple[float, float, float] | None = None
+    enclosed: Array | None = None
 
 
 @dataclass(frozen=True)

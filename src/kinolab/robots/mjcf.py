@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -44,6 +45,7 @@ def read_mjcf(
     *,
     locked: Mapping[str, float] | None = None,
     shapes: bool = True,
+    self_collisions: bool = True,
     partial: bool = False,
 ) -> System:
     """Read a robot from an MJCF file as a machine.
@@ -58,6 +60,8 @@ def read_mjcf(
         path: The file.
         locked: Positions of joints that do not move, by name, in [rad] or [m].
         shapes: Whether to read shapes at all.
+        self_collisions: Whether links that are not neighbours may not touch each other: those that
+            are apart where the robot rests, and mostly elsewhere.
         partial: Whether to leave out what cannot be represented.
 
     Raises:
@@ -72,7 +76,7 @@ def read_mjcf(
         mistakes += reader.left_out
     if mistakes:
         raise InputError(mistakes)
-    return assembled(tree, locked=locked, where=path.name)
+    return assembled(tree, locked=locked, self_collisions=self_collisions, where=path.name)
 
 
 def _compiled(mujoco: Any, path: Path) -> Any:
@@ -218,7 +222,7 @@ class _ModelReader:
             red, green, blue, _ = map(float, model.geom_rgba[g])
             shape = self._shape(g)
             if isinstance(shape, PlacedShape):
-                yield PlacedShape(shape.shape, pose @ shape.pose, (red, green, blue))
+                yield replace(shape, pose=pose @ shape.pose, color=(red, green, blue))
             elif shape is not None:
                 yield PlacedShape(shape, pose, (red, green, blue))
 

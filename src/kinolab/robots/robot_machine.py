@@ -25,6 +25,7 @@ from kinolab.robots.constant_frames import (
     along_an_axis,
     constant_frame,
     onto_z,
+    turned_about,
 )
 from kinolab.robots.kinematic_tree import (
     Inertial,
@@ -36,6 +37,7 @@ from kinolab.robots.kinematic_tree import (
     pose_of,
     usable_name,
 )
+from kinolab.robots.self_collisions import NamedShape, kept_apart
 from kinolab.robots.tree_mistakes import inertia_mistake, massless_joints
 from kinolab.world.geometry import lowest_z
 
@@ -66,6 +68,7 @@ def assembled(
     *,
     base: Base = "fixed",
     locked: Mapping[str, float] | None = None,
+    self_collisions: bool = True,
     where: str = "",
 ) -> System:
     """Return the machine of a robot.
@@ -74,6 +77,7 @@ def assembled(
         tree: The robot, without ``tree_mistakes``.
         base: Whether its root is fixed to the world or moves freely in it.
         locked: Positions of joints that do not move, by name.
+        self_collisions: Whether links that are not neighbours may not touch each other.
         where: What mistakes are reported for.
 
     Raises:
@@ -83,7 +87,7 @@ def assembled(
     mistakes = [*massless_joints(tree, where)]
     if mistakes:
         raise InputError(mistakes)
-    return _Assembly(tree, base, where).system()
+    return _Assembly(tree, base, where).system(self_collisions=self_collisions)
 
 
 class _Assembly:
@@ -100,9 +104,10 @@ class _Assembly:
         self._inputs: list[Input] = []
         self._efforts: list[Effort] = []
         self._bodies: list[Body] = []
+        self._shapes: list[NamedShape] = []
 
-    def system(self) -> System:
-        """Return the machine."""
+    def system(self, *, self_collisions: bool) -> System:
+        """Return the machine; links that may touch each other if wanted."""
         tree = self._tree
         root = _Part(tree.root.name, self._base)
         parts, at = [root], {tree.root.name: (root, np.eye(4))}
@@ -134,6 +139,7 @@ class _Assembly:
             inputs=self._inputs,
             efforts=self._efforts,
             gravity=_gravity(tree.gravity),
+            collisions=kept_apart(tree, self._shapes) if self_collisions else (),
         )
 
     def _motion(self, joint: Joint) -> Frame:
@@ -210,17 +216,19 @@ class _Assembly:
             placed = solid.pose
             if still:
                 placed = np.linalg.inv(pose) @ _onto_the_ground(solid.shape, pose @ placed)
-            shape = _along_the_axes(solid.shape, placed)
+            shape, own = _along_the_axes(solid.shape, placed), replace(solid, pose=placed)
             if shape is None:
-                turned.append(replace(solid, pose=placed))
+                turned.append(own)
             else:
                 aligned.append(shape)
+                self._shapes.append(NamedShape(link.name, link.name, own))
         look: dict[str, Any] = {"touches_ground": still, "color": color}
         frame = part.frame @ constant_frame(pose)
         self._bodies.append(Body(link.name, frame, shape=aligned, **look))
         for k, solid in enumerate(turned):
-            own = part.frame @ constant_frame(pose @ solid.pose)
-            self._bodies.append(Body(f"{link.name} {k + 2}", own, shape=solid.shape, **look))
+            name, frame = f"{link.name} {k + 2}", part.frame @ constant_frame(pose @ solid.pose)
+            self._bodies.append(Body(name, frame, shape=solid.shape, **look))
+            self._shapes.append(NamedShape(name, link.name, solid))
 
     def _add_forces(self, joint: Joint, parent: _Part, part: _Part, before: Frame) -> None:
         """Add a joint's motor and friction."""
@@ -382,14 +390,3 @@ def _locked_at(
         at = _locked_at(joints[joint.mimics.joint], joints, locked)
         return None if at is None else joint.mimics.factor * at + joint.mimics.offset
     return joint.lower if joint.lower == joint.upper else None
-
-
-def turned_about(axis: Array, at: float) -> Array:
-    """Return the rotation matrix (3, 3) about a unit vector (3,) by an angle in [rad].
-
-    Source: Murray, Li, Sastry, A Mathematical Introduction to Robotic Manipulation, 1994, (2.14).
-    """
-    x, y, z = axis
-    hat = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    turn: Array = np.eye(3) + math.sin(at) * hat + (1.0 - math.cos(at)) * hat @ hat
-    return turn

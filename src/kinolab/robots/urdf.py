@@ -9,6 +9,7 @@ import io
 import math
 import re
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -58,6 +59,7 @@ def read_urdf(
     locked: Mapping[str, float] | None = None,
     packages: Mapping[str, str | Path] | None = None,
     shapes: bool = True,
+    self_collisions: bool = True,
 ) -> System:
     """Read a robot from a URDF file as a machine.
 
@@ -74,6 +76,8 @@ def read_urdf(
         locked: Positions of joints that do not move, by name, in [rad] or [m].
         packages: Folders of ``package://`` by name; otherwise they are looked for above the file.
         shapes: Whether to read shapes at all.
+        self_collisions: Whether links that are not neighbours may not touch each other: those that
+            are apart where the robot rests, and mostly elsewhere.
 
     Raises:
         InputError: With every mistake in the file, in particular of links without inertia, missing
@@ -88,7 +92,9 @@ def read_urdf(
     mistakes = [*reader.mistakes, *tree_mistakes(tree, locked or {}, path.name)]
     if mistakes:
         raise InputError(mistakes)
-    return assembled(tree, base=base, locked=locked, where=path.name)
+    return assembled(
+        tree, base=base, locked=locked, self_collisions=self_collisions, where=path.name
+    )
 
 
 def _parsed(path: Path) -> Any:
@@ -155,7 +161,7 @@ class _LinkReader:
             for drawn in entry.collisions or entry.visuals or ():
                 solids += self._solids(entry.name, drawn)
         color = next(filter(None, map(_color, entry.visuals or ())), None)
-        solids = [PlacedShape(solid.shape, solid.pose, color) for solid in solids]
+        solids = [replace(solid, color=color) for solid in solids]
         return Link(str(entry.name), self._inertial(entry), tuple(solids))
 
     def _inertial(self, entry: Any) -> Inertial | None:
@@ -217,7 +223,7 @@ class _LinkReader:
             self._wrong("link", name, what, remedy)
             return
         solid = enclosing_shape(vertices)
-        yield PlacedShape(solid.shape, pose @ solid.pose)
+        yield replace(solid, pose=pose @ solid.pose)
 
     def _joint(self, entry: Any) -> Joint:
         kind = KINDS.get(str(entry.type))

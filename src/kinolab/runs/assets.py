@@ -58,7 +58,8 @@ def portable_scenario(problem: PlanningTask) -> Scenario:
         else entry
         for index, entry in enumerate(scenario.world.obstacle)
     )
-    machine = {"name": None, "file": f"assets/{MACHINE_FILE}", "base": None, "locked": None}
+    machine: dict[str, str | None] = {"file": f"assets/{MACHINE_FILE}"}
+    machine |= dict.fromkeys(("name", "base", "locked", "self_collisions"))
     return scenario.model_copy(
         update={
             "system": scenario.system.model_copy(update=machine),

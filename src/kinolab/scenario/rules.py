@@ -17,6 +17,7 @@ SYSTEM_KINDS = ("name", "file")
 ROBOT_ONLY = (
     ("base", (".urdf",), "URDF files"),  # an MJCF file says itself whether a body is free
     ("locked", ROBOT_FORMATS, "robots from files"),
+    ("self_collisions", ROBOT_FORMATS, "robots from files"),
 )
 OBSTACLE_KINDS = ("mesh", "box", "sphere", "cylinder")
 MESH_ONLY = ("scale", "up", "solid", "simplify")

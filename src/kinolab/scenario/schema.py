@@ -89,6 +89,7 @@ class SystemSection(Section):
     file: SystemFile | None = None  # Python is code that runs; relative to the scenario
     base: Literal["fixed", "floating"] | None = None  # of a robot's file
     locked: dict[str, Number] | None = None  # positions of a robot's joints, [rad] or [m]
+    self_collisions: bool | None = None  # of a robot's file
     parameters: dict[str, Number] = {}
 
     @model_validator(mode="after")

@@ -1,0 +1,155 @@
+"""Which bodies of a robot may not touch each other.
+
+Neighbours always touch, and solids around meshes are too large where links meet. Pairs count whose
+meshes touch in some positions and not in most, and whose solids are apart where the robot rests:
+as MoveIt's setup assistant finds them.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import combinations
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from kinolab.dynamics.language.shapes import Box, Capsule, Cylinder, Sphere
+from kinolab.numerics.arrays import Array
+from kinolab.robots.constant_frames import turned_about
+from kinolab.robots.kinematic_tree import Joint, KinematicTree, PlacedShape, from_the_root
+from kinolab.world.collision.gjk import Convex, separation
+from kinolab.world.geometry import sizes
+
+if TYPE_CHECKING:
+    import trimesh
+
+SAMPLES = 300  # random positions of all joints
+MOSTLY = 0.5  # of them, in which a pair must be apart
+UNLIMITED = math.pi  # what is drawn from where a joint has no limits
+
+
+class NamedShape(NamedTuple):
+    """A shape of a body, fixed to a link."""
+
+    body: str
+    link: str
+    shape: PlacedShape
+
+
+def kept_apart(tree: KinematicTree, shapes: Sequence[NamedShape]) -> list[tuple[str, str]]:
+    """Return the pairs of bodies that must not touch, by name.
+
+    Args:
+        tree: The robot.
+        shapes: Of its bodies.
+    """
+    asked: dict[tuple[str, str], list[tuple[int, int]]] = {}
+    for i, j in _candidates(tree, shapes):
+        asked.setdefault((shapes[i].body, shapes[j].body), []).append((i, j))
+    if not asked:
+        return []
+    from trimesh.collision import CollisionManager  # late: most machines are no robots
+
+    manager, meshes = CollisionManager(), [_mesh(entry.shape) for entry in shapes]
+    for k, mesh in enumerate(meshes):
+        manager.add_object(str(k), mesh)
+    generator, touching = np.random.default_rng(0), Counter[tuple[int, int]]()
+    for _ in range(SAMPLES):
+        places = _places(tree, generator)
+        for k, entry in enumerate(shapes):
+            manager.set_transform(str(k), places[entry.link] @ entry.shape.pose)
+        _, found = manager.in_collision_internal(return_names=True)
+        touching.update((min(pair), max(pair)) for pair in (tuple(map(int, p)) for p in found))
+    places = _places(tree, None)
+    solids = [_convex(entry, places[entry.link]) for entry in shapes]
+    return [
+        bodies
+        for bodies, pairs in asked.items()
+        if any(touching[pair] for pair in pairs)
+        and all(touching[pair] <= (1.0 - MOSTLY) * SAMPLES for pair in pairs)
+        and all(separation(solids[i], solids[j]) > 0.0 for i, j in pairs)
+    ]
+
+
+def _mesh(solid: PlacedShape) -> trimesh.Trimesh:
+    """Return a shape's surface; of what is in it the convex hull."""
+    import trimesh
+
+    shape = solid.shape
+    if solid.enclosed is not None:
+        return trimesh.convex.convex_hull(solid.enclosed, qhull_options="QbB Pp Qt QJ")
+    if isinstance(shape, Box):
+        return trimesh.creation.box([float(shape.x), float(shape.y), float(shape.z)])
+    if isinstance(shape, Sphere):
+        return trimesh.creation.icosphere(2, float(shape.radius))
+    if isinstance(shape, Capsule):
+        return trimesh.creation.capsule(float(shape.length), float(shape.radius), count=(12, 12))
+    assert isinstance(shape, Cylinder)
+    return trimesh.creation.cylinder(float(shape.radius), float(shape.length), sections=24)
+
+
+def _candidates(tree: KinematicTree, shapes: Sequence[NamedShape]) -> Iterator[tuple[int, int]]:
+    """Yield the pairs of shapes that are neither fixed to each other nor neighbours."""
+    part = _parts(tree)
+    joined = {
+        frozenset((part[joint.parent], part[joint.child]))
+        for joint in tree.joints
+        if joint.kind != "fixed"
+    }
+    for i, j in combinations(range(len(shapes)), 2):
+        a, b = part[shapes[i].link], part[shapes[j].link]
+        if a != b and frozenset((a, b)) not in joined:
+            yield i, j
+
+
+def _parts(tree: KinematicTree) -> Mapping[str, str]:
+    """Return of every link the first one of those that it is fixed to; empty links are passed."""
+    empty = {link.name for link in tree.links if not link.solids and link.inertial is None}
+    part = {tree.root.name: tree.root.name}
+    for joint in from_the_root(tree):
+        passed = joint.kind == "fixed" or (joint.parent in empty and joint.parent != tree.root.name)
+        part[joint.child] = part[joint.parent] if passed else joint.child
+    return part
+
+
+def _places(tree: KinematicTree, generator: np.random.Generator | None) -> dict[str, Array]:
+    """Return the poses (4, 4) of all links, at random or where the robot rests."""
+    at: dict[str, float] = {}
+    for joint in tree.joints:
+        if joint.kind in ("revolute", "prismatic") and joint.mimics is None:
+            lower, upper = max(joint.lower, -UNLIMITED), min(joint.upper, UNLIMITED)
+            rest = min(max(0.0, joint.lower), joint.upper)
+            at[joint.name] = rest if generator is None else generator.uniform(lower, upper)
+    joints = {joint.name: joint for joint in tree.joints}
+    places = {tree.root.name: np.eye(4)}
+    for joint in from_the_root(tree):
+        places[joint.child] = places[joint.parent] @ joint.pose @ _moved(joint, joints, at)
+    return places
+
+
+def _moved(joint: Joint, joints: Mapping[str, Joint], at: Mapping[str, float]) -> Array:
+    moved = np.eye(4)
+    if joint.kind not in ("revolute", "prismatic"):
+        return moved
+    by = _position(joint, joints, at) - joint.zero
+    if joint.kind == "prismatic":
+        moved[:3, 3] = by * joint.axis
+    else:
+        moved[:3, :3] = turned_about(joint.axis, by)
+        moved[:3, 3] = joint.anchor - moved[:3, :3] @ joint.anchor
+    return moved
+
+
+def _position(joint: Joint, joints: Mapping[str, Joint], at: Mapping[str, float]) -> float:
+    if joint.mimics is None:
+        return at[joint.name]
+    follows = joint.mimics
+    return follows.factor * _position(joints[follows.joint], joints, at) + follows.offset
+
+
+def _convex(entry: NamedShape, link: Array) -> Convex:
+    kind, half = sizes(entry.shape.shape)
+    pose = link @ entry.shape.pose
+    return Convex(int(kind), half, np.ascontiguousarray(pose[:3, :3]), pose[:3, 3].copy())
