@@ -20,9 +20,9 @@ from kinolab.errors import KinolabError
 
 COMMANDS = (
     "scenario", "check", "execute", "bench", "plot", "video", "gallery", "view", "list",
-    "equations", "describe", "simulate", "examine", "new", "course", "warm-up", "help",
+    "equations", "describe", "simulate", "examine", "export", "new", "course", "warm-up", "help",
 )  # fmt: skip
-OF_MACHINES = ("describe", "equations", "examine", "simulate", "new")  # in a folder of their own
+OF_MACHINES = ("describe", "equations", "examine", "export", "simulate", "new")  # in their folder
 WHOLE = 200  # characters of a command's summary, none of which is cut
 USAGE, RESOURCES, INTERNAL = 2, 6, 70  # exit codes
 

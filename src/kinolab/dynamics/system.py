@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import sympy
 
@@ -11,6 +12,9 @@ from kinolab.dynamics.lagrange.agreement import Agreement, compare
 from kinolab.dynamics.lagrange.equations import Equations, equations_of
 from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.model import Model
+
+if TYPE_CHECKING:
+    from kinolab.dynamics.translation import CasadiFunctions
 
 
 class System(Mechanism):
@@ -37,6 +41,26 @@ class System(Mechanism):
         """
         names = [constraint.name for constraint in self.constraints]
         return compare(self.equations(), equations, names)
+
+    def to_c(self) -> dict[str, str]:
+        """Return the equations of motion as C99 source: header, source and a test, by file name.
+
+        Raises:
+            InputError: If the machine has modes or feedback.
+        """
+        from kinolab.dynamics.translation import c_source
+
+        return c_source(self.model())
+
+    def to_casadi(self) -> CasadiFunctions:
+        """Return the equations of motion as CasADi functions: f, step, jacobian, energy, frames.
+
+        Raises:
+            InputError: If the machine has modes or feedback, or CasADi is not installed.
+        """
+        from kinolab.dynamics.translation import casadi_functions
+
+        return casadi_functions(self.model())
 
     def _repr_latex_(self) -> str:
         return self.equations()._repr_latex_()

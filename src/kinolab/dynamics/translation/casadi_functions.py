@@ -1,0 +1,113 @@
+"""A machine as CasADi functions, for optimal control with CasADi, acados or rockit."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from kinolab.dynamics.codegen.exports import Function
+from kinolab.dynamics.derivation.expression_graph import ExpressionGraph, Node
+from kinolab.dynamics.model import Model
+from kinolab.dynamics.translation.translated import translated
+from kinolab.lazy import library_of
+
+
+@dataclass(frozen=True)
+class CasadiFunctions:
+    """Functions of states x (nx,), inputs u (nu,) and parameters p (np,), as ``casadi.Function``.
+
+    Attributes:
+        f: (x, u, p) to the derivative of the state.
+        step: (x, u, h, p) to the state after h [s] of Runge and Kutta's method.
+        jacobian: (x, u, p) to the derivatives of f by x and by u.
+        energy: (x, u, p) to kinetic and potential energy in [J].
+        frames: (x, p) to the poses of all bodies, rows of [R | p] one after the other.
+        p: Default parameters.
+    """
+
+    f: Any
+    step: Any
+    jacobian: Any
+    energy: Any
+    frames: Any
+    p: tuple[float, ...]
+
+
+def casadi_functions(model: Model) -> CasadiFunctions:
+    """Return a machine's equations of motion as CasADi functions, from the same expressions.
+
+    Raises:
+        InputError: If the machine has modes or feedback, or CasADi is not installed.
+    """
+    casadi = library_of("casadi", "casadi", "equations for CasADi need CasADi")
+    graph, functions = translated(model)
+    made = {name: _made(casadi, graph, function) for name, function in functions.items()}
+    (x, u, p), (slope,) = made["f"]
+    f = casadi.Function("f", [x, u, p], [slope], ["x", "u", "p"], ["x_dot"])
+    by_x, by_u = casadi.jacobian(slope, x), casadi.jacobian(slope, u)
+    names = ["x", "u", "p"]
+    derivatives = casadi.Function("jacobian", [x, u, p], [by_x, by_u], names, ["by_x", "by_u"])
+    (at, of_inputs, of), (energy,) = made["energy"]
+    (where, given), (frames,) = made["frames"]
+    defaults = dict(model.machine.parameters)
+    return CasadiFunctions(
+        f,
+        _step(casadi, f, x, u, p, made.get("project")),
+        derivatives,
+        casadi.Function("energy", [at, of_inputs, of], [energy], names, ["energy"]),
+        casadi.Function("frames", [where, given], [frames], ["x", "p"], ["frames"]),
+        tuple(defaults[name] for name in model.parameter_names),
+    )
+
+
+def _step(casadi: Any, f: Any, x: Any, u: Any, p: Any, project: Any) -> Any:
+    """Return a step of Runge and Kutta's method, moved back onto the constraints."""
+    h = casadi.SX.sym("h")
+    k1 = f(x, u, p)
+    k2 = f(x + h / 2 * k1, u, p)
+    k3 = f(x + h / 2 * k2, u, p)
+    k4 = f(x + h * k3, u, p)
+    after = x + h * (k1 + 2 * k2 + 2 * k3 + k4) / 6
+    if project is not None:
+        (at, given), (landed,) = project
+        land = casadi.Function("project", [at, given], [landed])
+        after = land(land(after, p), p)  # the second Newton step reaches rounding
+    return casadi.Function("step", [x, u, h, p], [after], ["x", "u", "h", "p"], ["x_next"])
+
+
+def _made(casadi: Any, graph: ExpressionGraph, function: Function) -> tuple[list[Any], list[Any]]:
+    """Return a function's arguments as symbols, and its results as expressions of them."""
+    arguments = {
+        name: casadi.SX.sym(name, len(nodes)) for name, nodes in function.arguments.items()
+    }
+    values: dict[Node, Any] = {
+        node: arguments[name][k]
+        for name, nodes in function.arguments.items()
+        for k, node in enumerate(nodes)
+    }
+    for node in graph.needed(function.outputs):
+        if node not in values:
+            values[node] = _value(casadi, graph, node, values)
+    results = casadi.vertcat(*(values[node] for node in function.outputs))
+    return list(arguments.values()), [results]
+
+
+def _value(casadi: Any, graph: ExpressionGraph, node: Node, values: Mapping[Node, Any]) -> Any:
+    operation = graph.operations[node]
+    given = [values[operand] for operand in operation.operands]
+    match operation.name:
+        case "const":
+            return casadi.SX(operation.value)
+        case "add":
+            return given[0] + given[1]
+        case "sub":
+            return given[0] - given[1]
+        case "mul":
+            return given[0] * given[1]
+        case "div":
+            return given[0] / given[1]
+        case "neg":
+            return -given[0]
+        case name:
+            return getattr(casadi, name)(*given)  # fmax, sin, …: CasADi has the names of C
