@@ -4,7 +4,7 @@
     python benchmarks/durations.py studies/durations
 
 Prints a Markdown table of the study's rows. The best of a scenario is the shortest verified plan
-of all its rows, those of long improvement included, and of ``studies/best_known.toml``, which has
+of all its rows, those of long improvement included, and of ``best_known.toml``, which has
 those of earlier studies: a figure to compare with, no bound.
 """
 
@@ -20,7 +20,7 @@ from typing import Any
 
 from kinolab.studies.journal import first_rows, read_rows
 
-BEST_KNOWN = Path(__file__).with_name("studies") / "best_known.toml"
+BEST_KNOWN = Path(__file__).with_name("best_known.toml")
 NEAR = 1.1  # times the best duration
 EXACT = 1e-6  # goal distance in SI units below which a plan ends in the goal's centre
 HEADINGS = (
