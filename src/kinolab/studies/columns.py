@@ -103,14 +103,21 @@ def _holds(column: Column, value: object) -> bool:
         case "whole":
             return isinstance(value, int) and not isinstance(value, bool) and abs(value) < 2**63
         case "number":
-            return isinstance(value, float) or (isinstance(value, int) and abs(value) < 2**53)
+            return _is_number(value)
         case "truth":
             return isinstance(value, bool)
     pairs = value if isinstance(value, list) else [None]
     return all(
-        isinstance(pair, list) and len(pair) == 2 and all(type(x) in (int, float) for x in pair)
+        isinstance(pair, list) and len(pair) == 2 and all(map(_is_number, pair))
         for pair in pairs
     )
+
+
+def _is_number(value: object) -> bool:
+    """Say whether a column of numbers takes a value exactly."""
+    if isinstance(value, int) and not isinstance(value, bool):
+        return abs(value) < 2**53
+    return isinstance(value, float)
 
 
 def _is_object(text: str) -> bool:

@@ -153,5 +153,7 @@ def _empty_bytes(scene: Mapping[str, Any]) -> Iterator[int]:
     for accessor in _list(scene, "accessors"):
         if isinstance(accessor, dict) and "bufferView" not in accessor:
             count, kind = accessor.get("count"), accessor.get("type")
-            if isinstance(count, int) and isinstance(kind, str):
+            if not isinstance(count, int):  # a list would be taken as a shape
+                raise ValueError("an accessor's count is no whole number")
+            if isinstance(kind, str):
                 yield max(count, 0) * COMPONENTS.get(kind, 16) * COMPONENT_BYTES
