@@ -134,6 +134,19 @@ def test_joints_of_every_kind_with_springs_and_rotors(tmp_path: Path) -> None:
     agree(file, read_mjcf(file))
 
 
+def test_locked_joints_stay_where_mujoco_puts_them(tmp_path: Path) -> None:
+    """One that turns about an axis beside its body's origin, from a reference that is not zero."""
+    file = written(tmp_path, EVERYTHING)
+    own = read_mjcf(file, locked={"turn": 0.7}).model()
+    lid = [body.name for body in own.machine.bodies].index("lid")
+    model: Any = mujoco.MjModel.from_xml_path(str(file))
+    data: Any = mujoco.MjData(model)
+    data.qpos[model.jnt_qposadr[model.joint("turn").id]] = 0.7
+    mujoco.mj_kinematics(model, data)
+    place = own.frames(own.rest())[lid]
+    assert np.allclose(place[[3, 7, 11]], data.body("lid").xpos, atol=1e-12)
+
+
 def test_limits_of_motors_and_joints(tmp_path: Path) -> None:
     system = read_mjcf(written(tmp_path, EVERYTHING))
     assert {entry.name: entry.limit for entry in system.inputs} == {

@@ -12,6 +12,7 @@ import numpy as np
 
 from kinolab.dynamics.language.shapes import Shape
 from kinolab.numerics.arrays import Array
+from kinolab.robots.constant_frames import turned_about
 
 JointKind: TypeAlias = Literal["fixed", "revolute", "prismatic", "ball", "planar", "floating"]
 
@@ -141,6 +142,17 @@ def pose_of(xyz: Array, turn: Array) -> Array:
     pose = np.eye(4)
     pose[:3, :3], pose[:3, 3] = turn, xyz
     return pose
+
+
+def moved_to(joint: Joint, at: float) -> Array:
+    """Return how a revolute or prismatic joint moves its child at a position, shape (4, 4)."""
+    moved, by = np.eye(4), at - joint.zero
+    if joint.kind == "prismatic":
+        moved[:3, 3] = by * joint.axis
+    else:
+        moved[:3, :3] = turned_about(joint.axis, by)
+        moved[:3, 3] = joint.anchor - moved[:3, :3] @ joint.anchor
+    return moved
 
 
 def from_the_root(tree: KinematicTree) -> Iterator[Joint]:

@@ -1,4 +1,4 @@
-"""From a kinematic tree to a machine: links that are fixed to each other become one body."""
+"""From a kinematic tree to a machine: links are bodies, and what moves together has one mass."""
 
 from __future__ import annotations
 
@@ -25,7 +25,6 @@ from kinolab.robots.constant_frames import (
     along_an_axis,
     constant_frame,
     onto_z,
-    turned_about,
 )
 from kinolab.robots.kinematic_tree import (
     Inertial,
@@ -34,6 +33,7 @@ from kinolab.robots.kinematic_tree import (
     Link,
     PlacedShape,
     from_the_root,
+    moved_to,
     pose_of,
     usable_name,
 )
@@ -372,12 +372,7 @@ def _with_locked(tree: KinematicTree, locked: Mapping[str, float]) -> Iterator[J
         if at is None:
             yield joint
             continue
-        moved = np.eye(4)
-        if joint.kind == "prismatic":
-            moved[:3, 3] = at * joint.axis
-        else:
-            moved[:3, :3] = turned_about(joint.axis, at)
-        yield replace(joint, kind="fixed", pose=joint.pose @ moved, mimics=None)
+        yield replace(joint, kind="fixed", pose=joint.pose @ moved_to(joint, at), mimics=None)
 
 
 def _locked_at(

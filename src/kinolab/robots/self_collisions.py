@@ -17,8 +17,13 @@ import numpy as np
 
 from kinolab.dynamics.language.shapes import Box, Capsule, Cylinder, Sphere
 from kinolab.numerics.arrays import Array
-from kinolab.robots.constant_frames import turned_about
-from kinolab.robots.kinematic_tree import Joint, KinematicTree, PlacedShape, from_the_root
+from kinolab.robots.kinematic_tree import (
+    Joint,
+    KinematicTree,
+    PlacedShape,
+    from_the_root,
+    moved_to,
+)
 from kinolab.world.collision.gjk import Convex, separation
 from kinolab.world.geometry import sizes
 
@@ -125,21 +130,10 @@ def _places(tree: KinematicTree, generator: np.random.Generator | None) -> dict[
     joints = {joint.name: joint for joint in tree.joints}
     places = {tree.root.name: np.eye(4)}
     for joint in from_the_root(tree):
-        places[joint.child] = places[joint.parent] @ joint.pose @ _moved(joint, joints, at)
+        moves = joint.kind in ("revolute", "prismatic")
+        moved = moved_to(joint, _position(joint, joints, at)) if moves else np.eye(4)
+        places[joint.child] = places[joint.parent] @ joint.pose @ moved
     return places
-
-
-def _moved(joint: Joint, joints: Mapping[str, Joint], at: Mapping[str, float]) -> Array:
-    moved = np.eye(4)
-    if joint.kind not in ("revolute", "prismatic"):
-        return moved
-    by = _position(joint, joints, at) - joint.zero
-    if joint.kind == "prismatic":
-        moved[:3, 3] = by * joint.axis
-    else:
-        moved[:3, :3] = turned_about(joint.axis, by)
-        moved[:3, 3] = joint.anchor - moved[:3, :3] @ joint.anchor
-    return moved
 
 
 def _position(joint: Joint, joints: Mapping[str, Joint], at: Mapping[str, float]) -> float:

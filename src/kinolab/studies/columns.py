@@ -108,8 +108,7 @@ def _holds(column: Column, value: object) -> bool:
             return isinstance(value, bool)
     pairs = value if isinstance(value, list) else [None]
     return all(
-        isinstance(pair, list) and len(pair) == 2 and all(map(_is_number, pair))
-        for pair in pairs
+        isinstance(pair, list) and len(pair) == 2 and all(map(_is_number, pair)) for pair in pairs
     )
 
 
