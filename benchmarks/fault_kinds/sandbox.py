@@ -89,7 +89,11 @@ class Command:
             with suppress(ProcessLookupError):
                 os.kill(process, signal.SIGKILL)
         out, err = (self.scratch / name for name in ("out", "err"))
-        texts = [path.read_text(encoding="utf-8", errors="replace") for path in (out, err)]
+        # One that was killed at once has not opened them yet.
+        texts = [
+            path.read_text(encoding="utf-8", errors="replace") if path.exists() else ""
+            for path in (out, err)
+        ]
         return Ended(code, *texts, seconds, len(left))
 
     def _code(self, until: float) -> int | None:
