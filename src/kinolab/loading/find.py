@@ -19,7 +19,7 @@ from kinolab.scenario import (
 )
 from kinolab.scenario.dynobench import is_environment, read_environment
 from kinolab.scenario.user_code import blamed, python_reference, run_file
-from kinolab.scenario.values import ROBOT_FORMATS
+from kinolab.scenario.values import ROBOT_FORMATS, ROBOT_ONLY
 
 if TYPE_CHECKING:  # a machine that is in the cache needs no symbols
     from kinolab.dynamics import System
@@ -116,7 +116,7 @@ def _system_in_file(
         from kinolab.robots import read_mjcf, read_urdf
 
         given = section.model_dump(exclude_none=True) if section else {}
-        kept = {key: given[key] for key in ("base", "locked", "self_collisions") if key in given}
+        kept = {key: given[key] for key, *_ in ROBOT_ONLY if key in given}
         return (read_mjcf if text.endswith(".xml") else read_urdf)(folder / text, **kept)
     file, function = python_reference(text) or (text, "")
     return _system_from_python(folder / file, function, where)

@@ -14,6 +14,9 @@ from kinolab.dynamics.language.shapes import Shape
 from kinolab.numerics.arrays import Array
 from kinolab.robots.constant_frames import turned_about
 
+MOST_BYTES = 20_000_000  # of a robot's file, those that it includes apart
+MOST_LINKS = 1000
+
 JointKind: TypeAlias = Literal["fixed", "revolute", "prismatic", "ball", "planar", "floating"]
 
 

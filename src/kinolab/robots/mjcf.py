@@ -21,6 +21,8 @@ from kinolab.lazy import library_of
 from kinolab.numerics.arrays import Array
 from kinolab.robots.enclosing import enclosing_shape
 from kinolab.robots.kinematic_tree import (
+    MOST_BYTES,
+    MOST_LINKS,
     Inertial,
     Joint,
     JointKind,
@@ -35,8 +37,6 @@ from kinolab.robots.kinematic_tree import (
 from kinolab.robots.robot_machine import assembled
 from kinolab.robots.tree_mistakes import tree_mistakes
 
-MOST_BYTES = 20_000_000  # of a file, those that it includes apart
-MOST_LINKS = 1000
 WORLD_BODY = 0
 
 

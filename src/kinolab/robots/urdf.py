@@ -23,6 +23,8 @@ from kinolab.lazy import library_of
 from kinolab.numerics.arrays import Array
 from kinolab.robots.enclosing import enclosing_shape
 from kinolab.robots.kinematic_tree import (
+    MOST_BYTES,
+    MOST_LINKS,
     Inertial,
     Joint,
     JointKind,
@@ -39,8 +41,6 @@ from kinolab.robots.tree_mistakes import tree_mistakes
 from kinolab.world.meshes.mesh import load_mesh
 
 COMMENTS = re.compile(rb"<!--.*?-->", re.DOTALL)
-MOST_BYTES = 20_000_000  # of a file
-MOST_LINKS = 1000
 LARGEST_LINK = 20.0  # [m] across: beyond that a mesh is likely to be in millimetres
 KINDS: Mapping[str, JointKind] = {
     "fixed": "fixed",

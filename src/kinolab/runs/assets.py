@@ -10,6 +10,7 @@ from kinolab.dynamics.language.json.machine_folder import FEEDBACK_FILE, MACHINE
 from kinolab.problem import PlanningTask
 from kinolab.scenario import Origin, Scenario
 from kinolab.scenario.user_code import python_reference, text_of
+from kinolab.scenario.values import ROBOT_ONLY
 from kinolab.world.meshes.obj_materials import materials_file, with_materials
 
 
@@ -58,8 +59,8 @@ def portable_scenario(problem: PlanningTask) -> Scenario:
         else entry
         for index, entry in enumerate(scenario.world.obstacle)
     )
-    machine: dict[str, str | None] = {"file": f"assets/{MACHINE_FILE}"}
-    machine |= dict.fromkeys(("name", "base", "locked", "self_collisions"))
+    machine: dict[str, str | None] = {"name": None, "file": f"assets/{MACHINE_FILE}"}
+    machine |= {key: None for key, *_ in ROBOT_ONLY}
     return scenario.model_copy(
         update={
             "system": scenario.system.model_copy(update=machine),

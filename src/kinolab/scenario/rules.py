@@ -11,14 +11,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from kinolab.errors import unknown_name
 from kinolab.scenario.issues import Issue, KeyPath
 from kinolab.scenario.toml_text import shortened, string_text
-from kinolab.scenario.values import ROBOT_FORMATS
+from kinolab.scenario.values import ROBOT_ONLY
 
 SYSTEM_KINDS = ("name", "file")
-ROBOT_ONLY = (
-    ("base", (".urdf",), "URDF files"),  # an MJCF file says itself whether a body is free
-    ("locked", ROBOT_FORMATS, "robots from files"),
-    ("self_collisions", ROBOT_FORMATS, "robots from files"),
-)
 OBSTACLE_KINDS = ("mesh", "box", "sphere", "cylinder")
 MESH_ONLY = ("scale", "up", "solid", "simplify")
 PLANNER_KEYS = ("name", "time_limit", "max_iterations", "seed", "improve")

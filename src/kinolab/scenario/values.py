@@ -27,6 +27,11 @@ from kinolab.scenario.angles import EXAMPLES, WrittenAngle, angle_of
 from kinolab.scenario.user_code import python_reference
 
 ROBOT_FORMATS = (".urdf", ".xml")  # of ROS and MuJoCo
+ROBOT_ONLY = (  # keys of [system], the files that they are for, and these in words
+    ("base", (".urdf",), "URDF files"),  # an MJCF file says itself whether a body is free
+    ("locked", ROBOT_FORMATS, "robots from files"),
+    ("self_collisions", ROBOT_FORMATS, "robots from files"),
+)
 MESH_FORMATS = (".dae", ".glb", ".obj", ".off", ".ply", ".stl")
 WHOLE_MAX = 2**63 - 1  # what TOML promises to carry
 SETTING_DEPTH = 8  # tables and lists within each other in a planner's own settings
