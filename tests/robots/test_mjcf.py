@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import chdir
 from pathlib import Path
 from typing import Any
 
@@ -27,7 +28,10 @@ class SecondEngine:
     """MuJoCo's own model of a file, without contacts, limits and soft constraints."""
 
     def __init__(self, file: Path, system: System, model: Model) -> None:
+        before = mujoco.get_mju_user_warning()
+        mujoco.set_mju_user_warning(lambda _: None)  # else it writes a file where tests run
         self.model: Any = mujoco.MjModel.from_xml_path(str(file))
+        mujoco.set_mju_user_warning(before)
         bits = mujoco.mjtDisableBit
         self.model.opt.disableflags |= int(bits.mjDSBL_CONSTRAINT) | int(bits.mjDSBL_CLAMPCTRL)
         self._data, self._own, self._system = mujoco.MjData(self.model), model, system
@@ -196,6 +200,15 @@ def test_all_that_cannot_be_represented_is_named(tmp_path: Path) -> None:
     ):
         assert part in said
     assert read_mjcf(file, partial=True).model().nv == 2
+
+
+def test_reading_leaves_no_file_behind(tmp_path: Path) -> None:
+    """MuJoCo logs its warnings in the working directory, such as one of this old attribute."""
+    text = EVERYTHING.replace('angle="radian"', 'angle="radian" settotalmass="3"')
+    file = written(tmp_path, text)
+    with chdir(tmp_path):
+        read_mjcf(file)
+    assert [path.name for path in tmp_path.iterdir()] == [file.name]
 
 
 def test_what_mujoco_refuses_is_said(tmp_path: Path) -> None:

@@ -86,11 +86,15 @@ def _compiled(mujoco: Any, path: Path) -> Any:
     if path.stat().st_size > MOST_BYTES:
         what = f"it is larger than {MOST_BYTES // 10**6} MB."
         raise InputError([Mistake(path.name, what)])
+    before = mujoco.get_mju_user_warning()
+    mujoco.set_mju_user_warning(lambda _: None)  # else they go to a file in the working directory
     try:
         model = mujoco.MjModel.from_xml_path(str(path))
     except Exception as error:  # of its compiler, of several kinds
         what = f"MuJoCo does not read it ({' '.join(str(error).split())})."
         raise InputError([Mistake(path.name, what)]) from error
+    finally:
+        mujoco.set_mju_user_warning(before)
     if model.nbody > MOST_LINKS:
         raise InputError([Mistake(path.name, f"it has more than {MOST_LINKS} bodies.")])
     return model
