@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Self
 
 import sympy
 
@@ -14,7 +14,10 @@ from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.model import Model
 
 if TYPE_CHECKING:
-    from kinolab.dynamics.translation import CasadiFunctions
+    from numpy.typing import ArrayLike
+
+    from kinolab.dynamics.language.inputs import Limit
+    from kinolab.dynamics.translation import CasadiFunctions, SympyModel
 
 
 class System(Mechanism):
@@ -61,6 +64,60 @@ class System(Mechanism):
         from kinolab.dynamics.translation import casadi_functions
 
         return casadi_functions(self.model())
+
+    def to_sympy(self) -> SympyModel:
+        """Return the equations of motion as SymPy expressions, with common subexpressions.
+
+        Raises:
+            InputError: If the machine has modes or feedback.
+        """
+        from kinolab.dynamics.translation import sympy_model
+
+        return sympy_model(self.model())
+
+    def to_control(self, x: ArrayLike, u: ArrayLike = (), **parameters: float) -> Any:
+        """Return the linearisation about a state as a ``control.StateSpace`` of python-control.
+
+        Its states and inputs are deviations from x and u, its outputs all states.
+
+        Args:
+            x: State, shape (nx,).
+            u: Inputs, shape (nu,); zero when left out.
+            parameters: Values that differ from the machine's own.
+
+        Raises:
+            InputError: If python-control is not installed, or a shape does not fit.
+            SingularError: Where the equations of motion have no unique solution.
+        """
+        from kinolab.dynamics.translation import control_system
+
+        return control_system(self.model(), x, u, **parameters)
+
+    def with_gain(
+        self,
+        gain: ArrayLike,
+        x: ArrayLike,
+        u: ArrayLike = (),
+        *,
+        references: Mapping[str, Limit],
+    ) -> Self:
+        """Return the machine under the law u - K (x_now - x), such as ``control.lqr`` designs.
+
+        Args:
+            gain: K, shape (nu, nx).
+            x: The state that is held, shape (nx,).
+            u: The inputs that hold it, shape (nu,); zero when left out.
+            references: Entries of x that planners choose, by name, with their limits; that of a
+                state ``x`` is called ``x_set``.
+
+        Raises:
+            InputError: With everything that does not fit.
+        """
+        from kinolab.dynamics.analysis.state_feedback import state_feedback
+
+        plant = self.with_feedback(None)
+        law = state_feedback(plant.model(), gain, x, u, references=references)
+        return plant.with_feedback(law)
 
     def _repr_latex_(self) -> str:
         return self.equations()._repr_latex_()

@@ -18,11 +18,7 @@ import sympy
 from kinolab.arguments import checked
 from kinolab.dynamics.language.expressions import exact
 from kinolab.dynamics.language.frames import Number
-from kinolab.dynamics.language.mechanism_parts import (
-    configuration_symbols,
-    quasi_velocities,
-    tangent_symbols,
-)
+from kinolab.dynamics.language.mechanism_parts import quasi_velocities, state_symbols
 from kinolab.dynamics.model import Model
 from kinolab.errors import InputError, KinolabError, Mistake
 from kinolab.numerics.arrays import Array
@@ -66,14 +62,7 @@ class StateFunctions:
 
     def __init__(self, model: Model, expressions: Sequence[Number]) -> None:
         system = model.system
-        rates = tangent_symbols(system)
-        chosen = {v.name: v.symbol for v in quasi_velocities(system)}
-        self._symbols = [
-            *configuration_symbols(system),
-            *(chosen.get(v.name, sympy.Symbol(v.name)) for v in model.quasi_velocities),
-            *(rates[i] for i in model.independent),
-            *(entry.symbol for entry in system.states),
-        ]
+        self._symbols = symbols_of_state(model)
         values = {p: system.parameter_values[p.name] for p in system.parameters}
         self._expressions = [exact(entry).subs(values) for entry in expressions]
         known = set(self._symbols)
@@ -104,6 +93,14 @@ class StateFunctions:
             sympy.lambdify(self._symbols, self._expressions, "numpy"),
             sympy.lambdify(self._symbols, slopes, "numpy"),
         )
+
+
+def symbols_of_state(model: Model) -> list[sympy.Symbol]:
+    """Return the symbols of a model's state, the author's own."""
+    system = model.system
+    chosen = {v.name: v.symbol for v in quasi_velocities(system)}
+    quasi = [chosen.get(v.name, sympy.Symbol(v.name)) for v in model.quasi_velocities]
+    return list(state_symbols(system, quasi, model.independent))
 
 
 @checked

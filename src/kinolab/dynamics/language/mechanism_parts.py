@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Literal, TypeAlias
 
@@ -126,6 +126,22 @@ def quasi_velocities(system: MechanismParts) -> tuple[QuasiVelocity, ...]:
     if system.velocities is None or isinstance(system.velocities, str):
         return ()
     return tuple(v for v in system.velocities if isinstance(v, QuasiVelocity))
+
+
+def state_symbols(
+    system: MechanismParts, quasi: Sequence[sympy.Symbol], independent: Sequence[int]
+) -> tuple[sympy.Symbol, ...]:
+    """Return the symbols of a state x in order.
+
+    Args:
+        system: The machine.
+        quasi: The symbols of quasi-velocities that are states.
+        independent: Indices, among all velocities, of those that are.
+    """
+    rates = tangent_symbols(system)
+    further = (entry.symbol for entry in system.states)
+    chosen = (rates[i] for i in independent)
+    return (*configuration_symbols(system), *quasi, *chosen, *further)
 
 
 def atoms_of(part: Any) -> Iterator[sympy.Symbol | Attitude]:

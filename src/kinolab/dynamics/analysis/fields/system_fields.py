@@ -7,7 +7,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
-import sympy
 
 from kinolab.arguments import checked
 from kinolab.dynamics.analysis.fields.vector_fields import VectorFields, first
@@ -24,7 +23,11 @@ from kinolab.dynamics.derivation.velocity_coordinates import (
 from kinolab.dynamics.language.constraints import PositionConstraint
 from kinolab.dynamics.language.inputs import bounds_of
 from kinolab.dynamics.language.mechanism import Mechanism
-from kinolab.dynamics.language.mechanism_parts import configuration_symbols, tangent_symbols
+from kinolab.dynamics.language.mechanism_parts import (
+    configuration_symbols,
+    state_symbols,
+    tangent_symbols,
+)
 from kinolab.dynamics.language.symbols import Attitude
 from kinolab.errors import InputError, Mistake
 
@@ -51,7 +54,7 @@ def vector_fields(system: Mechanism) -> VectorFields:
     tape, inputs = binding.tape, binding.inputs
     still = tape.substitute(derivative, dict.fromkeys(inputs, tape.zero))
     slopes = [tuple(tape.derivative(derivative, {node: tape.one})) for node in inputs]
-    symbols = _state_symbols(system, derivation)
+    symbols = state_symbols(system, [v.symbol for v in derivation.quasi], derivation.independent)
     whole = VectorFields(
         symbols=symbols,
         tape=tape,
@@ -127,16 +130,6 @@ def _samples(system: Mechanism, derivation: Derivation) -> Iterator[dict[str, fl
         chosen = [binding.lower(v.velocity) for v in derivation.quasi]
         found = binding.tape.evaluate(chosen, values)
         yield values | {v.name: x for v, x in zip(derivation.quasi, found, strict=True)}
-
-
-def _state_symbols(system: Mechanism, derivation: Derivation) -> tuple[sympy.Symbol, ...]:
-    rates = tangent_symbols(system)
-    velocities = (
-        *(v.symbol for v in derivation.quasi),
-        *(rates[i] for i in derivation.independent),
-    )
-    further = (entry.symbol for entry in system.states)
-    return (*configuration_symbols(system), *velocities, *further)
 
 
 def _prolonged(

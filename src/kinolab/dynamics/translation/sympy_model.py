@@ -1,0 +1,120 @@
+"""A machine as SymPy expressions, step by step, as kinolab computes them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import sympy
+
+from kinolab.dynamics.analysis.trim import symbols_of_state
+from kinolab.dynamics.derivation.expression_graph import ExpressionGraph, Node
+from kinolab.dynamics.model import Model
+from kinolab.dynamics.translation.translated import translated
+
+
+@dataclass(frozen=True, repr=False)
+class SympyModel:
+    """The derivative of the state as SymPy expressions.
+
+    Common subexpressions have symbols of their own, as ``sympy.cse`` returns them: without them
+    equations of large machines would not fit in memory.
+
+    Attributes:
+        x: Symbols of the state, the author's own, shape (nx,).
+        u: Symbols of the inputs, shape (nu,).
+        p: Symbols of the parameters.
+        replacements: Pairs of a symbol and its expression in those before it.
+        f: Derivative of the state in all of these, a column (nx, 1).
+        values: Default values of the parameters.
+    """
+
+    x: tuple[sympy.Symbol, ...]
+    u: tuple[sympy.Symbol, ...]
+    p: tuple[sympy.Symbol, ...]
+    replacements: tuple[tuple[sympy.Symbol, sympy.Expr], ...]
+    f: sympy.Matrix
+    values: Mapping[sympy.Symbol, float]
+
+    def __repr__(self) -> str:
+        """Say how large it is."""
+        return (
+            f"<SympyModel: {len(self.x)} states, {len(self.u)} inputs, "
+            f"{len(self.replacements)} common subexpressions>"
+        )
+
+    def expanded(self) -> sympy.Matrix:
+        """Return f in states, inputs and parameters alone; for small machines."""
+        known: dict[sympy.Symbol, sympy.Expr] = {}
+        for symbol, expression in self.replacements:
+            known[symbol] = expression.xreplace(known)
+        return self.f.xreplace(known)
+
+
+def sympy_model(model: Model) -> SympyModel:
+    """Return a machine's equations of motion as SymPy expressions.
+
+    Raises:
+        InputError: If the machine has modes or feedback.
+    """
+    graph, functions = translated(model)
+    function, system = functions["f"], model.system
+    x = tuple(symbols_of_state(model))
+    u = tuple(entry.symbol for entry in system.inputs)
+    p = tuple(system.parameters)
+    symbols = {"x": x, "u": u, "p": p}
+    text = {
+        node: symbol
+        for name, nodes in function.arguments.items()
+        for node, symbol in zip(nodes, symbols[name], strict=True)
+    }
+    needed = graph.needed(function.outputs)
+    used = _uses(graph, needed, function.outputs)
+    replacements: list[tuple[sympy.Symbol, sympy.Expr]] = []
+    for node in needed:
+        if node in text:
+            continue
+        expression = _expression(graph, node, text)
+        if used[node] > 1 and graph.operations[node].operands:
+            symbol = sympy.Symbol(f"v{len(replacements)}", real=True)
+            replacements.append((symbol, expression))
+            expression = symbol
+        text[node] = expression
+    f = sympy.Matrix([text[node] for node in function.outputs])
+    values = {symbol: system.parameter_values[symbol.name] for symbol in p}
+    return SympyModel(x, u, p, tuple(replacements), f, values)
+
+
+def _uses(
+    graph: ExpressionGraph, needed: Sequence[Node], outputs: Sequence[Node]
+) -> dict[Node, int]:
+    """Return how often each node is asked for."""
+    count = dict.fromkeys((*needed, *outputs), 0)
+    for node in (*(k for n in needed for k in graph.operations[n].operands), *outputs):
+        count[node] = count.get(node, 0) + 1
+    return count
+
+
+def _expression(graph: ExpressionGraph, node: Node, known: Mapping[Node, sympy.Expr]) -> sympy.Expr:
+    operation = graph.operations[node]
+    given = [known[operand] for operand in operation.operands]
+    match operation.name:
+        case "const":
+            whole = operation.value.is_integer()
+            return sympy.Integer(int(operation.value)) if whole else sympy.Float(operation.value)
+        case "add":
+            return given[0] + given[1]
+        case "sub":
+            return given[0] - given[1]
+        case "mul":
+            return given[0] * given[1]
+        case "div":
+            return given[0] / given[1]
+        case "neg":
+            return -given[0]
+        case "fabs":
+            return sympy.Abs(given[0])
+        case "fmax":
+            return sympy.Max(*given)
+        case name:
+            return getattr(sympy, name)(*given)  # sin, sqrt, sign, …: as in C
