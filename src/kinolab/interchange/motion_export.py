@@ -1,0 +1,85 @@
+"""Formats in which the motion of a run is written for other tools."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple
+
+import yaml
+
+from kinolab.arguments import require_fit
+from kinolab.errors import UnknownNameError
+from kinolab.files import write_whole
+from kinolab.interchange.motion_tables import csv_table, hdf5_table, npz_table, parquet_table
+from kinolab.interchange.ros_messages import Message, joint_trajectory, path_message
+from kinolab.interchange.rosbag import write_bag
+from kinolab.problem import PlanningTask
+from kinolab.trajectory import Trajectory
+
+Encoder = Callable[[PlanningTask, Trajectory], bytes]
+
+
+class Export(NamedTuple):
+    """A format.
+
+    Attributes:
+        file: What its file is called unless told otherwise.
+        content: Returns that; None where it is a folder, a bag.
+    """
+
+    file: str
+    content: Encoder | None
+
+
+def _yaml(message: Callable[[PlanningTask, Trajectory], Message]) -> Encoder:
+    def encoded(problem: PlanningTask, trajectory: Trajectory) -> bytes:
+        content = message(problem, trajectory)
+        text: str = yaml.safe_dump(content, sort_keys=False, default_flow_style=None, width=100)
+        return text.encode()
+
+    return encoded
+
+
+EXPORTS = {
+    "csv": Export("motion.csv", csv_table),
+    "npz": Export("motion.npz", npz_table),
+    "parquet": Export("motion.parquet", parquet_table),
+    "hdf5": Export("motion.h5", hdf5_table),
+    "joint_trajectory": Export("joint_trajectory.yaml", _yaml(joint_trajectory)),
+    "path": Export("path.yaml", _yaml(path_message)),
+    "rosbag": Export("bag", None),
+}
+
+
+def export_motion(
+    path: str | Path, problem: PlanningTask, trajectory: Trajectory, form: str
+) -> Path:
+    """Write a motion in the format of another tool, whole or not at all.
+
+    Args:
+        path: Of the file, or of the folder of a bag; its own folder is made where it is missing.
+        problem: The problem of the motion.
+        trajectory: The motion.
+        form: One of ``EXPORTS``: csv, npz, parquet, hdf5, joint_trajectory, path, rosbag.
+
+    Returns:
+        The path.
+
+    Raises:
+        InputError: If there is no such format, it does not suit the machine, or a library is
+            missing.
+    """
+    require_fit("export_motion path", str | Path, path)
+    require_fit("export_motion problem", PlanningTask, problem)
+    require_fit("export_motion trajectory", Trajectory, trajectory)
+    if form not in EXPORTS:
+        raise UnknownNameError("format", form, known=tuple(EXPORTS), where="export")
+    path, content = Path(path), EXPORTS[form].content
+    if content is None:
+        write_bag(path, problem, trajectory)
+        return path
+    encoded = content(problem, trajectory)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    write_whole(path, encoded)
+    return path

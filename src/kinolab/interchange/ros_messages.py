@@ -1,0 +1,211 @@
+"""A motion as messages of ROS 2, in plain tables as ``ros2 topic pub`` takes them.
+
+Source: ROS 2's interface definitions trajectory_msgs, nav_msgs, sensor_msgs and tf2_msgs; REP 103
+(units and axes).
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection, Sequence
+from typing import Any
+
+import numpy as np
+
+from kinolab.arguments import require_fit
+from kinolab.dynamics import Model
+from kinolab.errors import InputError, Mistake, UnknownNameError
+from kinolab.numerics.arrays import Array
+from kinolab.numerics.quaternions import of_matrices
+from kinolab.problem import PlanningTask
+from kinolab.trajectory import Trajectory
+
+WORLD = "world"  # what all poses are relative to
+NANOSECONDS = 1_000_000_000
+MOVED = 1e-9  # by which some number of a pose differs if a body moves at all
+
+Message = dict[str, Any]
+
+
+def joint_trajectory(
+    problem: PlanningTask, trajectory: Trajectory, joints: Sequence[str] | None = None
+) -> Message:
+    """Return a motion as ``trajectory_msgs/msg/JointTrajectory``.
+
+    Positions and velocities at the knots: a controller that joins them by cubics follows the
+    motion with an error of order h^4 for knots h apart. Accelerations jump where inputs do, so
+    there are none.
+
+    Args:
+        problem: The problem of the motion.
+        trajectory: The motion.
+        joints: Names of coordinates; all that are single numbers when left out.
+
+    Raises:
+        InputError: If there are no such coordinates.
+    """
+    require_fit("joint_trajectory problem", PlanningTask, problem)
+    require_fit("joint_trajectory trajectory", Trajectory, trajectory)
+    names = _joints(problem.model, joints)
+    positions, velocities = _joint_states(problem.model, trajectory, names)
+    return {
+        "header": header(0.0, ""),
+        "joint_names": list(names),
+        "points": [
+            {
+                "positions": q.tolist(),
+                "velocities": v.tolist(),
+                "accelerations": [],
+                "effort": [],
+                "time_from_start": stamp(float(t)),
+            }
+            for t, q, v in zip(trajectory.t, positions, velocities, strict=True)
+        ],
+    }
+
+
+def path_message(problem: PlanningTask, trajectory: Trajectory, body: str | None = None) -> Message:
+    """Return the poses of a body as ``nav_msgs/msg/Path``, in the frame ``world``.
+
+    Args:
+        problem: The problem of the motion.
+        trajectory: The motion.
+        body: Its name; the first one that moves when left out.
+
+    Raises:
+        InputError: If there is no such body.
+    """
+    require_fit("path_message problem", PlanningTask, problem)
+    require_fit("path_message trajectory", Trajectory, trajectory)
+    poses = problem.model.frames(trajectory.x)
+    names = [each.name for each in problem.bodies]
+    if body is not None and body not in names:
+        raise UnknownNameError("body", body, known=names, where="path_message")
+    moves = (np.ptp(poses, axis=0) > MOVED).any(axis=1)
+    index = int(moves.argmax()) if body is None else names.index(body)
+    places, turns = poses[:, index, 3::4], quaternions_of(poses[:, index])
+    stamped = zip(trajectory.t, places, turns, strict=True)
+    return {
+        "header": header(0.0),
+        "poses": [
+            {
+                "header": header(float(t)),
+                "pose": {"position": point(place), "orientation": quaternion(turn)},
+            }
+            for t, place, turn in stamped
+        ],
+    }
+
+
+def joint_state(
+    problem: PlanningTask, trajectory: Trajectory, joints: Sequence[str] | None = None
+) -> list[Message]:
+    """Return a motion as ``sensor_msgs/msg/JointState``, one message per knot."""
+    names = _joints(problem.model, joints)
+    positions, velocities = _joint_states(problem.model, trajectory, names)
+    return [
+        {
+            "header": header(float(t)),
+            "name": list(names),
+            "position": q.tolist(),
+            "velocity": v.tolist(),
+            "effort": [],
+        }
+        for t, q, v in zip(trajectory.t, positions, velocities, strict=True)
+    ]
+
+
+def transforms(problem: PlanningTask, trajectory: Trajectory) -> list[Message]:
+    """Return the poses of all bodies as ``tf2_msgs/msg/TFMessage``, one message per knot."""
+    poses = problem.model.frames(trajectory.x)
+    children = frame_names([body.name for body in problem.bodies])
+    found = []
+    for t, row in zip(trajectory.t, poses, strict=True):
+        turns, at = quaternions_of(row), header(float(t))
+        found.append(
+            {
+                "transforms": [
+                    {
+                        "header": at,
+                        "child_frame_id": child,
+                        "transform": {
+                            "translation": point(pose[3::4]),
+                            "rotation": quaternion(turn),
+                        },
+                    }
+                    for child, pose, turn in zip(children, row, turns, strict=True)
+                ]
+            }
+        )
+    return found
+
+
+def frame_names(names: Sequence[str]) -> list[str]:
+    """Return names of frames: letters, digits and underscores, each of its own."""
+    found: list[str] = []
+    for name in names:
+        stem = frame = re.sub(r"\W", "_", name, flags=re.ASCII)
+        count = 1
+        while frame in (*found, WORLD):
+            count += 1
+            frame = f"{stem}_{count}"
+        found.append(frame)
+    return found
+
+
+def stamp(t: float) -> Message:
+    """Return a time in [s] as ``builtin_interfaces/msg/Time`` or ``Duration``."""
+    sec, nanosec = divmod(nanoseconds(t), NANOSECONDS)
+    return {"sec": sec, "nanosec": nanosec}
+
+
+def nanoseconds(t: float) -> int:
+    """Return a time in [s] in nanoseconds."""
+    return round(t * NANOSECONDS)
+
+
+def header(t: float, frame: str = WORLD) -> Message:
+    """Return a ``std_msgs/msg/Header``."""
+    return {"stamp": stamp(t), "frame_id": frame}
+
+
+def point(place: Array) -> Message:
+    """Return a position (3,) in [m]."""
+    return dict(zip("xyz", place.tolist(), strict=True))
+
+
+def quaternion(turn: Array) -> Message:
+    """Return a unit quaternion x, y, z, w, shape (4,)."""
+    return dict(zip("xyzw", turn.tolist(), strict=True))
+
+
+def quaternions_of(poses: Array) -> Array:
+    """Return the attitudes x, y, z, w of poses, shape (n, 12), as shape (n, 4)."""
+    return of_matrices(poses.reshape(-1, 3, 4)[:, :, :3])
+
+
+def _joints(model: Model, wanted: Collection[str] | None) -> tuple[str, ...]:
+    known = tuple(c.name for c in model.machine.coordinates if not c.quaternion)
+    if not known:
+        what = "it has no coordinate that is a single number, as a joint has."
+        raise InputError([Mistake(f"system {model.machine.name!r}", what, "Write a path.")])
+    for name in wanted or ():
+        if name not in known:
+            raise UnknownNameError("joint", name, known=known, where="joint_trajectory")
+    return known if wanted is None else tuple(wanted)
+
+
+def _joint_states(
+    model: Model, trajectory: Trajectory, names: Sequence[str]
+) -> tuple[Array, Array]:
+    """Return positions and velocities of joints at the knots, shapes (N+1, joints).
+
+    Velocities that are inputs jump at knots; those after it count, at the last one those before.
+    """
+    held = trajectory.inputs
+    u = held[np.minimum(np.arange(len(trajectory.t)), len(held) - 1)] if len(held) else ()
+    rates = model.velocity(trajectory.x, u)
+    rate_of = {c.name: c.rates[0] for c in model.machine.coordinates if not c.quaternion}
+    columns = [model.coordinate_names.index(name) for name in names]
+    speeds = [model.rate_names.index(rate_of[name]) for name in names]
+    return trajectory.x[:, columns], rates[:, speeds]
