@@ -1,0 +1,111 @@
+"""A planning problem as an environment of Gymnasium."""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+import gymnasium
+import numpy as np
+from gymnasium.spaces import Box
+from numpy.typing import ArrayLike, NDArray
+
+from kinolab.errors import InputError, Mistake
+from kinolab.gym.step_batch import StepBatch
+from kinolab.numerics.arrays import Array
+from kinolab.problem import PlanningTask
+
+Observation = NDArray[np.float32]
+Box32 = Box[np.float32]
+SIZE = (640, 480)  # [pixel] of rendered frames
+
+
+def observation_space(batch: StepBatch) -> Box32:
+    """Return the space of one copy's observations."""
+    low, high = batch.observation_bounds.T.astype(np.float32)
+    return Box(low, high, dtype=np.float32)
+
+
+def action_space(batch: StepBatch) -> Box32:
+    """Return the space of one copy's actions: inputs between their limits, as -1 to 1."""
+    return Box(-1.0, 1.0, (batch.problem.model.nu,), np.float32)
+
+
+class PlanningEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
+    """A planning problem as an environment; ``kinolab.gym.make`` returns it.
+
+    ``info`` has ``x``, the state (nx,), ``t`` in [s], ``is_success``, and ``failed``: ``limit``,
+    ``collision``, ``equations``, or nothing.
+
+    Attributes:
+        problem: The problem.
+        observation_names: What the entries of an observation are; states are divided by
+            ``problem.scales``.
+    """
+
+    def __init__(self, batch: StepBatch, render_mode: Literal["rgb_array"] | None = None) -> None:
+        if render_mode not in (None, "rgb_array"):
+            what, remedy = f"it is {render_mode!r}.", 'Give "rgb_array" or None.'
+            raise InputError([Mistake("make render_mode", what, remedy)])
+        self._batch, self.render_mode = batch, render_mode
+        rate = round(1.0 / batch.problem.step)
+        self.metadata = {"render_modes": ["rgb_array"], "render_fps": max(rate, 1)}
+        self.observation_space = observation_space(batch)
+        self.action_space = action_space(batch)
+
+    @property
+    def problem(self) -> PlanningTask:
+        """The problem."""
+        return self._batch.problem
+
+    @property
+    def observation_names(self) -> list[str]:
+        """What the entries of an observation are."""
+        return self._batch.observation_names
+
+    def actions(self, u: ArrayLike) -> Array:
+        """Return the actions (N, nu) of inputs (N, nu), such as those of a plan."""
+        return self._batch.actions(u)
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Observation, dict[str, Any]]:
+        """Begin an episode.
+
+        Args:
+            seed: Of random starts.
+            options: ``{"x": state}`` begins at a state (nx,).
+        """
+        super().reset(seed=seed)
+        self._batch.reset(0, self.np_random, (options or {}).get("x"))
+        return self._batch.observations()[0], self._info("", reached=False)
+
+    def step(
+        self, action: NDArray[np.float32]
+    ) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
+        """Hold an action (nu,) for a step of the scenario."""
+        outcome = self._batch.step(np.asarray(action)[None])
+        reached, failed = bool(outcome.reached[0]), outcome.failed[0]
+        ended = reached or bool(failed)
+        truncated = bool(self._batch.truncated[0]) and not ended
+        seen = self._batch.observations()[0]
+        return seen, float(outcome.reward[0]), ended, truncated, self._info(failed, reached=reached)
+
+    def render(self) -> NDArray[np.uint8] | None:
+        """Return a picture of the machine in its world, shape (480, 640, 3)."""
+        if self.render_mode is None:
+            return None
+        from kinolab.show.film.snapshot import render_frame
+        from kinolab.show.film.staging.motion_script import picture
+
+        problem, x = self.problem, self._batch.x[0]
+        poses, cables = problem.model.frames(x), problem.model.cables(x)
+        both = np.stack([problem.frames(problem.start), poses])
+        ends = np.stack([problem.model.cables(problem.start), cables])
+        shown = picture(problem, both, ends)
+        t = float(self._batch.steps[0]) * problem.step
+        return render_frame(shown, poses, t, size=SIZE, lines=cables)
+
+    def _info(self, failed: str, *, reached: bool) -> dict[str, Any]:
+        batch = self._batch
+        t = float(batch.steps[0]) * batch.problem.step
+        return {"x": batch.x[0].copy(), "t": t, "is_success": reached, "failed": failed}

@@ -1,0 +1,219 @@
+"""Several copies of a machine, stepped at once by compiled code, with rewards."""
+
+from __future__ import annotations
+
+import math
+from typing import Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from kinolab.errors import InputError, Mistake, UnknownNameError
+from kinolab.numerics.arrays import Array
+from kinolab.numerics.jit import kernel
+from kinolab.numerics.struct import Record
+from kinolab.problem import PlanningTask
+from kinolab.search.tree.problem_arrays import goal_violation
+from kinolab.search.tree.tree import COLLISION, EQUATIONS, LIMIT, step_is_free
+from kinolab.search.tree.tree_extension import search_state
+from kinolab.simulation.collision_context import speed_bound
+from kinolab.simulation.propagator import Propagator
+
+ENDS = {LIMIT: "limit", COLLISION: "collision", EQUATIONS: "equations"}
+FREE = -1  # of a step that may be made
+IN_GOAL = 1.0  # largest goal error in tolerances
+MOST_DRAWN = 10_000  # states until one is free
+
+
+class RejectionCounts(NamedTuple):
+    """What ``step_is_free`` counts."""
+
+    rejections: NDArray[np.int64]  # by cause
+
+
+@kernel
+def step_all(search, counts, x, u, after, ends, violation):  # type: ignore[no-untyped-def]
+    """Make a step of every copy, and say what forbids it.
+
+    Args:
+        search: ``SearchState``.
+        counts: ``RejectionCounts``; written.
+        x, u: States (n, nx) and inputs (n, nu).
+        after: States reached, shape (n, nx); written.
+        ends: The cause by which each step is rejected, or FREE, shape (n,); written.
+        violation: Goal errors after the steps, in tolerances, shape (n,); written.
+    """
+    for k in range(x.shape[0]):
+        counts.rejections[:] = 0
+        speed = speed_bound(search.machine, x[k], u[k], search.scratch)
+        clearance, _ = step_is_free(search, counts, x[k], u[k], after[k], 0.0, speed)
+        ends[k] = FREE
+        if clearance < 0.0:
+            for cause in range(3):
+                if counts.rejections[cause] > 0:
+                    ends[k] = cause
+        violation[k] = goal_violation(search, after[k], math.inf)
+
+
+class StepOutcome(NamedTuple):
+    """What a step led to, for each of n copies.
+
+    Attributes:
+        reward: Shape (n,).
+        reached: Whether it ends in the goal, shape (n,).
+        failed: Why the step must not be made, an empty text where it may be, n of them.
+    """
+
+    reward: Array
+    reached: NDArray[np.bool_]
+    failed: list[str]
+
+
+class StepBatch:
+    """Copies of a machine in the world of a problem.
+
+    Args:
+        problem: The problem.
+        count: Number of copies, n.
+        reward: ``shaped`` or ``sparse``.
+        starts: ``scenario`` or ``anywhere``.
+        duration: Of an episode in [s].
+
+    Raises:
+        InputError: If an argument does not fit, or the problem's start or goal is impossible.
+
+    Attributes:
+        x: States, shape (n, nx).
+        steps: Steps since the last reset, shape (n,).
+        most_steps: Of an episode.
+    """
+
+    def __init__(
+        self,
+        problem: PlanningTask,
+        count: int,
+        *,
+        reward: Literal["shaped", "sparse"],
+        starts: Literal["scenario", "anywhere"],
+        duration: float,
+    ) -> None:
+        _require_options(count, reward, starts, duration)
+        problem.check_endpoints()
+        self.problem, self.count = problem, count
+        self._shaped, self._anywhere = reward == "shaped", starts == "anywhere"
+        self.most_steps = math.ceil(duration / problem.step - 1e-9)
+        self._search = Record(search_state(problem, 1.0, 0))
+        self._counts = Record(RejectionCounts(np.zeros(4, dtype=np.int64)))
+        self._is_free = Propagator(problem).is_free
+        nx = problem.model.nx
+        self.x = np.tile(problem.start, (count, 1))
+        self.steps = np.zeros(count, dtype=np.int64)
+        self._after = np.empty((count, nx))
+        self._ends = np.empty(count, dtype=np.int64)
+        self._violation = np.empty(count)
+        self._potential = np.zeros(count)
+        self._unit = max(problem.goal_excess(problem.start), IN_GOAL)
+
+    def reset(self, k: int, generator: np.random.Generator, x: ArrayLike | None = None) -> None:
+        """Put a copy to its start: the scenario's, a random one, or a given state (nx,).
+
+        Raises:
+            InputError: If no free state is found.
+        """
+        self.x[k] = self._start(generator) if x is None else np.asarray(x, dtype=float)
+        self.steps[k] = 0
+        self._potential[k] = -self.problem.goal_excess(self.x[k]) / self._unit
+
+    def _start(self, generator: np.random.Generator) -> Array:
+        if not self._anywhere:
+            return self.problem.start
+        for _ in range(MOST_DRAWN):
+            x = self.problem.model.project(self.problem.sample(generator))
+            if self._is_free(x.tolist()):
+                return x
+        what = f"none of {MOST_DRAWN} random states is free."
+        raise InputError([Mistake("starts", what, 'Take starts = "scenario".')])
+
+    def inputs(self, actions: ArrayLike) -> Array:
+        """Return the inputs (n, nu) of actions in [-1, 1]: those are their limits."""
+        low, high = self.problem.model.control_bounds.T
+        part = (np.clip(np.asarray(actions, dtype=float), -1.0, 1.0) + 1.0) / 2.0
+        return np.ascontiguousarray(low + part * (high - low)).reshape(-1, len(low))
+
+    def actions(self, u: ArrayLike) -> Array:
+        """Return the actions (n, nu) of inputs within their limits."""
+        low, high = self.problem.model.control_bounds.T
+        found: Array = 2.0 * (np.asarray(u, dtype=float) - low) / (high - low) - 1.0
+        return found
+
+    def step(self, actions: ArrayLike) -> StepOutcome:
+        """Make a step of every copy under actions (n, nu)."""
+        u = self.inputs(actions)
+        after, ends, violation = self._after, self._ends, self._violation
+        step_all(self._search, self._counts, self.x, u, after, ends, violation)
+        free = ends == FREE
+        reached = free & (violation <= IN_GOAL)
+        after[ends == EQUATIONS] = self.x[ends == EQUATIONS]
+        potential = np.where(ends == EQUATIONS, self._potential, -violation / self._unit)
+        reward = reached.astype(float) - ~free
+        if self._shaped:
+            reward += potential - self._potential
+        self.x[:], self._potential = after, potential
+        self.steps += 1
+        return StepOutcome(reward, reached, [ENDS.get(int(cause), "") for cause in ends])
+
+    @property
+    def truncated(self) -> NDArray[np.bool_]:
+        """Which copies have reached the end of their time, shape (n,)."""
+        return self.steps >= self.most_steps
+
+    def observations(self) -> NDArray[np.float32]:
+        """Return what a policy sees of each copy, shape (n, number of entries).
+
+        Entries of the state divided by their scales, of an angle on the circle cosine and sine, all
+        within ``observation_bounds``.
+        """
+        return np.clip(self._features(self.x), *self.observation_bounds.T).astype(np.float32)
+
+    @property
+    def observation_names(self) -> list[str]:
+        """What the entries of an observation are."""
+        circle = zip(self.problem.model.state_names, self.problem.circular, strict=True)
+        named = [(f"cos {n}", f"sin {n}") if round_ else (n,) for n, round_ in circle]
+        return [name for names in named for name in names]
+
+    @property
+    def observation_bounds(self) -> Array:
+        """Lower and upper limit of each entry of an observation, shape (entries, 2)."""
+        scaled = self.problem.bounds / self.problem.scales[:, None]
+        circle = np.array([[-1.0, 1.0], [-1.0, 1.0]])
+        rows = [
+            circle if c else row[None] for c, row in zip(self.problem.circular, scaled, strict=True)
+        ]
+        return np.vstack(rows)
+
+    def _features(self, x: Array) -> Array:
+        columns = []
+        for k, circular in enumerate(self.problem.circular):
+            entry = x[:, k]
+            columns += (
+                [np.cos(entry), np.sin(entry)] if circular else [entry / self.problem.scales[k]]
+            )
+        return np.stack(columns, axis=1)
+
+
+def _require_options(count: int, reward: str, starts: str, duration: float) -> None:
+    mistakes = []
+    if count < 1:
+        mistakes.append(Mistake("make num_envs", f"it is {count}.", "Give 1 or more."))
+    if not (math.isfinite(duration) and duration > 0.0):
+        what = f"{duration!r} s is no duration."
+        mistakes.append(Mistake("make duration", what, "Give a positive number of seconds."))
+    if mistakes:
+        raise InputError(mistakes)
+    for name, value, known in (
+        ("reward", reward, ("shaped", "sparse")),
+        ("starts", starts, ("scenario", "anywhere")),
+    ):
+        if value not in known:
+            raise UnknownNameError(name, value, known=known, where=f"make {name}")
