@@ -72,7 +72,7 @@ def save_page(problem: PlanningTask, plan: Shown, path: str | Path = PAGE) -> Pa
     """
     _check_arguments("save_page", problem, plan, path)
     target = Path(path)
-    write_whole(target, utf_8(page_html(_content(problem, plan))))
+    write_whole(target, utf_8(page_html(content_of_plan(problem, plan))))
     return target
 
 
@@ -92,7 +92,7 @@ def save_glb(problem: PlanningTask, plan: Shown, path: str | Path = MODEL) -> Pa
     """
     _check_arguments("save_glb", problem, plan, path)
     target = Path(path)
-    write_whole(target, glb_scene(_content(problem, plan)))
+    write_whole(target, glb_scene(content_of_plan(problem, plan)))
     return target
 
 
@@ -105,7 +105,7 @@ def notebook_frame(problem: PlanningTask, plan: PlanResult | None) -> str:
         problem: The machine in its world.
         plan: The result of planning; None shows the problem alone.
     """
-    page = html.escape(page_html(_content(problem, plan)))
+    page = html.escape(page_html(content_of_plan(problem, plan)))
     style = f"width: 100%; height: {FRAME_HEIGHT}px; border: 0"
     return f'<iframe sandbox="allow-scripts" style="{style}" srcdoc="{page}"></iframe>'
 
@@ -116,7 +116,12 @@ def _check_arguments(call: str, problem: object, plan: object, path: object) -> 
     require_fit(f"{call} path", str | Path, path)
 
 
-def _content(problem: PlanningTask, plan: Shown) -> Content:
+def content_of_plan(problem: PlanningTask, plan: Shown) -> Content:
+    """Return what is shown of a plan, or of a problem before planning.
+
+    Raises:
+        InputError: If the trajectory is another machine's.
+    """
     if plan is None:
         return content_of(problem, None, readiness(problem))
     motion = plan if isinstance(plan, Trajectory) else plan.trajectory
