@@ -31,6 +31,11 @@ MODULES = (
     "kinolab.trajopt",
     "kinolab.verification",
     "kinolab.dynamics.javascript",
+    "kinolab.dynamics.translation",
+    "kinolab.robots",
+    "kinolab.interchange",
+    "kinolab.show.viewers",
+    "kinolab.gym",
     "kinolab.testing",
 )
 HEAD = """\
