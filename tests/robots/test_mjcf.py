@@ -70,8 +70,9 @@ class SecondEngine:
         for k in range(self.model.nu):
             motor = self.model.actuator(k).name or f"motor_{k + 1}"
             at = next(i for i, n in enumerate(inputs) if n in (motor, f"{motor}_torque"))
-            scale = self.model.actuator_gear[k, 0] * self.model.actuator_gainprm[k, 0]
-            data.ctrl[k] = u[at] / scale
+            on_joint = self.model.actuator_trntype[k] == mujoco.mjtTrn.mjTRN_JOINT
+            gear = self.model.actuator_gear[k, 0] if on_joint else 1.0
+            data.ctrl[k] = u[at] / (gear * self.model.actuator_gainprm[k, 0])
         mujoco.mj_forward(self.model, data)
         slope, found = own.f(x, u), np.zeros(self.model.nv)
         for name, kind, _, v in self._joints():
@@ -174,6 +175,20 @@ def test_coupled_joints_move_together(tmp_path: Path) -> None:
     model = read_mjcf(written(tmp_path, text)).model()
     assert model.state_names == ("a", "a_dot")
     assert abs(model.f([0.0, 0.0], [5.0])[1] - 5.0 / (0.5 + 9 * 0.5)) < 1e-12
+
+
+def test_actuators_of_sites_push_as_mujoco_says(tmp_path: Path) -> None:
+    """Along their sites' axes, at their places, on a part that is fixed to one that moves."""
+    text = EVERYTHING.replace(
+        '<geom size="0.1" mass="0.3"/>',
+        '<geom size="0.1" mass="0.3"/><site name="nozzle" pos="0.1 0.2 0" euler="0.3 0.2 0.5"/>',
+    )
+    start, end = text.index("<motor"), text.index("</actuator>")
+    jet = '<general name="jet" site="nozzle" gainprm="3" gear="1 -2 0.5 0.3 0 1" ctrlrange="0 2"/>'
+    file = written(tmp_path, text[:start] + jet + text[end:])
+    system = read_mjcf(file)
+    assert [(entry.name, entry.limit) for entry in system.inputs] == [("jet", (0.0, 6.0))]
+    agree(file, system)
 
 
 CANNOT = """<mujoco>

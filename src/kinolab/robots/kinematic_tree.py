@@ -112,10 +112,33 @@ class Joint:
 
 @dataclass(frozen=True)
 class Motor:
-    """A motor of a joint: an input in [N m] or [N] within limits."""
+    """A motor of a joint: an input within limits, which times ``gear`` is in [N m] or [N]."""
 
     name: str
     joint: str
+    lower: float
+    upper: float
+    gear: float = 1.0
+
+
+@dataclass(frozen=True)
+class Thruster:
+    """An input within limits that pushes and turns a link.
+
+    Attributes:
+        name: Its name.
+        link: Name of the link.
+        pose: Of its own frame in the link's, shape (4, 4).
+        force, torque: For each unit of the input, in its frame's axes at its origin, shape (3,), in
+            [N] and [N m].
+        lower, upper: Limits of the input.
+    """
+
+    name: str
+    link: str
+    pose: Array
+    force: Array
+    torque: Array
     lower: float
     upper: float
 
@@ -132,6 +155,7 @@ class KinematicTree:
     joints: tuple[Joint, ...]
     motors: tuple[Motor, ...] = ()
     gravity: tuple[float, float, float] = (0.0, 0.0, -9.81)
+    thrusters: tuple[Thruster, ...] = ()
 
     @property
     def root(self) -> Link:

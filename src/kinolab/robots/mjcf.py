@@ -31,6 +31,7 @@ from kinolab.robots.kinematic_tree import (
     Mimicked,
     Motor,
     PlacedShape,
+    Thruster,
     pose_of,
     usable_name,
 )
@@ -137,7 +138,12 @@ class _ModelReader:
         x, y, z = map(float, model.opt.gravity)
         motors = tuple(motor for k in range(model.nu) for motor in self._motor(k))
         return KinematicTree(
-            name or self._path.stem, tuple(links), tuple(joints), motors, (x, y, z)
+            name or self._path.stem,
+            tuple(links),
+            tuple(joints),
+            motors,
+            (x, y, z),
+            thrusters=tuple(entry for k in range(model.nu) for entry in self._thruster(k)),
         )
 
     def _hung(self, body: int, follows: Mapping[str, Mimicked]) -> tuple[list[Link], list[Joint]]:
@@ -254,6 +260,8 @@ class _ModelReader:
     def _motor(self, k: int) -> Iterator[Motor]:
         """Yield an actuator as a motor."""
         model, mujoco, name = self._model, self._mujoco, self._motors[k]
+        if self._pushes(k):
+            return
         if int(model.actuator_trntype[k]) != int(mujoco.mjtTrn.mjTRN_JOINT):
             self._cannot(f"actuator {name} does not act on a joint.")
             return
@@ -262,7 +270,43 @@ class _ModelReader:
         if mujoco.mjtJoint(int(model.jnt_type[joint])) not in single:
             self._cannot(f"actuator {name} acts on a joint with several rates.")
             return
-        gear, gain = float(model.actuator_gear[k, 0]), float(model.actuator_gainprm[k, 0])
+        ends = self._force_limits(k)
+        if ends is None:
+            return
+        lower, upper = np.sort(float(model.actuator_gear[k, 0]) * ends).tolist()
+        if not lower < upper:
+            return
+        turns = mujoco.mjtJoint(int(model.jnt_type[joint])) == single[0]
+        name = self._input_name(k, "torque" if turns else "force")
+        yield Motor(name, self._joints[joint], lower, upper)
+
+    def _thruster(self, k: int) -> Iterator[Thruster]:
+        """Yield an actuator that acts on a site as a thruster."""
+        model, name = self._model, self._input_name(k, "thrust")
+        ends = self._force_limits(k) if self._pushes(k) else None
+        if ends is None:
+            return
+        lower, upper = np.sort(ends).tolist()
+        if lower < upper:
+            site, gear = int(model.actuator_trnid[k, 0]), np.array(model.actuator_gear[k])
+            pose = pose_of(np.array(model.site_pos[site]), self._turn(model.site_quat[site]))
+            link = self._bodies[int(model.site_bodyid[site])]
+            yield Thruster(name, link, pose, gear[:3], gear[3:], lower, upper)
+
+    def _pushes(self, k: int) -> bool:
+        """Whether an actuator acts on a site alone, in the site's axes."""
+        site = int(self._mujoco.mjtTrn.mjTRN_SITE)
+        ids = self._model.actuator_trnid[k]
+        return int(self._model.actuator_trntype[k]) == site and int(ids[1]) < 0
+
+    def _input_name(self, k: int, word: str) -> str:
+        """Return the name of an actuator's input, with a word to it if a joint has the name."""
+        name = usable_name(self._motors[k])
+        return f"{name}_{word}" if name in map(usable_name, self._joints) else name
+
+    def _force_limits(self, k: int) -> Array | None:
+        """Return the limits (2,) of an actuator's force before its gear; None if it has none."""
+        model, mujoco = self._model, self._mujoco
         fixed = (
             int(model.actuator_gaintype[k]) == int(mujoco.mjtGain.mjGAIN_FIXED)
             and int(model.actuator_biastype[k]) == int(mujoco.mjtBias.mjBIAS_NONE)
@@ -270,22 +314,14 @@ class _ModelReader:
         )
         ends: Array | None = None
         if fixed and model.actuator_ctrllimited[k]:
-            ends = gain * np.array(model.actuator_ctrlrange[k])
+            ends = float(model.actuator_gainprm[k, 0]) * np.array(model.actuator_ctrlrange[k])
         if model.actuator_forcelimited[k]:
             low, high = map(float, model.actuator_forcerange[k])
             ends = np.array([low, high]) if ends is None else np.clip(np.sort(ends), low, high)
         if ends is None:
-            what = f"actuator {name} has no limit of its force."
+            what = f"actuator {self._motors[k]} has no limit of its force."
             self._cannot(what, "Give it a ctrlrange or a forcerange.")
-            return
-        lower, upper = np.sort(gear * ends).tolist()
-        if not lower < upper:
-            return
-        turns = mujoco.mjtJoint(int(model.jnt_type[joint])) == single[0]
-        name = usable_name(name)
-        if name in map(usable_name, self._joints):
-            name = f"{name}_{'torque' if turns else 'force'}"
-        yield Motor(name, self._joints[joint], lower, upper)
+        return ends
 
     def _follows(self) -> dict[str, Mimicked]:
         """Return which joints follow others by a linear equality constraint."""

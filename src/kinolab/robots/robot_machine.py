@@ -13,9 +13,16 @@ import sympy
 from kinolab.dynamics import System
 from kinolab.dynamics.language.bodies import Body
 from kinolab.dynamics.language.expressions import exact
-from kinolab.dynamics.language.forces import Coulomb, Effort, Gravity, Potential, Viscous
+from kinolab.dynamics.language.forces import (
+    Coulomb,
+    Effort,
+    Gravity,
+    Potential,
+    Viscous,
+    Wrench,
+)
 from kinolab.dynamics.language.frames import WORLD, Axis, Frame, move, orient
-from kinolab.dynamics.language.inputs import Force, Input, Torque
+from kinolab.dynamics.language.inputs import Control, Force, Input, Torque
 from kinolab.dynamics.language.shapes import Box, Capsule, Cylinder, Shape, Sphere
 from kinolab.dynamics.language.symbols import Coordinate, angle, length, rate, rotation
 from kinolab.errors import InputError, Mistake
@@ -32,6 +39,7 @@ from kinolab.robots.kinematic_tree import (
     KinematicTree,
     Link,
     PlacedShape,
+    Thruster,
     from_the_root,
     moved_to,
     pose_of,
@@ -131,6 +139,9 @@ class _Assembly:
             self._add_bodies(part, still=part is root and self._base is WORLD)
         for joint, parent, part, before in moving:
             self._add_forces(joint, parent, part, before)
+        for thruster in tree.thrusters:
+            part, pose = at[thruster.link]
+            self._add_thruster(thruster, part.frame @ constant_frame(pose @ thruster.pose))
         if self._mistakes:
             raise InputError(self._mistakes)
         return System(
@@ -258,6 +269,18 @@ class _Assembly:
                 if joint.kind == "revolute"
                 else Force(motor.name, on=part.body, along=axis, limit=limit, reacts_on=reacts_on)
             )
+
+    def _add_thruster(self, thruster: Thruster, place: Frame) -> None:
+        """Add an input that pushes what a frame is fixed to, and a body without mass for it."""
+        control = Control(thruster.name, limit=(thruster.lower, thruster.upper))
+        site = Body(f"{thruster.name} site", place)
+        fx, fy, fz, tx, ty, tz = (
+            control.symbol * part if part else 0
+            for part in (*thruster.force.tolist(), *thruster.torque.tolist())
+        )
+        self._bodies.append(site)
+        self._inputs.append(control)
+        self._efforts.append(Wrench(on=site, force=(fx, fy, fz), torque=(tx, ty, tz)))
 
     def _rotor(self, joint: Joint, at: sympy.Expr) -> Body:
         """Return a body with the kinetic energy of a rotor, which turns with the joint alone."""
