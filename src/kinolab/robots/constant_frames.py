@@ -27,7 +27,7 @@ def constant_frame(pose: Array) -> Frame:
     """Return a pose (4, 4) as a frame, with as few elementary rotations as it takes."""
     x, y, z = (float(entry) for entry in pose[:3, 3])
     frame = move(x, y, z) if x or y or z else WORLD
-    for axis, angle in _elementary_turns(pose[:3, :3]):
+    for axis, angle in elementary_turns(pose[:3, :3]):
         frame = frame @ TURNS[axis](as_angle(angle))
     return frame
 
@@ -38,7 +38,7 @@ def as_angle(angle: float) -> sympy.Expr | float:
     return sympy.pi * parts / 12 if abs(angle - parts * EXACT_ANGLE) < ROUNDING else angle
 
 
-def _elementary_turns(turn: Array) -> list[tuple[AxisName, float]]:
+def elementary_turns(turn: Array) -> list[tuple[AxisName, float]]:
     """Return the rotations about single axes whose product is a rotation matrix (3, 3)."""
     axes: tuple[AxisName, AxisName, AxisName] = ("x", "y", "z")
     for k, axis in enumerate(axes):
