@@ -1,8 +1,9 @@
-"""``plan export``: write equations of motion, or the motion of a run, for other tools."""
+"""``plan export``: write a machine, or the motion of a run, for other tools."""
 
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
@@ -10,7 +11,10 @@ from kinolab.cli.common import PATH
 from kinolab.cli.terminal import escaped, say
 from kinolab.errors import InputError, Mistake
 
-OF_MACHINES = ("c",)
+if TYPE_CHECKING:
+    from kinolab.dynamics import System
+
+OF_MACHINES = ("c", "mjcf", "urdf")
 OF_RUNS = ("csv", "npz", "parquet", "hdf5", "joint_trajectory", "path", "rosbag")
 
 
@@ -20,38 +24,62 @@ OF_RUNS = ("csv", "npz", "parquet", "hdf5", "joint_trajectory", "path", "rosbag"
     "--format",
     "form",
     type=click.Choice((*OF_MACHINES, *OF_RUNS)),
-    help="Of a machine c; of a run one of the others.",
+    help="Of a machine c, which is the default, mjcf or urdf; of a run one of the others.",
 )
 @click.option("--out", type=PATH, metavar="DIR", help="Folder of the files; by default this one.")
-def command(what: str, form: str | None, out: Path | None) -> int:
-    """Write the equations of motion of WHAT, or the motion of a run, for other tools.
+@click.option(
+    "--partial", is_flag=True, help="Leave out what a model in MJCF or URDF cannot represent."
+)
+def command(what: str, form: str | None, out: Path | None, partial: bool) -> int:
+    """Write the machine WHAT, or the motion of a run, for other tools.
 
-    WHAT is a system, a scenario, a robot's file or machine.py:function: its equations of motion
-    become C source with a test, which needs a C99 compiler and no library. Or WHAT is the folder of
-    a run: its motion becomes a table with units (csv, npz, parquet, hdf5), a message of ROS 2 in
-    YAML (joint_trajectory, path), or a bag of ROS 2 (rosbag).
+    WHAT is a system, a scenario, a robot's file or machine.py:function. Its equations of motion
+    become C source with a test (c), which needs a C99 compiler and no library but the standard one.
+    A machine that is a tree of bodies and joints becomes a model for MuJoCo (mjcf) or for ROS,
+    Drake and Pinocchio (urdf).
+
+    Or WHAT is the folder of a run: its motion becomes a table with units (csv, npz, parquet, hdf5),
+    a message of ROS 2 in YAML (joint_trajectory, path), or a bag of ROS 2 (rosbag).
     """
     folder = out or Path()
+    if partial and form not in ("mjcf", "urdf"):
+        remedy = "It goes with --format mjcf or urdf."
+        raise InputError([Mistake("--partial", "nothing else leaves anything out.", remedy)])
     if Path(what).is_dir():
         return _export_run(Path(what), folder, form)
-    if form not in (None, *OF_MACHINES):
+    if form in OF_RUNS:
         remedy = "Give the folder of a run, such as runs/rolling_disk_maze."
-        raise InputError([Mistake("format", f"{form} is a format of motions.", remedy)])
-    return _export_machine(what, folder)
+        raise InputError([Mistake("--format", f"{form} is a format of motions.", remedy)])
+    return _export_machine(what, folder, form or "c", partial=partial)
 
 
-def _export_machine(what: str, folder: Path) -> int:
+def _export_machine(what: str, folder: Path, form: str, *, partial: bool) -> int:
     from kinolab.files import utf_8, write_whole
     from kinolab.loading import find_machine
 
-    files = find_machine(what).to_c()
+    system = find_machine(what)
+    files = system.to_c() if form == "c" else _model(system, form, partial=partial)
     folder.mkdir(parents=True, exist_ok=True)
     for name, text in files.items():
         write_whole(folder / name, utf_8(text))
         say(escaped(f"  written to {folder / name}"))
-    source, test = (name for name in files if name.endswith(".c"))
-    say(f"cc -O2 -ffp-contract=off {source} {test} -lm -o test && ./test")
+    if form == "c":
+        source, test = (name for name in files if name.endswith(".c"))
+        say(f"cc -O2 -ffp-contract=off {source} {test} -lm -o test && ./test")
+    elif form == "mjcf":
+        say(escaped(f"python -m mujoco.viewer --mjcf={folder / next(iter(files))}"))
     return 0
+
+
+def _model(system: System, form: str, *, partial: bool) -> dict[str, str]:
+    """Return the file of a model by its name."""
+    from kinolab.robots import mjcf_text, urdf_text
+    from kinolab.robots.kinematic_tree import usable_name
+
+    name = usable_name(system.name)
+    if form == "mjcf":
+        return {f"{name}.xml": mjcf_text(system, partial=partial)}
+    return {f"{name}.urdf": urdf_text(system, partial=partial)}
 
 
 def _export_run(run_folder: Path, folder: Path, form: str | None) -> int:
@@ -61,12 +89,10 @@ def _export_run(run_folder: Path, folder: Path, form: str | None) -> int:
 
     if form not in OF_RUNS:
         remedy = f"Give --format {', '.join(OF_RUNS[:-1])} or {OF_RUNS[-1]}."
-        what = (
-            "nothing says in which one the motion is to be written."
-            if form is None
-            else f"{form} is one of machines."
-        )
-        raise InputError([Mistake("format", what, remedy)])
+        what = "nothing says in which one the motion is to be written."
+        if form is not None:
+            what = f"{form} is one of machines."
+        raise InputError([Mistake("--format", what, remedy)])
     run = read_run(run_folder)
     path = export_motion(folder / EXPORTS[form].file, run.problem, run.trajectory, form)
     say(escaped(f"  written to {path}"))
