@@ -95,6 +95,22 @@ def decoupled_model(problem: PlanningTask) -> Model:
         raise _refusal(problem, f"{MISSING}, and {_told(error, about)}") from error
 
 
+def follows_every_path(problem: PlanningTask) -> bool:
+    """Say whether a machine can follow every path of its coordinates slowly, from rest to rest.
+
+    So can one without constraints whose inputs accelerate it along all of them, such as an arm with
+    a motor in each joint, if they hold it where it is.
+    """
+    model, machine = problem.model, problem.machine
+    return bool(
+        not (machine.constraints or machine.modes or machine.states)
+        and problem.scenario.integration.truth != "discrete"
+        and model.nv == model.nq
+        and _accelerates_all(problem)
+        and _begins_and_ends_at_rest(problem)
+    )
+
+
 def _told(error: InputError, about: str) -> str:
     """Return what an error says, as a clause."""
     return "; ".join(m.what for m in error.mistakes if m.where == about).rstrip(".") or str(error)

@@ -29,6 +29,7 @@ class GeometricPaths:
         problem: The planning problem.
         generator: Random number generator.
         stop: Cancellation token; cancelling raises a CancelledError.
+        clearance: From obstacles, in [m].
     """
 
     def __init__(
@@ -36,9 +37,10 @@ class GeometricPaths:
         problem: PlanningTask,
         generator: np.random.Generator,
         stop: CancellationToken = never_cancelled,
+        clearance: float = 0.0,
     ) -> None:
         self._problem, self._generator, self._stop = problem, generator, stop
-        self._checker = problem.checker()
+        self._checker = problem.checker(clearance)
         self._space = problem.space
         self._circles = np.flatnonzero(problem.circular[: problem.model.nq])
         self._weights = problem.weights.copy()

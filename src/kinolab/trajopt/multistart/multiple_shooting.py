@@ -13,18 +13,21 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from kinolab.concurrency.cancel import never_cancelled
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
+from kinolab.problem.kinematic_task import follows_every_path
 from kinolab.simulation.reference import trajectory_under
 from kinolab.trajectory import Trajectory
 from kinolab.trajopt.exact import make_exact
 from kinolab.trajopt.minimum_time import minimize_time
 from kinolab.trajopt.multistart.geometric_path import GeometricPaths
 from kinolab.trajopt.multistart.guesses import Guesses
+from kinolab.trajopt.multistart.computed_torque import along_corners
 from kinolab.trajopt.multistart.headings import turned_along, turned_for_requirements
 from kinolab.trajopt.nlp.decision import Knots
 from kinolab.trajopt.nlp.dynamics_constraint import refined, repeatable
@@ -199,6 +202,8 @@ class Multistart:
         self._count += 1
         if math.isfinite(self._below):
             self._most = self._below * self._generator.uniform(*GUESS.shorter)
+        if self._follows_paths and (given := self._by_computed_torque()) is not None:
+            return given, 1
         path = turned_along(self._problem, self._path())
         if self._count % 2:  # the turns of the others are the optimiser's
             path = turned_for_requirements(self._problem, path, guesses.quickest)
@@ -206,6 +211,26 @@ class Multistart:
         count = max(math.ceil(longer * quickest / step), GUESS.min_guess_steps)
         block = max(1, round(count / self._knots))
         return guesses.knots(path, math.ceil(count / block), block * step), block
+
+    @cached_property
+    def _clear_paths(self) -> GeometricPaths:
+        """Paths that keep what the optimisation wants to keep from obstacles."""
+        return GeometricPaths(self._problem, self._generator, self._cancelled, GUESS.clearance)
+
+    @cached_property
+    def _follows_paths(self) -> bool:
+        return follows_every_path(self._problem)
+
+    def _by_computed_torque(self) -> Knots | None:
+        """Return a motion along a free path with a stop at each corner; None if there is none."""
+        begin, end = self._guesses.straight()
+        paths = self._clear_paths
+        if not paths.are_free(np.stack([begin, end])):
+            paths = self._geometric_paths
+        path: Array | None = np.stack([begin, end])
+        if not paths.is_free(begin, end):
+            path = paths.find(begin, end, 1.0, self._short_enough, GUESS.max_branches[1])
+        return None if path is None else along_corners(self._problem, path)
 
     def _path(self) -> Array:
         """Return a free path that is short enough, or a random detour; shape (m, nx).

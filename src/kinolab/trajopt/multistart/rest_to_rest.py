@@ -92,9 +92,13 @@ def timed(problem: PlanningTask, curve: LegCurve) -> Knots | None:
     count = max(1, math.ceil(duration / h))
     times = np.linspace(0.0, 1.0, count * FIELDS.samples_per_step + 1)
     x, u = _motion(problem, curve, profile, count * h, times)
+    knots = x[:: FIELDS.samples_per_step]
+    if problem.machine.references is not None:  # the law looks at the state when a step begins
+        accelerations = np.diff(knots[:, problem.model.nq :], axis=0) / h
+        return Knots(knots, _inverse_dynamics(problem, knots[:-1], accelerations), h)
     held = u[:-1] + np.diff(u, axis=0) / 2
     held = held.reshape(count, FIELDS.samples_per_step, -1).mean(axis=1)
-    return Knots(x[:: FIELDS.samples_per_step], held, h)
+    return Knots(knots, held, h)
 
 
 def _least_duration(problem: PlanningTask, curve: LegCurve, profile: Profile) -> float:
@@ -125,7 +129,15 @@ def _allowed(
     rates = model.velocity(x)
     if ((rates < lowest) | (rates > highest)).any():
         return False
-    weakest, strongest = np.clip(model.control_bounds, -UNLIMITED, UNLIMITED).T
+    given = [(model, u)]
+    if model.plant is not model:  # a law that saturates does not do what is asked for
+        given.append((model.plant, model.plant_inputs(x, u)))
+    return all(_within(inputs, whose.control_bounds, used) for whose, inputs in given)
+
+
+def _within(u: Array, limits: Array, used: float) -> bool:
+    """Say whether inputs (m, nu) use no more than a fraction of their limits (nu, 2)."""
+    weakest, strongest = np.clip(limits, -UNLIMITED, UNLIMITED).T
     half = (strongest - weakest) / 2 * used
     return bool((np.abs(u - (weakest + strongest) / 2) <= half).all())
 
@@ -133,18 +145,21 @@ def _allowed(
 def _motion(
     problem: PlanningTask, curve: LegCurve, profile: Profile, duration: float, times: Array
 ) -> tuple[Array, Array]:
-    """Return states (m, nx) and inputs (m, nu) at fractions of a duration.
-
-    Inputs are the least ones that come nearest to the accelerations of the motion.
-    """
+    """Return states (m, nx) and inputs (m, nu) at fractions of a duration."""
     model = problem.model
     s, speed, gain = profile.at(times)
     q, v, slope = curve.at(s)
     speed, gain = (speed / duration)[:, None], (gain / duration**2)[:, None]
     x = problem.space.unit(np.hstack([q, v * speed]))
     wanted = v * gain + slope * speed**2
+    return x, _inverse_dynamics(problem, x, wanted)
+
+
+def _inverse_dynamics(problem: PlanningTask, x: Array, accelerations: Array) -> Array:
+    """Return the least inputs (m, nu) that come nearest to accelerations (m, nv) at states."""
+    model = problem.model
     idle = np.tile(np.clip(np.zeros(model.nu), *model.control_bounds.T), (len(x), 1))
     effect = model.jacobian(x, idle)[1][:, model.nq :]
-    lacking = wanted - model.f(x, idle)[:, model.nq :]
-    u = idle + (np.linalg.pinv(effect) @ lacking[..., None])[..., 0]
-    return x, u
+    lacking = accelerations - model.f(x, idle)[:, model.nq :]
+    u: Array = idle + (np.linalg.pinv(effect) @ lacking[..., None])[..., 0]
+    return u
