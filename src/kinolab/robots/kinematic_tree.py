@@ -144,10 +144,29 @@ class Thruster:
 
 
 @dataclass(frozen=True)
+class Closure:
+    """What closes a loop of links: frames on two of them coincide, or only their origins do.
+
+    Attributes:
+        name: Its name.
+        kind: ``"point"`` where the origins coincide, ``"pose"`` where the axes do, too.
+        first, second: Names of the links.
+        first_pose, second_pose: Of the frames in those of the links, shape (4, 4).
+    """
+
+    name: str
+    kind: Literal["point", "pose"]
+    first: str
+    second: str
+    first_pose: Array
+    second_pose: Array
+
+
+@dataclass(frozen=True)
 class KinematicTree:
     """Links and the joints between them; exactly one link, the root, has no parent.
 
-    Gravity is a vector of the world, in [m/s^2].
+    Closures make loops of branches of the tree. Gravity is a vector of the world, in [m/s^2].
     """
 
     name: str
@@ -156,6 +175,7 @@ class KinematicTree:
     motors: tuple[Motor, ...] = ()
     gravity: tuple[float, float, float] = (0.0, 0.0, -9.81)
     thrusters: tuple[Thruster, ...] = ()
+    closures: tuple[Closure, ...] = ()
 
     @property
     def root(self) -> Link:

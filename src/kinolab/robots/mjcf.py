@@ -23,6 +23,7 @@ from kinolab.robots.enclosing import enclosing_shape
 from kinolab.robots.kinematic_tree import (
     MOST_BYTES,
     MOST_LINKS,
+    Closure,
     Inertial,
     Joint,
     JointKind,
@@ -39,6 +40,7 @@ from kinolab.robots.robot_machine import assembled
 from kinolab.robots.tree_mistakes import tree_mistakes
 
 WORLD_BODY = 0
+CLOSING = ("connect", "weld")  # equality constraints that close loops
 
 
 def read_mjcf(
@@ -54,7 +56,8 @@ def read_mjcf(
     Bodies without joints are fixed to their parents. A motor's limit is that of its control, times
     gain and gear, or that of its force; servos become motors with their force limit. Springs,
     damping, friction losses and rotors (``armature``) count; contacts between bodies do not push,
-    as in all of kinolab. Geoms that collide count, or those that are drawn where a body has none;
+    as in all of kinolab. Bodies that are connected or welded to others close loops, exactly instead
+    of softly. Geoms that collide count, or those that are drawn where a body has none;
     meshes and ellipsoids are enclosed in boxes and capsules.
 
     Args:
@@ -144,6 +147,7 @@ class _ModelReader:
             motors,
             (x, y, z),
             thrusters=tuple(entry for k in range(model.nu) for entry in self._thruster(k)),
+            closures=tuple(self._closures()),
         )
 
     def _hung(self, body: int, follows: Mapping[str, Mimicked]) -> tuple[list[Link], list[Joint]]:
@@ -323,25 +327,54 @@ class _ModelReader:
             self._cannot(what, "Give it a ctrlrange or a forcerange.")
         return ends
 
+    def _equalities(self) -> Iterator[tuple[int, str]]:
+        """Yield the equality constraints that hold, with their kinds in lower case."""
+        model, mujoco = self._model, self._mujoco
+        if model.opt.disableflags & int(mujoco.mjtDisableBit.mjDSBL_EQUALITY):
+            return
+        for k in np.flatnonzero(model.eq_active0).tolist():
+            yield k, mujoco.mjtEq(int(model.eq_type[k])).name.removeprefix("mjEQ_").lower()
+
     def _follows(self) -> dict[str, Mimicked]:
         """Return which joints follow others by a linear equality constraint."""
-        model, kinds, found = self._model, self._mujoco.mjtEq, {}
-        for k in range(model.neq):
-            if not model.eq_active0[k]:
+        model, found = self._model, {}
+        for k, kind in self._equalities():
+            if kind in CLOSING:
                 continue
-            kind = kinds(int(model.eq_type[k]))
             first, second = int(model.eq_obj1id[k]), int(model.eq_obj2id[k])
             polynomial = np.array(model.eq_data[k, :5])
-            if kind == kinds.mjEQ_JOINT and second >= 0 and not polynomial[2:].any():
+            if kind == "joint" and second >= 0 and not polynomial[2:].any():
                 own, leader = self._joints[first], self._joints[second]
                 # q1 - q1(0) = a + b (q2 - q2(0))
                 zeros = [float(model.qpos0[model.jnt_qposadr[j]]) for j in (first, second)]
                 factor = float(polynomial[1])
                 found[own] = Mimicked(leader, factor, zeros[0] + polynomial[0] - factor * zeros[1])
             else:
-                word = kind.name.removeprefix("mjEQ_").lower()
-                self._cannot(f"equality constraint {k + 1}, {word}, has no counterpart yet.")
+                self._cannot(f"equality constraint {k + 1}, {kind}, has no counterpart yet.")
         return found
+
+    def _closures(self) -> Iterator[Closure]:
+        """Yield what ``connect`` and ``weld`` hold together, bodies or sites."""
+        model, names = self._model, self._names("EQUALITY", self._model.neq, "equality")
+        site = int(self._mujoco.mjtObj.mjOBJ_SITE)
+        for k, kind in self._equalities():
+            if kind not in CLOSING:
+                continue
+            first, second = int(model.eq_obj1id[k]), int(model.eq_obj2id[k])
+            data = np.array(model.eq_data[k])
+            welded = kind == "weld" and data[10] != 0.0  # the scale of its torque
+            if int(model.eq_objtype[k]) == site:
+                poses = [
+                    pose_of(model.site_pos[s], self._turn(model.site_quat[s]))
+                    for s in (first, second)
+                ]
+                first, second = (int(model.site_bodyid[s]) for s in (first, second))
+            elif kind == "connect":
+                poses = [pose_of(anchor, np.eye(3)) for anchor in (data[:3], data[3:6])]
+            else:  # the second body's anchor comes first, then its pose in the first one's axes
+                poses = [pose_of(data[3:6], self._turn(data[6:10])), pose_of(data[:3], np.eye(3))]
+            ends = self._bodies[first], self._bodies[second]
+            yield Closure(names[k], "pose" if welded else "point", *ends, *poses)
 
     def _note_what_is_left_out(self) -> None:
         """Name forces that the machine would lack."""

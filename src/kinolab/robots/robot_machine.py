@@ -12,6 +12,7 @@ import sympy
 
 from kinolab.dynamics import System
 from kinolab.dynamics.language.bodies import Body
+from kinolab.dynamics.language.constraints import PositionConstraint
 from kinolab.dynamics.language.expressions import exact
 from kinolab.dynamics.language.forces import (
     Coulomb,
@@ -34,6 +35,7 @@ from kinolab.robots.constant_frames import (
     onto_z,
 )
 from kinolab.robots.kinematic_tree import (
+    Closure,
     Inertial,
     Joint,
     KinematicTree,
@@ -45,7 +47,8 @@ from kinolab.robots.kinematic_tree import (
     pose_of,
     usable_name,
 )
-from kinolab.robots.self_collisions import NamedShape, kept_apart
+from kinolab.robots.loop_closures import closed_positions, closing_constraints
+from kinolab.robots.self_collisions import SAMPLES, NamedShape, kept_apart
 from kinolab.robots.tree_mistakes import inertia_mistake, massless_joints
 from kinolab.world.geometry import lowest_z
 
@@ -113,6 +116,7 @@ class _Assembly:
         self._efforts: list[Effort] = []
         self._bodies: list[Body] = []
         self._shapes: list[NamedShape] = []
+        self._constraints: list[PositionConstraint] = []
 
     def system(self, *, self_collisions: bool) -> System:
         """Return the machine; links that may touch each other if wanted."""
@@ -142,16 +146,26 @@ class _Assembly:
         for thruster in tree.thrusters:
             part, pose = at[thruster.link]
             self._add_thruster(thruster, part.frame @ constant_frame(pose @ thruster.pose))
+        for closure in tree.closures:
+            self._add_closure(closure, at)
         if self._mistakes:
             raise InputError(self._mistakes)
-        return System(
+        made = System(
             usable_name(tree.name) or "robot",
             bodies=self._bodies,
+            constraints=self._constraints,
             inputs=self._inputs,
             efforts=self._efforts,
             gravity=_gravity(tree.gravity),
-            collisions=kept_apart(tree, self._shapes) if self_collisions else (),
         )
+        if not (self_collisions and self._shapes):
+            return made
+        positions = [self._positions(values) for values in closed_positions(made, SAMPLES)]
+        return made.changed(collisions=kept_apart(tree, self._shapes, positions))
+
+    def _positions(self, values: Mapping[str, float]) -> dict[str, float]:
+        """Return the positions of joints by their own names."""
+        return {joint: values[own.name] for joint, own in self._coordinates.items()}
 
     def _motion(self, joint: Joint) -> Frame:
         """Return how a joint moves, as a frame."""
@@ -281,6 +295,20 @@ class _Assembly:
         self._bodies.append(site)
         self._inputs.append(control)
         self._efforts.append(Wrench(on=site, force=(fx, fy, fz), torque=(tx, ty, tz)))
+    def _add_closure(self, closure: Closure, at: Mapping[str, tuple[_Part, Array]]) -> None:
+        """Add the constraints that close a loop."""
+        ends = (closure.first, closure.first_pose), (closure.second, closure.second_pose)
+        frames = [
+            part.frame @ constant_frame(pose @ own)
+            for (part, pose), own in ((at[link], own) for link, own in ends)
+        ]
+        turns, where = closure.kind == "pose", self._where
+        try:
+            self._constraints += closing_constraints(
+                closure.name, *frames, turns=turns, where=where
+            )
+        except InputError as error:
+            self._mistakes += error.mistakes
 
     def _rotor(self, joint: Joint, at: sympy.Expr) -> Body:
         """Return a body with the kinetic energy of a rotor, which turns with the joint alone."""

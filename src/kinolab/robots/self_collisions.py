@@ -43,12 +43,17 @@ class NamedShape(NamedTuple):
     shape: PlacedShape
 
 
-def kept_apart(tree: KinematicTree, shapes: Sequence[NamedShape]) -> list[tuple[str, str]]:
+def kept_apart(
+    tree: KinematicTree,
+    shapes: Sequence[NamedShape],
+    closed: Sequence[Mapping[str, float]] = (),
+) -> list[tuple[str, str]]:
     """Return the pairs of bodies that must not touch, by name.
 
     Args:
         tree: The robot.
         shapes: Of its bodies.
+        closed: Random positions of the joints in which its loops are closed, if it has loops.
     """
     asked: dict[tuple[str, str], list[tuple[int, int]]] = {}
     for i, j in _candidates(tree, shapes):
@@ -61,19 +66,20 @@ def kept_apart(tree: KinematicTree, shapes: Sequence[NamedShape]) -> list[tuple[
     for k, mesh in enumerate(meshes):
         manager.add_object(str(k), mesh)
     generator, touching = np.random.default_rng(0), Counter[tuple[int, int]]()
-    for _ in range(SAMPLES):
-        places = _places(tree, generator)
+    samples = closed or [_random_positions(tree, generator) for _ in range(SAMPLES)]
+    for positions in samples:
+        places = _places(tree, positions)
         for k, entry in enumerate(shapes):
             manager.set_transform(str(k), places[entry.link] @ entry.shape.pose)
         _, found = manager.in_collision_internal(return_names=True)
         touching.update((min(pair), max(pair)) for pair in (tuple(map(int, p)) for p in found))
-    places = _places(tree, None)
+    places = _places(tree, _rest(tree))
     solids = [_convex(entry, places[entry.link]) for entry in shapes]
     return [
         bodies
         for bodies, pairs in asked.items()
         if any(touching[pair] for pair in pairs)
-        and all(touching[pair] <= (1.0 - MOSTLY) * SAMPLES for pair in pairs)
+        and all(touching[pair] <= (1.0 - MOSTLY) * len(samples) for pair in pairs)
         and all(separation(solids[i], solids[j]) > 0.0 for i, j in pairs)
     ]
 
@@ -103,6 +109,7 @@ def _candidates(tree: KinematicTree, shapes: Sequence[NamedShape]) -> Iterator[t
         for joint in tree.joints
         if joint.kind != "fixed"
     }
+    joined |= {frozenset((part[loop.first], part[loop.second])) for loop in tree.closures}
     for i, j in combinations(range(len(shapes)), 2):
         a, b = part[shapes[i].link], part[shapes[j].link]
         if a != b and frozenset((a, b)) not in joined:
@@ -119,14 +126,30 @@ def _parts(tree: KinematicTree) -> Mapping[str, str]:
     return part
 
 
-def _places(tree: KinematicTree, generator: np.random.Generator | None) -> dict[str, Array]:
-    """Return the poses (4, 4) of all links, at random or where the robot rests."""
-    at: dict[str, float] = {}
+def _movable(tree: KinematicTree) -> Iterator[Joint]:
+    """Yield the joints with a position of their own."""
     for joint in tree.joints:
         if joint.kind in ("revolute", "prismatic") and joint.mimics is None:
-            lower, upper = max(joint.lower, -UNLIMITED), min(joint.upper, UNLIMITED)
-            rest = min(max(0.0, joint.lower), joint.upper)
-            at[joint.name] = rest if generator is None else generator.uniform(lower, upper)
+            yield joint
+
+
+def _random_positions(tree: KinematicTree, generator: np.random.Generator) -> dict[str, float]:
+    return {
+        joint.name: generator.uniform(max(joint.lower, -UNLIMITED), min(joint.upper, UNLIMITED))
+        for joint in _movable(tree)
+    }
+
+
+def _rest(tree: KinematicTree) -> dict[str, float]:
+    """Return where joints rest: at 0, of a robot with loops where its file has them closed."""
+    return {
+        joint.name: min(max(joint.zero if tree.closures else 0.0, joint.lower), joint.upper)
+        for joint in _movable(tree)
+    }
+
+
+def _places(tree: KinematicTree, at: Mapping[str, float]) -> dict[str, Array]:
+    """Return the poses (4, 4) of all links at positions of the joints."""
     joints = {joint.name: joint for joint in tree.joints}
     places = {tree.root.name: np.eye(4)}
     for joint in from_the_root(tree):

@@ -14,7 +14,7 @@ import numpy as np
 import sympy
 
 from kinolab.dynamics.derivation.expression_graph import ExpressionGraph, Node
-from kinolab.dynamics.derivation.symbol_table import SymbolTable, sampled_values
+from kinolab.dynamics.derivation.symbol_table import RANDOM_STATES, SymbolTable, sampled_values
 from kinolab.dynamics.derivation.symbolic_solve import Guards, solve_square
 from kinolab.dynamics.derivation.velocity_choice import (
     VelocityChoice,
@@ -231,14 +231,16 @@ def _samples(system: Mechanism, binding: SymbolTable, rows: Sequence[ConstraintR
     return np.array(found)
 
 
-def feasible_values(system: Mechanism, binding: SymbolTable) -> Iterator[dict[str, float]]:
+def feasible_values(
+    system: Mechanism, binding: SymbolTable, count: int = RANDOM_STATES
+) -> Iterator[dict[str, float]]:
     """Yield sampled values of all symbols, projected onto the position constraints."""
     gaps = [
         binding.lower(c.position) for c in system.constraints if isinstance(c, PositionConstraint)
     ]
     slopes = [node for gap in gaps for node in _gradient(binding, gap)]
     names = [binding.tape.operations[node].label for node in binding.configuration]
-    for values in sampled_values(system):
+    for values in sampled_values(system, count):
         try:
             if _close(binding, gaps, slopes, names, values):
                 yield values
