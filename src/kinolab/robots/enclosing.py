@@ -28,7 +28,7 @@ def enclosing_shape(points: Array) -> PlacedShape:
     box = _box(points, own)
     long = own[:, int(np.ptp(points @ own, axis=0).argmax())]
     capsule = _capsule(points, onto_z(long))
-    found = min(box, capsule, key=_volume)
+    found = min(box, capsule, key=volume)
     return replace(found, enclosed=(points - found.pose[:3, 3]) @ found.pose[:3, :3])
 
 
@@ -65,7 +65,8 @@ def _capsule(points: Array, turn: Array) -> PlacedShape:
     return PlacedShape(Capsule(radius, max(long, LEAST_EDGE)), pose_of(turn @ middle, turn))
 
 
-def _volume(solid: PlacedShape) -> float:
+def volume(solid: PlacedShape) -> float:
+    """Return the volume of a box or capsule in [m^3]."""
     shape = solid.shape
     if isinstance(shape, Box):
         return float(shape.x) * float(shape.y) * float(shape.z)

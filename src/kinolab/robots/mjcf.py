@@ -19,6 +19,7 @@ from kinolab.dynamics.language.shapes import Box, Capsule, Cylinder, Shape, Sphe
 from kinolab.errors import InputError, Mistake
 from kinolab.lazy import library_of
 from kinolab.numerics.arrays import Array
+from kinolab.robots.convex_parts import check_parts, enclosing_shapes
 from kinolab.robots.enclosing import enclosing_shape
 from kinolab.robots.kinematic_tree import (
     MOST_BYTES,
@@ -49,6 +50,7 @@ def read_mjcf(
     locked: Mapping[str, float] | None = None,
     shapes: bool = True,
     self_collisions: bool = True,
+    convex_parts: int | None = None,
     partial: bool = False,
 ) -> System:
     """Read a robot from an MJCF file as a machine.
@@ -66,6 +68,8 @@ def read_mjcf(
         shapes: Whether to read shapes at all.
         self_collisions: Whether links that are not neighbours may not touch each other: those that
             are apart where the robot rests, and mostly elsewhere.
+        convex_parts: How many parts a mesh may be divided into, each with a box or capsule of its
+            own, instead of one around the whole.
         partial: Whether to leave out what cannot be represented.
 
     Raises:
@@ -73,7 +77,8 @@ def read_mjcf(
             or a fluid, unless ``partial``.
     """
     path = Path(path)
-    reader = _ModelReader(path, shapes=shapes)
+    check_parts(convex_parts, path.name)
+    reader = _ModelReader(path, shapes=shapes, convex_parts=convex_parts)
     tree = reader.tree()
     mistakes = [*tree_mistakes(tree, locked or {}, path.name)]
     if not partial:
@@ -107,10 +112,10 @@ def _compiled(mujoco: Any, path: Path) -> Any:
 class _ModelReader:
     """Converts MuJoCo's model, and collects what cannot be represented."""
 
-    def __init__(self, path: Path, *, shapes: bool) -> None:
+    def __init__(self, path: Path, *, shapes: bool, convex_parts: int | None) -> None:
         self.left_out: list[Mistake] = []
         self._mujoco = library_of("robots", "mujoco", "MJCF files are read by MuJoCo")
-        self._path, self._shapes = path, shapes
+        self._path, self._shapes, self._convex_parts = path, shapes, convex_parts
         self._model = model = _compiled(self._mujoco, path)
         self._bodies = self._names("BODY", model.nbody, "body")
         self._joints = self._names("JOINT", model.njnt, "joint")
@@ -234,14 +239,34 @@ class _ModelReader:
         for g in colliding or own:
             pose = pose_of(model.geom_pos[g], self._turn(model.geom_quat[g]))
             red, green, blue, _ = map(float, model.geom_rgba[g])
-            shape = self._shape(g)
-            if isinstance(shape, PlacedShape):
-                yield replace(shape, pose=pose @ shape.pose, color=(red, green, blue))
-            elif shape is not None:
-                yield PlacedShape(shape, pose, (red, green, blue))
+            if model.geom_type[g] == int(self._mujoco.mjtGeom.mjGEOM_MESH):
+                solids = self._around_mesh(int(model.geom_dataid[g]))
+            else:
+                shape = self._shape(g)
+                solids = [] if shape is None else [PlacedShape(shape, np.eye(4))]
+            for solid in solids:
+                yield replace(solid, pose=pose @ solid.pose, color=(red, green, blue))
 
-    def _shape(self, g: int) -> Shape | PlacedShape | None:
-        """Return a geom's shape; None for a plane, the ground."""
+    def _around_mesh(self, mesh: int) -> list[PlacedShape]:
+        """Return solids around a mesh."""
+        model = self._model
+        vertices, faces = (
+            np.array(getattr(model, f"mesh_{part}")[first : first + count])
+            for part, first, count in (
+                ("vert", int(model.mesh_vertadr[mesh]), int(model.mesh_vertnum[mesh])),
+                ("face", int(model.mesh_faceadr[mesh]), int(model.mesh_facenum[mesh])),
+            )
+        )
+        where = f"mesh {self._names('MESH', model.nmesh, 'mesh')[mesh]}"
+        try:
+            return enclosing_shapes(vertices.astype(float), faces, self._convex_parts, where)
+        except InputError as error:
+            for one in error.mistakes:
+                self._cannot(f"{one.where}: {one.what}", one.remedy)
+            return [enclosing_shape(vertices.astype(float))]
+
+    def _shape(self, g: int) -> Shape | None:
+        """Return a geom's shape, not of a mesh; None for a plane, the ground."""
         model, types = self._model, self._mujoco.mjtGeom
         a, b, c = map(float, model.geom_size[g])
         kind = types(int(model.geom_type[g]))
@@ -253,10 +278,6 @@ class _ModelReader:
             return Cylinder(a, 2 * b)
         if kind in (types.mjGEOM_BOX, types.mjGEOM_ELLIPSOID):
             return Box(2 * a, 2 * b, 2 * c)
-        if kind == types.mjGEOM_MESH:
-            mesh = int(model.geom_dataid[g])
-            first, count = int(model.mesh_vertadr[mesh]), int(model.mesh_vertnum[mesh])
-            return enclosing_shape(np.array(model.mesh_vert[first : first + count], dtype=float))
         if kind != types.mjGEOM_PLANE:
             self._cannot(f"geom {g + 1} is a {kind.name.removeprefix('mjGEOM_').lower()}.")
         return None

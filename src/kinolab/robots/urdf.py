@@ -21,7 +21,7 @@ from kinolab.errors import InputError, Mistake
 from kinolab.files import read_ordinary
 from kinolab.lazy import library_of
 from kinolab.numerics.arrays import Array
-from kinolab.robots.enclosing import enclosing_shape
+from kinolab.robots.convex_parts import check_parts, enclosing_shapes
 from kinolab.robots.kinematic_tree import (
     MOST_BYTES,
     MOST_LINKS,
@@ -60,6 +60,7 @@ def read_urdf(
     packages: Mapping[str, str | Path] | None = None,
     shapes: bool = True,
     self_collisions: bool = True,
+    convex_parts: int | None = None,
 ) -> System:
     """Read a robot from a URDF file as a machine.
 
@@ -78,14 +79,17 @@ def read_urdf(
         shapes: Whether to read shapes at all.
         self_collisions: Whether links that are not neighbours may not touch each other: those that
             are apart where the robot rests, and mostly elsewhere.
+        convex_parts: How many parts a mesh may be divided into, each with a box or capsule of its
+            own, instead of one around the whole.
 
     Raises:
         InputError: With every mistake in the file, in particular of links without inertia, missing
             meshes, and lengths in millimetres.
     """
     path = Path(path)
+    check_parts(convex_parts, path.name)
     robot = _parsed(path)
-    reader = _LinkReader(path, packages or {}, shapes=shapes)
+    reader = _LinkReader(path, packages or {}, shapes=shapes, convex_parts=convex_parts)
     links = tuple(reader.link(entry) for entry in robot.links)
     joints = tuple(reader.joint(entry) for entry in robot.joints)
     tree = KinematicTree(str(robot.name or path.stem), links, joints, tuple(reader.motors))
@@ -131,10 +135,18 @@ def _parsed(path: Path) -> Any:
 class _LinkReader:
     """Converts links and joints, and collects what is wrong with them."""
 
-    def __init__(self, path: Path, packages: Mapping[str, str | Path], *, shapes: bool) -> None:
+    def __init__(
+        self,
+        path: Path,
+        packages: Mapping[str, str | Path],
+        *,
+        shapes: bool,
+        convex_parts: int | None,
+    ) -> None:
         self.mistakes: list[Mistake] = []
         self.motors: list[Motor] = []
         self._path, self._packages, self._shapes = path, packages, shapes
+        self._convex_parts = convex_parts
 
     def _wrong(self, kind: str, name: str, what: str, remedy: str = "") -> None:
         self.mistakes.append(Mistake(f"{self._path.name} {kind} {name!r}", what, remedy))
@@ -209,21 +221,30 @@ class _LinkReader:
             self._wrong("link", name, f"its mesh {mesh.filename} cannot be found.", remedy)
             return
         try:
-            vertices = load_mesh(file.name, root=file.parent).vertices * scale
+            read = load_mesh(file.name, root=file.parent)
         except InputError as error:
-            self.mistakes += [
-                Mistake(f"{self._path.name} link {name!r} {one.where}", one.what, one.remedy)
-                for one in error.mistakes
-            ]
+            self._wrong_mesh(name, error)
             return
+        vertices = read.vertices * scale
         across = float(np.ptp(vertices, axis=0).max())
         if across > LARGEST_LINK:
             what = f"its mesh {file.name} is {across:.3g} m across."
             remedy = 'Is it in millimetres? Then it needs scale="0.001 0.001 0.001".'
             self._wrong("link", name, what, remedy)
             return
-        solid = enclosing_shape(vertices)
-        yield replace(solid, pose=pose @ solid.pose)
+        faces = read.faces if scale.prod() > 0.0 else read.faces[:, ::-1]
+        try:
+            solids = enclosing_shapes(vertices, faces, self._convex_parts, file.name)
+        except InputError as error:
+            self._wrong_mesh(name, error)
+            return
+        yield from (replace(solid, pose=pose @ solid.pose) for solid in solids)
+
+    def _wrong_mesh(self, name: str, error: InputError) -> None:
+        self.mistakes += [
+            Mistake(f"{self._path.name} link {name!r} {one.where}", one.what, one.remedy)
+            for one in error.mistakes
+        ]
 
     def _joint(self, entry: Any) -> Joint:
         kind = KINDS.get(str(entry.type))

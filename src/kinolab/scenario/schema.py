@@ -47,6 +47,7 @@ from kinolab.scenario.values import (
     Name,
     NotNegative,
     Number,
+    Parts,
     PictureSize,
     PlannerName,
     PointTolerance,
@@ -90,6 +91,7 @@ class SystemSection(Section):
     base: Literal["fixed", "floating"] | None = None  # of a robot's file
     locked: dict[str, Number] | None = None  # positions of a robot's joints, [rad] or [m]
     self_collisions: bool | None = None  # of a robot's file
+    convex_parts: Parts | None = None  # of a mesh in a robot's file, at most
     parameters: dict[str, Number] = {}
 
     @model_validator(mode="after")

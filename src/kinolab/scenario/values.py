@@ -31,8 +31,10 @@ ROBOT_ONLY = (  # keys of [system], the files that they are for, and these in wo
     ("base", (".urdf",), "URDF files"),  # an MJCF file says itself whether a body is free
     ("locked", ROBOT_FORMATS, "robots from files"),
     ("self_collisions", ROBOT_FORMATS, "robots from files"),
+    ("convex_parts", ROBOT_FORMATS, "robots from files"),
 )
 MESH_FORMATS = (".dae", ".glb", ".obj", ".off", ".ply", ".stl")
+MOST_PARTS = 32  # of one mesh of a robot; every one is a solid that collides
 WHOLE_MAX = 2**63 - 1  # what TOML promises to carry
 SETTING_DEPTH = 8  # tables and lists within each other in a planner's own settings
 
@@ -258,6 +260,7 @@ Elevation = Annotated[
     Wanted("an angle from -1.5708 to 1.5708 [rad]"),
 ]
 Count = Annotated[int, Field(ge=1, le=WHOLE_MAX), Wanted("a whole number from 1 to 2^63 - 1")]
+Parts = Annotated[int, Field(ge=1, le=MOST_PARTS), Wanted("a whole number from 1 to 32")]
 Substeps = Annotated[int, Field(ge=1, le=1000), Wanted("a whole number from 1 to 1000")]
 Seed = Annotated[
     int,
