@@ -343,6 +343,12 @@ def test_a_loop_is_planned_for_from_the_file_s_own_position(tmp_path: Path) -> N
     for x in plan.trajectory.x:
         qpos = np.array([x[names.index(name)] for name, *_ in engine.joints()])
         assert np.abs(engine.gaps_and_rows(qpos)[0]).max() < 1e-7  # [m], by MuJoCo's kinematics
+    plan.save(tmp_path / "run")
+    again = kinolab.read_run(tmp_path / "run").problem.model
+    assert [constraint.name for constraint in again.system.constraints] == [
+        "pin along x",
+        "pin along y",
+    ]
 
 
 @pytest.mark.parametrize(

@@ -9,6 +9,7 @@ compares once more.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from itertools import groupby
 
 import numpy as np
 import sympy
@@ -18,7 +19,7 @@ from kinolab.dynamics.derivation.symbol_table import SymbolTable
 from kinolab.dynamics.derivation.velocity_coordinates import feasible_values
 from kinolab.dynamics.language.bodies import Body
 from kinolab.dynamics.language.constraints import PositionConstraint, closed
-from kinolab.dynamics.language.frames import Frame, pose
+from kinolab.dynamics.language.frames import Frame, Motion, Rotation, Translation, turn_matrix
 from kinolab.errors import InputError, Mistake
 from kinolab.numerics.arrays import Array
 from kinolab.robots.constant_frames import ROUNDING
@@ -78,7 +79,8 @@ def _beyond_what_is_common(first: Frame, second: Frame) -> tuple[Frame, Frame]:
 
 def _apart(first: Frame, second: Frame) -> list[sympy.Expr]:
     """Return how far the origins are apart, in [m]."""
-    return list(pose(second)[1] - pose(first)[1])
+    origin = sympy.zeros(3, 1)
+    return list(_carried(second.motions, origin) - _carried(first.motions, origin))
 
 
 def _turned(first: Frame, second: Frame) -> list[sympy.Expr]:
@@ -86,9 +88,52 @@ def _turned(first: Frame, second: Frame) -> list[sympy.Expr]:
 
     These Rodrigues parameters are 0 for equal axes only, not for opposite ones.
     """
-    R = pose(first)[0].T * pose(second)[0]
+    turns = [
+        [motion for motion in frame.motions if not isinstance(motion, Translation)]
+        for frame in (first, second)
+    ]
+    a, b = ([_carried(chain, sympy.eye(3).col(k)) for k in range(3)] for chain in turns)
+    R = sympy.Matrix(3, 3, lambda j, k: a[j].dot(b[k]))
     half = (1 + R.trace()) / 2
     return [(R[k, j] - R[j, k]) / half for j, k in ((1, 2), (2, 0), (0, 1))]
+
+
+def _carried(motions: Sequence[Motion], point: sympy.Matrix) -> sympy.Matrix:
+    """Return the place of a point (3, 1) of the last frame in the first one.
+
+    From the last motion on, and with constant rotations as numbers, so that terms stay few.
+    """
+    for still, group in groupby(reversed(motions), _is_constant):
+        chain = [*group][::-1]
+        if still:
+            point = _product([m for m in chain if isinstance(m, Rotation)]) * point
+            continue
+        for motion in reversed(chain):
+            if isinstance(motion, Translation):
+                point = point + sympy.Matrix(motion.by)
+            else:
+                point = turn_matrix(motion) * point
+    return point
+
+
+def _is_constant(motion: Motion) -> bool:
+    return isinstance(motion, Rotation) and not motion.angle.free_symbols
+
+
+def _product(turns: Sequence[Rotation]) -> sympy.Matrix:
+    """Return the product of constant rotations, whose whole numbers are exact."""
+    whole = np.eye(3)
+    for motion in turns:
+        whole = whole @ np.array(turn_matrix(motion).tolist(), dtype=np.float64)
+    nearest = np.rint(whole)
+    return sympy.Matrix(
+        3,
+        3,
+        [
+            sympy.Integer(int(n)) if abs(entry - n) < ROUNDING else sympy.Float(entry)
+            for entry, n in zip(whole.ravel(), nearest.ravel(), strict=True)
+        ],
+    )
 
 
 def _slopes(
