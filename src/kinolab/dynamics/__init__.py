@@ -72,7 +72,15 @@ if TYPE_CHECKING:
     from kinolab.dynamics.language.inputs import Control, Drive, Force, Pull, Rate, Torque
     from kinolab.dynamics.language.modes import Mode, Transition
     from kinolab.dynamics.language.quasi_velocities import QuasiVelocity
-    from kinolab.dynamics.language.shapes import Box, Capsule, Cylinder, Disk, Shape, Sphere
+    from kinolab.dynamics.language.shapes import (
+        Box,
+        Capsule,
+        Cylinder,
+        Disk,
+        DrawnMesh,
+        Shape,
+        Sphere,
+    )
     from kinolab.dynamics.language.symbols import (
         Attitude,
         Coordinate,
@@ -108,6 +116,7 @@ __all__ = [
     "Cylinder",
     "DecouplingFields",
     "Disk",
+    "DrawnMesh",
     "Drive",
     "Feedback",
     "Filtration",
@@ -291,6 +300,7 @@ __getattr__ = lazy_names(  # a machine that is in the cache needs none of the sy
             "Capsule",
             "Cylinder",
             "Disk",
+            "DrawnMesh",
             "Shape",
             "Sphere",
         ),

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from kinolab.dynamics.derivation.expression_graph import ExpressionGraph
 from kinolab.dynamics.derivation.formulas import Formulas
-from kinolab.dynamics.language.shapes import Shape
+from kinolab.dynamics.language.shapes import DrawnMesh, Shape
 from kinolab.numerics.arrays import Array
 
 if TYPE_CHECKING:
@@ -85,6 +85,7 @@ class BodyFacts:
     touches_ground: bool
     color: tuple[float, float, float] | None
     whirl: float
+    drawn: tuple[DrawnMesh, ...] | None
 
 
 @dataclass(frozen=True)
@@ -222,7 +223,9 @@ def facts_of(system: MechanismParts) -> MachineFacts:
         else tuple(InputFacts(r.name, r.unit, bounds_of(r)) for r in references),
         parameters=tuple((p.name, system.parameter_values[p.name]) for p in system.parameters),
         bodies=tuple(
-            BodyFacts(b.name, system.resolved_shapes(b), b.touches_ground, b.color, b.whirl)
+            BodyFacts(
+                b.name, system.resolved_shapes(b), b.touches_ground, b.color, b.whirl, b.drawn
+            )
             for b in system.bodies
         ),
         cables=tuple(

@@ -102,7 +102,9 @@ class PlanningTask:
     def bodies(self) -> tuple[BodyGeometry, ...]:
         """The bodies' shapes with numeric dimensions."""
         return tuple(
-            BodyGeometry(body.name, body.shapes, body.touches_ground, body.color, body.whirl)
+            BodyGeometry(
+                body.name, body.shapes, body.touches_ground, body.color, body.whirl, body.drawn
+            )
             for body in self.machine.bodies
         )
 

@@ -13,6 +13,7 @@ import numpy as np
 from kinolab.dynamics.language.shapes import Shape
 from kinolab.numerics.arrays import Array
 from kinolab.robots.constant_frames import turned_about
+from kinolab.world.shape_surfaces import Faces
 
 MOST_BYTES = 20_000_000  # of a robot's file, those that it includes apart
 MOST_LINKS = 1000
@@ -53,12 +54,33 @@ class PlacedShape:
 
 
 @dataclass(frozen=True)
+class VisibleMesh:
+    """A mesh that is drawn.
+
+    Attributes:
+        name: Of its file.
+        vertices: In the link's frame in [m], shape (n, 3).
+        faces: Shape (m, 3).
+        colors: Red, green and blue in [0, 1] of each face, shape (m, 3), if the file says them.
+    """
+
+    name: str
+    vertices: Array
+    faces: Faces
+    colors: Array | None = None
+
+
+@dataclass(frozen=True)
 class Link:
-    """A rigid part of a robot; one without mass is only a frame or a shape."""
+    """A rigid part of a robot; one without mass is only a frame or a shape.
+
+    What is visible is drawn instead of its solids, which collide.
+    """
 
     name: str
     inertial: Inertial | None = None
     solids: tuple[PlacedShape, ...] = ()
+    visible: tuple[VisibleMesh, ...] = ()
 
 
 @dataclass(frozen=True)

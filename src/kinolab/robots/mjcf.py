@@ -34,11 +34,13 @@ from kinolab.robots.kinematic_tree import (
     Motor,
     PlacedShape,
     Thruster,
+    VisibleMesh,
     pose_of,
     usable_name,
 )
 from kinolab.robots.robot_machine import assembled
 from kinolab.robots.tree_mistakes import tree_mistakes
+from kinolab.world.shape_surfaces import Faces
 
 WORLD_BODY = 0
 CLOSING = ("connect", "weld")  # equality constraints that close loops
@@ -158,7 +160,9 @@ class _ModelReader:
     def _hung(self, body: int, follows: Mapping[str, Mimicked]) -> tuple[list[Link], list[Joint]]:
         """Return the links and joints of a body: one link for every joint, the last one it."""
         model, name = self._model, self._bodies[body]
-        link = Link(name, self._inertial(body), tuple(self._geoms(body)) if self._shapes else ())
+        solids = tuple(self._geoms(body)) if self._shapes else ()
+        visible = tuple(self._visible(body)) if self._shapes else ()
+        link = Link(name, self._inertial(body), solids, visible)
         if body == WORLD_BODY:
             return [link], []
         parent = self._bodies[int(model.body_parentid[body])]
@@ -247,23 +251,42 @@ class _ModelReader:
             for solid in solids:
                 yield replace(solid, pose=pose @ solid.pose, color=(red, green, blue))
 
+    def _visible(self, body: int) -> Iterator[VisibleMesh]:
+        """Yield the meshes that are drawn: those that do not collide, where there are any."""
+        model = self._model
+        first = int(model.body_geomadr[body])
+        meshes = [
+            g
+            for g in range(first, first + int(model.body_geomnum[body]))
+            if model.geom_type[g] == int(self._mujoco.mjtGeom.mjGEOM_MESH)
+        ]
+        only = [g for g in meshes if not (model.geom_contype[g] or model.geom_conaffinity[g])]
+        for g in only or meshes:
+            where, vertices, faces = self._mesh(int(model.geom_dataid[g]))
+            material = int(model.geom_matid[g])
+            color = model.geom_rgba[g] if material < 0 else model.mat_rgba[material]
+            colors = np.tile(np.array(color[:3], dtype=float), (len(faces), 1))
+            placed = vertices @ self._turn(model.geom_quat[g]).T + model.geom_pos[g]
+            yield VisibleMesh(where, placed, faces, colors)
+
+    def _mesh(self, mesh: int) -> tuple[str, Array, Faces]:
+        """Return what a mesh is called, its vertices (n, 3) in [m] and its faces (m, 3)."""
+        model = self._model
+        first, count = int(model.mesh_vertadr[mesh]), int(model.mesh_vertnum[mesh])
+        vertices = np.array(model.mesh_vert[first : first + count], dtype=float)
+        first, count = int(model.mesh_faceadr[mesh]), int(model.mesh_facenum[mesh])
+        faces = np.array(model.mesh_face[first : first + count], dtype=np.int64)
+        return f"mesh {self._names('MESH', model.nmesh, 'mesh')[mesh]}", vertices, faces
+
     def _around_mesh(self, mesh: int) -> list[PlacedShape]:
         """Return solids around a mesh."""
-        model = self._model
-        vertices, faces = (
-            np.array(getattr(model, f"mesh_{part}")[first : first + count])
-            for part, first, count in (
-                ("vert", int(model.mesh_vertadr[mesh]), int(model.mesh_vertnum[mesh])),
-                ("face", int(model.mesh_faceadr[mesh]), int(model.mesh_facenum[mesh])),
-            )
-        )
-        where = f"mesh {self._names('MESH', model.nmesh, 'mesh')[mesh]}"
+        where, vertices, faces = self._mesh(mesh)
         try:
-            return enclosing_shapes(vertices.astype(float), faces, self._convex_parts, where)
+            return enclosing_shapes(vertices, faces, self._convex_parts, where)
         except InputError as error:
             for one in error.mistakes:
                 self._cannot(f"{one.where}: {one.what}", one.remedy)
-            return [enclosing_shape(vertices.astype(float))]
+            return [enclosing_shape(vertices)]
 
     def _shape(self, g: int) -> Shape | None:
         """Return a geom's shape, not of a mesh; None for a plane, the ground."""

@@ -50,6 +50,7 @@ from kinolab.robots.kinematic_tree import (
 from kinolab.robots.loop_closures import closed_positions, closing_constraints
 from kinolab.robots.self_collisions import SAMPLES, NamedShape, kept_apart
 from kinolab.robots.tree_mistakes import inertia_mistake, massless_joints
+from kinolab.robots.visible_meshes import drawn_meshes
 from kinolab.world.geometry import lowest_z
 
 Base: TypeAlias = Literal["fixed", "floating"]
@@ -117,6 +118,7 @@ class _Assembly:
         self._bodies: list[Body] = []
         self._shapes: list[NamedShape] = []
         self._constraints: list[PositionConstraint] = []
+        self._drawn = drawn_meshes(tree)
 
     def system(self, *, self_collisions: bool) -> System:
         """Return the machine; links that may touch each other if wanted."""
@@ -213,7 +215,7 @@ class _Assembly:
         inherit = {joint.parent for joint in self._tree.joints}
         color = next((s.color for link, _ in part.links for s in link.solids if s.color), None)
         for k, (link, pose) in enumerate(part.links):
-            if k == 0 or link.solids or link.name not in inherit:
+            if k == 0 or link.solids or link.visible or link.name not in inherit:
                 self._add_link(part, link, pose, color, still=still)
         part.body = self._bodies[-1]
         if not still and (inertial.mass > 0.0 or inertial.inertia.any()):
@@ -249,7 +251,9 @@ class _Assembly:
                 self._shapes.append(NamedShape(link.name, link.name, own))
         look: dict[str, Any] = {"touches_ground": still, "color": color}
         frame = part.frame @ constant_frame(pose)
-        self._bodies.append(Body(link.name, frame, shape=aligned, **look))
+        drawn = self._drawn.get(link.name)
+        self._bodies.append(Body(link.name, frame, shape=aligned, drawn=drawn, **look))
+        look |= {} if drawn is None else {"drawn": ()}
         for k, solid in enumerate(turned):
             name, frame = f"{link.name} {k + 2}", part.frame @ constant_frame(pose @ solid.pose)
             self._bodies.append(Body(name, frame, shape=solid.shape, **look))

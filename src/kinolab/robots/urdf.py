@@ -6,6 +6,7 @@ Source: the specification at wiki.ros.org/urdf/XML.
 from __future__ import annotations
 
 import io
+import logging
 import math
 import re
 from collections.abc import Iterator, Mapping
@@ -17,7 +18,7 @@ import numpy as np
 
 from kinolab.dynamics import System
 from kinolab.dynamics.language.shapes import Box, Cylinder, Shape, Sphere
-from kinolab.errors import InputError, Mistake
+from kinolab.errors import InputError, Mistake, printable
 from kinolab.files import read_ordinary
 from kinolab.lazy import library_of
 from kinolab.numerics.arrays import Array
@@ -33,13 +34,16 @@ from kinolab.robots.kinematic_tree import (
     Mimicked,
     Motor,
     PlacedShape,
+    VisibleMesh,
     usable_name,
 )
 from kinolab.robots.mesh_files import find_mesh
 from kinolab.robots.robot_machine import Base, assembled
 from kinolab.robots.tree_mistakes import tree_mistakes
 from kinolab.world.meshes.mesh import load_mesh
+from kinolab.world.shape_surfaces import Faces
 
+LOG = logging.getLogger("kinolab")
 COMMENTS = re.compile(rb"<!--.*?-->", re.DOTALL)
 LARGEST_LINK = 20.0  # [m] across: beyond that a mesh is likely to be in millimetres
 KINDS: Mapping[str, JointKind] = {
@@ -172,9 +176,39 @@ class _LinkReader:
         if self._shapes:
             for drawn in entry.collisions or entry.visuals or ():
                 solids += self._solids(entry.name, drawn)
+        visible = tuple(self._visible(entry)) if self._shapes else ()
         color = next(filter(None, map(_color, entry.visuals or ())), None)
         solids = [replace(solid, color=color) for solid in solids]
-        return Link(str(entry.name), self._inertial(entry), tuple(solids))
+        return Link(str(entry.name), self._inertial(entry), tuple(solids), visible)
+
+    def _visible(self, entry: Any) -> Iterator[VisibleMesh]:
+        """Yield the meshes that are drawn; where one cannot be read, none is, and nobody minds."""
+        found = []
+        for drawn in entry.visuals or ():
+            if drawn.geometry is None or drawn.geometry.mesh is None:
+                continue
+            try:
+                found.append(self._visible_mesh(drawn))
+            except InputError as error:
+                told = "%s link %r: its mesh is not drawn: %s"
+                LOG.warning(told, printable(self._path.name), printable(str(entry.name)), error)
+                return
+        yield from found
+
+    def _visible_mesh(self, drawn: Any) -> VisibleMesh:
+        pose = np.eye(4) if drawn.origin is None else np.asarray(drawn.origin, dtype=float)
+        mesh = drawn.geometry.mesh
+        scale = np.ones(3) if mesh.scale is None else np.asarray(mesh.scale, dtype=float)
+        file = find_mesh(str(mesh.filename), self._path.parent, self._packages)
+        if file is None:
+            raise InputError([Mistake(str(mesh.filename), "it cannot be found.")])
+        read = load_mesh(file.name, root=file.parent)
+        color = _color(drawn)
+        colors = read.colors / 255.0 if len(read.colors) else None
+        if color is not None and colors is None:
+            colors = np.tile(color, (len(read.faces), 1))
+        vertices = read.vertices * scale @ pose[:3, :3].T + pose[:3, 3]
+        return VisibleMesh(file.name, vertices, _outward(read.faces, scale), colors)
 
     def _inertial(self, entry: Any) -> Inertial | None:
         given = entry.inertial
@@ -232,7 +266,7 @@ class _LinkReader:
             remedy = 'Is it in millimetres? Then it needs scale="0.001 0.001 0.001".'
             self._wrong("link", name, what, remedy)
             return
-        faces = read.faces if scale.prod() > 0.0 else read.faces[:, ::-1]
+        faces = _outward(read.faces, scale)
         try:
             solids = enclosing_shapes(vertices, faces, self._convex_parts, file.name)
         except InputError as error:
@@ -291,6 +325,11 @@ class _LinkReader:
                 _number(mimic.offset),
             ),
         )
+
+
+def _outward(faces: Faces, scale: Array) -> Faces:
+    """Return faces (m, 3) as they look outward after a scale (3,), which may mirror them."""
+    return faces if scale.prod() > 0.0 else faces[:, ::-1]
 
 
 def _number(given: float | None) -> float:

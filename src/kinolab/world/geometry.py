@@ -13,7 +13,7 @@ from itertools import product
 
 import numpy as np
 
-from kinolab.dynamics.language.shapes import Box, Capsule, Cylinder, Disk, Shape, Sphere
+from kinolab.dynamics.language.shapes import Box, Capsule, Cylinder, Disk, DrawnMesh, Shape, Sphere
 from kinolab.numerics.arrays import Array
 from kinolab.world.shape_surfaces import (
     Faces,
@@ -55,6 +55,7 @@ class BodyGeometry:
     touches_ground: bool = False
     color: tuple[float, float, float] | None = None  # red, green, blue in [0, 1]
     whirl: float = 0.0
+    drawn: tuple[DrawnMesh, ...] | None = None  # instead of the shapes
 
 
 def sizes(shape: Shape) -> tuple[ShapeKind, Array]:

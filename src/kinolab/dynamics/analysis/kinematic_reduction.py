@@ -60,4 +60,5 @@ def without_mass(body: Body) -> Body:
         touches_ground=body.touches_ground,
         color=body.color,
         whirl=body.whirl,
+        drawn=body.drawn,
     )

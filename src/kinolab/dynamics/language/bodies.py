@@ -11,7 +11,7 @@ import sympy
 from kinolab.arguments import checked
 from kinolab.dynamics.language.expressions import exact
 from kinolab.dynamics.language.frames import Frame, Number
-from kinolab.dynamics.language.shapes import Scalar, Shape
+from kinolab.dynamics.language.shapes import DrawnMesh, Scalar, Shape
 from kinolab.errors import InputError, Mistake
 
 
@@ -35,6 +35,8 @@ class Body:
         color: Red, green and blue in [0, 1]; chosen from a palette when left out.
         whirl: Spin about its z axis in animations only, in [rad/s] of film: for rotors whose spin
             is not modelled. Collision checks use the shape as given.
+        drawn: What is drawn instead of its shapes, which alone can touch something; ``()`` for
+            nothing.
     """
 
     name: str
@@ -46,6 +48,7 @@ class Body:
     touches_ground: bool
     color: tuple[float, float, float] | None
     whirl: float
+    drawn: tuple[DrawnMesh, ...] | None
 
     def __init__(
         self,
@@ -59,6 +62,7 @@ class Body:
         touches_ground: bool = False,
         color: tuple[float, float, float] | None = None,
         whirl: float = 0.0,
+        drawn: Sequence[DrawnMesh] | None = None,
     ) -> None:
         fields = {
             "name": name,
@@ -74,6 +78,7 @@ class Body:
             "touches_ground": touches_ground,
             "color": color,
             "whirl": float(whirl),
+            "drawn": None if drawn is None else tuple(drawn),
         }
         for field, value in fields.items():
             object.__setattr__(self, field, value)

@@ -7,10 +7,16 @@ its axis of symmetry, if any, along a named axis of that frame.
 
 from __future__ import annotations
 
+import base64
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
+import numpy as np
+from numpy.typing import NDArray
+
 from kinolab.arguments import checked
+from kinolab.errors import InputError, Mistake
+from kinolab.numerics.arrays import Array
 
 if TYPE_CHECKING:  # a machine that is in the cache needs no expressions
     import sympy
@@ -20,6 +26,7 @@ AxisName: TypeAlias = Literal["x", "y", "z"]
 Point: TypeAlias = tuple[Scalar, Scalar, Scalar]
 
 ORIGIN: Point = (0.0, 0.0, 0.0)
+MOST_DRAWN = 50_000  # triangles of a mesh that is drawn
 
 
 @checked
@@ -83,6 +90,67 @@ class Disk:
     thickness: Scalar
     axis: AxisName = "z"
     at: Point = ORIGIN
+
+
+@checked
+@dataclass(frozen=True)
+class DrawnMesh:
+    """Triangles in a body's frame that are drawn and touch nothing; ``of`` makes one of arrays.
+
+    Attributes:
+        points: Corners in [m], rows of three little-endian numbers of 4 bytes, in base64.
+        corners: Of each triangle three rows of ``points``, as integers of 2 bytes, likewise.
+        color: Red, green and blue in [0, 1].
+    """
+
+    points: str
+    corners: str
+    color: tuple[float, float, float]
+
+    def __post_init__(self) -> None:
+        """Validate that all corners are there.
+
+        Raises:
+            InputError: If they are not, or there are too many triangles.
+        """
+        if len(self.corners) > 8 * MOST_DRAWN:  # 6 bytes of a triangle are 8 characters
+            what = f"it has more than {MOST_DRAWN} triangles."
+            raise InputError([Mistake("DrawnMesh corners", what, "Take fewer.")])
+        try:
+            points, faces = self.vertices, self.faces
+            sound = bool(np.isfinite(points).all()) and faces.max(initial=-1) < len(points)
+        except ValueError:
+            sound = False
+        if not sound:
+            what = "its corners and points do not fit each other, or are no numbers."
+            raise InputError([Mistake("DrawnMesh", what, "Make it with DrawnMesh.of(…).")])
+
+    @classmethod
+    def of(
+        cls, vertices: Array, faces: NDArray[np.int64], color: tuple[float, float, float]
+    ) -> DrawnMesh:
+        """Pack vertices (n, 3) in [m] and faces (m, 3); n is 65 535 at most."""
+        points, corners = np.asarray(vertices, "<f4"), np.asarray(faces)
+        if len(points) > np.iinfo(np.uint16).max:
+            what = f"it has {len(points)} vertices."
+            raise InputError([Mistake("DrawnMesh vertices", what, "Take at most 65535.")])
+        return cls(_base64(points.tobytes()), _base64(corners.astype("<u2").tobytes()), color)
+
+    @property
+    def vertices(self) -> Array:
+        """Corners in [m], shape (n, 3)."""
+        content = base64.b64decode(self.points, validate=True)
+        return np.frombuffer(content, "<f4").reshape(-1, 3).astype(np.float64)
+
+    @property
+    def faces(self) -> NDArray[np.int64]:
+        """Three rows of ``vertices`` each, shape (m, 3)."""
+        content = base64.b64decode(self.corners, validate=True)
+        return np.frombuffer(content, "<u2").reshape(-1, 3).astype(np.int64)
+
+
+def _base64(content: bytes) -> str:
+    return base64.b64encode(content).decode()
 
 
 Shape: TypeAlias = Box | Sphere | Cylinder | Capsule | Disk

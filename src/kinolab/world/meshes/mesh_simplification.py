@@ -145,7 +145,7 @@ def _kept(obstacle: Obstacle, where: str, count: int) -> tuple[Array, Faces, flo
         many = len(obstacle.faces)
         told = "%s: simplifying %d triangles, once; it may take minutes."
         LOG.warning(told, printable(where), many)
-    vertices, faces = _fewer(where, obstacle, count)
+    vertices, faces = fewer_triangles(where, obstacle.vertices, obstacle.faces, count)
     rough = replace(obstacle, vertices=vertices, faces=faces, parts=None, colors=None)
     error = largest_distance(obstacle.vertices, obstacle.faces, rough)
     head = np.array([len(vertices), len(faces)], "<i8").tobytes() + np.float64(error).tobytes()
@@ -154,15 +154,25 @@ def _kept(obstacle: Obstacle, where: str, count: int) -> tuple[Array, Faces, flo
     return vertices, faces, error
 
 
-def _fewer(where: str, obstacle: Obstacle, count: int) -> tuple[Array, Faces]:
+def fewer_triangles(where: str, vertices: Array, faces: Faces, count: int) -> tuple[Array, Faces]:
+    """Return vertices and faces of about ``count`` triangles instead of many, at no known error.
+
+    Args:
+        where: What mistakes are reported for.
+        vertices, faces: Shapes (n, 3) in [m] and (m, 3).
+        count: Triangles that are left.
+
+    Raises:
+        InputError: If fast-simplification is absent, or nothing is left.
+    """
     try:
         from fast_simplification import simplify  # late, and only where it is asked for
     except ImportError as error:
         what = "simplify needs fast-simplification, which is absent."
         remedy = "Install it by pip install 'kinolab[simplify]'."
         raise refusal(where, what, remedy) from error
-    points = np.ascontiguousarray(obstacle.vertices)
-    made = simplify(points, np.ascontiguousarray(obstacle.faces), target_count=count)
+    points = np.ascontiguousarray(vertices)
+    made = simplify(points, np.ascontiguousarray(faces), target_count=count)
     vertices, faces, _ = merge_duplicates(
         np.asarray(made[0], dtype=np.float64), np.asarray(made[1], dtype=np.int64)
     )

@@ -40,7 +40,7 @@ from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.language.mechanism_parts import quasi_velocities
 from kinolab.dynamics.language.modes import Mode, Transition
 from kinolab.dynamics.language.quasi_velocities import QuasiVelocity
-from kinolab.dynamics.language.shapes import SHAPES
+from kinolab.dynamics.language.shapes import SHAPES, DrawnMesh
 from kinolab.dynamics.language.symbols import (
     Attitude,
     Coordinate,
@@ -76,7 +76,7 @@ RECORDS: dict[str, type] = {
         *(FlatOutputs, PlaneCurves),
         *(Feedback, QuasiVelocity, Reference, Regulator),
         *(Mode, Transition),
-        *SHAPES,
+        *(DrawnMesh, *SHAPES),
     )
 }
 CONTENT = ("constraints", "inputs", "efforts", "gravity", "states", "requirements", "cables")
@@ -210,7 +210,8 @@ def _located(error: Exception, *where: object) -> list[Mistake]:
 
 def _described(body: Body) -> dict[str, Any]:
     facts = {name: _encode(getattr(body, name)) for name in BODY}
-    return facts | ({"whirl": body.whirl} if body.whirl else {})
+    facts |= {"whirl": body.whirl} if body.whirl else {}
+    return facts | ({} if body.drawn is None else {"drawn": _encode(body.drawn)})
 
 
 def _coordinate(coordinate: Coordinate | Attitude) -> dict[str, Any]:
@@ -338,7 +339,8 @@ class _MachineReader:
             raise InputError(self.mistakes[:MOST_MISTAKES])
 
     def _body(self, data: Mapping[str, Any], number: int) -> Any:
-        entries = {name: data[name] for name in BODY} | {"whirl": data.get("whirl", 0.0)}
+        entries = {name: data[name] for name in BODY}
+        entries |= {"whirl": data.get("whirl", 0.0), "drawn": data.get("drawn")}
         return self._made(_body_of, entries, "bodies", number)
 
     def decode(self, data: Any, *where: object) -> Any:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -45,15 +45,18 @@ def painted_bodies(bodies: Sequence[BodyGeometry]) -> tuple[PaintedBody, ...]:
     """The surfaces of bodies, in their own colours or in the next free ones."""
     return tuple(
         PaintedBody(
-            body.name,
-            tuple(
-                _painted(shape, body, body.color or COLORS[i % len(COLORS)])
-                for shape in body.shapes
-            ),
-            body.whirl,
+            body.name, tuple(_surfaces(body, body.color or COLORS[i % len(COLORS)])), body.whirl
         )
         for i, body in enumerate(bodies)
     )
+
+
+def _surfaces(body: BodyGeometry, color: Color) -> Iterator[PaintedShape]:
+    if body.drawn is None:
+        yield from (_painted(shape, body, color) for shape in body.shapes)
+        return
+    for mesh in body.drawn:
+        yield PaintedShape((weld(mesh.vertices, mesh.faces, mesh.color),))
 
 
 def _painted(shape: Shape, body: BodyGeometry, color: Color) -> PaintedShape:
