@@ -31,9 +31,9 @@ def load(source: str | Path | Mapping[str, Any], *, overrides: Sequence[str] = (
 
     Args:
         source: Path of a TOML file, the name of a built-in scenario, the path of an environment
-            of dynobench, a YAML file, or a table with the keys of a scenario file. In a table
-            ``system`` may be a System, ``schema`` and ``title`` may be left out, and relative paths
-            start at the working directory.
+            of dynobench, a YAML file, or of a problem of OMPL.app, a .cfg file, or a table with the
+            keys of a scenario file. In a table ``system`` may be a System, ``schema`` and ``title``
+            may be left out, and relative paths start at the working directory.
         overrides: ``KEY=VALUE`` strings that replace keys of the file. Where one selects another
             planner, the settings of the file's planner are dropped.
 

@@ -61,8 +61,8 @@ class _Front(click.Group):
 def plan() -> None:
     """Plan, verify and animate the motion of a machine through a world.
 
-    SCENARIO is a TOML file, the name of a built-in scenario (`plan list` names them), or an
-    environment of the benchmark dynobench, a YAML file.
+    SCENARIO is a TOML file, the name of a built-in scenario (`plan list` names them), an
+    environment of the benchmark dynobench, a YAML file, or a problem of OMPL.app, a .cfg file.
     """
 
 

@@ -10,6 +10,7 @@ from typing import Any, TypeVar
 from kinolab.arguments import require_fit
 from kinolab.dynamics import Model
 from kinolab.errors import InputError, Mistake
+from kinolab.loading.foreign_files import read_any
 from kinolab.loading.kept_machines import ScenarioMachine, with_limits
 from kinolab.loading.state_arrays import state_arrays
 from kinolab.loading.tables import read_table
@@ -23,8 +24,7 @@ from kinolab.loading.well_posed import (
     planner_issues,
 )
 from kinolab.problem import PlanningTask
-from kinolab.scenario import Issue, ObstacleEntry, Scenario, mistake_at, read_scenario
-from kinolab.scenario.dynobench import is_environment, read_environment
+from kinolab.scenario import Issue, ObstacleEntry, Scenario, mistake_at
 from kinolab.world import (
     Obstacle,
     World,
@@ -40,7 +40,7 @@ T = TypeVar("T")
 
 
 def load(source: str | Path | Mapping[str, Any], *, overrides: Sequence[str] = ()) -> PlanningTask:
-    """Read a scenario, as a file or a table, or an environment of dynobench; build its problem.
+    """Read a scenario, as a file or a table, or a file of another tool; build its problem.
 
     Raises:
         InputError: With every mistake that was found.
@@ -48,8 +48,7 @@ def load(source: str | Path | Mapping[str, Any], *, overrides: Sequence[str] = (
     require_fit("load source", str | Path | Mapping[str, Any], source)
     if isinstance(source, Mapping):
         return built(*read_table(source, overrides=overrides))
-    read = read_environment if is_environment(source) else read_scenario
-    return built(*read(source, overrides=overrides))
+    return built(*read_any(source, overrides=overrides))
 
 
 def built(

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from kinolab import systems
 from kinolab.errors import InputError, Mistake, UnknownNameError
+from kinolab.loading.foreign_files import is_foreign, read_any
 from kinolab.scenario import (
     Scenario,
     builtin_scenarios,
@@ -17,7 +18,6 @@ from kinolab.scenario import (
     scenario_from,
     sound,
 )
-from kinolab.scenario.dynobench import is_environment, read_environment
 from kinolab.scenario.user_code import blamed, python_reference, run_file
 from kinolab.scenario.values import ROBOT_FORMATS, ROBOT_ONLY
 
@@ -93,8 +93,8 @@ def find_system(scenario: Scenario) -> System:
 
 def _named_scenario(what: str, overrides: Sequence[str] = ()) -> Scenario | None:
     """Return the scenario that a text names, None where it can only name a machine."""
-    if is_environment(what):
-        return sound(*read_environment(what, overrides=overrides))
+    if is_foreign(what):
+        return sound(*read_any(what, overrides=overrides))
     if what.endswith(".toml") or what in builtin_scenarios():
         return load_scenario(what, overrides=overrides)
     return None

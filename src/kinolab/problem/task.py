@@ -89,6 +89,11 @@ class PlanningTask:
         return self.scenario.name
 
     @property
+    def notes(self) -> tuple[str, ...]:
+        """Sentences about how the scenario was read and what is normal, good to know."""
+        return (*self.scenario.origin.notes, *self.world.notes)
+
+    @property
     def system(self) -> Mechanism:
         """The machine as it is described, with its full input limits; described on demand."""
         return (self.whole or self.model).system

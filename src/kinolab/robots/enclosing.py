@@ -22,7 +22,7 @@ LEAST_EDGE = 1e-4  # [m] of a box around a flat mesh
 def enclosing_shape(points: Array) -> PlacedShape:
     """Return the smaller one of a box and a capsule around points (n, 3) in [m]."""
     own = np.eye(3)
-    for turn in (_principal_axes(points), np.eye(3)):
+    for turn in (principal_axes(points), np.eye(3)):
         if _box_volume(points @ turn) <= 0.98 * _box_volume(points @ own):
             own = turn
     box = _box(points, own)
@@ -32,7 +32,7 @@ def enclosing_shape(points: Array) -> PlacedShape:
     return replace(found, enclosed=(points - found.pose[:3, 3]) @ found.pose[:3, :3])
 
 
-def _principal_axes(points: Array) -> Array:
+def principal_axes(points: Array) -> Array:
     """Return the principal axes of points (n, 3) as columns of a rotation matrix (3, 3)."""
     axes = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)[2].T
     return axes if np.linalg.det(axes) > 0 else axes * [1.0, 1.0, -1.0]

@@ -243,7 +243,7 @@ class _Assembly:
             placed = solid.pose
             if still:
                 placed = np.linalg.inv(pose) @ _onto_the_ground(solid.shape, pose @ placed)
-            shape, own = _along_the_axes(solid.shape, placed), replace(solid, pose=placed)
+            shape, own = along_the_axes(solid.shape, placed), replace(solid, pose=placed)
             if shape is None:
                 turned.append(own)
             else:
@@ -403,7 +403,7 @@ def _onto_the_ground(shape: Shape, pose: Array) -> Array:
     return lifted
 
 
-def _along_the_axes(shape: Shape, pose: Array) -> Shape | None:
+def along_the_axes(shape: Shape, pose: Array) -> Shape | None:
     """Return a shape along the axes of the frame of its pose (4, 4), None if it is oblique."""
     turn = np.where(np.abs(pose[:3, :3]) < ALIGNED, 0.0, pose[:3, :3])
     at = tuple(pose[:3, 3].tolist())

@@ -59,7 +59,7 @@ def report_of(
             check_to_json(check) for check in (certificate.checks if certificate else ())
         ],
         "margin": margin_to_json(certificate),
-        "notes": list(problem.world.notes),
+        "notes": list(problem.notes),
         "warnings": [*problem.world.warnings, *rest_warnings(problem), *plan.warnings],
         "diagnosis": {"rejections": plan.rejections},
         "certificate": certified,

@@ -12,7 +12,7 @@ from kinolab.errors import InputError, Mistake, printable
 from kinolab.scenario.toml_text import shortened
 
 SIZE_LIMIT = 1_000_000  # [bytes]
-ENDINGS = (".toml", ".yaml", ".yml")  # of paths, with or without a folder before them
+ENDINGS = (".toml", ".yaml", ".yml", ".cfg")  # of paths, with or without a folder before them
 
 
 def builtin_scenarios() -> dict[str, Path]:

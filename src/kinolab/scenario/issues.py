@@ -56,8 +56,10 @@ class Origin:
         file: Its path, below whose folder relative paths start.
         overrides: What was changed since it was read.
         machine: The machine, where Python gave it as an object; [system] then names none.
+        notes: Sentences on what was read otherwise than a file says it.
     """
 
     file: Path = field(default=Path("scenario.toml"), compare=False)
     overrides: tuple[Override, ...] = field(default=(), compare=False)
     machine: System | None = field(default=None, compare=False)
+    notes: tuple[str, ...] = field(default=(), compare=False)

@@ -119,10 +119,11 @@ def check_changed(
     if issues:
         scenario = parse_partially(document, issues, origin)
     mistakes += [mistake_at(issue, origin) for issue in issues]
-    return scenario, _readable(mistakes, origin)
+    return scenario, readable(mistakes, origin)
 
 
-def _readable(mistakes: list[Mistake], origin: Origin) -> list[Mistake]:
+def readable(mistakes: list[Mistake], origin: Origin) -> list[Mistake]:
+    """Return mistakes, or the first of very many."""
     if len(mistakes) < MISTAKE_LIMIT:
         return mistakes
     rest = Mistake(origin.file.name, "there may be more mistakes than these.", "Mend these first.")

@@ -114,7 +114,7 @@ def command(
     folder = out or Path("runs") / problem.name
     require_place(folder)
     earlier = written_at(folder)
-    for note in problem.world.notes:
+    for note in problem.notes:
         progress(f"note: {note}", lasting=not quiet)
     for warning in _warnings(problem, folder):
         progress(f"warning: {warning}", lasting=True)

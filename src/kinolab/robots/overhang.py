@@ -1,0 +1,68 @@
+"""How far solids stand out of the mesh that they enclose."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinolab.dynamics.language.shapes import Box, Capsule, Shape
+from kinolab.numerics.arrays import Array
+from kinolab.robots.kinematic_tree import PlacedShape
+from kinolab.world.geometry import triangles as triangles_of
+
+SPACING = 0.01  # of points on surfaces, as a share of the mesh's size
+MOST_ACROSS = 50  # points along an edge
+
+
+def overhang(triangles: Array, within: Array, solids: Sequence[PlacedShape]) -> float:
+    """Return how far solids stand out of triangles at most, in [m], to 2 % of their size or so.
+
+    That is the largest distance from the mesh, inside included, to a point on one solid and in no
+    other one.
+
+    Args:
+        triangles: Corners, shape (n, 3, 3), in [m].
+        within: Points inside the mesh, shape (m, 3), in [m].
+        solids: Boxes and capsules around them.
+    """
+    from scipy.spatial import KDTree  # late: only what is enclosed asks
+
+    spacing = SPACING * float(np.linalg.norm(np.ptp(triangles.reshape(-1, 3), axis=0)))
+    near = KDTree(np.concatenate([*_points_on(triangles, spacing), within]))
+    farthest = 0.0
+    for solid in solids:
+        vertices, faces = triangles_of(solid.shape)
+        points = np.concatenate([*_points_on(vertices[faces], spacing)])
+        points = points @ solid.pose[:3, :3].T + solid.pose[:3, 3]
+        for other in solids:
+            if other is not solid:
+                own = (points - other.pose[:3, 3]) @ other.pose[:3, :3]
+                points = points[~_within(other.shape, own, spacing)]
+        if len(points):
+            farthest = max(farthest, float(near.query(points)[0].max()))
+    return farthest
+
+
+def _points_on(triangles: Array, spacing: float) -> Iterator[Array]:
+    """Yield points (m, 3) on triangles (n, 3, 3), about so far from each other."""
+    edges = np.linalg.norm(triangles - np.roll(triangles, 1, axis=1), axis=2).max(axis=1)
+    across = np.clip(np.ceil(edges / spacing), 1, MOST_ACROSS).astype(int)
+    for count in np.unique(across):
+        i, j = (part.reshape(-1) for part in np.mgrid[: count + 1, : count + 1])
+        first, second = (part[i + j <= count] / count for part in (i, j))
+        weights = np.stack([first, second, 1.0 - first - second], axis=1)
+        yield (weights @ triangles[across == count]).reshape(-1, 3)
+
+
+def _within(shape: Shape, points: Array, slack: float) -> NDArray[np.bool_]:
+    """Return which points (n, 3) of its frame are in a box or in a capsule along z, or so near."""
+    if isinstance(shape, Box):
+        half = np.array([shape.x, shape.y, shape.z], dtype=float) / 2
+        return np.asarray((np.abs(points) <= half + slack).all(axis=1))
+    assert isinstance(shape, Capsule)
+    half_length = float(shape.length) / 2
+    along = np.clip(points[:, 2], -half_length, half_length)
+    apart = np.hypot(np.hypot(points[:, 0], points[:, 1]), points[:, 2] - along)
+    return np.asarray(apart <= float(shape.radius) + slack)
