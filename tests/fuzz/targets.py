@@ -227,6 +227,44 @@ def read_dynobench(data: bytes) -> None:
             built(scenario, mistakes)
 
 
+@_target(
+    mutation.of_bytes(
+        b"[problem]", b"[planner]", b"[benchmark]", b"robot = bar.obj", b"world = bar.stl", b"../",
+        b"control = ", b"kinematic_car", b"dynamic_car", b"blimp", b"quadrotor", b"start.",
+        b"goal.", b"axis.x", b"theta", b"volume.min.x", b"statespace = dubins", b"nan",
+        b"turningradius", b"1e999", b"threshold", b"rrt.goal_bias", b"problem.", b"#", b"=", b"\n",
+    ),
+    "scenario", "robots", "loading",
+)  # fmt: skip
+def read_omplapp(data: bytes) -> None:
+    """A problem file of OMPL.app, beside a mesh that is read."""
+    from kinolab.loading.omplapp_problem import read_problem_file
+
+    _put("omplapp/bar.obj", (CORPUS / "mesh_obj" / "quads").read_bytes())
+    with suppress(InputError):
+        scenario, mistakes = read_problem_file(_put("omplapp/problem.cfg", data))
+        _told(mistakes)
+        assert scenario is None or scenario.origin.machine is not None
+
+
+@_target(
+    mutation.of_bytes(b"<node>", b"</node>", b"<p>", b"NORMAL", b"-1 ", b"9e9", b"Z_UP"), "robots"
+)
+def read_robot_mesh(data: bytes) -> None:
+    """A mesh of a robot of OMPL.app: where its centre is, and the solids around it."""
+    from kinolab.loading.omplapp_problem import read_problem_file
+
+    _put("robot_mesh/robot.dae", data)
+    _put("robot_mesh/world.obj", (CORPUS / "mesh_obj" / "quads").read_bytes())
+    text = (
+        (CORPUS / "omplapp" / "planar").read_text().replace("robot = bar.obj", "robot = robot.dae")
+    )
+    text = text.replace("world = bar.obj", "world = world.obj")
+    with suppress(InputError):
+        _, mistakes = read_problem_file(_put("robot_mesh/problem.cfg", text.encode()))
+        _told(mistakes)
+
+
 # --- machines ---
 
 WORDS = (

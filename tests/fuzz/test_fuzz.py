@@ -201,6 +201,7 @@ WORST: dict[str, tuple[str, Callable[[], bytes]]] = {
     "arrays": ("search_npz", lambda: archive("(8300000, 6)", "<f8", 8_300_000 * 48)),
     "scenario": ("scenario", lambda: OPEN.encode() + b"[x]\na = [" + b"{}," * 330_000 + b"]"),
     "environment": ("dynobench", lambda: b"[" + b"1," * 149_000 + b"]"),
+    "problem": ("omplapp", lambda: b"[problem]\n" + b"a=\n" * 9_999),
     "machine": ("machine", lambda: b"[" + b"{}," * 660_000 + b"{}]"),
     "study": ("study", lambda: b"a = [" + b"{}," * 330_000 + b"]"),
     "row": ("journal", lambda: b"[" + b"{}," * 333_000 + b"{}]\n"),

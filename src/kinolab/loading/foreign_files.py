@@ -29,7 +29,7 @@ def read_any(source: str | Path, *, overrides: Sequence[str] = ()) -> Read:
     if is_environment(source):
         return read_environment(source, overrides=overrides)
     if is_problem_file(source):
-        from kinolab.loading.problem_files import read_problem_file  # late: few files are of it
+        from kinolab.loading.omplapp_problem import read_problem_file  # late: few files are of it
 
         return read_problem_file(source, overrides=overrides)
     return read_scenario(source, overrides=overrides)

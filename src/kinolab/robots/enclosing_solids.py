@@ -18,11 +18,10 @@ from kinolab.robots.kinematic_tree import PlacedShape
 
 MOST_SOLIDS = 24  # each is asked about in every pose
 LEAST_SAVING = 0.01  # of the volume of all solids, by every further one
-PADDING = 0.01  # of the mesh's size, around each solid: what is flat takes room, too
 DEPTH = 6  # of cuts within cuts
 CUTS = 9  # places of a cut along each axis, between the ends
 MOST_CORNERS = 12  # coordinates of corners that are tried as such; more are taken evenly
-MOST_LOOKED_AT = 2000  # triangles that say where to cut; all are cut there
+MOST_LOOKED_AT = 1000  # triangles that say where to cut; all are cut there
 
 
 @dataclass
@@ -51,7 +50,9 @@ class _Piece:
         return (self.volume - sum(leaf.volume for leaf in leaves)) / (len(leaves) - 1)
 
 
-def enclosing_solids(triangles: Array, within: Array, most: int = MOST_SOLIDS) -> list[PlacedShape]:
+def enclosing_solids(
+    triangles: Array, within: Array, padding: float, most: int = MOST_SOLIDS
+) -> list[PlacedShape]:
     """Return boxes and capsules around triangles, each around what lies on its side of cuts.
 
     Every point of every triangle is in one of them. What is full is not cut to save what is inside.
@@ -59,11 +60,11 @@ def enclosing_solids(triangles: Array, within: Array, most: int = MOST_SOLIDS) -
     Args:
         triangles: Corners, shape (n, 3, 3), in [m].
         within: Points inside the mesh, shape (m, 3), in [m].
+        padding: Added to the edges of a solid, in [m]: what is flat takes room, too. The larger it
+            is, the fewer solids there are, as a rule.
         most: Solids that are returned at most.
     """
-    corners = triangles.reshape(-1, 3)
     triangles = np.concatenate([triangles, np.repeat(within[:, None], 3, axis=1)])
-    padding = PADDING * float(np.linalg.norm(np.ptp(corners, axis=0)))
     whole = _cut_up(triangles, padding, DEPTH)
     while cut := whole.cut_pieces():
         weakest = min(cut, key=_Piece.saving)

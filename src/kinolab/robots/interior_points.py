@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from kinolab.numerics.arrays import Array
 
 ACROSS = 16  # points along each edge of the box around a mesh
-OFF = 0.4142  # of a point in its cell, so that lines through points meet no edge of a box
+OFF = np.array([0.41, 0.53, 0.44])  # of points in their cells: lines meet no edges and diagonals
 CHUNK = 2000  # triangles that are looked at together
 
 

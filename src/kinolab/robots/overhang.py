@@ -9,11 +9,26 @@ from numpy.typing import NDArray
 
 from kinolab.dynamics.language.shapes import Box, Capsule, Shape
 from kinolab.numerics.arrays import Array
+from kinolab.robots.enclosing_solids import enclosing_solids
 from kinolab.robots.kinematic_tree import PlacedShape
 from kinolab.world.geometry import triangles as triangles_of
 
 SPACING = 0.01  # of points on surfaces, as a share of the mesh's size
+PADDINGS = (0.02, 0.01)  # that are tried, as shares of it
 MOST_ACROSS = 50  # points along an edge
+
+
+def closest_solids(triangles: Array, within: Array) -> tuple[list[PlacedShape], float]:
+    """Return solids around triangles, and how far they stand out: of several tries the least.
+
+    Args:
+        triangles: Corners, shape (n, 3, 3), in [m].
+        within: Points inside the mesh, shape (m, 3), in [m].
+    """
+    size = float(np.linalg.norm(np.ptp(triangles.reshape(-1, 3), axis=0)))
+    tries = [enclosing_solids(triangles, within, share * size) for share in PADDINGS]
+    found = [(solids, overhang(triangles, within, solids)) for solids in tries]
+    return min(found, key=lambda pair: pair[1])
 
 
 def overhang(triangles: Array, within: Array, solids: Sequence[PlacedShape]) -> float:

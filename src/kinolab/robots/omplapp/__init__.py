@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from kinolab.robots.omplapp import rigid_machines
+from kinolab.robots.omplapp.parts import parts_of
 from kinolab.robots.omplapp.placed_mesh import PlacedMesh
 
-__all__ = ["PlacedMesh", "rigid_machines"]
+__all__ = ["PlacedMesh", "parts_of"]

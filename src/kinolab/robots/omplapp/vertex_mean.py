@@ -8,6 +8,7 @@ Source: assimp 5.4, code/PostProcessing/JoinVerticesProcess.cpp.
 from __future__ import annotations
 
 import io
+import warnings
 from collections.abc import Iterator, Sequence
 
 import numpy as np
@@ -34,18 +35,20 @@ def mean_in_collada(content: bytes) -> Array:
         content: Of the file; the mean is in its unit and axes.
     """
     collada = library_of("collada", "collada", "DAE files are read by pycollada")
-    file = collada.Collada(io.BytesIO(content), ignore=[collada.common.DaeError])
-    parts = [
-        part.triangleset() if hasattr(part, "triangleset") else part
-        for geometry in file.scene.objects("geometry")
-        for part in geometry.primitives()
-    ]
     kind = collada.triangleset.BoundTriangleSet
-    places = [
-        _distinct(part.vertex[part.vertex_index.reshape(-1)], [*_looks(part)])
-        for part in parts
-        if isinstance(part, kind) and part.vertex is not None and len(part.vertex_index)
-    ]
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        file = collada.Collada(io.BytesIO(content), ignore=[collada.common.DaeError])
+        parts = [
+            part.triangleset() if hasattr(part, "triangleset") else part
+            for geometry in file.scene.objects("geometry")
+            for part in geometry.primitives()
+        ]
+        places = [
+            _distinct(part.vertex[part.vertex_index.reshape(-1)], [*_looks(part)])
+            for part in parts
+            if isinstance(part, kind) and part.vertex is not None and len(part.vertex_index)
+        ]
     mean: Array = np.concatenate(places).mean(axis=0)
     return mean
 

@@ -4,13 +4,18 @@ Source: github.com/ompl/omplapp, benchmark/BenchmarkOptions.cpp and gui/ompl_app
 """
 
 from kinolab.scenario.omplapp.cfg_text import CfgFile, CfgValue
-from kinolab.scenario.omplapp.problem_file import Pose, ProblemFile, is_problem_file, read_problem
+from kinolab.scenario.omplapp.problem_file import (
+    CfgPose,
+    ProblemFile,
+    is_problem_file,
+    read_problem,
+)
 from kinolab.scenario.omplapp.wanted_planner import WantedPlanner
 
 __all__ = [
     "CfgFile",
+    "CfgPose",
     "CfgValue",
-    "Pose",
     "ProblemFile",
     "WantedPlanner",
     "is_problem_file",

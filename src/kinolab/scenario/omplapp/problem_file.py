@@ -30,7 +30,7 @@ LEAST_AXIS = 1e-9  # length of an axis that says which way it points
 
 
 @dataclass(frozen=True)
-class Pose:
+class CfgPose:
     """Where a robot is.
 
     Attributes:
@@ -75,8 +75,8 @@ class ProblemFile:
     world: CfgValue
     control: str
     space: str
-    start: Pose
-    goal: Pose
+    start: CfgPose
+    goal: CfgPose
     volume: tuple[tuple[float, ...], ...]
     threshold: float | None
     radius: float
@@ -164,8 +164,12 @@ def _require(file: CfgFile, table: dict[str, CfgValue], *, spatial: bool) -> Non
         absent = [key for key in wanted if key not in table]
         if absent:
             where = "space" if spatial else "the plane"
-            what = f"[problem] {', '.join(absent)} is missing."
+            what = f"[problem] {_listed(absent)} missing."
             file.missing(what, f"In {where}, give {', '.join(wanted)}.")
+
+
+def _listed(keys: list[str]) -> str:
+    return f"{', '.join(keys)} {'is' if len(keys) == 1 else 'are'}"
 
 
 def _control(file: CfgFile, table: dict[str, CfgValue], *, spatial: bool) -> str:
@@ -186,7 +190,7 @@ def _pose(
     end: str,
     *,
     spatial: bool,
-) -> Pose | None:
+) -> CfgPose | None:
     """Return start or goal, None where numbers are missing."""
     place = [numbers[f"{end}.{axis}"] for axis in (AXES if spatial else AXES[:2])]
     angle = numbers[f"{end}.theta"]
@@ -200,7 +204,7 @@ def _pose(
         file.wrong(wrong, "the axis is 0, 0, 0.", "1, 0, 0 points along x.")
         return None
     unit = (x / length, y / length, z / length) if length >= LEAST_AXIS else (0.0, 0.0, 1.0)
-    return Pose(tuple(float(entry or 0.0) for entry in place), angle, unit)
+    return CfgPose(tuple(float(entry or 0.0) for entry in place), angle, unit)
 
 
 def _volume(
@@ -214,7 +218,7 @@ def _volume(
     if not given:
         return ()
     if absent:
-        what = f"{', '.join(absent)} is missing."
+        what = f"{_listed(absent)} missing."
         file.wrong(table[given[0]], what, "Give all limits, or none: then the world decides.")
         return ()
     low, high = ([numbers[f"volume.{end}.{axis}"] for axis in axes] for end in ("min", "max"))

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import TypeAlias
 
 import sympy
 
@@ -34,26 +35,25 @@ from kinolab.dynamics import (
     zero,
 )
 from kinolab.dynamics.language.frames import Frame
-from kinolab.robots.constant_frames import constant_frame
-from kinolab.robots.kinematic_tree import PlacedShape
-from kinolab.robots.robot_machine import along_the_axes
+from kinolab.dynamics.language.shapes import Shape
 
-Solids = Sequence[PlacedShape]
+Part: TypeAlias = tuple[Frame, Sequence[Shape]]  # shapes along the axes of a frame in the body
+Parts: TypeAlias = Sequence[Part]  # the first one's frame is the body's own
 NAME = "robot"  # of the body
 
 
-def planar_body(solids: Solids, speed: float, turning: float) -> System:
+def planar_body(parts: Parts, speed: float, turning: float) -> System:
     """Return a rigid body in the plane whose velocities are its inputs.
 
     Args:
-        solids: Its shape about the point that its coordinates are of.
+        parts: Its shape about the point that its coordinates are of.
         speed: Largest magnitude of the rates of x and y, in [m/s].
         turning: Largest turn rate, in [rad/s].
     """
     x, y, theta = length("x"), length("y"), angle("theta")
     return System(
         "planar_body",
-        bodies=_bodies(move(x, y) @ rot_z(theta), solids),
+        bodies=_bodies(move(x, y) @ rot_z(theta), parts),
         inputs=[
             Rate("vx", on=x, limit=speed),
             Rate("vy", on=y, limit=speed),
@@ -62,11 +62,11 @@ def planar_body(solids: Solids, speed: float, turning: float) -> System:
     )
 
 
-def free_body(solids: Solids, speed: float, turning: float) -> System:
+def free_body(parts: Parts, speed: float, turning: float) -> System:
     """Return a rigid body in space whose velocities are its inputs.
 
     Args:
-        solids: Its shape about the point that its coordinates are of.
+        parts: Its shape about the point that its coordinates are of.
         speed: Largest magnitude of the rates of x, y and z, in [m/s].
         turning: Largest magnitude of the turn rates about its own axes, in [rad/s].
     """
@@ -75,7 +75,7 @@ def free_body(solids: Solids, speed: float, turning: float) -> System:
     V = velocity(frame)
     return System(
         "free_body",
-        bodies=_bodies(frame, solids),
+        bodies=_bodies(frame, parts),
         inputs=[
             *(Rate(f"v{q.name}", on=q, limit=speed) for q in place),
             *(Rate(f"w{k}", on=on, limit=turning) for k, on in zip("xyz", V.angular, strict=True)),
@@ -84,7 +84,7 @@ def free_body(solids: Solids, speed: float, turning: float) -> System:
 
 
 def kinematic_car(
-    solids: Solids,
+    parts: Parts,
     speed: tuple[float, float] = (-5.0, 5.0),
     steering: float = math.pi / 6,
     wheelbase: float = 1.0,
@@ -94,7 +94,7 @@ def kinematic_car(
     It is theta_dot = v tan(phi) / L, as neither axle slips sideways.
 
     Args:
-        solids: Its shape about the middle of the rear axle.
+        parts: Its shape about the middle of the rear axle.
         speed: Lowest and highest, in [m/s].
         steering: Largest steering angle, in [rad].
         wheelbase: L, in [m].
@@ -107,19 +107,19 @@ def kinematic_car(
     across = front.y * sympy.cos(phi.symbol) - front.x * sympy.sin(phi.symbol)
     return System(
         "kinematic_car",
-        bodies=_bodies(rear, solids),
+        bodies=_bodies(rear, parts),
         constraints=[zero(V.y, "no sideslip behind"), zero(across, "no sideslip in front")],
         inputs=[Rate("v", on=V.x, limit=speed), phi],
     )
 
 
-def dynamic_car(solids: Solids) -> System:
+def dynamic_car(parts: Parts) -> System:
     """Return a car whose acceleration and steering rate are its inputs.
 
     OMPL.app's factor m of the turn rate, which it calls a mass, is 1, and so is the wheelbase.
 
     Args:
-        solids: Its shape about the middle of the rear axle.
+        parts: Its shape about the middle of the rear axle.
     """
     L = parameter("L", 1.0, "m")
     x, y, theta = length("x"), length("y"), angle("theta")
@@ -129,7 +129,7 @@ def dynamic_car(solids: Solids) -> System:
     a, V = Control("a", limit=0.5, unit="m/s^2"), velocity(rear)
     return System(
         "dynamic_car",
-        bodies=_bodies(rear, solids),
+        bodies=_bodies(rear, parts),
         constraints=[
             zero(V.y, "no sideslip behind"),
             zero(velocity(front).y, "no sideslip in front"),
@@ -139,18 +139,18 @@ def dynamic_car(solids: Solids) -> System:
     )
 
 
-def blimp(solids: Solids) -> System:
+def blimp(parts: Parts) -> System:
     """Return a blimp, which floats without drag: a thrust ahead, one upward, a torque about z.
 
     With a mass of 1 kg and a moment of inertia of 1 kg m^2, inputs are the accelerations.
 
     Args:
-        solids: Its shape about its centre of mass.
+        parts: Its shape about its centre of mass.
     """
     x, y, z = (length(name, speed=1.0) for name in "xyz")
     theta = angle("theta", speed=0.2)
     hull = move(x, y, z) @ rot_z(theta)
-    bodies = _bodies(hull, solids, mass=1.0, inertia=1.0)
+    bodies = _bodies(hull, parts, mass=1.0, inertia=1.0)
     return System(
         "blimp",
         bodies=bodies,
@@ -162,19 +162,19 @@ def blimp(solids: Solids) -> System:
     )
 
 
-def quadrotor(solids: Solids) -> System:
+def quadrotor(parts: Parts) -> System:
     """Return a quadrotor whose thrust pushes along minus the z axis of its body.
 
     It hovers upside down. The air's resistance is proportional to its velocity. With moments of
     inertia of 1 kg m^2, its torques are angular accelerations, about the body's axes.
 
     Args:
-        solids: Its shape about its centre of mass.
+        parts: Its shape about its centre of mass.
     """
     m, beta = parameter("m", 1.0, "kg"), parameter("beta", 1.0, "N s/m")
     place = [length(name, speed=1.0) for name in "xyz"]
     R = rotation("R", speed=1.0)
-    bodies = _bodies(move(*place) @ orient(R), solids, mass=m, inertia=1.0)
+    bodies = _bodies(move(*place) @ orient(R), parts, mass=m, inertia=1.0)
     thrust = Control("u0", limit=(5.0, 15.0), unit="N")
     turns = [Control(f"u{k}", limit=1.0, unit="N m") for k in (1, 2, 3)]
     wrench = Wrench(
@@ -192,16 +192,14 @@ def quadrotor(solids: Solids) -> System:
 
 
 def _bodies(
-    frame: Frame, solids: Solids, *, mass: sympy.Expr | float = 0.0, inertia: float = 0.0
+    frame: Frame, parts: Parts, *, mass: sympy.Expr | float = 0.0, inertia: float = 0.0
 ) -> list[Body]:
-    """Return a body with its solids; those that are turned in it are bodies of their own."""
-    placed = [(solid, along_the_axes(solid.shape, solid.pose)) for solid in solids]
-    aligned = [shape for _, shape in placed if shape is not None]
-    turned = [solid for solid, shape in placed if shape is None]
+    """Return a body with its first part; what is turned in it are bodies of their own."""
+    (own, shapes), *turned = parts
     return [
-        Body(NAME, frame, mass=mass, inertia=inertia, shape=aligned),
+        Body(NAME, frame @ own, mass=mass, inertia=inertia, shape=shapes),
         *(
-            Body(f"{NAME} {k}", frame @ constant_frame(solid.pose), shape=solid.shape)
-            for k, solid in enumerate(turned, start=2)
+            Body(f"{NAME} {k}", frame @ part, shape=shapes)
+            for k, (part, shapes) in enumerate(turned, start=2)
         ),
     ]

@@ -14,7 +14,7 @@ from kinolab.loading.tables import OBJECT, Read
 from kinolab.numerics.arrays import Array
 from kinolab.scenario import Origin, apply_overrides, check_changed
 from kinolab.scenario.load import readable
-from kinolab.scenario.omplapp import CfgFile, CfgValue, Pose, ProblemFile, read_problem
+from kinolab.scenario.omplapp import CfgFile, CfgPose, CfgValue, ProblemFile, read_problem
 
 if TYPE_CHECKING:
     from kinolab.dynamics import System
@@ -90,7 +90,7 @@ def _mesh(
     return None
 
 
-def _check_hovering(file: CfgFile, start: Pose, table: dict[str, CfgValue]) -> None:
+def _check_hovering(file: CfgFile, start: CfgPose, table: dict[str, CfgValue]) -> None:
     """Refuse a start from which OMPL.app's quadrotor falls faster than it may.
 
     With its z axis above the horizon, its thrust pushes it down. It cannot turn over before it
@@ -110,16 +110,14 @@ def _check_hovering(file: CfgFile, start: Pose, table: dict[str, CfgValue]) -> N
 def _scenario(
     problem: ProblemFile, robot: PlacedMesh, world: PlacedMesh, path: Path, overrides: Sequence[str]
 ) -> Read:
-    from kinolab.robots.enclosing_solids import enclosing_solids
     from kinolab.robots.interior_points import interior_points
-    from kinolab.robots.overhang import overhang
+    from kinolab.robots.overhang import closest_solids
 
     centre = robot.mean.copy()
     if problem.axes == "xy":  # it keeps its height
         centre[2] = 0.0
     triangles = robot.triangles - centre
-    within = interior_points(triangles)
-    solids = enclosing_solids(triangles, within)
+    solids, reach = closest_solids(triangles, interior_points(triangles))
     low, high = _bounds(problem, world)
     machine = _machine(problem, solids, float((high - low).max()))
     document = {
@@ -136,7 +134,7 @@ def _scenario(
         "planner": _planner(problem),
         "render": {"view": "top" if problem.axes == "xy" else "perspective"},
     }
-    fit = _fit(problem.robot.text, triangles, len(solids), overhang(triangles, within, solids))
+    fit = _fit(problem.robot.text, triangles, len(solids), reach)
     notes = (fit, *_left_out(problem), *problem.notes, *problem.planner.notes)
     applied, mistakes = apply_overrides(document, overrides)
     return check_changed(document, Origin(path, applied, machine, notes), mistakes)
@@ -144,22 +142,24 @@ def _scenario(
 
 def _machine(problem: ProblemFile, solids: Sequence[PlacedShape], edge: float) -> System:
     """Return how the robot moves; freely, it crosses the edge of its volume in CROSSING."""
-    from kinolab.robots.omplapp import rigid_machines
+    from kinolab.robots.omplapp import parts_of
+    from kinolab.systems import _rigid_bodies as machines
 
+    parts = parts_of(solids)
     speed = edge / CROSSING
     if problem.space:
         forward = (0.0 if problem.space == "dubins" else -speed, speed)
-        return rigid_machines.kinematic_car(solids, forward, EDGE, problem.radius)
+        return machines.kinematic_car(parts, forward, EDGE, problem.radius)
     if not problem.control:
-        free = rigid_machines.planar_body if problem.axes == "xy" else rigid_machines.free_body
-        return free(solids, speed, TURNING)
-    driven: dict[str, Callable[[Sequence[PlacedShape]], System]] = {
-        "kinematic_car": rigid_machines.kinematic_car,
-        "dynamic_car": rigid_machines.dynamic_car,
-        "blimp": rigid_machines.blimp,
-        "quadrotor": rigid_machines.quadrotor,
+        free = machines.planar_body if problem.axes == "xy" else machines.free_body
+        return free(parts, speed, TURNING)
+    driven: dict[str, Callable[[machines.Parts], System]] = {
+        "kinematic_car": machines.kinematic_car,
+        "dynamic_car": machines.dynamic_car,
+        "blimp": machines.blimp,
+        "quadrotor": machines.quadrotor,
     }
-    return driven[problem.control](solids)
+    return driven[problem.control](parts)
 
 
 def _bounds(problem: ProblemFile, world: PlacedMesh) -> tuple[Array, Array]:
@@ -208,7 +208,7 @@ def _rotation(problem: ProblemFile) -> str:
     return "theta" if problem.axes == "xy" or problem.control == "blimp" else "R"
 
 
-def _heading(pose: Pose) -> float:
+def _heading(pose: CfgPose) -> float:
     """Return the angle about z of what is left of a rotation where it stays level."""
     _, _, z, w = pose.quaternion
     return pose.angle if len(pose.place) == 2 else 2.0 * math.atan2(z, w)
