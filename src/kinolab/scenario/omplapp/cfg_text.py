@@ -67,7 +67,8 @@ class CfgFile:
         for value in self.sections.get(section, []):
             if value.key not in known and not value.key.startswith(tuple(beginnings)):
                 unknown = unknown_name("key", printable(value.key)[:60], known=known)
-                self.wrong(value, unknown.what, unknown.remedy)
+                near, _, every = unknown.remedy.partition(" Known: ")  # there are thirty
+                self.wrong(value, unknown.what, near if every else unknown.remedy)
 
     def number(self, value: CfgValue | None, *, positive: bool = False) -> float | None:
         """Return a finite number, None where there is none."""
