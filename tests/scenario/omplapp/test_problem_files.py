@@ -255,9 +255,8 @@ def test_several_planners_leave_the_choice_to_kinolab(tmp_path: Path) -> None:
     assert (name, notes) == (
         "auto",
         (
-            "kinolab has no planner sbl; of their kind it has kpiece_fast.",
-            "The file compares planners. It has est, rrt, prm_geometric. "
-            "--planner NAME takes one of them.",
+            "kinolab has no sbl, prm here; kpiece_fast works instead.",
+            "The file compares planners. kinolab has est, rrt. --planner NAME takes one of them.",
         ),
     )
 
@@ -266,13 +265,11 @@ def test_a_planner_that_is_not_here_is_told(tmp_path: Path) -> None:
     name, notes = notes_on(tmp_path, "rrtstar")
     assert (name, notes) == (
         "auto",
-        ("kinolab has no planner rrtstar; of their kind it has ao_rrt.",),
+        ("kinolab has no rrtstar here; ao_rrt works instead.",),
     )
 
 
-@pytest.mark.parametrize(
-    ("theirs", "ours"), [("prm", "prm_geometric"), ("SycLOPrrt", "syclop_rrt")]
-)
+@pytest.mark.parametrize(("theirs", "ours"), [("pdst", "pdst"), ("SycLOPrrt", "syclop_rrt")])
 def test_planners_that_both_have_are_taken(theirs: str, ours: str, tmp_path: Path) -> None:
     assert notes_on(tmp_path, theirs) == (ours, ())
 
