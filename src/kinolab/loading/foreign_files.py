@@ -8,12 +8,18 @@ from pathlib import Path
 from kinolab.loading.tables import Read
 from kinolab.scenario import read_scenario
 from kinolab.scenario.dynobench import is_environment, read_environment
-from kinolab.scenario.omplapp import is_problem_file
+
+PROBLEM_SUFFIX = ".cfg"
 
 
 def is_foreign(source: str | Path) -> bool:
     """Whether a path is one of an environment of dynobench or a problem of OMPL.app."""
-    return is_environment(source) or is_problem_file(source)
+    return is_environment(source) or is_problem(source)
+
+
+def is_problem(source: str | Path) -> bool:
+    """Whether a path is one of a problem of OMPL.app."""
+    return Path(source).suffix.lower() == PROBLEM_SUFFIX
 
 
 def read_any(source: str | Path, *, overrides: Sequence[str] = ()) -> Read:
@@ -28,7 +34,7 @@ def read_any(source: str | Path, *, overrides: Sequence[str] = ()) -> Read:
     """
     if is_environment(source):
         return read_environment(source, overrides=overrides)
-    if is_problem_file(source):
+    if is_problem(source):
         from kinolab.loading.omplapp_problem import read_problem_file  # late: few files are of it
 
         return read_problem_file(source, overrides=overrides)

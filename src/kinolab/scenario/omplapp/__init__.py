@@ -4,12 +4,7 @@ Source: github.com/ompl/omplapp, benchmark/BenchmarkOptions.cpp and gui/ompl_app
 """
 
 from kinolab.scenario.omplapp.cfg_text import CfgFile, CfgValue
-from kinolab.scenario.omplapp.problem_file import (
-    CfgPose,
-    ProblemFile,
-    is_problem_file,
-    read_problem,
-)
+from kinolab.scenario.omplapp.problem_file import CfgPose, ProblemFile, read_problem
 from kinolab.scenario.omplapp.wanted_planner import WantedPlanner
 
 __all__ = [
@@ -18,6 +13,5 @@ __all__ = [
     "CfgValue",
     "ProblemFile",
     "WantedPlanner",
-    "is_problem_file",
     "read_problem",
 ]

@@ -10,7 +10,6 @@ from kinolab.scenario.file_lookup import read_text
 from kinolab.scenario.omplapp.cfg_text import CfgFile, CfgValue, cfg_file
 from kinolab.scenario.omplapp.wanted_planner import WantedPlanner, wanted_planner
 
-SUFFIX = ".cfg"
 SECTIONS = ("problem", "benchmark", "planner")
 AXES, ENDS = "xyz", ("start", "goal")
 PLANAR_CONTROLS = ("kinematic_car", "dynamic_car")
@@ -88,11 +87,6 @@ class ProblemFile:
     def axes(self) -> str:
         """The directions in which it moves: ``xy`` or ``xyz``."""
         return AXES[: len(self.start.place)]
-
-
-def is_problem_file(source: str | Path) -> bool:
-    """Whether a path is one of a problem file, by its ending."""
-    return Path(source).suffix.lower() == SUFFIX
 
 
 def read_problem(path: Path) -> tuple[ProblemFile | None, CfgFile]:
