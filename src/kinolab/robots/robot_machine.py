@@ -299,6 +299,7 @@ class _Assembly:
         self._bodies.append(site)
         self._inputs.append(control)
         self._efforts.append(Wrench(on=site, force=(fx, fy, fz), torque=(tx, ty, tz)))
+
     def _add_closure(self, closure: Closure, at: Mapping[str, tuple[_Part, Array]]) -> None:
         """Add the constraints that close a loop."""
         ends = (closure.first, closure.first_pose), (closure.second, closure.second_pose)

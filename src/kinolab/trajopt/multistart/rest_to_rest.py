@@ -146,7 +146,6 @@ def _motion(
     problem: PlanningTask, curve: LegCurve, profile: Profile, duration: float, times: Array
 ) -> tuple[Array, Array]:
     """Return states (m, nx) and inputs (m, nu) at fractions of a duration."""
-    model = problem.model
     s, speed, gain = profile.at(times)
     q, v, slope = curve.at(s)
     speed, gain = (speed / duration)[:, None], (gain / duration**2)[:, None]
