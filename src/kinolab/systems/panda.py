@@ -77,9 +77,9 @@ def panda() -> System:
     """Seven motors move a can that a hand holds; all of them have limited torques.
 
     Angles q1 to q7 are the robot's own. The can is upright where the hand points forwards and down
-    by 45 degrees. Its mass is the parameter ``payload``; the arm may carry 3 kg. Planners choose the
-    joints' speeds, as users of the robot's own interface may do; torques within the limits follow
-    them, and hold the arm against gravity.
+    by 45 degrees. Its mass is the parameter ``payload``; the arm may carry 3 kg. Planners choose
+    the joints' speeds, as users of the robot's own interface may do; torques within the limits
+    follow them, and hold the arm against gravity.
 
     Source: Gaz, Cognetti, Oliva, Robuffo Giordano, De Luca, Dynamic identification of the Franka
     Emika Panda robot with retrieval of feasible parameters using penalty-based optimization, IEEE

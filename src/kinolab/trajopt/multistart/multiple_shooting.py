@@ -187,7 +187,12 @@ class Multistart:
         Raises:
             CancelledError: If the path search is cancelled.
         """
-        guess, block = self._guess()
+        if self._count:  # the first takes the nearest state in the goal
+            self._guesses.aim(lambda x: self._geometric_paths.are_free(x[None]))
+        self._count += 1
+        guess, block = (self._by_computed_torque(), 1) if self._follows_paths else self._guess()
+        if guess is None:
+            return GuessResult(None, GUESS.min_guess_steps)
         patience = GUESS.max_iterations[self._count > len(GUESS.durations)]
         motion = shot(self._problem, guess, block, patience, self._cancelled, hasten=self._hasten)
         return GuessResult(motion, len(guess.u) * block)
@@ -195,15 +200,9 @@ class Multistart:
     def _guess(self) -> tuple[Knots, int]:
         """Return the next guess and its number of steps of the problem per knot interval."""
         guesses, step = self._guesses, self._problem.step
-        if self._count:  # the first takes the nearest state in the goal
-            guesses.aim(lambda x: self._geometric_paths.are_free(x[None]))
-        longer = GUESS.durations[self._count % len(GUESS.durations)]
+        longer = GUESS.durations[(self._count - 1) % len(GUESS.durations)]
         longer *= math.exp(self._generator.uniform(-GUESS.duration_jitter, GUESS.duration_jitter))
-        self._count += 1
-        if math.isfinite(self._below):
-            self._most = self._below * self._generator.uniform(*GUESS.shorter)
-        if self._follows_paths and (given := self._by_computed_torque()) is not None:
-            return given, 1
+        self._draw_longest()
         path = turned_along(self._problem, self._path())
         if self._count % 2:  # the turns of the others are the optimiser's
             path = turned_for_requirements(self._problem, path, guesses.quickest)
@@ -224,6 +223,9 @@ class Multistart:
     def _by_computed_torque(self) -> Knots | None:
         """Return a motion along a free path with a stop at each corner; None if there is none."""
         begin, end = self._guesses.straight()
+        if self._problem.goal_excess(end) > 1.0:
+            return None
+        self._draw_longest()
         paths = self._clear_paths
         if not paths.are_free(np.stack([begin, end])):
             paths = self._geometric_paths
@@ -231,6 +233,11 @@ class Multistart:
         if not paths.is_free(begin, end):
             path = paths.find(begin, end, 1.0, self._short_enough, GUESS.max_branches[1])
         return None if path is None else along_corners(self._problem, path)
+
+    def _draw_longest(self) -> None:
+        """Draw how long a path may take, if there is an incumbent."""
+        if math.isfinite(self._below):
+            self._most = self._below * self._generator.uniform(*GUESS.shorter)
 
     def _path(self) -> Array:
         """Return a free path that is short enough, or a random detour; shape (m, nx).
