@@ -164,7 +164,7 @@ class _Multistart:
         except CancelledError:
             return None
         self._count += 1
-        return None if motion is None else motion.u
+        return None if motion is None else motion.inputs
 
     def _begin_turn(self, tree: AbstractTreeExtension) -> None:
         """Let the guess, or the next one, go on beside the trees.

@@ -64,4 +64,4 @@ def _result(problem: PlanningTask, motion: Trajectory | None, budget: Budget) ->
         outcome = Outcome.INTERRUPTED if budget.interrupted else Outcome.NOT_FOUND
         nothing = np.zeros((0, problem.model.nu))
         return SearchResult(outcome, np.zeros(1), nothing, budget.iterations)
-    return SearchResult(Outcome.SOLVED, motion.t, motion.u, budget.iterations)
+    return SearchResult(Outcome.SOLVED, motion.t, motion.inputs, budget.iterations)

@@ -8,11 +8,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import kinolab
 from kinolab import planners
 from kinolab.concurrency.cancel import never_cancelled
 from kinolab.problem import PlanningTask
+from kinolab.problem.kinematic_task import follows_every_path
 from kinolab.search import Budget, Outcome
 from kinolab.trajopt.multistart.multiple_shooting import Multistart
+from tests.feedback_machines import cart_pole
 from tests.planners.test_planners import bits
 from tests.support import problem_of
 from tests.trajopt.multistart.test_geometric_path import door, hall
@@ -89,3 +92,41 @@ def test_the_budget_says_below_which_duration_a_guess_is_worth_it(tmp_path: Path
     assert other is not None
     assert np.array_equal(found.u, expected.u)
     assert not np.array_equal(found.u, other.u)
+
+
+def test_what_a_guess_asks_of_feedback_are_references() -> None:
+    """Not the plant's inputs, which are of another unit: the pole would fall at once."""
+    problem = kinolab.load(
+        {
+            "system": cart_pole(),
+            "bounds": {"x": [-4.0, 4.0]},
+            "goal": {"x": 2.0, "at_rest": True, "tolerance": 0.05},
+            "integration": {"step": 0.05},
+        }
+    )
+    found = problem.solve(planner="shooting", seed=1, max_iterations=20, optimize=False)
+    assert found.status == "solved"
+    assert found.goal_distance < 1e-4  # the goal as it was found, with step errors
+
+
+def test_an_arm_follows_a_free_path_from_corner_to_corner() -> None:
+    """It stands still at its corners, and inputs are within limits before anything is optimised."""
+    problem = kinolab.load("panda_shelves")
+    multistart = Multistart(problem, 80, 1, never_cancelled)
+    assert follows_every_path(problem)
+    guess = multistart._by_computed_torque()
+    assert guess is not None
+    low, high = problem.model.control_bounds.T
+    assert ((guess.u >= low) & (guess.u <= high)).all()
+    assert not problem.outside_limits(guess.x).any()
+    assert problem.goal_excess(guess.x[-1]) < 1e-3
+    assert guess.x[-1, 7:] == pytest.approx(np.zeros(7), abs=1e-9)
+    checker = problem.checker()
+    assert checker.first_collision(problem.model.frames(guess.x)) is None
+
+
+def test_machines_that_cannot_follow_every_path_are_told_apart(rotor: PlanningTask) -> None:
+    assert not follows_every_path(rotor)
+    assert not follows_every_path(kinolab.load("five_bar_table"))
+    assert not follows_every_path(kinolab.load("crane_factory"))
+    assert not follows_every_path(kinolab.load("pendulum_swingup"))  # too weak to hold itself

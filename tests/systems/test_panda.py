@@ -52,7 +52,7 @@ def test_accelerations_under_torques_are_pinocchio_s(theirs) -> None:  # type: i
         assert np.abs(own.f(x, u)[7:] - expected).max() <= 1e-9 * np.abs(expected).max()
 
 
-def test_set_points_are_taken_on_at_one_rate_in_every_pose(theirs) -> None:  # type: ignore[no-untyped-def]
+def test_set_points_are_taken_on_at_one_rate_in_every_pose() -> None:
     """From rest joints accelerate by the quickness, and the arm hangs still without set points."""
     own = systems.get("panda").model()
     generator = np.random.default_rng(1)

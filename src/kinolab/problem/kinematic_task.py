@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING
@@ -13,6 +14,7 @@ from kinolab.dynamics import Model
 from kinolab.errors import InputError
 from kinolab.numerics.arrays import Array
 from kinolab.problem.goal import Goal
+from kinolab.problem.static_holding import static_holding
 from kinolab.problem.task import PlanningTask
 from kinolab.scenario import Issue, mistake_at
 
@@ -20,6 +22,7 @@ if TYPE_CHECKING:
     from kinolab.dynamics.language.mechanism import Mechanism
 
 MISSING = "its inputs do not accelerate it along every velocity that the constraints leave"
+HELD_SAMPLES = 10  # random configurations in which a machine must be held
 FULL_RANK = 1e-6  # singular value of the inputs' effect, relative to the largest
 
 
@@ -108,7 +111,22 @@ def follows_every_path(problem: PlanningTask) -> bool:
         and model.nv == model.nq
         and _accelerates_all(problem)
         and _begins_and_ends_at_rest(problem)
+        and all(_is_held(problem, x) for x in _random_configurations(problem))
     )
+
+
+def _random_configurations(problem: PlanningTask) -> Iterator[Array]:
+    generator = np.random.default_rng(0)
+    for _ in range(HELD_SAMPLES):
+        x = problem.sample(generator)
+        x[problem.model.nq :] = 0.0
+        yield x
+
+
+def _is_held(problem: PlanningTask, x: Array) -> bool:
+    """Say whether inputs within their limits hold the machine at a configuration, (nx,)."""
+    held = static_holding(problem, x)
+    return held is not None and held.holds
 
 
 def _told(error: InputError, about: str) -> str:
