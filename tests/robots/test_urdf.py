@@ -193,6 +193,7 @@ def test_all_mistakes_of_a_file_are_named_at_once(tmp_path: Path) -> None:
         (('<origin xyz="0 0 0.5"/><mass', '<origin xyz="0 0 500"/><mass'), "millimetres"),
         (('type="revolute"', 'type="screw"'), "its type is 'screw'"),
         (('radius="0.05"', 'radius="0"'), "Give positive ones."),
+        (('axis xyz="0 2 0"', 'axis xyz="200"'), "its axis is not made of three numbers"),
         (("</robot>", ""), "it is not a URDF file"),
         (("<robot", "<!DOCTYPE r [<!ENTITY a 'b'>]><robot"), "XML entities"),
         (("2.0", "${mass}"), "xacro robot.xacro > robot.urdf"),

@@ -287,6 +287,9 @@ class _LinkReader:
             kind = "fixed"
         pose = np.eye(4) if entry.origin is None else np.asarray(entry.origin, dtype=float)
         axis = np.array([1.0, 0.0, 0.0]) if entry.axis is None else np.asarray(entry.axis, float)
+        if axis.shape != (3,) or not np.isfinite(axis).all():
+            self._wrong("joint", entry.name, "its axis is not made of three numbers.")
+            axis = np.array([1.0, 0.0, 0.0])
         size = float(np.linalg.norm(axis))
         if kind != "fixed" and not (math.isfinite(size) and size > 0.0):
             self._wrong("joint", entry.name, "its axis has no direction.")
