@@ -17,7 +17,7 @@ from types import NoneType, UnionType
 from typing import Any, Literal, TypeVar, Union, get_args, get_origin, get_type_hints
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from kinolab.errors import InputError, Mistake
 
@@ -271,3 +271,22 @@ def _phrases(hint: Any) -> Iterator[str]:
     else:
         name = getattr(hint, "__name__", str(hint))
         yield PHRASES.get(name, f"a {name}")
+
+
+def require_numbers(name: str, values: ArrayLike, shape: tuple[int, ...]) -> NDArray[np.float64]:
+    """Return finite numbers as an array of a shape.
+
+    Raises:
+        InputError: If they are something else.
+    """
+    try:
+        found = np.asarray(values, dtype=float)
+    except (TypeError, ValueError):
+        what = f"it is {type(values).__name__}, and not made of numbers."
+        raise InputError([Mistake(name, what, f"Give an array of shape {shape}.")]) from None
+    if found.shape != shape or not np.isfinite(found).all():
+        what = "it has a number that is not finite."
+        if found.shape != shape:
+            what = f"it has shape {found.shape}; it must be {shape}."
+        raise InputError([Mistake(name, what, f"Give finite numbers of shape {shape}.")])
+    return np.ascontiguousarray(found)

@@ -35,9 +35,9 @@ def test_a_plan_s_inputs_lead_an_episode_to_the_goal() -> None:
     env = kinolab.gym.make(problem, reward="sparse")
     env.reset(seed=0)
     rewards, ended, info = [], False, {}
-    for action in env.actions(plan.trajectory.u):
+    for action in env.actions(plan.trajectory):
         assert not ended
-        _, reward, ended, truncated, info = env.step(action.astype(np.float32))
+        _, reward, ended, truncated, info = env.step(action)
         assert not truncated
         rewards.append(reward)
     assert ended
@@ -151,13 +151,72 @@ def test_the_machine_moves_as_the_equations_say() -> None:
     assert info["x"] == pytest.approx(exact, abs=1e-5)
 
 
+@pytest.mark.parametrize("action", [[], [0.0, 0.0], [[0.0]], 0.0, [np.nan], None, "left", [np.inf]])
+def test_actions_that_are_none_are_refused(action: Any) -> None:
+    env = kinolab.gym.make("pendulum_swingup")
+    env.reset()
+    with pytest.raises(InputError, match=r"^action: it .* shape \(1,\)"):
+        env.step(action)
+
+
+@pytest.mark.parametrize("shape", [(1, 1), (2, 1), (4,), (4, 2), (3, 1)])
+def test_a_vector_s_actions_have_a_row_for_each_copy(shape: tuple[int, ...]) -> None:
+    vector = kinolab.gym.make("pendulum_swingup", num_envs=4)
+    vector.reset(seed=1)
+    with pytest.raises(InputError, match=r"it must be \(4, 1\)"):
+        vector.step(np.zeros(shape, dtype=np.float32))
+
+
+@pytest.mark.parametrize(
+    ("options", "text"),
+    [
+        ({"x": [np.nan, 0.0]}, "not finite"),
+        ({"x": [0.0]}, r"it must be \(2,\)"),
+        ({"x": "here"}, "not made of numbers"),
+        ({"y": 1}, "no option is called 'y'"),
+        ("x", 'Give {"x": state} or None'),
+    ],
+)
+def test_options_of_reset_are_checked(options: Any, text: str) -> None:
+    for env in (
+        kinolab.gym.make("pendulum_swingup"),
+        kinolab.gym.make("pendulum_swingup", num_envs=2),
+    ):
+        with pytest.raises(InputError, match=text):
+            env.reset(options=options)
+
+
+def test_actions_of_feedback_are_its_references() -> None:
+    problem = kinolab.load("falling_disk_slalom")
+    plan = problem.solve(seed=1, improve=0, optimize=False)
+    assert plan.trajectory is not None
+    env = kinolab.gym.make(problem, reward="sparse")
+    env.reset()
+    for action in env.actions(plan.trajectory):
+        *_, ended, _, info = env.step(action)
+        if ended:
+            break
+    assert info["is_success"]
+
+
+def test_actions_of_other_motions_are_refused() -> None:
+    env = kinolab.gym.make("pendulum_swingup")
+    other = kinolab.simulate(kinolab.load("rolling_disk_maze"), duration=0.5)
+    with pytest.raises(InputError, match="another machine"):
+        env.actions(other)
+
+
 @pytest.mark.parametrize(
     ("options", "text"),
     [
         ({"reward": "dense"}, "no reward is called 'dense'"),
         ({"starts": "random"}, "no starts is called 'random'"),
         ({"duration": -1.0}, "-1.0 s is no duration"),
-        ({"num_envs": 0}, "Give 1 or more"),
+        ({"num_envs": 0}, "Give a number from 1 to 100000"),
+        ({"num_envs": 10**9}, "Give a number from 1 to 100000"),
+        ({"reward": 3}, "make reward"),
+        ({"duration": "10"}, "make duration"),
+        ({"num_envs": 2, "render_mode": "rgb_array"}, "draws nothing"),
         ({"render_mode": "human"}, 'Give "rgb_array" or None'),
     ],
 )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+from dataclasses import replace
 from pathlib import Path
 
 import h5py
@@ -123,6 +124,33 @@ def test_the_command_writes_a_run_s_motion(
     assert cli.run(["export", str(tmp_path / "run"), "--out", out]) == 2
     assert "Give --format csv, npz" in capsys.readouterr().err
     assert cli.run(["export", "pendulum", "--format", "csv"]) == 2
-    assert "csv is a format of motions. Give the folder of a run" in capsys.readouterr().err
+    assert (
+        "csv is a format of motions, and 'pendulum' is no folder. Give the folder"
+        in capsys.readouterr().err
+    )
     assert cli.run(["export", str(tmp_path / "run"), "--format", "c"]) == 2
     assert "c is one of machines" in capsys.readouterr().err
+
+
+def test_motions_of_other_machines_and_damaged_ones_are_refused(
+    tmp_path: Path, problem: kinolab.Problem, motion: Trajectory
+) -> None:
+    swing = kinolab.simulate(kinolab.load("pendulum_swingup"), duration=0.2)
+    with pytest.raises(InputError, match="its states are theta, theta_dot; those of rolling_disk"):
+        export_motion(tmp_path / "m.csv", problem, swing, "csv")
+    x = motion.x.copy()
+    x[1, 0] = np.nan
+    with pytest.raises(InputError, match=r"(?s)times do not increase.*not finite"):
+        export_motion(tmp_path / "m.csv", problem, replace(motion, t=motion.t[::-1], x=x), "csv")
+    assert not (tmp_path / "m.csv").exists()
+
+
+def test_a_place_that_is_no_folder_is_named(
+    tmp_path: Path, problem: kinolab.Problem, motion: Trajectory
+) -> None:
+    (tmp_path / "file").write_text("")
+    with pytest.raises(InputError, match=r"file/m\.csv: it cannot be written"):
+        export_motion(tmp_path / "file" / "m.csv", problem, motion, "csv")
+    with pytest.raises(InputError, match="it names no file"):
+        export_motion("", problem, motion, "csv")
+    assert cli.run(["export", "pendulum", "--out", str(tmp_path / "file")]) == 2

@@ -10,6 +10,8 @@ import pytest
 import trimesh
 
 from kinolab import systems
+from kinolab.dynamics import Model
+from kinolab.dynamics.language.json.machine_file import files_of, load_machine
 from kinolab.dynamics.language.shapes import Box, Capsule, Cylinder, Shape
 from kinolab.numerics.arrays import Array
 
@@ -108,3 +110,18 @@ def test_the_shapes_hold_the_robot_s_own_meshes() -> None:
                 for shape in body.shapes
             ]
             assert np.min(out, axis=0).max() <= ROOM
+
+
+def test_its_law_is_written_once_and_read_again(tmp_path: Path) -> None:
+    """Written out, it would have a million terms."""
+    own = systems.get("panda")
+    for name, text in files_of(own).items():
+        assert len(text) < 500_000
+        (tmp_path / name).write_text(text)
+    again, generator = Model(load_machine(tmp_path / "machine.json")), np.random.default_rng(3)
+    model = own.model()
+    for _ in range(5):
+        x = generator.uniform(*model.state_bounds.T)
+        u = generator.uniform(*model.control_bounds.T)
+        expected = model.plant_inputs(x, u)
+        assert again.plant_inputs(x, u) == pytest.approx(expected, rel=1e-9, abs=1e-9)

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, overload
 
 from kinolab.arguments import require_fit
+from kinolab.errors import InputError, Mistake
 from kinolab.lazy import library_of
 from kinolab.problem import PlanningTask
 
@@ -91,6 +92,9 @@ def make(
     problem = scenario if isinstance(scenario, PlanningTask) else load(scenario)
     count = 1 if num_envs is None else num_envs
     batch = StepBatch(problem, count, reward=reward, starts=starts, duration=duration)
+    if num_envs is not None and render_mode is not None:
+        what = "a vector of environments draws nothing."
+        raise InputError([Mistake("make render_mode", what, "Leave it out, or num_envs.")])
     if num_envs is None:
         return PlanningEnv(batch, render_mode=render_mode)
     return PlanningVectorEnv(batch)

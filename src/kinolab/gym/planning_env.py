@@ -7,12 +7,13 @@ from typing import Any, Literal
 import gymnasium
 import numpy as np
 from gymnasium.spaces import Box
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from kinolab.errors import InputError, Mistake
+from kinolab.arguments import require_numbers
+from kinolab.errors import InputError, Mistake, UnknownNameError
 from kinolab.gym.step_batch import StepBatch
-from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
+from kinolab.trajectory import Trajectory
 
 Observation = NDArray[np.float32]
 Box32 = Box[np.float32]
@@ -23,6 +24,21 @@ def observation_space(batch: StepBatch) -> Box32:
     """Return the space of one copy's observations."""
     low, high = batch.observation_bounds.T.astype(np.float32)
     return Box(low, high, dtype=np.float32)
+
+
+def require_options(options: dict[str, Any] | None) -> dict[str, Any]:
+    """Return what ``reset`` is given, which may only be a state x.
+
+    Raises:
+        InputError: If it is something else.
+    """
+    if options is not None and not isinstance(options, dict):
+        what = f"they are {options!r}."
+        raise InputError([Mistake("reset options", what, 'Give {"x": state} or None.')])
+    for name in options or {}:
+        if name != "x":
+            raise UnknownNameError("option", str(name), known=("x",), where="reset options")
+    return options or {}
 
 
 def action_space(batch: StepBatch) -> Box32:
@@ -62,9 +78,16 @@ class PlanningEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
         """What the entries of an observation are."""
         return self._batch.observation_names
 
-    def actions(self, u: ArrayLike) -> Array:
-        """Return the actions (N, nu) of inputs (N, nu), such as those of a plan."""
-        return self._batch.actions(u)
+    def actions(self, motion: Trajectory) -> NDArray[np.float32]:
+        """Return the actions (N, nu) that lead along a motion in steps of the scenario.
+
+        Args:
+            motion: Such as the trajectory of ``solve(optimize=False, improve=0)``.
+
+        Raises:
+            InputError: If it is another machine's, or has other steps.
+        """
+        return self._batch.actions(motion)
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -74,16 +97,21 @@ class PlanningEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
         Args:
             seed: Of random starts.
             options: ``{"x": state}`` begins at a state (nx,).
+
+        Raises:
+            InputError: If there is another option, or the state is not made of numbers.
         """
         super().reset(seed=seed)
-        self._batch.reset(0, self.np_random, (options or {}).get("x"))
+        given = require_options(options)
+        self._batch.reset(0, self.np_random, given.get("x"))
         return self._batch.observations()[0], self._info("", reached=False)
 
     def step(
         self, action: NDArray[np.float32]
     ) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         """Hold an action (nu,) for a step of the scenario."""
-        outcome = self._batch.step(np.asarray(action)[None])
+        nu = self.problem.model.nu
+        outcome = self._batch.step(require_numbers("action", action, (nu,))[None])
         reached, failed = bool(outcome.reached[0]), outcome.failed[0]
         ended = reached or bool(failed)
         truncated = bool(self._batch.truncated[0]) and not ended

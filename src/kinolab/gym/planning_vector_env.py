@@ -9,7 +9,7 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
-from kinolab.gym.planning_env import action_space, observation_space
+from kinolab.gym.planning_env import action_space, observation_space, require_options
 from kinolab.gym.step_batch import StepBatch
 from kinolab.problem import PlanningTask
 
@@ -43,12 +43,16 @@ class PlanningVectorEnv(VectorEnv[Rows, Rows, NDArray[Any]]):
         self,
         *,
         seed: int | list[int | None] | None = None,
-        options: dict[str, Any] | None = None,  # noqa: ARG002
+        options: dict[str, Any] | None = None,
     ) -> tuple[Rows, dict[str, Any]]:
-        """Begin an episode of every copy; with a list of seeds the first one counts."""
+        """Begin an episode of every copy; with a list of seeds the first one counts.
+
+        ``options`` are those of a single environment: ``{"x": state}`` begins all at one state.
+        """
         super().reset(seed=seed[0] if isinstance(seed, list) else seed)
+        given = require_options(options)
         for k in range(self.num_envs):
-            self._batch.reset(k, self.np_random)
+            self._batch.reset(k, self.np_random, given.get("x"))
         self._ended[:] = False
         return self._batch.observations(), self._info(np.zeros(self.num_envs, dtype=np.bool_))
 

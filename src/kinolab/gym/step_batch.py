@@ -8,6 +8,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from kinolab.arguments import require_fit, require_numbers
 from kinolab.errors import InputError, Mistake, UnknownNameError
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.jit import kernel
@@ -18,11 +19,14 @@ from kinolab.search.tree.tree import COLLISION, EQUATIONS, LIMIT, step_is_free
 from kinolab.search.tree.tree_extension import search_state
 from kinolab.simulation.collision_context import speed_bound
 from kinolab.simulation.propagator import Propagator
+from kinolab.trajectory import Trajectory
 
 ENDS = {LIMIT: "limit", COLLISION: "collision", EQUATIONS: "equations"}
+STEP_TOLERANCE = 1e-9  # [s] by which the steps of a motion may differ, rounding of times
 FREE = -1  # of a step that may be made
 IN_GOAL = 1.0  # largest goal error in tolerances
 MOST_DRAWN = 10_000  # states until one is free
+MOST_COPIES = 100_000
 
 
 class RejectionCounts(NamedTuple):
@@ -118,9 +122,10 @@ class StepBatch:
         """Put a copy to its start: the scenario's, a random one, or a given state (nx,).
 
         Raises:
-            InputError: If no free state is found.
+            InputError: If no free state is found, or the given one is not made of numbers.
         """
-        self.x[k] = self._start(generator) if x is None else np.asarray(x, dtype=float)
+        given = None if x is None else require_numbers("reset x", x, self.problem.start.shape)
+        self.x[k] = self._start(generator) if given is None else given
         self.steps[k] = 0
         self._potential[k] = -self.problem.goal_excess(self.x[k]) / self._unit
 
@@ -135,16 +140,35 @@ class StepBatch:
         raise InputError([Mistake("starts", what, 'Take starts = "scenario".')])
 
     def inputs(self, actions: ArrayLike) -> Array:
-        """Return the inputs (n, nu) of actions in [-1, 1]: those are their limits."""
-        low, high = self.problem.model.control_bounds.T
-        part = (np.clip(np.asarray(actions, dtype=float), -1.0, 1.0) + 1.0) / 2.0
-        return np.ascontiguousarray(low + part * (high - low)).reshape(-1, len(low))
+        """Return the inputs (n, nu) of actions (n, nu): -1 and 1 are their limits, or beyond them.
 
-    def actions(self, u: ArrayLike) -> Array:
-        """Return the actions (n, nu) of inputs within their limits."""
+        Raises:
+            InputError: If the actions have another shape, or one is no number.
+        """
         low, high = self.problem.model.control_bounds.T
-        found: Array = 2.0 * (np.asarray(u, dtype=float) - low) / (high - low) - 1.0
-        return found
+        given = require_numbers("action", actions, (self.count, len(low)))
+        u: Array = low + (np.clip(given, -1.0, 1.0) + 1.0) / 2.0 * (high - low)
+        return u
+
+    def actions(self, motion: Trajectory) -> NDArray[np.float32]:
+        """Return the actions (N, nu) of a motion in steps of the scenario.
+
+        Raises:
+            InputError: If it is another machine's, or has other steps.
+        """
+        require_fit("actions motion", Trajectory, motion)
+        model, step = self.problem.model, self.problem.step
+        low, high = model.control_bounds.T
+        mistakes = []
+        if motion.state_names != model.state_names or motion.inputs.shape[1] != model.nu:
+            mistakes.append(Mistake("actions motion", "it is the motion of another machine."))
+        if (np.abs(np.diff(motion.t) - step) > STEP_TOLERANCE).any():
+            what = f"it has other steps than {step:g} s, in which actions are held."
+            remedy = "Take a plan as it was found: solve(optimize=False, improve=0)."
+            mistakes.append(Mistake("actions motion", what, remedy))
+        if mistakes:
+            raise InputError(mistakes)
+        return np.asarray(2.0 * (motion.inputs - low) / (high - low) - 1.0, dtype=np.float32)
 
     def step(self, actions: ArrayLike) -> StepOutcome:
         """Make a step of every copy under actions (n, nu)."""
@@ -203,9 +227,13 @@ class StepBatch:
 
 
 def _require_options(count: int, reward: str, starts: str, duration: float) -> None:
+    require_fit("make reward", str, reward)
+    require_fit("make starts", str, starts)
+    require_fit("make duration", float, duration)
     mistakes = []
-    if count < 1:
-        mistakes.append(Mistake("make num_envs", f"it is {count}.", "Give 1 or more."))
+    if not 1 <= count <= MOST_COPIES:
+        remedy = f"Give a number from 1 to {MOST_COPIES}."
+        mistakes.append(Mistake("make num_envs", f"it is {count}.", remedy))
     if not (math.isfinite(duration) and duration > 0.0):
         what = f"{duration!r} s is no duration."
         mistakes.append(Mistake("make duration", what, "Give a positive number of seconds."))

@@ -6,16 +6,18 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
 import yaml
 
 from kinolab.arguments import require_fit
-from kinolab.errors import UnknownNameError
+from kinolab.errors import InputError, Mistake, UnknownNameError
 from kinolab.files import write_whole
 from kinolab.interchange.motion_tables import csv_table, hdf5_table, npz_table, parquet_table
 from kinolab.interchange.ros_messages import Message, joint_trajectory, path_message
 from kinolab.interchange.rosbag import write_bag
 from kinolab.problem import PlanningTask
 from kinolab.trajectory import Trajectory
+from kinolab.untrusted import why
 
 Encoder = Callable[[PlanningTask, Trajectory], bytes]
 
@@ -73,13 +75,40 @@ def export_motion(
     require_fit("export_motion path", str | Path, path)
     require_fit("export_motion problem", PlanningTask, problem)
     require_fit("export_motion trajectory", Trajectory, trajectory)
+    require_fit("export_motion form", str, form)
+    _require_sound(problem, trajectory)
     if form not in EXPORTS:
         raise UnknownNameError("format", form, known=tuple(EXPORTS), where="export")
     path, content = Path(path), EXPORTS[form].content
-    if content is None:
-        write_bag(path, problem, trajectory)
-        return path
-    encoded = content(problem, trajectory)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    write_whole(path, encoded)
+    if not path.name:
+        raise InputError([Mistake("export_motion path", "it names no file.", "Give a path.")])
+    try:
+        if content is None:
+            write_bag(path, problem, trajectory)
+        else:
+            encoded = content(problem, trajectory)
+            path.parent.mkdir(parents=True, exist_ok=True)
+            write_whole(path, encoded)
+    except OSError as error:
+        what = f"it cannot be written ({why(error)})."
+        raise InputError([Mistake(str(path), what, "Name a file in another folder.")]) from error
     return path
+
+
+def _require_sound(problem: PlanningTask, trajectory: Trajectory) -> None:
+    """Require that a motion is one of a problem's machine; whether it is true is not asked."""
+    model = problem.model
+    mistakes = []
+    if trajectory.state_names != model.state_names:
+        own, names = ", ".join(trajectory.state_names), ", ".join(model.state_names)
+        what = f"its states are {own}; those of {problem.machine.name} are {names}."
+        mistakes.append(Mistake("trajectory", what))
+    elif trajectory.control_names != model.plant.control_names:
+        mistakes.append(Mistake("trajectory", "its inputs are another machine's."))
+    if not (np.diff(trajectory.t) > 0.0).all():
+        mistakes.append(Mistake("trajectory", "its times do not increase."))
+    numbers = (trajectory.t, trajectory.x, trajectory.u, trajectory.references)
+    if not all(np.isfinite(table).all() for table in numbers):
+        mistakes.append(Mistake("trajectory", "it has numbers that are not finite."))
+    if mistakes:
+        raise InputError(mistakes)

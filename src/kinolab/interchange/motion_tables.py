@@ -51,7 +51,7 @@ def about(problem: PlanningTask) -> dict[str, str]:
     """Return what a table says of itself."""
     return {
         "machine": problem.machine.name,
-        "scenario": problem.name,
+        "scenario": problem.scenario.title,
         "inputs": "held from each knot to the next; none at the last one",
         "written_by": f"kinolab {version('kinolab')}",
     }

@@ -88,8 +88,8 @@ def test_what_does_not_fit_is_named_at_once() -> None:
     with pytest.raises(InputError) as caught:
         cart_pole().with_gain(np.zeros((2, 4)), np.zeros(3), references={"y": 1.0})
     text = str(caught.value)
-    assert "gain has shape (2, 4); it must be (1, 4)" in text
-    assert "x has shape (3,); it must be (4,)" in text
+    assert "with_gain gain: it has shape (2, 4); it must be (1, 4)" in text
+    assert "with_gain x: it has shape (3,); it must be (4,)" in text
     assert "no state is called 'y'" in text
     with pytest.raises(InputError, match="Name states whose set points planners choose"):
         cart_pole().with_gain(np.zeros((1, 4)), np.zeros(4), references={})

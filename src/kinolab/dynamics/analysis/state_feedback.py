@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from typing import Any
 
 import numpy as np
 import sympy
 from numpy.typing import ArrayLike
 
+from kinolab.arguments import require_fit, require_numbers
 from kinolab.dynamics.analysis.trim import symbols_of_state
 from kinolab.dynamics.language.feedback import Feedback, Reference
 from kinolab.dynamics.language.inputs import Limit
 from kinolab.dynamics.model import Model
 from kinolab.dynamics.units import state_units
 from kinolab.errors import InputError, Mistake, unknown_name
-from kinolab.numerics.arrays import Array
 
 SET_POINT = "_set"  # ends the name of a reference
 
@@ -40,10 +41,19 @@ def state_feedback(
     Raises:
         InputError: With everything that does not fit.
     """
-    K, held = np.asarray(gain, dtype=float), np.asarray(x, dtype=float)
-    inputs = np.asarray(u, dtype=float) if np.size(u) else np.zeros(model.nu)
-    if mistakes := list(_mistakes(model, K, held, inputs, references)):
+    require_fit("with_gain references", Mapping[str, Any], references)
+    mistakes = list(_mistakes(model, references))
+    shapes = {"gain": (gain, (model.nu, model.nx)), "x": (x, (model.nx,))}
+    shapes |= {"u": (u if np.size(u) else np.zeros(model.nu), (model.nu,))}
+    arrays = []
+    for name, (values, shape) in shapes.items():
+        try:
+            arrays.append(require_numbers(f"with_gain {name}", values, shape))
+        except InputError as error:
+            mistakes += error.mistakes
+    if mistakes:
         raise InputError(mistakes)
+    K, held, inputs = arrays
     units = dict(zip(model.state_names, state_units(model), strict=True))
     points = {
         name: Reference(f"{name}{SET_POINT}", limit=limit, unit=units[name])
@@ -63,19 +73,11 @@ def state_feedback(
     return Feedback(list(points.values()), law)
 
 
-def _mistakes(
-    model: Model, K: Array, x: Array, u: Array, references: Mapping[str, Limit]
-) -> Iterator[Mistake]:
-    where = f"feedback of {model.machine.name!r}"
-    shapes = {"gain": (K, (model.nu, model.nx)), "x": (x, (model.nx,)), "u": (u, (model.nu,))}
-    for name, (array, wanted) in shapes.items():
-        if array.shape != wanted:
-            yield Mistake(where, f"{name} has shape {array.shape}; it must be {wanted}.")
-        elif not np.isfinite(array).all():
-            yield Mistake(where, f"{name} is not finite.")
+def _mistakes(model: Model, references: Mapping[str, Limit]) -> Iterator[Mistake]:
+    where = "with_gain references"
     for name in references:
         if name not in model.state_names:
             yield unknown_name("state", name, known=model.state_names, where=where)
     if not references:
         remedy = f"Name states whose set points planners choose: {', '.join(model.state_names)}."
-        yield Mistake(where, "it has no references.", remedy)
+        yield Mistake(where, "there are none.", remedy)

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from kinolab.arguments import require_numbers
 from kinolab.dynamics.model import Model
 from kinolab.lazy import library_of
 
@@ -28,7 +29,9 @@ def control_system(model: Model, x: ArrayLike, u: ArrayLike = (), **parameters: 
         SingularError: Where the equations of motion have no unique solution.
     """
     control = library_of("control", "control", "state spaces of python-control need it")
-    by_x, by_u = model.jacobian(x, u, **parameters)
+    at = require_numbers("to_control x", x, (model.nx,))
+    held = require_numbers("to_control u", u, (model.nu,)) if np.size(u) else ()
+    by_x, by_u = model.jacobian(at, held, **parameters)
     return control.ss(
         by_x,
         by_u,

@@ -19,8 +19,10 @@ from kinolab.dynamics import (
     Body,
     Coordinate,
     Cylinder,
+    Feedback,
     Force,
     Model,
+    Reference,
     System,
     length,
     move,
@@ -467,3 +469,44 @@ def test_a_machine_that_can_be_written_can_be_read() -> None:
     except InputError:
         return
     machine_from_json(text)
+
+
+def shared(*entries: tuple[str, Any]) -> dict[str, Any]:
+    """Return a machine with feedback in which names stand for expressions."""
+    system = kinolab.systems.get("unicycle")
+    data = json.loads(machine_to_json(system.with_feedback(lawful(system))))
+    law = data["feedback"]["law"]
+    law[0] = [law[0][0], {"expression": entries[-1][0]}]
+    data["feedback"]["shared"] = [[name, {"expression": tree}] for name, tree in entries]
+    return data
+
+
+def lawful(system: Any) -> Feedback:
+    """Return a law of a machine's own inputs, which does nothing."""
+    point = Reference("aim", limit=1.0)
+    return Feedback([point], [(entry.name, point.symbol) for entry in system.inputs])
+
+
+def test_what_a_law_shares_is_put_in() -> None:
+    read = machine_from_json(json.dumps(shared(("a", ["mul", 2, "aim"]), ("b", ["add", "a", "a"]))))
+    assert isinstance(read.feedback, Feedback)
+    assert read.feedback.law[0][1] == 4 * read.feedback.references[0].symbol
+
+
+@pytest.mark.parametrize(
+    ("entries", "text"),
+    [
+        ([("aim", ["mul", 2, "aim"])], "the name of something else"),
+        ([("a", ["add", "b", 1]), ("b", 1)], "unknown symbol 'b'"),
+        (
+            [
+                ("s0", "aim"),
+                *((f"s{k}", ["add", ["sin", f"s{k - 1}"], f"s{k - 1}"]) for k in range(1, 60)),
+            ],
+            "too many terms where all is written out",
+        ),
+    ],
+)
+def test_what_a_law_cannot_share_is_refused_at_once(entries: Any, text: str) -> None:
+    with pytest.raises(InputError, match=text):
+        machine_from_json(json.dumps(shared(*entries)))

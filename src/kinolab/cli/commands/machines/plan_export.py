@@ -30,7 +30,8 @@ OF_RUNS = ("csv", "npz", "parquet", "hdf5", "joint_trajectory", "path", "rosbag"
 @click.option(
     "--partial", is_flag=True, help="Leave out what a model in MJCF or URDF cannot represent."
 )
-def command(what: str, form: str | None, out: Path | None, partial: bool) -> int:
+@click.option("--plant", is_flag=True, help="Without the feedback that the machine has.")
+def command(what: str, form: str | None, out: Path | None, partial: bool, plant: bool) -> int:
     """Write the machine WHAT, or the motion of a run, for other tools.
 
     WHAT is a system, a scenario, a robot's file or machine.py:function. Its equations of motion
@@ -49,17 +50,28 @@ def command(what: str, form: str | None, out: Path | None, partial: bool) -> int
         return _export_run(Path(what), folder, form)
     if form in OF_RUNS:
         remedy = "Give the folder of a run, such as runs/rolling_disk_maze."
-        raise InputError([Mistake("--format", f"{form} is a format of motions.", remedy)])
-    return _export_machine(what, folder, form or "c", partial=partial)
+        told = f"{form} is a format of motions, and {what!r} is no folder."
+        raise InputError([Mistake("--format", told, remedy)])
+    return _export_machine(what, folder, form or "c", partial=partial, plant=plant)
 
 
-def _export_machine(what: str, folder: Path, form: str, *, partial: bool) -> int:
+def _make(folder: Path) -> None:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        what = f"it cannot be made a folder ({error.strerror})."
+        raise InputError([Mistake(f"--out {folder}", what, "Name another one.")]) from error
+
+
+def _export_machine(what: str, folder: Path, form: str, *, partial: bool, plant: bool) -> int:
     from kinolab.files import utf_8, write_whole
     from kinolab.loading import find_machine
 
     system = find_machine(what)
+    if plant:
+        system = system.with_feedback(None)
     files = system.to_c() if form == "c" else _model(system, form, partial=partial)
-    folder.mkdir(parents=True, exist_ok=True)
+    _make(folder)
     for name, text in files.items():
         write_whole(folder / name, utf_8(text))
         say(escaped(f"  written to {folder / name}"))
@@ -93,6 +105,7 @@ def _export_run(run_folder: Path, folder: Path, form: str | None) -> int:
         if form is not None:
             what = f"{form} is one of machines."
         raise InputError([Mistake("--format", what, remedy)])
+    _make(folder)
     run = read_run(run_folder)
     path = export_motion(folder / EXPORTS[form].file, run.problem, run.trajectory, form)
     say(escaped(f"  written to {path}"))

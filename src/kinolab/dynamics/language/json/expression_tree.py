@@ -7,7 +7,7 @@ constructors from that table.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import sympy
@@ -61,6 +61,18 @@ def expression_to_tree(expression: Any) -> Any:
             return [name, *(expression_to_tree(argument) for argument in expression.args)]
     what = f"{expression.func.__name__} cannot be written to a machine file."
     raise InputError([Mistake(str(expression), what)])
+
+
+def expanded_size(expressions: Iterable[sympy.Expr]) -> int:
+    """Return the number of names, numbers and operations if nothing is written only once."""
+    known: dict[sympy.Basic, int] = {}
+
+    def size(part: sympy.Basic) -> int:
+        if part not in known:
+            known[part] = 1 + sum(map(size, part.args))
+        return known[part]
+
+    return sum(map(size, expressions))
 
 
 def tree_to_expression(tree: Any, symbols: Mapping[str, sympy.Symbol], depth: int = 0) -> Any:

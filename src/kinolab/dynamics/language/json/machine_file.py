@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields
+from itertools import count
 from pathlib import Path
 from typing import Any
 
@@ -33,9 +34,19 @@ from kinolab.dynamics.language.forces import (
 )
 from kinolab.dynamics.language.frames import Axis, Frame, Orientation, Rotation, Translation
 from kinolab.dynamics.language.inputs import Control, Drive, Force, Pull, Rate, Torque
-from kinolab.dynamics.language.json.expression_tree import expression_to_tree, tree_to_expression
+from kinolab.dynamics.language.json.expression_tree import (
+    expanded_size,
+    expression_to_tree,
+    tree_to_expression,
+)
 from kinolab.dynamics.language.json.machine_folder import FEEDBACK_FILE, MACHINE_FILE
-from kinolab.dynamics.language.json.size_limits import MAX_FILE_BYTES, size_mistakes
+from kinolab.dynamics.language.json.size_limits import (
+    MAX_EXPRESSION_TERMS,
+    MAX_FILE_BYTES,
+    MAX_WRITTEN_OUT,
+    size_mistakes,
+    written_out,
+)
 from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.language.mechanism_parts import quasi_velocities
 from kinolab.dynamics.language.modes import Mode, Transition
@@ -103,11 +114,8 @@ def machine_to_json(system: Mechanism) -> str:
         "bodies": [_described(body) for body in system.bodies],
         **{name: _encode(getattr(system, name)) for name in CONTENT},
         **{name: _encode(getattr(system, name)) for name in SWITCHING if getattr(system, name)},
-        **{
-            name: _encode(getattr(system, name))
-            for name in ("flat", "feedback")
-            if getattr(system, name) is not None
-        },
+        **({} if system.flat is None else {"flat": _encode(system.flat)}),
+        **({} if system.feedback is None else {"feedback": feedback_to_tree(system.feedback)}),
     }
     return json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 
@@ -128,9 +136,28 @@ def machine_from_json(text: str, *, where: str = "machine.json") -> Mechanism:
 
 
 def feedback_to_tree(feedback: Feedback | Regulator) -> dict[str, Any]:
-    """Return a controller as JSON-compatible data."""
+    """Return a controller as JSON-compatible data.
+
+    Where a law is long, subexpressions that occur in it more than once are written once, below
+    ``shared``.
+    """
+    if isinstance(feedback, Feedback):
+        law = [expression for _, expression in feedback.law]
+        if expanded_size(law) > MAX_EXPRESSION_TERMS:
+            return _with_shared(feedback, law)
     tree: dict[str, Any] = _encode(feedback)
     return tree
+
+
+def _with_shared(feedback: Feedback, law: Sequence[sympy.Expr]) -> dict[str, Any]:
+    taken = {symbol.name for expression in law for symbol in expression.free_symbols}
+    names = (f"shared_{k}" for k in count(1))
+    symbols = (sympy.Symbol(name) for name in names if name not in taken)
+    shared, short = sympy.cse(law, symbols=symbols, order="none")
+    inputs = [name for name, _ in feedback.law]
+    brief = Feedback(feedback.references, list(zip(inputs, short, strict=True)))
+    tree: dict[str, Any] = _encode(brief)
+    return tree | {"shared": [[s.name, _encode(part)] for s, part in shared]}
 
 
 def feedback_to_json(feedback: Feedback | Regulator) -> str:
@@ -146,7 +173,7 @@ def feedback_from_tree(system: Mechanism, tree: Mapping[str, Any]) -> Feedback |
         InputError, LookupError, TypeError, ValueError: If it is malformed.
     """
     reader = _MachineReader.beside(system, tree)
-    feedback = reader.decode(tree)
+    feedback = reader.controller(tree)
     reader.finish()
     if not isinstance(feedback, Feedback | Regulator):
         raise TypeError("it is no controller")
@@ -299,7 +326,7 @@ class _MachineReader:
         self.symbols.update({symbol.name: symbol for symbol in chosen_symbols})
         content = {name: self.decode(data[name], name) for name in CONTENT}
         content |= {name: self.decode(data.get(name, []), name) for name in SWITCHING}
-        flat, feedback = self._flat(data.get("flat")), self.decode(data.get("feedback"), "feedback")
+        flat, feedback = self._flat(data.get("flat")), self.controller(data.get("feedback"))
         self.finish()
         content["cables"] = as_cables(content["cables"])  # early files have pairs of frames
         return Mechanism(
@@ -313,6 +340,22 @@ class _MachineReader:
             feedback=feedback,
             **content,
         )
+
+    def controller(self, tree: Mapping[str, Any] | None) -> Any:
+        """Return a controller, or None; what it shares is read first."""
+        if not tree or "shared" not in tree:
+            return self.decode(tree, "feedback")
+        sizes: dict[str, int] = {}
+        for name, entry in tree["shared"]:
+            if name in self.symbols:
+                raise ValueError(f"{name!r} is shared, and the name of something else, too")
+            sizes[name] = written_out(entry["expression"], sizes)
+            if sizes[name] > MAX_WRITTEN_OUT:
+                raise ValueError(f"{name!r} has too many terms where all is written out")
+            self.symbols = {**self.symbols, name: self.decode(entry)}
+        if sum(written_out(e["expression"], sizes) for _, e in tree["law"]) > MAX_WRITTEN_OUT:
+            raise ValueError("the law has too many terms where all is written out")
+        return self.decode({key: tree[key] for key in tree if key != "shared"}, "feedback")
 
     def _velocity(self, entry: Any) -> Any:
         """Return a coordinate by its name, or a quasi-velocity; early files have only names."""

@@ -14,10 +14,18 @@ from kinolab.errors import Mistake, is_broken
 MAX_FILE_BYTES = 2_000_000  # size of a file
 MAX_VALUES = 20_000  # in all expressions, records and lists
 MAX_EXPRESSION_TERMS = 5_000  # names, numbers and operations of one expression
+MAX_WRITTEN_OUT = 2_000_000  # the same, of a law whose parts are shared
 MAX_NESTED_POWERS = 4  # nesting depth of powers
 MAX_MAXIMA = 50  # in all expressions: of a maximum, each term is compared with each
 MAX_NESTED = 60  # nesting depth of operations
 MAX_ENTRIES: Mapping[str, int] = {"bodies": 200, "coordinates": 64}
+
+
+def written_out(tree: Any, sizes: Mapping[str, int]) -> int:
+    """Return the number of terms of an expression tree in which some names stand for many."""
+    if isinstance(tree, list):
+        return 1 + sum(written_out(entry, sizes) for entry in tree[1:])
+    return sizes.get(tree, 1) if isinstance(tree, str) else 1
 
 
 def size_mistakes(data: Any) -> Iterator[Mistake]:
