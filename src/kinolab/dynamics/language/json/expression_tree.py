@@ -35,16 +35,23 @@ MAX_DEPTH = 200  # of nesting; Python's stack overflows at about five times that
 MAX_CHOICES = 8  # terms of a maximum
 MAX_IRRATIONAL = 8  # numbers in a product
 MAX_BITS = 1024  # of numerators and denominators, which doubles do not reach either
+NOTHING_NAMED: Mapping[sympy.Basic, str] = {}
 MAX_DIGITS = 300  # of a power of numbers, near the range of a double
 
 
-def expression_to_tree(expression: Any) -> Any:
+def expression_to_tree(expression: Any, named: Mapping[sympy.Basic, str] = NOTHING_NAMED) -> Any:
     """Return an expression as nested lists of names and numbers.
+
+    Args:
+        expression: The expression, or a number.
+        named: Names that stand for parts of it.
 
     Raises:
         InputError: If it has a function outside the table.
     """
     expression = exact(expression)
+    if expression in named:
+        return named[expression]
     if expression.is_Symbol:
         return expression.name
     if expression.is_Integer:
@@ -58,9 +65,26 @@ def expression_to_tree(expression: Any) -> Any:
             return [name]
     for name, kind in OPERATIONS.items():
         if expression.func is kind:
-            return [name, *(expression_to_tree(argument) for argument in expression.args)]
+            return [name, *(expression_to_tree(argument, named) for argument in expression.args)]
     what = f"{expression.func.__name__} cannot be written to a machine file."
     raise InputError([Mistake(str(expression), what)])
+
+
+def repeated_parts(expressions: Iterable[sympy.Expr]) -> list[sympy.Basic]:
+    """Return the parts that occur in others more than once, each after those that it contains."""
+    uses: dict[sympy.Basic, int] = {}
+    order: list[sympy.Basic] = []
+
+    def visit(part: sympy.Basic) -> None:
+        uses[part] = uses.get(part, 0) + 1
+        if uses[part] == 1:
+            for argument in part.args:
+                visit(argument)
+            order.append(part)
+
+    for expression in expressions:
+        visit(expression)
+    return [part for part in order if uses[part] > 1 and part.args]
 
 
 def expanded_size(expressions: Iterable[sympy.Expr]) -> int:

@@ -37,6 +37,7 @@ from kinolab.dynamics.language.inputs import Control, Drive, Force, Pull, Rate, 
 from kinolab.dynamics.language.json.expression_tree import (
     expanded_size,
     expression_to_tree,
+    repeated_parts,
     tree_to_expression,
 )
 from kinolab.dynamics.language.json.machine_folder import FEEDBACK_FILE, MACHINE_FILE
@@ -151,13 +152,19 @@ def feedback_to_tree(feedback: Feedback | Regulator) -> dict[str, Any]:
 
 def _with_shared(feedback: Feedback, law: Sequence[sympy.Expr]) -> dict[str, Any]:
     taken = {symbol.name for expression in law for symbol in expression.free_symbols}
-    names = (f"shared_{k}" for k in count(1))
-    symbols = (sympy.Symbol(name) for name in names if name not in taken)
-    shared, short = sympy.cse(law, symbols=symbols, order="none")
-    inputs = [name for name, _ in feedback.law]
-    brief = Feedback(feedback.references, list(zip(inputs, short, strict=True)))
-    tree: dict[str, Any] = _encode(brief)
-    return tree | {"shared": [[s.name, _encode(part)] for s, part in shared]}
+    names = (name for name in (f"shared_{k}" for k in count(1)) if name not in taken)
+    named: dict[sympy.Basic, str] = {}
+    shared = []
+    for part in repeated_parts(law):
+        tree = {"expression": expression_to_tree(part, named)}
+        named[part] = next(names)
+        shared.append([named[part], tree])
+    short = [
+        [name, {"expression": expression_to_tree(expression, named)}]
+        for name, expression in feedback.law
+    ]
+    encoded: dict[str, Any] = _encode(Feedback(feedback.references, ()))
+    return encoded | {"law": short, "shared": shared}
 
 
 def feedback_to_json(feedback: Feedback | Regulator) -> str:
