@@ -271,3 +271,13 @@ def test_only_robots_from_files_have_a_base(tmp_path: Path) -> None:
     (tmp_path / "s.toml").write_text(text)
     with pytest.raises(InputError, match="base is a key of URDF files only"):
         kinolab.load(tmp_path / "s.toml")
+
+
+def test_arguments_that_do_not_fit_are_named(tmp_path: Path) -> None:
+    file = written(tmp_path, ARM)
+    with pytest.raises(InputError, match="no base is called 'foo'"):
+        read_urdf(file, base="foo")  # type: ignore[arg-type]
+    with pytest.raises(InputError, match="read_urdf locked"):
+        read_urdf(file, locked="grip")  # type: ignore[arg-type]
+    with pytest.raises(InputError, match="read_urdf path"):
+        read_urdf(None)  # type: ignore[arg-type]

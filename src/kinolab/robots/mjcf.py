@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from kinolab.arguments import require_fit
 from kinolab.dynamics import System
 from kinolab.dynamics.language.shapes import Box, Capsule, Cylinder, Shape, Sphere
 from kinolab.errors import InputError, Mistake
@@ -78,6 +79,8 @@ def read_mjcf(
         InputError: With everything in the file that cannot be represented, such as tendons, muscles
             or a fluid, unless ``partial``.
     """
+    require_fit("read_mjcf path", str | Path, path)
+    require_fit("read_mjcf locked", Mapping[str, float] | None, locked)
     path = Path(path)
     check_parts(convex_parts, path.name)
     reader = _ModelReader(path, shapes=shapes, convex_parts=convex_parts)
@@ -394,7 +397,10 @@ class _ModelReader:
                 factor = float(polynomial[1])
                 found[own] = Mimicked(leader, factor, zeros[0] + polynomial[0] - factor * zeros[1])
             else:
-                self._cannot(f"equality constraint {k + 1}, {kind}, has no counterpart yet.")
+                reason = "has no counterpart yet"
+                if kind == "joint":
+                    reason = "is not linear in the other joint's position"
+                self._cannot(f"equality constraint {k + 1}, {kind}, {reason}.")
         return found
 
     def _closures(self) -> Iterator[Closure]:

@@ -12,13 +12,14 @@ import re
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 
+from kinolab.arguments import require_fit
 from kinolab.dynamics import System
 from kinolab.dynamics.language.shapes import Box, Cylinder, Shape, Sphere
-from kinolab.errors import InputError, Mistake, printable
+from kinolab.errors import InputError, Mistake, UnknownNameError, printable
 from kinolab.files import read_ordinary
 from kinolab.lazy import library_of
 from kinolab.numerics.arrays import Array
@@ -90,6 +91,11 @@ def read_urdf(
         InputError: With every mistake in the file, in particular of links without inertia, missing
             meshes, and lengths in millimetres.
     """
+    require_fit("read_urdf path", str | Path, path)
+    require_fit("read_urdf locked", Mapping[str, float] | None, locked)
+    require_fit("read_urdf packages", Mapping[str, Any] | None, packages)
+    if base not in get_args(Base):
+        raise UnknownNameError("base", str(base), known=get_args(Base), where="read_urdf base")
     path = Path(path)
     check_parts(convex_parts, path.name)
     robot = _parsed(path)
@@ -127,7 +133,8 @@ def _parsed(path: Path) -> Any:
             load_collision_meshes=False,
         ).robot
     except Exception as error:  # of lxml and yourdfpy, of many kinds
-        what = f"it is not a URDF file ({str(error).strip() or type(error).__name__})."
+        told = f"there is no {error}" if isinstance(error, KeyError) else str(error).strip()
+        what = f"it is not a URDF file ({told or type(error).__name__})."
         raise InputError([Mistake(path.name, what)]) from error
     if not robot.links:
         raise InputError([Mistake(path.name, "it has no links.")])

@@ -355,7 +355,7 @@ rtt =
 def test_a_section_that_is_missing(tmp_path: Path) -> None:
     (mistake,) = mistakes_in(tmp_path, "[planner]\nrrt=\n")
     assert mistake == (
-        "gap.cfg: the section [problem] is missing. Give robot, world, start and goal."
+        "gap.cfg: the section [problem] is missing, or empty. Give robot, world, start and goal."
     )
 
 

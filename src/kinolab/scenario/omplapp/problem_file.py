@@ -109,7 +109,9 @@ def _problem(file: CfgFile, stem: str) -> ProblemFile | None:
     """Return what a file says; it is whole where no mistake was found."""
     table, runs = file.table("problem"), file.table("benchmark")
     if not table:
-        file.missing("the section [problem] is missing.", "Give robot, world, start and goal.")
+        file.missing(
+            "the section [problem] is missing, or empty.", "Give robot, world, start and goal."
+        )
         return None
     spatial = any(key in table for key in SPATIAL)
     numbers = {key: file.number(table.get(key)) for key in (*PLACE, *TURN, *VOLUME)}
@@ -150,7 +152,7 @@ def _problem(file: CfgFile, stem: str) -> ProblemFile | None:
 def _require(file: CfgFile, table: dict[str, CfgValue], *, spatial: bool) -> None:
     """Name what is missing, with what else makes a whole of it."""
     for key in ("robot", "world"):
-        if key not in table:
+        if key not in table or not table[key].text:
             file.missing(f"[problem] {key} is missing.", "Give the file of a mesh.")
     for end in ENDS:
         wanted = [f"{end}.{axis}" for axis in (AXES if spatial else AXES[:2])] + [f"{end}.theta"]
