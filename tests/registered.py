@@ -14,8 +14,9 @@ def mode_of(name: str, mode: str) -> System:
     return System.of(in_mode(systems.get(name), mode))
 
 
+JUDGED_BY_PINOCCHIO = {"panda"}  # tests/systems/test_panda.py: its law has a million terms
 MAKERS: dict[str, Callable[[], System]] = {}
-for _name in systems.names():
+for _name in sorted(set(systems.names()) - JUDGED_BY_PINOCCHIO):
     if _modes := systems.get(_name).modes:
         MAKERS |= {f"{_name}, {mode.name}": partial(mode_of, _name, mode.name) for mode in _modes}
     else:
