@@ -202,7 +202,7 @@ def test_actions_of_feedback_are_its_references() -> None:
 def test_actions_of_other_motions_are_refused() -> None:
     env = kinolab.gym.make("pendulum_swingup")
     other = kinolab.simulate(kinolab.load("rolling_disk_maze"), duration=0.5)
-    with pytest.raises(InputError, match="another machine"):
+    with pytest.raises(InputError, match="those of pendulum are theta, theta_dot"):
         env.actions(other)
 
 

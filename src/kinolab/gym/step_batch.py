@@ -14,6 +14,8 @@ from kinolab.numerics.arrays import Array
 from kinolab.numerics.jit import kernel
 from kinolab.numerics.struct import Record
 from kinolab.problem import PlanningTask
+from kinolab.problem.own_motion import other_machine
+from kinolab.runs.dynobench_result import has_its_steps
 from kinolab.search.tree.problem_arrays import goal_violation
 from kinolab.search.tree.tree import COLLISION, EQUATIONS, LIMIT, step_is_free
 from kinolab.search.tree.tree_extension import search_state
@@ -22,7 +24,6 @@ from kinolab.simulation.propagator import Propagator
 from kinolab.trajectory import Trajectory
 
 ENDS = {LIMIT: "limit", COLLISION: "collision", EQUATIONS: "equations"}
-STEP_TOLERANCE = 1e-9  # [s] by which the steps of a motion may differ, rounding of times
 FREE = -1  # of a step that may be made
 IN_GOAL = 1.0  # largest goal error in tolerances
 MOST_DRAWN = 10_000  # states until one is free
@@ -159,10 +160,8 @@ class StepBatch:
         require_fit("actions motion", Trajectory, motion)
         model, step = self.problem.model, self.problem.step
         low, high = model.control_bounds.T
-        mistakes = []
-        if motion.state_names != model.state_names or motion.inputs.shape[1] != model.nu:
-            mistakes.append(Mistake("actions motion", "it is the motion of another machine."))
-        if (np.abs(np.diff(motion.t) - step) > STEP_TOLERANCE).any():
+        mistakes = list(other_machine(self.problem, motion))
+        if not has_its_steps(self.problem, motion):
             what = f"it has other steps than {step:g} s, in which actions are held."
             remedy = "Take a plan as it was found: solve(optimize=False, improve=0)."
             mistakes.append(Mistake("actions motion", what, remedy))

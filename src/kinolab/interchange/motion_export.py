@@ -16,6 +16,7 @@ from kinolab.interchange.motion_tables import csv_table, hdf5_table, npz_table, 
 from kinolab.interchange.ros_messages import Message, joint_trajectory, path_message
 from kinolab.interchange.rosbag import write_bag
 from kinolab.problem import PlanningTask
+from kinolab.problem.own_motion import other_machine
 from kinolab.trajectory import Trajectory
 from kinolab.untrusted import why
 
@@ -97,14 +98,7 @@ def export_motion(
 
 def _require_sound(problem: PlanningTask, trajectory: Trajectory) -> None:
     """Require that a motion is one of a problem's machine; whether it is true is not asked."""
-    model = problem.model
-    mistakes = []
-    if trajectory.state_names != model.state_names:
-        own, names = ", ".join(trajectory.state_names), ", ".join(model.state_names)
-        what = f"its states are {own}; those of {problem.machine.name} are {names}."
-        mistakes.append(Mistake("trajectory", what))
-    elif trajectory.control_names != model.plant.control_names:
-        mistakes.append(Mistake("trajectory", "its inputs are another machine's."))
+    mistakes = list(other_machine(problem, trajectory))
     if not (np.diff(trajectory.t) > 0.0).all():
         mistakes.append(Mistake("trajectory", "its times do not increase."))
     numbers = (trajectory.t, trajectory.x, trajectory.u, trajectory.references)

@@ -15,8 +15,9 @@ import numpy as np
 from kinolab.arguments import require_fit
 from kinolab.dynamics import Model
 from kinolab.errors import InputError, Mistake, UnknownNameError
+from kinolab.naming import fresh_name
 from kinolab.numerics.arrays import Array
-from kinolab.numerics.quaternions import of_matrices
+from kinolab.numerics.quaternions import of_poses
 from kinolab.problem import PlanningTask
 from kinolab.trajectory import Trajectory
 
@@ -83,7 +84,7 @@ def path_message(problem: PlanningTask, trajectory: Trajectory, body: str | None
         raise UnknownNameError("body", body, known=names, where="path_message")
     moves = (np.ptp(poses, axis=0) > MOVED).any(axis=1)
     index = int(moves.argmax()) if body is None else names.index(body)
-    places, turns = poses[:, index, 3::4], quaternions_of(poses[:, index])
+    places, turns = poses[:, index, 3::4], of_poses(poses[:, index])
     stamped = zip(trajectory.t, places, turns, strict=True)
     return {
         "header": header(0.0),
@@ -121,7 +122,7 @@ def transforms(problem: PlanningTask, trajectory: Trajectory) -> list[Message]:
     children = frame_names([body.name for body in problem.bodies])
     found = []
     for t, row in zip(trajectory.t, poses, strict=True):
-        turns, at = quaternions_of(row), header(float(t))
+        turns, at = of_poses(row), header(float(t))
         found.append(
             {
                 "transforms": [
@@ -142,15 +143,8 @@ def transforms(problem: PlanningTask, trajectory: Trajectory) -> list[Message]:
 
 def frame_names(names: Sequence[str]) -> list[str]:
     """Return names of frames: letters, digits and underscores, each of its own."""
-    found: list[str] = []
-    for name in names:
-        stem = frame = re.sub(r"\W", "_", name, flags=re.ASCII)
-        count = 1
-        while frame in (*found, WORLD):
-            count += 1
-            frame = f"{stem}_{count}"
-        found.append(frame)
-    return found
+    taken = {WORLD}
+    return [fresh_name(re.sub(r"\W", "_", name, flags=re.ASCII), taken, "_") for name in names]
 
 
 def stamp(t: float) -> Message:
@@ -177,11 +171,6 @@ def point(place: Array) -> Message:
 def quaternion(turn: Array) -> Message:
     """Return a unit quaternion x, y, z, w, shape (4,)."""
     return dict(zip("xyzw", turn.tolist(), strict=True))
-
-
-def quaternions_of(poses: Array) -> Array:
-    """Return the attitudes x, y, z, w of poses, shape (n, 12), as shape (n, 4)."""
-    return of_matrices(poses.reshape(-1, 3, 4)[:, :, :3])
 
 
 def _joints(model: Model, wanted: Collection[str] | None) -> tuple[str, ...]:

@@ -54,6 +54,11 @@ def of_matrices(matrices: Array) -> Array:
     return _directions(q)
 
 
+def of_poses(poses: Array) -> Array:
+    """Return unit quaternions x, y, z, w of poses [R | p], shape (..., 12) to (..., 4)."""
+    return of_matrices(poses.reshape(*poses.shape[:-1], 3, 4)[..., :3])
+
+
 def to_matrices(quaternions: Array) -> Array:
     """Return rotation matrices (..., 3, 3) of unit quaternions (..., 4)."""
     x, y, z, w = np.moveaxis(np.asarray(quaternions, dtype=np.float64), -1, 0)

@@ -161,7 +161,7 @@ def _torques(
         for k in moved:
             spin += axes[k] * accelerations[k]
             push += axes[k].cross(centre - places[k]) * accelerations[k]
-        force, moment = body.mass * push, turn * _matrix(body.inertia) * turn.T * spin
+        force, moment = body.mass * push, turn * body.inertia_matrix * turn.T * spin
         for k in moved:
             torques[k] += axes[k].dot(moment + (centre - places[k]).cross(force))
     return torques
@@ -172,11 +172,6 @@ def _joints_below(body: Body, frames: Sequence[Frame]) -> range:
     motions = body.frame.motions
     own = [k for k, frame in enumerate(frames) if motions[: len(frame.motions)] == frame.motions]
     return range(max(own) + 1)
-
-
-def _matrix(inertia: tuple[Expr, ...]) -> Matrix:
-    xx, yy, zz, xy, xz, yz = (*inertia, 0, 0, 0)[:6]
-    return Matrix([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
 
 
 def _can(flange: Frame) -> Body:

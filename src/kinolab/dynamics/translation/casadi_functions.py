@@ -9,7 +9,7 @@ from typing import Any
 from kinolab.dynamics.codegen.exports import Function
 from kinolab.dynamics.derivation.expression_graph import ExpressionGraph, Node
 from kinolab.dynamics.model import Model
-from kinolab.dynamics.translation.translated import translated
+from kinolab.dynamics.translation.translated import ARITHMETIC, translated
 from kinolab.lazy import library_of
 
 
@@ -96,18 +96,8 @@ def _made(casadi: Any, graph: ExpressionGraph, function: Function) -> tuple[list
 def _value(casadi: Any, graph: ExpressionGraph, node: Node, values: Mapping[Node, Any]) -> Any:
     operation = graph.operations[node]
     given = [values[operand] for operand in operation.operands]
-    match operation.name:
-        case "const":
-            return casadi.SX(operation.value)
-        case "add":
-            return given[0] + given[1]
-        case "sub":
-            return given[0] - given[1]
-        case "mul":
-            return given[0] * given[1]
-        case "div":
-            return given[0] / given[1]
-        case "neg":
-            return -given[0]
-        case name:
-            return getattr(casadi, name)(*given)  # fmax, sin, …: CasADi has the names of C
+    if operation.name == "const":
+        return casadi.SX(operation.value)
+    # fmax, sin, …: CasADi has the names of C
+    function = ARITHMETIC.get(operation.name) or getattr(casadi, operation.name)
+    return function(*given)

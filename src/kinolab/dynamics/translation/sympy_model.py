@@ -10,7 +10,9 @@ import sympy
 from kinolab.dynamics.analysis.trim import symbols_of_state
 from kinolab.dynamics.derivation.expression_graph import ExpressionGraph, Node
 from kinolab.dynamics.model import Model
-from kinolab.dynamics.translation.translated import translated
+from kinolab.dynamics.translation.translated import ARITHMETIC, translated
+
+OTHER_NAMES = {"fabs": "Abs", "fmax": "Max"}  # of SymPy; sin, sqrt, sign, …: as in C
 
 
 @dataclass(frozen=True, repr=False)
@@ -98,23 +100,8 @@ def _uses(
 def _expression(graph: ExpressionGraph, node: Node, known: Mapping[Node, sympy.Expr]) -> sympy.Expr:
     operation = graph.operations[node]
     given = [known[operand] for operand in operation.operands]
-    match operation.name:
-        case "const":
-            whole = operation.value.is_integer()
-            return sympy.Integer(int(operation.value)) if whole else sympy.Float(operation.value)
-        case "add":
-            return given[0] + given[1]
-        case "sub":
-            return given[0] - given[1]
-        case "mul":
-            return given[0] * given[1]
-        case "div":
-            return given[0] / given[1]
-        case "neg":
-            return -given[0]
-        case "fabs":
-            return sympy.Abs(given[0])
-        case "fmax":
-            return sympy.Max(*given)
-        case name:
-            return getattr(sympy, name)(*given)  # sin, sqrt, sign, …: as in C
+    if operation.name == "const":
+        whole = operation.value.is_integer()
+        return sympy.Integer(int(operation.value)) if whole else sympy.Float(operation.value)
+    name = OTHER_NAMES.get(operation.name, operation.name)
+    return (ARITHMETIC.get(name) or getattr(sympy, name))(*given)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+import operator
+from collections.abc import Callable, Mapping
+from typing import Any, NamedTuple
 
 from kinolab.dynamics.codegen.exports import Function, outputs_of
 from kinolab.dynamics.derivation.derivation import derive
@@ -10,6 +12,13 @@ from kinolab.dynamics.derivation.expression_graph import ExpressionGraph
 from kinolab.dynamics.model import Model
 from kinolab.errors import InputError, Mistake
 
+ARITHMETIC: Mapping[str, Callable[..., Any]] = {
+    "add": operator.add,
+    "sub": operator.sub,
+    "mul": operator.mul,
+    "div": operator.truediv,
+    "neg": operator.neg,
+}
 TRANSLATED = ("f", "frames", "energy", "project")
 
 

@@ -17,6 +17,7 @@ from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.language.mechanism_parts import AnyCoordinate
 from kinolab.dynamics.language.symbols import Attitude
 from kinolab.errors import InputError, Mistake
+from kinolab.naming import fresh_name
 from kinolab.numerics.arrays import Array
 from kinolab.robots.constant_frames import ROUNDING
 from kinolab.robots.kinematic_tree import (
@@ -252,7 +253,7 @@ class _Maker:
         for child in node.children:
             joint = self._joint(child, parent, loads)
             own = _at_the_joint(child)
-            name = own.name if own else _fresh(f"{joint.name} frame", taken)
+            name = own.name if own else fresh_name(f"{joint.name} frame", taken)
             if own is None:
                 self.frames.add(name)
             self._links.append(self._link(own) if own else Link(name))
@@ -283,7 +284,7 @@ class _Maker:
             speed=c.speed * factor,
         )
         if node is not leader:
-            name = _fresh(f"{c.name} follower", {joint.name for joint in self._joints})
+            name = fresh_name(f"{c.name} follower", {joint.name for joint in self._joints})
             return replace(base, name=name, mimics=Mimicked(c.name, factor / leader.factor))
         rotor = self._rotors.get(c, 0.0) / factor**2
         return replace(base, armature=rotor, **vars(loads.joints[c]))
@@ -364,12 +365,3 @@ def _at_the_joint(node: _Node, name: str = "") -> Body | None:
         if np.allclose(pose, np.eye(4), rtol=0.0, atol=ROUNDING) and name in ("", body.name):
             return body
     return None
-
-
-def _fresh(name: str, taken: set[str]) -> str:
-    """Return a name that is not taken, and take it."""
-    found, k = name, 2
-    while found in taken:
-        found, k = f"{name} {k}", k + 1
-    taken.add(found)
-    return found

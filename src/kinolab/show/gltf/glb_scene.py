@@ -11,7 +11,7 @@ from kinolab.dynamics.language.shapes import Cylinder
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.quaternions import of_matrices
 from kinolab.show.film.models.cone import cone_mesh
-from kinolab.show.film.models.ground import marked_areas
+from kinolab.show.film.models.ground import floor_top, marked_areas
 from kinolab.show.film.models.setting import SceneColors
 from kinolab.show.film.models.surface_mesh import SurfaceMesh, weld
 from kinolab.show.film.picture import Floor, Ghost
@@ -85,9 +85,7 @@ def _add_mesh(glb: Glb, parent: int, name: str, mesh: SurfaceMesh, opacity: floa
 def _add_floor(glb: Glb, root: int, floor: Floor | None, colors: SceneColors) -> None:
     if floor is None:
         return
-    (a, b), (c, d) = floor.low, floor.high
-    corners = [[a, b, 0.0], [c, b, 0.0], [c, d, 0.0], [a, d, 0.0]]
-    _add_mesh(glb, root, "floor", weld(corners, [[0, 1, 2], [0, 2, 3]], colors.floor))
+    _add_mesh(glb, root, "floor", floor_top(floor.low, floor.high, colors))
     for k, area in enumerate(marked_areas(floor.low, floor.high, colors)):
         height = MARK_HEIGHT * float(np.max(floor.high - floor.low))
         lifted = area.vertices + np.array([0.0, 0.0, height])

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from kinolab.numerics.arrays import Array
-from kinolab.numerics.quaternions import of_matrices
 from kinolab.show.page.content import Curve
 
 
@@ -36,11 +35,6 @@ def evaluated(curve: Curve, at: Array) -> Array:
     fraction = np.clip((at - curve.times[row])[:, None] / step, 0.0, 1.0)
     values, out, into = curve.values, curve.leaving, curve.arriving
     return hermite(values[row], out[row], values[row + 1], into[row + 1], step, fraction)
-
-
-def quaternions(poses: Array) -> Array:
-    """Return unit quaternions x, y, z, w of poses [R | p], shape (n, nb, 12) to (n, nb, 4)."""
-    return of_matrices(poses.reshape(*poses.shape[:-1], 3, 4)[..., :3])
 
 
 def turn_rates(quaternion: Array, poses: Array, rates: Array) -> Array:

@@ -8,9 +8,10 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 from kinolab.arguments import require_fit
-from kinolab.errors import InputError, Mistake
+from kinolab.errors import InputError
 from kinolab.files import utf_8, write_whole
 from kinolab.problem import PlanningTask
+from kinolab.problem.own_motion import other_machine
 from kinolab.runs import MODEL, PAGE, Run
 from kinolab.search.graph import SearchGraph
 from kinolab.show.gltf.glb_scene import glb_scene
@@ -125,10 +126,8 @@ def content_of_plan(problem: PlanningTask, plan: Shown) -> Content:
     if plan is None:
         return content_of(problem, None, readiness(problem))
     motion = plan if isinstance(plan, Trajectory) else plan.trajectory
-    if motion is not None and motion.state_names != problem.model.state_names:
-        own, names = ", ".join(motion.state_names), ", ".join(problem.model.state_names)
-        what = f"its states are {own}; those of {problem.machine.name} are {names}."
-        raise InputError([Mistake("trajectory", what, "Give the problem that it belongs to.")])
+    if motion is not None and (mistakes := list(other_machine(problem, motion))):
+        raise InputError(mistakes)
     if isinstance(plan, Run):
         return content_of(problem, motion, plan.report, plan.graph)
     if isinstance(plan, Trajectory):

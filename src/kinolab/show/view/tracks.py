@@ -9,7 +9,8 @@ import numpy as np
 
 from kinolab.dynamics import Model
 from kinolab.numerics.arrays import Array
-from kinolab.show.page.curves import quaternions, turn_rates
+from kinolab.numerics.quaternions import of_poses
+from kinolab.show.page.curves import turn_rates
 
 FD_STEP = 1e-5  # [s] of finite differences
 
@@ -57,7 +58,7 @@ def tracks(model: Model, x: Array, rate: Array) -> list[Track]:
     First the positions of all bodies, then their rotations, then all cables together if any.
     """
     poses, slopes = model.frames(x), _slope(model.frames, x, rate)
-    q = quaternions(poses)
+    q = of_poses(poses)
     w = turn_rates(q, poses, slopes)
     bodies = range(poses.shape[1])
     found = [Track(poses[:, i, 3::4], slopes[:, i, 3::4]) for i in bodies]

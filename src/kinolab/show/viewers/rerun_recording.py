@@ -9,6 +9,7 @@ import numpy as np
 
 from kinolab.arguments import require_fit
 from kinolab.files import whole_file
+from kinolab.interchange.motion_tables import with_unit
 from kinolab.lazy import library_of
 from kinolab.problem import PlanningTask
 from kinolab.show.page.content import Content
@@ -75,9 +76,8 @@ def _log(rerun: Any, recording: Any, content: Content) -> None:
         index = [rerun.TimeColumn(TIMELINE, duration=knots)]
         columns = zip(series.names, series.units, series.values.T, strict=True)
         for quantity, unit, values in columns:
-            told = f"{quantity} [{unit}]" if unit else quantity
             recording.send_columns(
-                rerun.new_entity_path([series.title, told]),
+                rerun.new_entity_path([series.title, with_unit(quantity, unit)]),
                 indexes=index,
                 columns=rerun.Scalars.columns(scalars=values),
             )

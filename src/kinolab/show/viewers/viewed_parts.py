@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
+from kinolab.naming import fresh_name
 from kinolab.numerics.arrays import Array
-from kinolab.show.film.models.surface_mesh import Indices, SurfaceMesh, weld
-from kinolab.show.film.picture import Floor
+from kinolab.show.film.models.ground import floor_top
+from kinolab.show.film.models.surface_mesh import Indices, SurfaceMesh
 from kinolab.show.page.content import Content
 from kinolab.show.page.curves import evaluated
 from kinolab.show.page.extent import extent
@@ -50,7 +51,7 @@ def still_parts(content: Content) -> Iterator[ViewedPart]:
     """Yield floor and obstacles."""
     seen = extent(content)
     if seen.floor is not None:
-        yield _part("floor", _floor(seen.floor, content.picture.colors.floor))
+        yield _part("floor", floor_top(seen.floor.low, seen.floor.high, content.picture.colors))
     names = unique([obstacle.name for obstacle in content.picture.obstacles])
     for name, mesh in zip(names, seen.obstacles, strict=True):
         yield _part(name, mesh)
@@ -76,25 +77,12 @@ def cables_at(content: Content) -> Array:
     return evaluated(content.keys.ends, times).reshape(len(times), -1, 2, 3)
 
 
-def unique(names: list[str]) -> list[str]:
+def unique(names: Sequence[str]) -> list[str]:
     """Return names for paths in a tree, each of its own."""
-    found: list[str] = []
-    for name in names:
-        stem = free = name.replace("/", " ") or "part"
-        count = 1
-        while free in found:
-            count += 1
-            free = f"{stem} {count}"
-        found.append(free)
-    return found
+    taken: set[str] = set()
+    return [fresh_name(name.replace("/", " ") or "part", taken) for name in names]
 
 
 def _part(name: str, mesh: SurfaceMesh) -> ViewedPart:
     vertices = np.asarray(mesh.vertices)[mesh.faces].reshape(-1, 3)
     return ViewedPart(name, vertices, np.repeat(mesh.colors, 3, axis=0))
-
-
-def _floor(floor: Floor, color: tuple[float, float, float]) -> SurfaceMesh:
-    (a, b), (c, d) = floor.low, floor.high
-    corners = [[a, b, 0.0], [c, b, 0.0], [c, d, 0.0], [a, d, 0.0]]
-    return weld(corners, [[0, 1, 2], [0, 2, 3]], color)

@@ -18,18 +18,24 @@ KERB = (0.78, 0.22, 0.18)  # every second block of a kerb
 STEPS = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0)
 
 
+def floor_top(low: Array, high: Array, colors: SceneColors) -> SurfaceMesh:
+    """The top of the floor between two corners, shape (2,)."""
+    (a, b), (c, d) = low, high
+    corners = [[a, b, 0.0], [c, b, 0.0], [c, d, 0.0], [a, d, 0.0]]
+    return weld(corners, [[0, 1, 2], [0, 2, 3]], colors.floor)
+
+
 def slab(
     low: Array, high: Array, thickness: float, colors: SceneColors
 ) -> tuple[SurfaceMesh, SurfaceMesh]:
     """The top of the floor between two corners, shape (2,), and the sides below it."""
-    x = np.array([low[0], high[0], high[0], low[0]])
-    y = np.array([low[1], low[1], high[1], high[1]])
-    top = np.stack([x, y, np.zeros(4)], axis=1)
+    mesh = floor_top(low, high, colors)
+    top = mesh.vertices
     i = np.arange(4)
     j = (i + 1) % 4
     sides = np.concatenate([np.stack([i, i + 4, j + 4], 1), np.stack([i, j + 4, j], 1)])
     both = np.concatenate([top, top - (0.0, 0.0, thickness)])
-    return weld(top, [[0, 1, 2], [0, 2, 3]], colors.floor), weld(both, sides, colors.side)
+    return mesh, weld(both, sides, colors.side)
 
 
 def marked_lines(low: Array, high: Array, colors: SceneColors) -> Array:
