@@ -32,6 +32,7 @@ from kinolab.dynamics.codegen.integrators import (
 )
 from kinolab.dynamics.codegen.llvm import Register, Routine, intrinsic, literal
 from kinolab.dynamics.codegen.state_space import emit_space
+from kinolab.dynamics.codegen.trigonometry import emit_sine_and_cosine, sine_and_cosine
 from kinolab.dynamics.derivation.derivation import Derivation
 from kinolab.dynamics.derivation.expression_graph import ExpressionGraph, Node
 
@@ -48,7 +49,8 @@ def emit_module(derivation: Derivation, *, lanes: bool = False) -> str:
     functions = {function.name: function for function in outputs_of(d)}
     return "\n".join(
         [
-            *_declarations(),
+            *declarations(),
+            emit_sine_and_cosine(1),
             *(_emitted(tape, function) for function in functions.values()),
             _emitted(tape, tangent_of(d)),
             emit_jacobian(*sizes, sizes[0]),
@@ -69,6 +71,7 @@ def emit_module(derivation: Derivation, *, lanes: bool = False) -> str:
 
 def _emit_lanes(d: Derivation, functions: Sequence[Function]) -> list[str]:
     return [
+        emit_sine_and_cosine(LANES),
         *(_emitted(d.binding.tape, function, LANES) for function in functions),
         *emit_explicit(
             len(d.state), projects=bool(d.projection), attitudes=d.attitudes, lanes=LANES
@@ -122,6 +125,7 @@ def _compute(
 ) -> dict[Node, Register]:
     """Emit everything that nodes rest on, variables being entries of array arguments."""
     registers: dict[Node, Register] = {}
+    waves: dict[Node, tuple[Register, Register]] = {}
     for node in tape.needed(nodes):
         operation = tape.operations[node]
         operands = [registers[operand] for operand in operation.operands]
@@ -138,6 +142,11 @@ def _compute(
                 registers[node] = routine.intrinsic("maxnum", *operands)
             case "sign":
                 registers[node] = _sign(routine, operands[0])
+            case "sin" | "cos":
+                angle = operation.operands[0]
+                if angle not in waves:
+                    waves[angle] = sine_and_cosine(routine, registers[angle])
+                registers[node] = waves[angle][operation.name == "cos"]
             case name if name in BINARY:
                 text = f"{BINARY[name]} contract {routine.number} {operands[0]}, {operands[1]}"
                 registers[node] = routine.line(text)
@@ -187,12 +196,14 @@ def _failed_lanes(routine: Routine, conditions: Sequence[Register]) -> Register:
     return routine.line(f"zext i{routine.lanes} {bad} to i32")
 
 
-def _declarations() -> list[str]:
+def declarations() -> list[str]:
+    """Return the declarations of what emitted functions call."""
     found = []
     for lanes in (1, LANES):
         number = Routine("", [], lanes=lanes).number
         found += [f"declare {number} @{intrinsic(name, lanes)}({number})" for name in INTRINSICS]
         found.append(f"declare {number} @{intrinsic('maxnum', lanes)}({number}, {number})")
+    found.append("declare i1 @llvm.expect.i1(i1, i1)")
     return [*found, *(f"declare double @{name}(double)" for name in LIBRARY)]
 
 

@@ -27,13 +27,15 @@ from kinolab.dynamics.codegen.compiled_functions import CHATTERS, STEPPERS
 from kinolab.dynamics.codegen.emission import emit_function, emit_module
 from kinolab.dynamics.codegen.integrators import STEP
 from kinolab.dynamics.codegen.llvm import Register, Routine, literal
+from kinolab.dynamics.codegen.trigonometry import name_of
 from kinolab.dynamics.mode_derivations import ModeDerivation
 
 HALVINGS = 48  # of a step, to locate a transition: 1 s to 4e-15 s
 MINIMUM_HALVINGS = 24  # of a step, to find where a guard is least: 1 s to 6e-8 s
 MAX_SWITCHES = 64  # in one step; more are called chattering
-DEFINED = re.compile(r"^define (?:internal )?(\w+) @(\w+)\(([^)]*)\)", re.MULTILINE)
-SHARED = ("rows_at", "rows_under", "rows_between", "difference", "retract")  # know no modes
+DEFINED = re.compile(r"^define (?:internal )?(\w+|\{.*?\}) @(\w+)\(([^)]*)\)", re.MULTILINE)
+LOOPS = ("rows_at", "rows_under", "rows_between")
+SHARED = (*LOOPS, "difference", "retract", name_of(1))  # know no modes
 FLOW = "flow_"  # prefix of steps that switch nothing
 LEAVES = [*(("ptr", name) for name in ("x", "u", "p", "out")), ("i64", "mode")]
 
@@ -77,7 +79,7 @@ def _body_of(text: str, name: str) -> str:
 
 def _renamed(text: str, mode: int) -> str:
     """Return a mode's module with names of its own, without what all modes share."""
-    names = {name for _, name, _ in (m.groups() for m in DEFINED.finditer(text))}
+    names = {m.groups()[1] for m in DEFINED.finditer(text)}.difference(SHARED)
     for name in SHARED:
         text = text.replace(_body_of(text, name), "")
     text = "\n".join(line for line in text.splitlines() if not line.startswith("declare"))

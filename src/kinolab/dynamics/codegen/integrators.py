@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from kinolab.dynamics.codegen.llvm import Register, Routine, literal
+from kinolab.dynamics.codegen.trigonometry import sine_and_cosine
 
 METHODS = ("rk4", "euler", "rosenbrock")
 
@@ -92,7 +93,7 @@ def _turn(
         square = routine.add(square, routine.mul(entry, entry))
     squared = routine.mul(routine.mul(h, h), square)
     turn = routine.intrinsic("sqrt", squared)
-    cosine, sine = (routine.intrinsic(name, turn) for name in ("cos", "sin"))
+    sine, cosine = sine_and_cosine(routine, turn)
     small = routine.compare("olt", squared, routine.constant(SMALL_TURN))
     series = routine.sub(routine.constant(1.0), routine.div(squared, routine.constant(6.0)))
     ratio = routine.select(small, series, routine.div(sine, turn))

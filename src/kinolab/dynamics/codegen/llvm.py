@@ -35,6 +35,7 @@ class Routine:
         result: Type of the result.
         private: Whether only this module calls it.
         lanes: Of which every number consists.
+        inlined: Whether it is to be part of what calls it.
 
     Attributes:
         number: Type of a number.
@@ -49,6 +50,7 @@ class Routine:
         result: str = "i32",
         private: bool = False,
         lanes: int = 1,
+        inlined: bool = False,
     ) -> None:
         self.lanes = lanes
         self.number, self.truth = (
@@ -56,7 +58,8 @@ class Routine:
         )
         linkage = "internal " if private else ""
         listing = ", ".join(f"{kind} %{label}" for kind, label in parameters)
-        self._header = f"define {linkage}{result} @{name}({listing}) {{"
+        ending = " alwaysinline" if inlined else ""
+        self._header = f"define {linkage}{result} @{name}({listing}){ending} {{"
         self._result = result
         self._entry: list[str] = []
         self._lines: list[str] = []
