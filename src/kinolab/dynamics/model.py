@@ -246,14 +246,14 @@ class Model:
         """Return the address of a compiled C function: f, step_rk4, frames, point_speed, …"""
         return self._code.address(function)
 
-    def step_in_lanes(self, method: str) -> int:
-        """Return the address of a method's step of several states at once, 0 where there is none.
+    def in_lanes(self, method: str) -> tuple[int, int]:
+        """Return the addresses of a method's step and of f for several states at once, or zeros.
 
-        It takes what a step takes, with ``LANES`` states, inputs and results entry by entry, and
-        returns bits that are set for lanes in which it failed. There is none of machines with modes
-        or feedback, of very long equations of motion and of implicit methods.
+        They take what a step and f take, with ``LANES`` states, inputs and results entry by entry,
+        and return bits that are set for lanes in which they failed. There are none of machines with
+        modes or feedback, of very long equations of motion and of implicit methods.
         """
-        return self._code.step_in_lanes(method)
+        return self._code.in_lanes(method)
 
     @cached_property
     def plant(self) -> Model:

@@ -23,6 +23,7 @@ class Machine(NamedTuple):
 
     step: int
     step_in_lanes: int  # of LANES states at once; 0 where there is none
+    f_in_lanes: int
     substeps: int
     f: int
     frames: int
@@ -39,12 +40,12 @@ def machine_of(problem: PlanningTask) -> Machine:
     """Return a problem's machine; the caller must keep the model alive, which owns the code."""
     model = problem.model
     method = problem.scenario.integration.method
-    names = [name for name in Machine._fields[3:] if name != "p"]
+    names = [name for name in Machine._fields[4:] if name != "p"]
     # Never empty: the array's address is taken even of a machine without parameters.
     parameters = np.append(model.parameter_vector(), 0.0)
     addresses: dict[str, Any] = {name: model.address(name) for name in names}
     substeps = problem.scenario.integration.substeps
-    steps = model.address(f"step_{method}"), model.step_in_lanes(method)
+    steps = model.address(f"step_{method}"), *model.in_lanes(method)
     return Machine(*steps, substeps, **addresses, p=parameters)
 
 
@@ -104,6 +105,13 @@ def advance_in_lanes(machine, x, u, h, after):  # type: ignore[no-untyped-def]
         machine.step_in_lanes, x.ctypes.data, u.ctypes.data, machine.p.ctypes.data, h,
         after.ctypes.data, machine.substeps,
     )  # fmt: skip
+
+
+@kernel
+def derivative_in_lanes(machine, x, u, dx):  # type: ignore[no-untyped-def]
+    """Write the derivatives (nx, LANES) of several states (nx, LANES) under inputs (nu, LANES)."""
+    p = machine.p.ctypes.data
+    call_under(machine.f_in_lanes, x.ctypes.data, u.ctypes.data, p, dx.ctypes.data)
 
 
 @kernel

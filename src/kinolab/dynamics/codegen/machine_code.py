@@ -71,7 +71,8 @@ class MachineCode:
         self.redundant: tuple[str, ...] = tuple(facts["redundant"])
         self._closed = {name: PREFIX + name for name in CLOSED_LOOP_FUNCTIONS if closed}
         own = SWITCHES if switches else ()
-        self._in_lanes = [f"step_{method}{in_lanes()}" for method in EXPLICIT if facts["lanes"]]
+        twins = ("f", *(f"step_{method}" for method in EXPLICIT))
+        self._in_lanes = [name + in_lanes() for name in twins if facts["lanes"]]
         names = {*self.sizes, *FUNCTIONS, *own, *self._closed.values(), *self._in_lanes}
         self._library = link(code, names)
 
@@ -79,10 +80,13 @@ class MachineCode:
         """Return the address of a C function, the closed loop's where there is feedback."""
         return self._library.address(self._closed.get(name, name))
 
-    def step_in_lanes(self, method: str) -> int:
-        """Return the address of the step of LANES states at once, 0 where there is none."""
-        name = f"step_{method}{in_lanes()}"
-        return self._library.address(name) if name in self._in_lanes else 0
+    def in_lanes(self, method: str) -> tuple[int, int]:
+        """Return the addresses of step and f of LANES states at once, 0 where there are none."""
+        names = [name + in_lanes() for name in (f"step_{method}", "f")]
+        if not self._in_lanes or names[0] not in self._in_lanes:
+            return 0, 0
+        step, f = map(self._library.address, names)
+        return step, f
 
     def evaluate(self, name: str, tables: Sequence[Array], p: Array, out: Array) -> tuple[int, int]:
         """Evaluate a function of (x, p) or (x, u, p) at every row.

@@ -14,6 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from kinolab.dynamics.codegen.integrators import LANES
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.jit import kernel
 from kinolab.numerics.kd_forest import (
@@ -24,14 +25,29 @@ from kinolab.numerics.kd_forest import (
     nearest,
 )
 from kinolab.numerics.rng import uniform
+from kinolab.search.tree.extensions import (
+    MAX_DRAWS,
+    begin_extension,
+    end_extension,
+    extend_all,
+    has_ended,
+    is_idle,
+)
 from kinolab.search.tree.problem_arrays import (
     ProblemArrays,
     metric_coordinates,
     metric_periods,
     sample_state,
 )
-from kinolab.search.tree.rrt_kernel import extend, propagate
-from kinolab.search.tree.tree import FULL, GROWING, REACHED, TOLERANCE_FRACTION, insert_node
+from kinolab.search.tree.rrt_kernel import is_tried, propagate
+from kinolab.search.tree.tree import (
+    FULL,
+    GROWING,
+    NONE,
+    REACHED,
+    TOLERANCE_FRACTION,
+    insert_node,
+)
 
 
 class CostIndex(NamedTuple):
@@ -91,31 +107,72 @@ def grow_below(  # type: ignore[no-untyped-def]
         min_steps, max_steps: Range of the control duration in steps.
 
     Returns:
-        GROWING, REACHED or FULL, and the number of iterations made.
+        GROWING, REACHED or FULL, and the number of iterations made, some more than asked for.
     """
-    arrays, random, per_step = search.problem, search.random, cost_weight * costs.extent / most
-    for done in range(iterations):
-        if tree.size[0] >= tree.x.shape[0]:
-            return FULL, done
-        sample_state(arrays, random, goal_bias, tree.target)
-        metric_coordinates(arrays, tree.target, tree.aim)
-        locate(costs, tree.aim, uniform(random) * most * per_step)
-        parent, _ = nearest(costs.forest, costs.point, 0, math.inf)
-        if uniform(random) * (1.0 + tree.failures[parent]) > 1.0:
-            continue
-        longest = propagate(search, tree, parent, min_steps, max_steps, control_samples)
-        longest = min(longest, most - 1 - tree.cost[parent])
-        made, violation, known_clearance = extend(search, tree, parent, min_steps, longest, best[1])
-        cost = tree.cost[parent] + made
-        if made < min_steps or (cost + 1 >= most and violation > TOLERANCE_FRACTION):
-            tree.failures[parent] += 1
-            continue
-        node = insert_node(tree, tree.now, tree.held, parent, made, known_clearance)
-        metric_coordinates(arrays, tree.now, tree.point)
-        locate(costs, tree.point, cost * per_step)
-        add(costs.forest, costs.point)
-        if violation < best[1]:
-            best[0], best[1] = node, violation
-        if violation <= TOLERANCE_FRACTION:
-            return REACHED, done + 1
-    return GROWING, iterations
+    per_step = cost_weight * costs.extent / most
+    done = 0
+    while True:
+        for lane in range(LANES):
+            if has_ended(tree, lane):
+                status = settle_below(search, tree, costs, lane, best, min_steps, most, per_step)
+                if status != GROWING:
+                    return status, done
+        if done >= iterations:
+            return GROWING, done
+        for lane in range(LANES):
+            for _ in range(MAX_DRAWS):
+                if not is_idle(tree, lane):
+                    break
+                done += 1
+                parent = draw_below(search, tree, costs, goal_bias, most, per_step)
+                if parent != NONE:
+                    steps = propagate(search, tree, parent, min_steps, max_steps, control_samples)
+                    steps = min(steps, most - 1 - tree.cost[parent])
+                    begin_extension(search, tree, lane, parent, steps)
+        extend_all(search, tree, min_steps, best[1])
+
+
+@kernel
+def settle_below(search, tree, costs, lane, best, min_steps, most, per_step):  # type: ignore[no-untyped-def]
+    """Add the end of an extension to the tree if it can meet the cost bound.
+
+    Args:
+        search, tree, costs: ``SearchState``, ``Tree`` and ``CostIndex``.
+        lane: Where it has ended.
+        best, most: As ``grow_below`` takes them.
+        min_steps: Fewest steps that are kept.
+        per_step: Distance of a step in the metric.
+
+    Returns:
+        GROWING, REACHED or FULL.
+    """
+    if tree.size[0] >= tree.x.shape[0]:
+        return FULL
+    parent, made, violation, known_clearance = end_extension(tree, lane)
+    cost = tree.cost[parent] + made
+    if made < min_steps or (cost + 1 >= most and violation > TOLERANCE_FRACTION):
+        tree.failures[parent] += 1
+        return GROWING
+    node = insert_node(tree, tree.now, tree.held, parent, made, known_clearance)
+    metric_coordinates(search.problem, tree.now, tree.point)
+    locate(costs, tree.point, cost * per_step)
+    add(costs.forest, costs.point)
+    if violation < best[1]:
+        best[0], best[1] = node, violation
+    return REACHED if violation <= TOLERANCE_FRACTION else GROWING
+
+
+@kernel
+def draw_below(search, tree, costs, goal_bias, most, per_step):  # type: ignore[no-untyped-def]
+    """Return the node to extend, nearest to a sample of state and cost, or NONE.
+
+    Args:
+        search, tree, costs: ``SearchState``, ``Tree`` and ``CostIndex``.
+        goal_bias: Probability of sampling the goal.
+        most, per_step: As ``settle_below`` takes them.
+    """
+    sample_state(search.problem, search.random, goal_bias, tree.target)
+    metric_coordinates(search.problem, tree.target, tree.aim)
+    locate(costs, tree.aim, uniform(search.random) * most * per_step)
+    parent, _ = nearest(costs.forest, costs.point, 0, math.inf)
+    return parent if is_tried(search, tree, parent) else NONE

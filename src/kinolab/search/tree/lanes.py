@@ -1,4 +1,4 @@
-"""Several inputs from one node at once, ignoring obstacles: a lane for each.
+"""Several states at once, a lane for each: inputs from one node, and extensions of several nodes.
 
 The states are those that one input after the other would lead to, bit for bit.
 """
@@ -8,6 +8,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from kinolab.dynamics.codegen.integrators import LANES
 from kinolab.numerics.arrays import Array
@@ -27,6 +28,41 @@ class LaneStates(NamedTuple):
     least: Array  # (LANES,) cost of its input
     nearest: Array  # (LANES,) scratch
     best: Integers  # (LANES,) steps to be made of it
+
+
+class Extensions(NamedTuple):
+    """Extensions under way, one in each lane, for compiled kernels."""
+
+    now: Array  # (nx, LANES) where they are
+    after: Array  # (nx, LANES) where the next step leads
+    held: Array  # (nu, LANES)
+    slope: Array  # (nx, LANES) derivative of the state where they are
+    slope_after: Array  # (nx, LANES)
+    parent: Integers  # (LANES,) NONE for a lane that is idle
+    steps: Integers  # (LANES,) to be made at most
+    made: Integers  # (LANES,)
+    ended: NDArray[np.uint8]  # (LANES,) whether no more are made
+    clearance: Array  # (LANES,) known, in [m]
+    speed: Array  # (LANES,) bound on the speed of points, in [m/s]
+    violation: Array  # (LANES,) normalised goal error
+
+
+def no_extensions(nx: int, nu: int) -> Extensions:
+    """Allocate idle lanes for states and inputs of some lengths."""
+    return Extensions(
+        now=np.zeros((nx, LANES)),
+        after=np.zeros((nx, LANES)),
+        held=np.zeros((nu, LANES)),
+        slope=np.zeros((nx, LANES)),
+        slope_after=np.zeros((nx, LANES)),
+        parent=np.full(LANES, -1, np.int64),
+        steps=np.zeros(LANES, np.int64),
+        made=np.zeros(LANES, np.int64),
+        ended=np.zeros(LANES, np.uint8),
+        clearance=np.zeros(LANES),
+        speed=np.zeros(LANES),
+        violation=np.zeros(LANES),
+    )
 
 
 def lane_states(nx: int, nu: int) -> LaneStates:

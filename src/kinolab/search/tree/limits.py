@@ -76,6 +76,8 @@ def keeps_limits(limits, x):  # type: ignore[no-untyped-def]
 def step_keeps_limits(machine, limits, x, u, after, h, scratch):  # type: ignore[no-untyped-def]
     """Say whether the step from x to ``after`` under u in h [s] violates no limit.
 
+    The state derivatives at its ends are in ``limits.slope``, as ``slopes_of_step`` leaves them.
+
     Args:
         machine, limits: ``Machine`` and ``LimitArrays``.
         x, u, after: State (nx,), inputs (nu,) and the state reached (nx,).
@@ -84,7 +86,7 @@ def step_keeps_limits(machine, limits, x, u, after, h, scratch):  # type: ignore
     """
     return (
         keeps_limits(limits, after)
-        and turns_within(machine, limits, x, u, after, h)
+        and turns_within(limits, x, after, h)
         and keeps_rates(machine, limits, after)
         and keeps_requirements(machine, limits, x, u, h, scratch)
         and keeps_out(machine, limits, x, u, after, h, scratch)
@@ -92,21 +94,32 @@ def step_keeps_limits(machine, limits, x, u, after, h, scratch):  # type: ignore
 
 
 @kernel
-def turns_within(machine, limits, x, u, after, h):  # type: ignore[no-untyped-def]
+def slopes_of_step(machine, limits, x, u, after):  # type: ignore[no-untyped-def]
+    """Write the state derivatives at the ends of a step to ``limits.slope``.
+
+    Args:
+        machine, limits: ``Machine`` and ``LimitArrays``.
+        x, u, after: State (nx,), inputs (nu,) and the state reached (nx,).
+    """
+    p = machine.p.ctypes.data
+    first, last = limits.slope[0], limits.slope[1]
+    call_under(machine.f, x.ctypes.data, u.ctypes.data, p, first.ctypes.data)
+    call_under(machine.f, after.ctypes.data, u.ctypes.data, p, last.ctypes.data)
+
+
+@kernel
+def turns_within(limits, x, after, h):  # type: ignore[no-untyped-def]
     """Say whether extrema of the state inside a step are within limits.
 
     If its derivatives a and b at the ends have opposite signs, the extremum exceeds the ends by
     about h/2 |a b| / (|a| + |b|), at most h/2 times the smaller derivative.
 
     Args:
-        machine, limits: ``Machine`` and ``LimitArrays``.
-        x, u, after: State (nx,), inputs (nu,) and the state reached (nx,).
+        limits: ``LimitArrays``.
+        x, after: State (nx,) and the state reached (nx,).
         h: Step length in [s].
     """
     first, last = limits.slope[0], limits.slope[1]
-    p = machine.p.ctypes.data
-    call_under(machine.f, x.ctypes.data, u.ctypes.data, p, first.ctypes.data)
-    call_under(machine.f, after.ctypes.data, u.ctypes.data, p, last.ctypes.data)
     for i in range(x.shape[0]):
         if first[i] * last[i] < 0.0:
             over = SAFETY_FACTOR * 0.5 * h * min(abs(first[i]), abs(last[i]))
@@ -161,7 +174,7 @@ def keeps_requirements(machine, limits, x, u, h, scratch):  # type: ignore[no-un
 def keeps_out(machine, limits, x, u, after, h, scratch):  # type: ignore[no-untyped-def]
     """Check keep-out cones at samples of a step so dense that no axis turns far in between.
 
-    The state derivatives at its ends are those left by ``turns_within``.
+    The state derivatives at its ends are those left by ``slopes_of_step``.
 
     Args:
         machine, limits: ``Machine`` and ``LimitArrays``.

@@ -13,9 +13,16 @@ from kinolab.dynamics.codegen.integrators import LANES
 from kinolab.numerics.jit import kernel
 from kinolab.numerics.kd_forest import nearest
 from kinolab.numerics.rng import below, uniform
+from kinolab.search.tree.extensions import (
+    MAX_DRAWS,
+    begin_extension,
+    end_extension,
+    extend_all,
+    has_ended,
+    is_idle,
+)
 from kinolab.search.tree.lanes import draw_lanes, hold_best_lane
 from kinolab.search.tree.problem_arrays import (
-    goal_violation,
     metric_coordinates,
     sample_control,
     sample_state,
@@ -23,12 +30,11 @@ from kinolab.search.tree.problem_arrays import (
 from kinolab.search.tree.tree import (
     FULL,
     GROWING,
+    NONE,
     REACHED,
     TOLERANCE_FRACTION,
     insert,
-    step_is_free,
 )
-from kinolab.simulation.collision_context import speed_bound
 from kinolab.simulation.machine import advance, advance_in_lanes
 
 
@@ -48,60 +54,67 @@ def grow(  # type: ignore[no-untyped-def]
         min_steps, max_steps: Range of the control duration in steps.
 
     Returns:
-        GROWING, REACHED or FULL, and the number of iterations made.
+        GROWING, REACHED or FULL, and the number of iterations made, some more than asked for.
     """
-    target, point = tree.target, tree.aim
-    arrays, random = search.problem, search.random
-    for done in range(iterations):
-        if tree.size[0] >= tree.x.shape[0]:
-            return FULL, done
-        sample_state(arrays, random, goal_bias, target)
-        metric_coordinates(arrays, target, point)
-        parent, _ = nearest(tree.forest, point, 0, math.inf)
-        if uniform(random) * (1.0 + tree.failures[parent]) > 1.0:
-            continue
-        longest = propagate(search, tree, parent, min_steps, max_steps, control_samples)
-        made, violation, known_clearance = extend(search, tree, parent, min_steps, longest, best[1])
-        if made < min_steps:
-            tree.failures[parent] += 1
-            continue
-        node = insert(search, tree, tree.now, tree.held, parent, made, known_clearance)
-        if violation < best[1]:
-            best[0], best[1] = node, violation
-        if violation <= TOLERANCE_FRACTION:
-            return REACHED, done + 1
-    return GROWING, iterations
+    done = 0
+    while True:
+        for lane in range(LANES):
+            if has_ended(tree, lane):
+                status = settle(search, tree, lane, best, min_steps)
+                if status != GROWING:
+                    return status, done
+        if done >= iterations:
+            return GROWING, done
+        for lane in range(LANES):
+            for _ in range(MAX_DRAWS):
+                if not is_idle(tree, lane):
+                    break
+                done += 1
+                parent = draw_node(search, tree, goal_bias)
+                if parent != NONE:
+                    steps = propagate(search, tree, parent, min_steps, max_steps, control_samples)
+                    begin_extension(search, tree, lane, parent, steps)
+        extend_all(search, tree, min_steps, best[1])
 
 
 @kernel
-def extend(search, tree, parent, min_steps, longest, least):  # type: ignore[no-untyped-def]
-    """Apply ``tree.held`` from a node until a step is rejected or the goal is reached.
+def settle(search, tree, lane, best, min_steps):  # type: ignore[no-untyped-def]
+    """Add the end of an extension to the tree.
 
     Args:
-        search: The problem and scratch memory.
-        tree: Its ``now`` is the end of the motion; written.
-        parent: The node.
-        min_steps, longest: Range of the control duration in steps.
-        least: Normalised goal error above which its evaluation may stop early.
+        search, tree: ``SearchState`` and ``Tree``.
+        lane: Where it has ended.
+        best: As ``grow`` takes it.
+        min_steps: Fewest steps that are kept.
 
     Returns:
-        Steps made, the normalised goal error at their end and the clearance there in [m].
+        GROWING, REACHED or FULL.
     """
-    now, after = tree.now, tree.after
-    for i in range(now.shape[0]):
-        now[i] = tree.x[parent, i]
-    made, violation, known_clearance = 0, math.inf, np.float64(tree.clearance[parent])
-    speed = speed_bound(search.machine, now, tree.held, search.scratch)
-    while made < longest and violation > TOLERANCE_FRACTION:
-        clearance, speed = step_is_free(search, tree, now, tree.held, after, known_clearance, speed)
-        if clearance < 0.0:
-            break
-        made, known_clearance = made + 1, clearance
-        for i in range(now.shape[0]):
-            now[i] = after[i]
-        if made >= min_steps:
-            violation = goal_violation(search, now, max(least, TOLERANCE_FRACTION))
-    return made, violation, known_clearance
+    if tree.size[0] >= tree.x.shape[0]:
+        return FULL
+    parent, made, violation, known_clearance = end_extension(tree, lane)
+    if made < min_steps:
+        tree.failures[parent] += 1
+        return GROWING
+    node = insert(search, tree, tree.now, tree.held, parent, made, known_clearance)
+    if violation < best[1]:
+        best[0], best[1] = node, violation
+    return REACHED if violation <= TOLERANCE_FRACTION else GROWING
+
+
+@kernel
+def draw_node(search, tree, goal_bias):  # type: ignore[no-untyped-def]
+    """Return the node to extend, nearest to a sample, or NONE where it has often failed."""
+    sample_state(search.problem, search.random, goal_bias, tree.target)
+    metric_coordinates(search.problem, tree.target, tree.aim)
+    parent, _ = nearest(tree.forest, tree.aim, 0, math.inf)
+    return parent if is_tried(search, tree, parent) else NONE
+
+
+@kernel
+def is_tried(search, tree, node):  # type: ignore[no-untyped-def]
+    """Draw whether a node is extended: the less likely, the more often that has failed."""
+    return uniform(search.random) * (1.0 + tree.failures[node]) <= 1.0
 
 
 @kernel

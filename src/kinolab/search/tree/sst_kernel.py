@@ -6,11 +6,28 @@ Source: Li, Littlefield, Bekris, Asymptotically optimal sampling-based kinodynam
 
 from __future__ import annotations
 
+import numpy as np
+
+from kinolab.dynamics.codegen.integrators import LANES
 from kinolab.numerics.jit import kernel
-from kinolab.numerics.rng import uniform
+from kinolab.search.tree.extensions import (
+    MAX_DRAWS,
+    begin_extension,
+    end_extension,
+    extend_all,
+    has_ended,
+    is_idle,
+)
 from kinolab.search.tree.problem_arrays import metric_coordinates, sample_state
-from kinolab.search.tree.rrt_kernel import extend, propagate
-from kinolab.search.tree.tree import FULL, GROWING, REACHED, TOLERANCE_FRACTION, insert_node
+from kinolab.search.tree.rrt_kernel import is_tried, propagate
+from kinolab.search.tree.tree import (
+    FULL,
+    GROWING,
+    NONE,
+    REACHED,
+    TOLERANCE_FRACTION,
+    insert_node,
+)
 from kinolab.search.tree.witnesses import NOBODY, represent, select, sweep, witness_at
 
 
@@ -35,34 +52,71 @@ def grow_sparsely(  # type: ignore[no-untyped-def]
         min_steps, max_steps: Range of the control duration in steps.
 
     Returns:
-        GROWING, REACHED or FULL, and the number of iterations made.
+        GROWING, REACHED or FULL, and the number of iterations made, some more than asked for.
     """
-    arrays, random = search.problem, search.random
-    for done in range(iterations):
-        if tree.size[0] >= tree.x.shape[0] and not sweep(tree, witnesses, best, most):
-            return FULL, done
-        sample_state(arrays, random, goal_bias, tree.target)
-        metric_coordinates(arrays, tree.target, tree.aim)
-        parent = select(witnesses, tree.aim, selection_radius)
-        if uniform(random) * (1.0 + tree.failures[parent]) > 1.0:
-            continue
-        longest = propagate(search, tree, parent, min_steps, max_steps, control_samples)
-        longest = min(longest, most - 1 - tree.cost[parent])
-        made, violation, known_clearance = extend(search, tree, parent, min_steps, longest, best[1])
-        if made < min_steps:
-            tree.failures[parent] += 1
-            continue
-        inside, cost = violation <= TOLERANCE_FRACTION, tree.cost[parent] + made
-        metric_coordinates(arrays, tree.now, tree.point)
-        witness = witness_at(witnesses, tree.point, pruning_radius)
-        cheaper = cost + 1 < most and (witness == NOBODY or cost < witnesses.cost[witness])
-        if not (cheaper or inside or violation < best[1]):
-            continue
-        node = insert_node(tree, tree.now, tree.held, parent, made, known_clearance)
-        if cheaper:
-            represent(witnesses, witness, node, cost, tree.point)
-        if violation < best[1]:
-            best[0], best[1] = node, violation
-        if inside:
-            return REACHED, done + 1
-    return GROWING, iterations
+    done = 0
+    while True:
+        for lane in range(LANES):
+            if has_ended(tree, lane):
+                status = settle_sparsely(
+                    search, tree, witnesses, lane, best, min_steps, most, pruning_radius
+                )
+                if status != GROWING:
+                    return status, done
+        if done >= iterations:
+            return GROWING, done
+        for lane in range(LANES):
+            for _ in range(MAX_DRAWS):
+                if not is_idle(tree, lane):
+                    break
+                done += 1
+                parent = draw_sparsely(search, tree, witnesses, goal_bias, selection_radius)
+                if parent != NONE:
+                    steps = propagate(search, tree, parent, min_steps, max_steps, control_samples)
+                    steps = min(steps, most - 1 - tree.cost[parent])
+                    begin_extension(search, tree, lane, parent, steps)
+        extend_all(search, tree, min_steps, best[1])
+
+
+@kernel
+def settle_sparsely(  # type: ignore[no-untyped-def]
+    search, tree, witnesses, lane, best, min_steps, most, pruning_radius,
+):  # fmt: skip
+    """Add the end of an extension to the tree if its witness has no cheaper node.
+
+    Args:
+        search, tree, witnesses: ``SearchState``, ``Tree`` and ``Witnesses``.
+        lane: Where it has ended.
+        best, most, pruning_radius: As ``grow_sparsely`` takes them.
+        min_steps: Fewest steps that are kept.
+
+    Returns:
+        GROWING, REACHED or FULL.
+    """
+    if tree.size[0] >= tree.x.shape[0] and not sweep(tree, witnesses, best, most):
+        return FULL
+    parent, made, violation, known_clearance = end_extension(tree, lane)
+    if made < min_steps:
+        tree.failures[parent] += 1
+        return GROWING
+    inside, cost = violation <= TOLERANCE_FRACTION, tree.cost[parent] + made
+    metric_coordinates(search.problem, tree.now, tree.point)
+    witness = witness_at(witnesses, tree.point, pruning_radius)
+    cheaper = cost + 1 < most and (witness == NOBODY or cost < witnesses.cost[witness])
+    if not (cheaper or inside or violation < best[1]):
+        return GROWING
+    node = insert_node(tree, tree.now, tree.held, parent, made, known_clearance)
+    if cheaper:
+        represent(witnesses, witness, node, cost, tree.point)
+    if violation < best[1]:
+        best[0], best[1] = node, violation
+    return REACHED if inside else GROWING
+
+
+@kernel
+def draw_sparsely(search, tree, witnesses, goal_bias, selection_radius):  # type: ignore[no-untyped-def]
+    """Return the node to extend, the cheapest near a sample, or NONE where it has often failed."""
+    sample_state(search.problem, search.random, goal_bias, tree.target)
+    metric_coordinates(search.problem, tree.target, tree.aim)
+    parent = np.int64(select(witnesses, tree.aim, selection_radius))
+    return parent if is_tried(search, tree, parent) else NONE

@@ -16,8 +16,8 @@ from kinolab.numerics.kd_forest import (
     clear,
     kd_forest,
 )
-from kinolab.search.tree.lanes import LaneStates, lane_states
-from kinolab.search.tree.limits import step_keeps_limits
+from kinolab.search.tree.lanes import Extensions, LaneStates, lane_states, no_extensions
+from kinolab.search.tree.limits import slopes_of_step, step_keeps_limits
 from kinolab.search.tree.problem_arrays import ProblemArrays, metric_coordinates, metric_periods
 from kinolab.simulation.collision_context import is_motion_free
 from kinolab.simulation.machine import advance
@@ -52,6 +52,7 @@ class Tree(NamedTuple):
     drawn: Array  # (nu,) scratch
     aim: Array  # (d,) scratch
     lanes: LaneStates
+    extensions: Extensions
 
 
 def tree(arrays: ProblemArrays, capacity: int, neighbours: bool = True) -> Tree:
@@ -77,6 +78,7 @@ def tree(arrays: ProblemArrays, capacity: int, neighbours: bool = True) -> Tree:
         drawn=np.zeros(nu),
         aim=np.zeros(len(arrays.entry)),
         lanes=lane_states(nx, nu),
+        extensions=no_extensions(nx, nu),
     )
 
 
@@ -132,11 +134,19 @@ def step_is_free(search, tree, x, u, after, known_clearance, speed):  # type: ig
         Clearance bound at ``after`` in [m], negative if the step is rejected, and the speed there,
         as ``is_motion_free``.
     """
-    machine, scratch, h = search.machine, search.scratch, search.problem.step
+    machine, h = search.machine, search.problem.step
     tree.rejections[ALL_STEPS] += 1
     if advance(machine, x, u, h, after) != 0:
         tree.rejections[EQUATIONS] += 1
         return -1.0, 0.0
+    slopes_of_step(machine, search.problem.limits, x, u, after)
+    return made_step_is_free(search, tree, x, u, after, known_clearance, speed)
+
+
+@kernel
+def made_step_is_free(search, tree, x, u, after, known_clearance, speed):  # type: ignore[no-untyped-def]
+    """Check a step that was made, whose slopes are known, as ``step_is_free`` does."""
+    machine, scratch, h = search.machine, search.scratch, search.problem.step
     if not step_keeps_limits(machine, search.problem.limits, x, u, after, h, scratch):
         tree.rejections[LIMIT] += 1
         return -1.0, 0.0
@@ -153,6 +163,7 @@ def begin(search, tree):  # type: ignore[no-untyped-def]
     """Clear a tree to its start."""
     clear(tree.forest)
     tree.size[0] = 0
+    tree.extensions.parent[:] = NONE
     tree.held[:] = 0.0
     insert(search, tree, search.problem.start, tree.held, NONE, np.int64(0), 0.0)
 
@@ -161,6 +172,7 @@ def begin(search, tree):  # type: ignore[no-untyped-def]
 def begin_without_neighbours(search, tree):  # type: ignore[no-untyped-def]
     """Clear a tree without a nearest-neighbour index to its start; return that node."""
     tree.size[0] = 0
+    tree.extensions.parent[:] = NONE
     tree.held[:] = 0.0
     return insert_node(tree, search.problem.start, tree.held, NONE, np.int64(0), 0.0)
 

@@ -27,6 +27,7 @@ from kinolab.numerics.kd_forest import (
     nearest,
 )
 from kinolab.search.tree.problem_arrays import ProblemArrays, metric_coordinates, metric_periods
+from kinolab.search.tree.tree import NONE
 
 NOBODY = -1
 USELESS, OF_USE = -1, -2  # marks of nodes before renumbering
@@ -102,7 +103,7 @@ def sweep(tree, witnesses, best, most):  # type: ignore[no-untyped-def]
     """Prune witnesses that cannot meet the cost bound, and useless nodes.
 
     Args:
-        tree: Its nodes are renumbered.
+        tree: Its nodes are renumbered; those that are being extended are kept.
         witnesses: Their representatives are renumbered.
         best: Its first entry is a node that is kept and renumbered.
         most: Cost bound: steps that a solution must stay below.
@@ -120,12 +121,19 @@ def sweep(tree, witnesses, best, most):  # type: ignore[no-untyped-def]
         if cost + 1 < most:
             place[node] = OF_USE
             represent(witnesses, NOBODY, node, cost, points[witness])
+    extended = tree.extensions.parent
+    for lane in range(extended.shape[0]):
+        if extended[lane] != NONE:
+            place[extended[lane]] = OF_USE
     for node in range(size - 1, 0, -1):  # parents have smaller numbers
         if place[node] == OF_USE:
             place[tree.parent[node]] = OF_USE
     pack(tree, place)
     for witness in range(witnesses.forest.counts[0]):
         witnesses.node[witness] = place[witnesses.node[witness]]
+    for lane in range(extended.shape[0]):
+        if extended[lane] != NONE:
+            extended[lane] = place[extended[lane]]
     best[0] = place[int(best[0])]
     return tree.size[0] <= MAX_FILL * tree.x.shape[0]
 

@@ -44,7 +44,8 @@ class DistanceField(NamedTuple):
 
     low: Array  # (3,) lowest corner in [m]
     width: float  # edge of a cell in [m]
-    distance: NDArray[np.float32]  # (nx, ny, nz) of the cells' centres in [m]
+    # (nz, ny, nx) of the cells' centres in [m]: what moves over a floor stays within few layers
+    distance: NDArray[np.float32]
 
 
 def distance_field(
@@ -129,7 +130,8 @@ def _distances(taken: Taken, width: float) -> NDArray[np.float32]:
     np.sqrt(squares, out=squares)
     squares -= TRANSFORM_REACH
     squares *= width * (1.0 - ROUNDING_MARGIN)
-    return np.maximum(squares, np.float32(0.0), out=squares)
+    np.maximum(squares, np.float32(0.0), out=squares)
+    return np.ascontiguousarray(squares.T)
 
 
 @kernel
@@ -347,10 +349,10 @@ def distance_bound(width, distance, x, y, z):  # type: ignore[no-untyped-def]
 
     Args:
         width: Of a cell in [m].
-        distance: Of each cell in [m], shape (nx, ny, nz).
+        distance: Of each cell in [m], shape (nz, ny, nx).
         x, y, z: The point in [m].
     """
-    nx, ny, nz = distance.shape
+    nz, ny, nx = distance.shape
     if nx == 0:
         return math.inf
     a, b, c = x / width, y / width, z / width
@@ -358,7 +360,7 @@ def distance_bound(width, distance, x, y, z):  # type: ignore[no-untyped-def]
     j = int(min(max(b, 0.0), ny - 1.0))
     k = int(min(max(c, 0.0), nz - 1.0))
     a, b, c = abs(a - i - 0.5), abs(b - j - 0.5), abs(c - k - 0.5)
-    found = distance[i, j, k] - width * math.sqrt(a * a + b * b + c * c)
+    found = distance[k, j, i] - width * math.sqrt(a * a + b * b + c * c)
     if max(a, b, c) <= 0.5:
         return max(found, 0.0)
     # Outside of the grid all obstacles are on its other side.

@@ -1,0 +1,133 @@
+"""Extensions of a tree, several at once: each lane follows an input from a node of its own.
+
+A lane whose extension has ended is idle until the next one begins there; the others go on. What is
+under way stays so between two slices of time.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from kinolab.dynamics.codegen.integrators import LANES
+from kinolab.numerics.jit import kernel
+from kinolab.search.tree.limits import slopes_of_step
+from kinolab.search.tree.problem_arrays import goal_violation
+from kinolab.search.tree.tree import (
+    ALL_STEPS,
+    EQUATIONS,
+    NONE,
+    TOLERANCE_FRACTION,
+    made_step_is_free,
+)
+from kinolab.simulation.collision_context import speed_bound
+from kinolab.simulation.machine import advance, advance_in_lanes, derivative_in_lanes
+
+MAX_DRAWS = 8  # of a node to extend, in an idle lane before the others go on
+
+
+@kernel
+def begin_extension(search, tree, lane, parent, steps):  # type: ignore[no-untyped-def]
+    """Begin to apply ``tree.held`` from a node in an idle lane, for some steps at most, or none."""
+    under_way = tree.extensions
+    for i in range(tree.now.shape[0]):
+        under_way.now[i, lane] = tree.now[i] = tree.x[parent, i]
+    for i in range(tree.held.shape[0]):
+        under_way.held[i, lane] = tree.held[i]
+    under_way.parent[lane], under_way.steps[lane], under_way.made[lane] = parent, steps, 0
+    under_way.ended[lane], under_way.violation[lane] = steps <= 0, math.inf
+    under_way.clearance[lane] = tree.clearance[parent]
+    under_way.speed[lane] = speed_bound(search.machine, tree.now, tree.held, search.scratch)
+
+
+@kernel
+def end_extension(tree, lane):  # type: ignore[no-untyped-def]
+    """Make a lane idle, with its state and inputs in ``tree.now`` and ``tree.held``.
+
+    Returns:
+        Parent, steps made, the normalised goal error at their end and the clearance there in [m].
+    """
+    under_way = tree.extensions
+    read_lane(tree, lane)
+    parent, under_way.parent[lane] = under_way.parent[lane], NONE
+    return parent, under_way.made[lane], under_way.violation[lane], under_way.clearance[lane]
+
+
+@kernel
+def is_idle(tree, lane):  # type: ignore[no-untyped-def]
+    """Say whether no extension is in a lane."""
+    return tree.extensions.parent[lane] == NONE
+
+
+@kernel
+def has_ended(tree, lane):  # type: ignore[no-untyped-def]
+    """Say whether the extension in a lane makes no more steps."""
+    return tree.extensions.parent[lane] != NONE and tree.extensions.ended[lane] != 0
+
+
+@kernel
+def read_lane(tree, lane):  # type: ignore[no-untyped-def]
+    """Copy state and inputs of a lane to ``tree.now`` and ``tree.held``."""
+    under_way = tree.extensions
+    for i in range(tree.now.shape[0]):
+        tree.now[i] = under_way.now[i, lane]
+    for i in range(tree.held.shape[0]):
+        tree.held[i] = under_way.held[i, lane]
+
+
+@kernel
+def extend_all(search, tree, min_steps, least):  # type: ignore[no-untyped-def]
+    """Make the next step of every extension under way.
+
+    One ends where a step is refused, the goal is reached or all its steps are made.
+
+    Args:
+        search, tree: ``SearchState`` and ``Tree``.
+        min_steps: Fewest steps of which the goal error is of interest.
+        least: Normalised goal error above which its evaluation may stop early.
+    """
+    under_way, limits, h = tree.extensions, search.problem.limits, search.problem.step
+    machine, in_lanes, failed = search.machine, search.machine.step_in_lanes != 0, np.int64(0)
+    now, after = under_way.now, under_way.after
+    if in_lanes:
+        failed = np.int64(advance_in_lanes(machine, now, under_way.held, h, after))
+        derivative_in_lanes(machine, now, under_way.held, under_way.slope)
+        derivative_in_lanes(machine, after, under_way.held, under_way.slope_after)
+    for lane in range(LANES):
+        if is_idle(tree, lane) or has_ended(tree, lane):
+            continue
+        tree.rejections[ALL_STEPS] += 1
+        read_lane(tree, lane)
+        if in_lanes:
+            for i in range(tree.after.shape[0]):
+                tree.after[i] = after[i, lane]
+                limits.slope[0, i] = under_way.slope[i, lane]
+                limits.slope[1, i] = under_way.slope_after[i, lane]
+        elif advance(machine, tree.now, tree.held, h, tree.after) == 0:
+            slopes_of_step(machine, limits, tree.now, tree.held, tree.after)
+        else:
+            failed |= 1 << lane
+        if (failed >> lane) & 1:
+            tree.rejections[EQUATIONS] += 1
+            under_way.ended[lane] = 1
+            continue
+        clearance, speed = made_step_is_free(
+            search, tree, tree.now, tree.held, tree.after, under_way.clearance[lane],
+            under_way.speed[lane],
+        )  # fmt: skip
+        if clearance < 0.0:
+            under_way.ended[lane] = 1
+            continue
+        under_way.clearance[lane], under_way.speed[lane] = clearance, speed
+        under_way.made[lane] += 1
+        for i in range(tree.after.shape[0]):
+            now[i, lane] = tree.after[i]
+        if under_way.made[lane] >= min_steps:
+            enough = max(least, TOLERANCE_FRACTION)
+            under_way.violation[lane] = goal_violation(search, tree.after, enough)
+        if (
+            under_way.made[lane] >= under_way.steps[lane]
+            or under_way.violation[lane] <= TOLERANCE_FRACTION
+        ):
+            under_way.ended[lane] = 1
