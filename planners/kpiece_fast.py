@@ -64,7 +64,8 @@ class KPIECEFast(AbstractCompiledPlanner):
 class _KpieceExtension(AbstractTreeExtension):
     def __init__(self, planner: KPIECEFast, problem: PlanningTask, search: SearchState) -> None:
         arrays, most = search.problem, planner.max_nodes
-        self.nodes, self.best = tree(arrays, most, neighbours=False), np.zeros(2)
+        self.nodes = tree(arrays, most, neighbours=False, kept_steps=planner.max_steps)
+        self.best = np.zeros(2)
         self._planner, self._search, self._tree = planner, Record(search), Record(self.nodes)
         self._cells = Record(
             kpiece_grid(problem, arrays, most, planner.goal_region_scale, planner.cells)

@@ -17,6 +17,8 @@ from kinolab.numerics.kd_forest import Integers
 from kinolab.numerics.rng import below
 from kinolab.search.tree.problem_arrays import sample_control
 
+NOWHERE = -1  # no lane
+
 
 class LaneStates(NamedTuple):
     """Scratch memory for compiled kernels: states and inputs, entry by entry."""
@@ -28,6 +30,9 @@ class LaneStates(NamedTuple):
     least: Array  # (LANES,) cost of its input
     nearest: Array  # (LANES,) scratch
     best: Integers  # (LANES,) steps to be made of it
+    track: Array  # (steps, nx, LANES) states after each step, where they are kept
+    chosen: Array  # (steps, nx) those of the input that is held
+    slope: Array  # (nx, LANES) derivatives at LANES of these
 
 
 class Extensions(NamedTuple):
@@ -65,8 +70,8 @@ def no_extensions(nx: int, nu: int) -> Extensions:
     )
 
 
-def lane_states(nx: int, nu: int) -> LaneStates:
-    """Allocate lanes of states and inputs of some lengths."""
+def lane_states(nx: int, nu: int, steps: int = 0) -> LaneStates:
+    """Allocate lanes for states and inputs of some lengths, with room for states of some steps."""
     return LaneStates(
         now=np.zeros((nx, LANES)),
         after=np.zeros((nx, LANES)),
@@ -75,6 +80,9 @@ def lane_states(nx: int, nu: int) -> LaneStates:
         least=np.zeros(LANES),
         nearest=np.zeros(LANES),
         best=np.zeros(LANES, np.int64),
+        track=np.zeros((steps, nx, LANES)),
+        chosen=np.zeros((steps, nx)),
+        slope=np.zeros((nx, LANES)),
     )
 
 
@@ -112,12 +120,12 @@ def hold_best_lane(tree, inputs, least, longest):  # type: ignore[no-untyped-def
         least, longest: Cost of the best input before, and its number of steps; 0 for none.
 
     Returns:
-        Cost and number of steps of the best input so far.
+        Cost and number of steps of the best input so far, and its lane, NOWHERE if it is not new.
     """
-    lanes = tree.lanes
+    lanes, held = tree.lanes, NOWHERE
     for lane in range(inputs):
         if longest == 0 or lanes.least[lane] < least:
-            least, longest = lanes.least[lane], lanes.best[lane]
+            least, longest, held = lanes.least[lane], lanes.best[lane], lane
             for i in range(tree.held.shape[0]):
                 tree.held[i] = lanes.held[i, lane]
-    return least, longest
+    return least, longest, held

@@ -189,7 +189,7 @@ def propagate_in_lanes(search, tree, parent, min_steps, max_steps, control_sampl
         inputs = min(LANES, control_samples - first)
         most = draw_lanes(search, tree, parent, inputs, min_steps, max_steps)
         extend_toward_in_lanes(search, tree, inputs, most)
-        least, longest = hold_best_lane(tree, inputs, least, longest)
+        least, longest, _ = hold_best_lane(tree, inputs, least, longest)
     return longest
 
 

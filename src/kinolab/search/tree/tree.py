@@ -55,8 +55,17 @@ class Tree(NamedTuple):
     extensions: Extensions
 
 
-def tree(arrays: ProblemArrays, capacity: int, neighbours: bool = True) -> Tree:
-    """Allocate an empty tree with a capacity in nodes, with nearest-neighbour index by default."""
+def tree(
+    arrays: ProblemArrays, capacity: int, neighbours: bool = True, kept_steps: int = 0
+) -> Tree:
+    """Allocate an empty tree.
+
+    Args:
+        arrays: Of the problem.
+        capacity: In nodes.
+        neighbours: Whether it has an index of nearest neighbours.
+        kept_steps: Of inputs that are compared, whose states are kept.
+    """
     nx, nu = len(arrays.start), len(arrays.input_lower)
     # What a node holds is written before it is read: to clear it all would take milliseconds.
     return Tree(
@@ -77,7 +86,7 @@ def tree(arrays: ProblemArrays, capacity: int, neighbours: bool = True) -> Tree:
         target=np.zeros(nx),
         drawn=np.zeros(nu),
         aim=np.zeros(len(arrays.entry)),
-        lanes=lane_states(nx, nu),
+        lanes=lane_states(nx, nu, kept_steps),
         extensions=no_extensions(nx, nu),
     )
 

@@ -18,20 +18,27 @@ from kinolab.numerics.jit import kernel
 from kinolab.numerics.rng import below, uniform
 from kinolab.search.tree.kpiece.cost_to_go import cell_at, coasting_cost
 from kinolab.search.tree.kpiece.kpiece_grid import choose, clear_cells, holds, key_of, put, rate
-from kinolab.search.tree.lanes import draw_lanes, hold_best_lane
+from kinolab.search.tree.lanes import NOWHERE, draw_lanes, hold_best_lane
 from kinolab.search.tree.limits import keeps_limits
 from kinolab.search.tree.problem_arrays import goal_violation, sample_control
 from kinolab.search.tree.tree import (
+    ALL_STEPS,
     FULL,
     GROWING,
     REACHED,
     TOLERANCE_FRACTION,
     begin_without_neighbours,
     insert_node,
+    made_step_is_free,
     step_is_free,
 )
 from kinolab.simulation.collision_context import speed_bound
-from kinolab.simulation.machine import advance, advance_in_lanes
+from kinolab.simulation.machine import (
+    advance,
+    advance_in_lanes,
+    call_under,
+    derivative_in_lanes,
+)
 
 LEAST_CELLS = 3.0  # from the start to the goal, where the cost to go says how far a node has come
 COASTING_WEIGHT = 2.0  # of the cost to go where a motion leads, beside that of where it ends
@@ -69,13 +76,13 @@ def explore(  # type: ignore[no-untyped-def]
         if tree.size[0] >= tree.x.shape[0]:
             return FULL, done
         cell, parent = choose(cells, random)
-        steps = propagate(search, tree, grid, parent, min_steps, max_steps, control_samples)
+        steps, known = propagate(search, tree, grid, parent, min_steps, max_steps, control_samples)
         for i in range(now.shape[0]):
             now[i] = tree.x[parent, i]
         made, known_clearance, new = 0, np.float64(tree.clearance[parent]), False
         speed = speed_bound(search.machine, now, u, search.scratch)
         for step in range(steps):
-            clearance, speed = step_is_free(search, tree, now, u, after, known_clearance, speed)
+            clearance, speed = next_is_free(search, tree, step, known, known_clearance, speed)
             if clearance < 0.0:
                 break
             made, known_clearance = made + 1, clearance
@@ -147,8 +154,65 @@ def score(tree, leads, cost_to_go_exponent):  # type: ignore[no-untyped-def]
 
 
 @kernel
+def next_is_free(search, tree, step, known, known_clearance, speed):  # type: ignore[no-untyped-def]
+    """Make the next step from ``tree.now``, or read it if it is known, as ``step_is_free`` does.
+
+    Args:
+        search, tree: ``SearchState`` and ``Tree``.
+        step, known: Number of the step, and of steps that are known.
+        known_clearance, speed: As ``step_is_free`` takes them.
+    """
+    now, u, after = tree.now, tree.held, tree.after
+    if step >= known:
+        return step_is_free(search, tree, now, u, after, known_clearance, speed)
+    read_step(search, tree, step)
+    return made_step_is_free(search, tree, now, u, after, known_clearance, speed)
+
+
+@kernel
+def read_step(search, tree, step):  # type: ignore[no-untyped-def]
+    """Read a step of the input that is held, which is known: where it leads, and its slopes.
+
+    Args:
+        search, tree: ``SearchState`` and ``Tree``; ``tree.now`` is where the step begins.
+        step: Its number.
+    """
+    lanes, slope = tree.lanes, search.problem.limits.slope
+    tree.rejections[ALL_STEPS] += 1
+    for i in range(tree.after.shape[0]):
+        tree.after[i] = lanes.chosen[step, i]
+    lane = step % LANES
+    if lane == 0:
+        slopes_ahead(search, tree, step)
+    for i in range(slope.shape[1]):
+        slope[0, i] = slope[1, i]
+        slope[1, i] = lanes.slope[i, lane]
+
+
+@kernel
+def slopes_ahead(search, tree, step):  # type: ignore[no-untyped-def]
+    """Compute the derivatives of the state after a known step and those that follow, in lanes.
+
+    Args:
+        search, tree: ``SearchState`` and ``Tree``.
+        step: Number of the first; before the very first ``limits.slope[1]`` is set, too.
+    """
+    lanes, last = tree.lanes, tree.lanes.chosen.shape[0] - 1
+    for lane in range(LANES):
+        for i in range(tree.held.shape[0]):
+            lanes.held[i, lane] = tree.held[i]
+        for i in range(tree.now.shape[0]):
+            lanes.now[i, lane] = lanes.chosen[min(step + lane, last), i]
+    derivative_in_lanes(search.machine, lanes.now, lanes.held, lanes.slope)
+    if step == 0:
+        slope, p = search.problem.limits.slope, search.machine.p.ctypes.data
+        at, under = tree.now.ctypes.data, tree.held.ctypes.data
+        call_under(search.machine.f, at, under, p, slope[1].ctypes.data)
+
+
+@kernel
 def propagate(search, tree, grid, parent, min_steps, max_steps, control_samples):  # type: ignore[no-untyped-def]
-    """Write the input to apply from a node to ``tree.held``; return its number of steps.
+    """Write the input to apply from a node to ``tree.held``.
 
     Args:
         search, tree, grid: ``SearchState``, ``Tree`` and ``CostToGoGrid``.
@@ -156,6 +220,9 @@ def propagate(search, tree, grid, parent, min_steps, max_steps, control_samples)
         min_steps, max_steps: Range of the control duration in steps.
         control_samples: Number of candidate inputs, of which the one of least cost to go is
             applied.
+
+    Returns:
+        Its number of steps, and of those to which the states are in ``tree.lanes.chosen``.
     """
     if control_samples > 1 and search.machine.step_in_lanes != 0:
         return propagate_in_lanes(search, tree, grid, parent, min_steps, max_steps, control_samples)
@@ -170,7 +237,7 @@ def propagate(search, tree, grid, parent, min_steps, max_steps, control_samples)
             least, longest = far, max(steps, min_steps)
             for i in range(tree.held.shape[0]):
                 tree.held[i] = tree.drawn[i]
-    return longest
+    return longest, 0
 
 
 @kernel
@@ -188,13 +255,20 @@ def propagate_in_lanes(  # type: ignore[no-untyped-def]
         inputs = min(LANES, control_samples - first)
         most = draw_lanes(search, tree, parent, inputs, min_steps, max_steps)
         cost_to_go_in_lanes(search, tree, grid, inputs, most, horizon)
-        least, longest = hold_best_lane(tree, inputs, least, longest)
-    return max(longest, min_steps)
+        least, longest, held = hold_best_lane(tree, inputs, least, longest)
+        if held != NOWHERE:
+            for step in range(longest):
+                for i in range(tree.now.shape[0]):
+                    tree.lanes.chosen[step, i] = tree.lanes.track[step, i, held]
+    # Nothing is known of an input whose first step fails.
+    return max(longest, min_steps), longest if least < math.inf else 0
 
 
 @kernel
 def cost_to_go_in_lanes(search, tree, grid, inputs, most, horizon):  # type: ignore[no-untyped-def]
     """Set the cost of the input of every lane, and the step with the least cost to go along it.
+
+    The states along them are left in ``tree.lanes.track``.
 
     Args:
         search, tree, grid: ``SearchState``, ``Tree`` and ``CostToGoGrid``.
@@ -203,11 +277,12 @@ def cost_to_go_in_lanes(search, tree, grid, inputs, most, horizon):  # type: ign
         horizon: Steps for which a motion is taken to go straight on.
     """
     lanes, arrays, ahead = tree.lanes, search.problem, search.scratch.x
-    now, after, cost, best = lanes.now, lanes.after, lanes.least, lanes.best
+    now, cost, best = lanes.now, lanes.least, lanes.best
     least = lanes.nearest
     for lane in range(inputs):
         cost[lane], least[lane], best[lane] = math.inf, math.inf, 1
     for step in range(most):
+        after = lanes.track[step]
         failed = advance_in_lanes(search.machine, now, lanes.held, arrays.step, after)
         running = False
         for lane in range(inputs):
@@ -225,7 +300,7 @@ def cost_to_go_in_lanes(search, tree, grid, inputs, most, horizon):  # type: ign
                 cost[lane] = far + COASTING_WEIGHT * leads
         if not running:
             break
-        now, after = after, now
+        now = after
 
 
 @kernel
