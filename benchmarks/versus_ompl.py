@@ -91,7 +91,7 @@ def report(results: Results, options: argparse.Namespace) -> Iterator[str]:
         yield "The first motion into the goal:"
         yield tables.searches(results.runs, options.limit)
         yield from tables.refused(results.runs)
-        yield "OMPL's CPU time over kinolab's, verdict included:"
+        yield "OMPL's CPU time over kinolab's, set-up and verdict included:"
         yield tables.ratios(results.runs, options.limit)
     if results.growths:
         yield "Propagations per second by nodes of the tree:"

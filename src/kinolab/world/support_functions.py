@@ -54,6 +54,23 @@ def core_support(kind: int, half: Array, n: Array, point: Array) -> None:
 
 
 @kernel  # type: ignore[untyped-decorator]
+def move_into_core(kind: int, half: Array, point: Array) -> None:
+    """Move a point (3,) of the shape's own frame to the nearest one of its core."""
+    if kind == SPHERE:
+        point[0], point[1], point[2] = 0.0, 0.0, 0.0
+        return
+    point[2] = min(max(point[2], -half[2]), half[2])
+    if kind == BOX:
+        point[0] = min(max(point[0], -half[0]), half[0])
+        point[1] = min(max(point[1], -half[1]), half[1])
+        return
+    radius = half[0] if kind == CYLINDER else 0.0
+    across = math.sqrt(point[0] * point[0] + point[1] * point[1])
+    if across > radius:
+        point[0], point[1] = point[0] * radius / across, point[1] * radius / across
+
+
+@kernel  # type: ignore[untyped-decorator]
 def reach_along(kind: int, half: Array, axis: int) -> float:
     """Give the shape's reach from its centre along an axis of its own frame, in [m]."""
     if kind == BOX:

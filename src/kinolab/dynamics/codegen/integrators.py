@@ -184,8 +184,9 @@ def _axpy(
 
 
 def _call_f(routine: Routine, x: Register, target: Register, status: Register) -> None:
+    """Emit a call of f that stays one: f rounds alike wherever it is called from."""
     suffix = in_lanes(routine.lanes)
-    call = f"call i32 @f{suffix}(ptr {x}, ptr %u, ptr %p, ptr {target}, i64 %mode)"
+    call = f"call i32 @f{suffix}(ptr {x}, ptr %u, ptr %p, ptr {target}, i64 %mode) noinline"
     _merge(routine, status, routine.line(call))
 
 
@@ -212,7 +213,7 @@ def _land(
     if projects:
         for source, landed in ((total, target), (target, total)):
             name = "project" + in_lanes(routine.lanes)
-            call = f"call i32 @{name}(ptr {source}, ptr %p, ptr {landed}, i64 %mode)"
+            call = f"call i32 @{name}(ptr {source}, ptr %p, ptr {landed}, i64 %mode) noinline"
             _merge(routine, status, routine.line(call))
     routine.copy(total, target, states)
 

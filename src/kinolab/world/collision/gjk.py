@@ -17,7 +17,7 @@ import numpy as np
 
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.jit import allocating_kernel, kernel
-from kinolab.world.support_functions import core_radius, core_support, dot
+from kinolab.world.support_functions import core_radius, core_support, dot, move_into_core
 
 # numba would compile everything anew for a literal, here and where others are begun with one.
 TRIANGLE = np.int64(-1)  # stands for a kind of shape; its corners are the columns of ``turn``
@@ -50,6 +50,26 @@ def support_point(shape, n, local, point):  # type: ignore[no-untyped-def]
     for j in range(3):
         point[j] = turn[0, j] * n[0] + turn[1, j] * n[1] + turn[2, j] * n[2]
     core_support(kind, half, point, local)
+    for i in range(3):
+        point[i] = at[i] + turn[i, 0] * local[0] + turn[i, 1] * local[1] + turn[i, 2] * local[2]
+
+
+@kernel
+def move_into(shape, point, local):  # type: ignore[no-untyped-def]
+    """Move a point (3,) into a core or a triangle, near to where it was; ``local`` is scratch (3,).
+
+    Between two shapes of very different sizes that is a far better beginning than their centres.
+    """
+    kind, half, turn, at = shape
+    if kind == TRIANGLE:
+        for i in range(3):
+            point[i] = at[i]
+        return
+    for j in range(3):
+        local[j] = 0.0
+        for i in range(3):
+            local[j] += turn[i, j] * (point[i] - at[i])
+    move_into_core(kind, half, local)
     for i in range(3):
         point[i] = at[i] + turn[i, 0] * local[0] + turn[i, 1] * local[1] + turn[i, 2] * local[2]
 
@@ -170,7 +190,13 @@ def separation_within(one, other, least, enough, scratch):  # type: ignore[no-un
     simplex, v, away = scratch[:4], scratch[4], scratch[5]
     a, b, local = scratch[6], scratch[7], scratch[8]
     for k in range(3):
-        v[k] = one.at[k] - other.at[k]
+        b[k] = one.at[k]
+    move_into(other, b, local)
+    for k in range(3):
+        a[k] = b[k]
+    move_into(one, a, local)
+    for k in range(3):
+        v[k] = a[k] - b[k]
     count, bound = 0, 0.0
     swollen = (0.0 if one.kind == TRIANGLE else core_radius(one.kind, one.half)) + (
         0.0 if other.kind == TRIANGLE else core_radius(other.kind, other.half)
