@@ -1,4 +1,4 @@
-"""Array type of kinolab: float64 unless stated otherwise."""
+"""Array types of kinolab: float64 unless stated otherwise."""
 
 from __future__ import annotations
 
@@ -8,3 +8,5 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array: TypeAlias = NDArray[np.float64]
+Integers: TypeAlias = NDArray[np.int64]
+Singles: TypeAlias = NDArray[np.float32]

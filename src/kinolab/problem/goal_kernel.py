@@ -9,9 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.dynamics.codegen.state_space import wrapped
-from kinolab.numerics.arrays import Array
+from kinolab.numerics.arrays import Array, Integers
 from kinolab.numerics.jit import kernel
-from kinolab.numerics.kd_forest import Integers
 from kinolab.problem.goal import Goal
 
 LARGEST, SUM, EUCLIDEAN = range(3)

@@ -9,7 +9,9 @@ import pytest
 
 import kinolab
 from kinolab import planners
-from kinolab.numerics.kd_forest import add, cheapest_within, kd_forest
+from kinolab.numerics.neighbours.insertion import add
+from kinolab.numerics.neighbours.queries import cheapest_within
+from kinolab.numerics.neighbours.r_tree import r_tree
 from kinolab.numerics.struct import Record
 from kinolab.problem import PlanningTask
 from kinolab.search.tree import search_state
@@ -55,8 +57,8 @@ def wrapped(growth: Any, point: Array) -> Array:
 def witnesses_of(growth: Any) -> tuple[Array, Array, Array]:
     """Points, representatives and their costs."""
     held = growth._witnesses.held
-    count = int(held.forest.counts[0])
-    return held.forest.points[:count], held.node[:count], held.cost[:count]
+    count = int(held.neighbours.counts[0])
+    return held.neighbours.points[:count], held.node[:count], held.cost[:count]
 
 
 @pytest.fixture(scope="module", params=["rolling_disk_maze", "vehicle_parking"])
@@ -152,7 +154,8 @@ def test_what_is_forgotten_leads_nowhere_and_what_stays_is_unchanged(scene: Plan
     np.testing.assert_array_equal(growth.nodes.x[kept], states[stays])
     left = int(growth.nodes.size[0])
     assert left < size
-    of_use = {int(growth.best[0]), *kept.tolist()}
+    extended = growth.nodes.extensions.parent
+    of_use = {int(growth.best[0]), *kept.tolist(), *extended[extended >= 0].tolist()}
     for node in range(left - 1, 0, -1):
         assert node in of_use
         parent = int(growth.nodes.parent[node])
@@ -180,7 +183,7 @@ def test_the_cheapest_around_is_found_among_all(count: int) -> None:
     random = np.random.default_rng(count)
     period = np.array([np.inf, 2.0, np.inf])
     points, costs = random.uniform(-1, 1, (count, 3)), random.permutation(count).astype(np.int64)
-    trees = Record(kd_forest(count, period))
+    trees = Record(r_tree(count, period))
     for point in points:
         add(trees, point)
     for query in random.uniform(-1, 1, (100, 3)):

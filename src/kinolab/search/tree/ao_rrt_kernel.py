@@ -17,13 +17,9 @@ import numpy as np
 from kinolab.dynamics.codegen.integrators import LANES
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.jit import kernel
-from kinolab.numerics.kd_forest import (
-    KdForest,
-    add,
-    clear,
-    kd_forest,
-    nearest,
-)
+from kinolab.numerics.neighbours.insertion import add
+from kinolab.numerics.neighbours.queries import nearest
+from kinolab.numerics.neighbours.r_tree import RTree, clear, r_tree
 from kinolab.numerics.rng import uniform
 from kinolab.search.tree.extensions import (
     MAX_DRAWS,
@@ -53,7 +49,7 @@ from kinolab.search.tree.tree import (
 class CostIndex(NamedTuple):
     """Nodes as points in state-cost space, for compiled kernels."""
 
-    forest: KdForest  # the last coordinate is the cost
+    neighbours: RTree  # the last coordinate is the cost
     point: Array  # (d + 1,) scratch
     extent: float  # diameter of the state space, in scaled coordinates
 
@@ -64,7 +60,7 @@ def cost_index(arrays: ProblemArrays, capacity: int) -> CostIndex:
     widths = (arrays.upper - arrays.lower)[arrays.entry] * arrays.weight
     across = np.where(np.isfinite(period), period / 2, widths)  # largest distance
     return CostIndex(
-        forest=kd_forest(capacity, np.append(period, np.inf)),
+        neighbours=r_tree(capacity, np.append(period, np.inf)),
         point=np.zeros(len(period) + 1),
         extent=float(np.linalg.norm(across)),
     )
@@ -81,10 +77,10 @@ def locate(costs, point, cost):  # type: ignore[no-untyped-def]
 @kernel
 def begin_cost_index(search, tree, costs):  # type: ignore[no-untyped-def]
     """Clear the index to the start, node 0."""
-    clear(costs.forest)
+    clear(costs.neighbours)
     metric_coordinates(search.problem, search.problem.start, tree.point)
     locate(costs, tree.point, 0.0)
-    add(costs.forest, costs.point)
+    add(costs.neighbours, costs.point)
 
 
 @kernel
@@ -96,7 +92,7 @@ def grow_below(  # type: ignore[no-untyped-def]
 
     Args:
         search: The problem and scratch memory.
-        tree: The tree, without its own kd-forest; written.
+        tree: The tree, without an index of its own; written.
         costs: Index of its nodes; written.
         best: The node nearest to the goal and its normalised goal error (2,); written.
         iterations: Maximum number of iterations.
@@ -156,7 +152,7 @@ def settle_below(search, tree, costs, lane, best, min_steps, most, per_step):  #
     node = insert_node(tree, tree.now, tree.held, parent, made, known_clearance)
     metric_coordinates(search.problem, tree.now, tree.point)
     locate(costs, tree.point, cost * per_step)
-    add(costs.forest, costs.point)
+    add(costs.neighbours, costs.point)
     if violation < best[1]:
         best[0], best[1] = node, violation
     return REACHED if violation <= TOLERANCE_FRACTION else GROWING
@@ -174,5 +170,5 @@ def draw_below(search, tree, costs, goal_bias, most, per_step):  # type: ignore[
     sample_state(search.problem, search.random, goal_bias, tree.target)
     metric_coordinates(search.problem, tree.target, tree.aim)
     locate(costs, tree.aim, uniform(search.random) * most * per_step)
-    parent, _ = nearest(costs.forest, costs.point, 0, math.inf)
+    parent, _ = nearest(costs.neighbours, costs.point, 0, math.inf)
     return parent if is_tried(search, tree, parent) else NONE

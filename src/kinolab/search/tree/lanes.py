@@ -11,9 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.dynamics.codegen.integrators import LANES
-from kinolab.numerics.arrays import Array
+from kinolab.numerics.arrays import Array, Integers
 from kinolab.numerics.jit import kernel
-from kinolab.numerics.kd_forest import Integers
 from kinolab.numerics.rng import below
 from kinolab.search.tree.problem_arrays import sample_control
 

@@ -7,11 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kinolab.numerics.arrays import Array
+from kinolab.numerics.arrays import Array, Integers
 from kinolab.numerics.jit import kernel
-from kinolab.numerics.kd_forest import (
-    Integers,
-)
 from kinolab.problem import PlanningTask
 from kinolab.problem.goal_kernel import axis_angle, carried
 from kinolab.simulation.collision_context import place_machine

@@ -11,7 +11,7 @@ import numpy as np
 
 from kinolab.dynamics.codegen.integrators import LANES
 from kinolab.numerics.jit import kernel
-from kinolab.numerics.kd_forest import nearest
+from kinolab.numerics.neighbours.queries import nearest
 from kinolab.numerics.rng import below, uniform
 from kinolab.search.tree.extensions import (
     MAX_DRAWS,
@@ -107,7 +107,7 @@ def draw_node(search, tree, goal_bias):  # type: ignore[no-untyped-def]
     """Return the node to extend, nearest to a sample, or NONE where it has often failed."""
     sample_state(search.problem, search.random, goal_bias, tree.target)
     metric_coordinates(search.problem, tree.target, tree.aim)
-    parent, _ = nearest(tree.forest, tree.aim, 0, math.inf)
+    parent, _ = nearest(tree.neighbours, tree.aim, 0, math.inf)
     return parent if is_tried(search, tree, parent) else NONE
 
 
@@ -168,7 +168,7 @@ def extend_toward(search, tree, parent, u, steps, point):  # type: ignore[no-unt
 def gap_to(search, tree, x, point):  # type: ignore[no-untyped-def]
     """Return the squared distance of a state (nx,) from a target in coordinates (d,)."""
     metric_coordinates(search.problem, x, tree.point)
-    total, period = 0.0, tree.forest.period
+    total, period = 0.0, tree.neighbours.period
     for i in range(period.shape[0]):
         gap = abs(tree.point[i] - point[i])
         gap = min(gap, period[i] - gap)

@@ -40,7 +40,7 @@ def grow_sparsely(  # type: ignore[no-untyped-def]
 
     Args:
         search: The problem and scratch memory.
-        tree: The tree, without its own kd-forest; written.
+        tree: The tree, without an index of its own; written.
         witnesses: Of the tree; written.
         best: The node nearest to the goal and its normalised goal error (2,); written.
         iterations: Maximum number of iterations.

@@ -7,15 +7,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from kinolab.numerics.arrays import Array
+from kinolab.numerics.arrays import Array, Integers
 from kinolab.numerics.jit import kernel
-from kinolab.numerics.kd_forest import (
-    Integers,
-    KdForest,
-    add,
-    clear,
-    kd_forest,
-)
+from kinolab.numerics.neighbours.insertion import add
+from kinolab.numerics.neighbours.r_tree import RTree, clear, r_tree
 from kinolab.search.tree.lanes import Extensions, LaneStates, lane_states, no_extensions
 from kinolab.search.tree.limits import slopes_of_step, step_keeps_limits
 from kinolab.search.tree.problem_arrays import ProblemArrays, metric_coordinates, metric_periods
@@ -43,7 +38,7 @@ class Tree(NamedTuple):
     failures: NDArray[np.int32]  # (capacity,) failed extensions
     size: Integers  # (1,)
     rejections: Integers  # (4,) steps rejected by cause, and all steps
-    forest: KdForest
+    neighbours: RTree
     point: Array  # (d,) scratch
     now: Array  # (nx,) scratch
     after: Array  # (nx,) scratch
@@ -78,7 +73,7 @@ def tree(
         failures=np.empty(capacity, np.int32),
         size=np.zeros(1, np.int64),
         rejections=np.zeros(4, np.int64),
-        forest=kd_forest(capacity if neighbours else 1, metric_periods(arrays)),
+        neighbours=r_tree(capacity if neighbours else 1, metric_periods(arrays)),
         point=np.zeros(len(arrays.entry)),
         now=np.zeros(nx),
         after=np.zeros(nx),
@@ -124,7 +119,7 @@ def insert(search, tree, x, u, parent, steps, known_clearance):  # type: ignore[
     """
     node = insert_node(tree, x, u, parent, steps, known_clearance)
     metric_coordinates(search.problem, x, tree.point)
-    add(tree.forest, tree.point)
+    add(tree.neighbours, tree.point)
     return node
 
 
@@ -170,7 +165,7 @@ def made_step_is_free(search, tree, x, u, after, known_clearance, speed):  # typ
 @kernel
 def begin(search, tree):  # type: ignore[no-untyped-def]
     """Clear a tree to its start."""
-    clear(tree.forest)
+    clear(tree.neighbours)
     tree.size[0] = 0
     tree.extensions.parent[:] = NONE
     tree.held[:] = 0.0

@@ -16,16 +16,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from kinolab.numerics.arrays import Integers
 from kinolab.numerics.jit import kernel
-from kinolab.numerics.kd_forest import (
-    Integers,
-    KdForest,
-    add,
-    cheapest_within,
-    clear,
-    kd_forest,
-    nearest,
-)
+from kinolab.numerics.neighbours.insertion import add
+from kinolab.numerics.neighbours.queries import cheapest_within, nearest
+from kinolab.numerics.neighbours.r_tree import RTree, clear, r_tree
 from kinolab.search.tree.problem_arrays import ProblemArrays, metric_coordinates, metric_periods
 from kinolab.search.tree.tree import NONE
 
@@ -39,7 +34,7 @@ NEAREST_SLACK = 1.1  # error factor of the approximate ``nearest``
 class Witnesses(NamedTuple):
     """Witnesses and their representatives, for compiled kernels; a tree's start is the first."""
 
-    forest: KdForest  # of witnesses
+    neighbours: RTree  # of witnesses
     node: NDArray[np.int32]  # (capacity,) representative of each witness
     cost: Integers  # (capacity,) of representatives, in steps
     place: NDArray[np.int32]  # (capacity,) scratch: new indices of nodes
@@ -48,7 +43,7 @@ class Witnesses(NamedTuple):
 def witnesses(arrays: ProblemArrays, capacity: int) -> Witnesses:
     """Allocate an empty set of witnesses with a capacity in nodes."""
     return Witnesses(
-        forest=kd_forest(capacity, metric_periods(arrays)),
+        neighbours=r_tree(capacity, metric_periods(arrays)),
         node=np.zeros(capacity, np.int32),
         cost=np.zeros(capacity, np.int64),
         place=np.zeros(capacity, np.int32),
@@ -58,7 +53,7 @@ def witnesses(arrays: ProblemArrays, capacity: int) -> Witnesses:
 @kernel
 def witness_at(witnesses, point, radius):  # type: ignore[no-untyped-def]
     """Return the nearest witness within a radius of a point (d,), NOBODY if there is none."""
-    return nearest(witnesses.forest, point, NOBODY, radius * radius, EXACT)[0]
+    return nearest(witnesses.neighbours, point, NOBODY, radius * radius, EXACT)[0]
 
 
 @kernel
@@ -72,8 +67,8 @@ def represent(witnesses, witness, node, cost, point):  # type: ignore[no-untyped
         point: In coordinates of the metric, shape (d,).
     """
     if witness == NOBODY:
-        witness = witnesses.forest.counts[0]
-        add(witnesses.forest, point)
+        witness = witnesses.neighbours.counts[0]
+        add(witnesses.neighbours, point)
     witnesses.node[witness], witnesses.cost[witness] = node, cost
 
 
@@ -83,9 +78,9 @@ def select(witnesses, point, radius):  # type: ignore[no-untyped-def]
 
     A node is located at its witness, to within the pruning radius.
     """
-    found, square = nearest(witnesses.forest, point, NOBODY, math.inf)
+    found, square = nearest(witnesses.neighbours, point, NOBODY, math.inf)
     if square <= (NEAREST_SLACK * radius) ** 2:
-        around = cheapest_within(witnesses.forest, witnesses.cost, point, radius * radius)
+        around = cheapest_within(witnesses.neighbours, witnesses.cost, point, radius * radius)
         found = found if around == NOBODY else around
     return witnesses.node[found]
 
@@ -93,7 +88,7 @@ def select(witnesses, point, radius):  # type: ignore[no-untyped-def]
 @kernel
 def begin_witnesses(search, tree, witnesses):  # type: ignore[no-untyped-def]
     """Clear the witnesses to the start, node 0."""
-    clear(witnesses.forest)
+    clear(witnesses.neighbours)
     metric_coordinates(search.problem, search.problem.start, tree.point)
     represent(witnesses, NOBODY, 0, 0, tree.point)
 
@@ -111,11 +106,11 @@ def sweep(tree, witnesses, best, most):  # type: ignore[no-untyped-def]
     Returns:
         Whether enough capacity is left to continue.
     """
-    place, points = witnesses.place, witnesses.forest.points
-    size, count = tree.size[0], witnesses.forest.counts[0]
+    place, points = witnesses.place, witnesses.neighbours.points
+    size, count = tree.size[0], witnesses.neighbours.counts[0]
     place[:size] = USELESS
     place[0] = place[int(best[0])] = OF_USE
-    clear(witnesses.forest)
+    clear(witnesses.neighbours)
     for witness in range(count):
         node, cost = witnesses.node[witness], witnesses.cost[witness]
         if cost + 1 < most:
@@ -129,7 +124,7 @@ def sweep(tree, witnesses, best, most):  # type: ignore[no-untyped-def]
         if place[node] == OF_USE:
             place[tree.parent[node]] = OF_USE
     pack(tree, place)
-    for witness in range(witnesses.forest.counts[0]):
+    for witness in range(witnesses.neighbours.counts[0]):
         witnesses.node[witness] = place[witnesses.node[witness]]
     for lane in range(extended.shape[0]):
         if extended[lane] != NONE:

@@ -15,7 +15,7 @@ import numpy as np
 
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.jit import allocating_kernel
-from kinolab.numerics.kd_forest import partition_median
+from kinolab.numerics.neighbours.selection import partition_median
 from kinolab.world.collision.triangle_grid import Integers, mesh_grid
 from kinolab.world.obstacle import Obstacle
 

@@ -17,11 +17,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from kinolab.numerics.arrays import Array
+from kinolab.numerics.arrays import Array, Integers
 from kinolab.numerics.jit import kernel
-from kinolab.numerics.kd_forest import (
-    Integers,
-)
 from kinolab.numerics.rng import uniform
 from kinolab.problem import PlanningTask
 from kinolab.problem.goal_kernel import normalized_error
