@@ -6,19 +6,25 @@ import numpy as np
 import pytest
 
 from kinolab.numerics.neighbours.insertion import add
+from kinolab.numerics.neighbours.packing import pack
 from kinolab.numerics.neighbours.queries import cheapest_within, nearest
 from kinolab.numerics.neighbours.r_tree import (
+    FILL,
     GROUPS,
     HEIGHT,
     LAYERS,
     LEAF_SIZE,
     LEAVES,
+    MIN_CHILDREN,
+    POINTS,
     ROOT,
+    SPARE_LEAVES,
     RTree,
     clear,
     r_tree,
 )
 from kinolab.numerics.neighbours.selection import partition_median
+from kinolab.numerics.simd import LANES
 from kinolab.numerics.struct import Record
 
 Array = np.ndarray
@@ -121,7 +127,7 @@ def orders() -> dict[str, Array]:
 
 
 @pytest.mark.parametrize("order", orders())
-@pytest.mark.parametrize("count", [33, 64, 65, 200, 511, 700, 4095, 4096, 8191, 9000])
+@pytest.mark.parametrize("count", [33, 64, 65, 200, 511, 512, 700, 4095, 4096, 8191, 9000])
 def test_boxes_hold_their_points_and_memory_is_enough_in_any_order(order: str, count: int) -> None:
     tree = r_tree(count, np.full(3, np.inf))
     record, points = Record(tree), orders()[order][:count]
@@ -135,6 +141,22 @@ def test_boxes_hold_their_points_and_memory_is_enough_in_any_order(order: str, c
     assert tree.counts[LEAVES] <= len(tree.sizes)
     assert tree.counts[GROUPS] <= len(tree.branches)
     assert tree.counts[HEIGHT] <= LAYERS
+
+
+def test_packing_makes_full_leaves_and_no_dwarfs_of_any_number_of_points() -> None:
+    tree = r_tree(20_000, np.full(2, np.inf))
+    record = Record(tree)
+    tree.points[:] = np.random.default_rng(0).uniform(-1, 1, (20_000, 2))
+    for count in [*range(2 * LEAF_SIZE, 3000), *range(3000, 20_000, 997)]:
+        tree.counts[POINTS] = count
+        pack(record)
+        leaves, groups = int(tree.counts[LEAVES]), int(tree.counts[GROUPS])
+        assert leaves <= count // FILL + SPARE_LEAVES // 2
+        sizes, branches = tree.sizes[:leaves], tree.branches[:groups]
+        assert sizes.sum() == count
+        assert LEAF_SIZE // 2 <= sizes.min() <= sizes.max() < LEAF_SIZE
+        assert groups == 1 or branches[1:].min() >= MIN_CHILDREN
+        assert branches.max() < LANES
 
 
 def test_every_point_finds_itself_at_any_time() -> None:

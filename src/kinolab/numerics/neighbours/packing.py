@@ -14,22 +14,22 @@ import numpy as np
 
 from kinolab.numerics.jit import kernel
 from kinolab.numerics.neighbours.r_tree import (
+    FILL,
     GROUPS,
     HEIGHT,
+    LEAF_SIZE,
     LEAVES,
     POINTS,
     ROOT,
+    fill_leaf,
     hold_group,
-    hold_leaf,
     open_group,
     open_lane,
-    open_leaf,
-    put,
 )
 from kinolab.numerics.neighbours.selection import partition_median
 from kinolab.numerics.simd import FAR
 
-FILL = 20  # least points of a leaf; at most half as many more
+MOST = LEAF_SIZE - 1  # points of a leaf, which leaves room for rounding
 CHILDREN = 11  # most children of a group, about
 SAMPLES = 64  # least number of points that tell which side of many is the widest
 
@@ -38,7 +38,7 @@ SAMPLES = 64  # least number of points that tell which side of many is the wides
 def pack(tree):  # type: ignore[no-untyped-def]
     """Build the tree anew, from the root to the leaves; of more points than a leaf takes."""
     count = tree.counts[POINTS]
-    # The end of memory for twice as many: names that leaves write are before what is yet to read.
+    # At the end of memory for a third more: names that leaves write are before what is yet to read.
     order = tree.names[tree.names.shape[0] - count :]
     for k in range(count):
         order[k] = k
@@ -74,13 +74,20 @@ def divide(tree, order, group, layer, leaves):  # type: ignore[no-untyped-def]
     """
     parts = tree.parts
     first, last = np.int64(tree.children[group, 0]), np.int64(tree.children[group, 1])
-    count = max(-(-((last - first) // FILL) // leaves), 2)
+    count = -(-((last - first) // FILL) // leaves)
+    if layer == 0:
+        count = max(count, -(-(last - first) // MOST))
     parts[0, 0], parts[0, 1], parts[0, 2], left = first, last, count, 1
     while left > 0:
         left -= 1
         first, last, count = parts[left, 0], parts[left, 1], parts[left, 2]
-        if count == 1:
-            adopt(tree, order, group, layer, first, last)
+        if count == 1 and layer == 0:
+            fill_leaf(tree, group, order, first, last)
+            continue
+        if count == 1:  # a group that is yet to be divided
+            child = open_group(tree)
+            tree.children[child, 0], tree.children[child, 1] = first, last
+            tree.children[group, open_lane(tree, group)] = child
             continue
         middle = first + (last - first) * (count // 2) // count
         widest = widest_side(tree.points, order, first, last)
@@ -89,26 +96,6 @@ def divide(tree, order, group, layer, leaves):  # type: ignore[no-untyped-def]
         left += 1
         parts[left, 0], parts[left, 1], parts[left, 2] = first, middle, count // 2
         left += 1
-
-
-@kernel
-def adopt(tree, order, group, layer, first, last):  # type: ignore[no-untyped-def]
-    """Give a group a child with a range of points, a leaf or a group yet to be divided.
-
-    Args:
-        tree, order, group, layer: As ``divide`` takes them.
-        first, last: The range in ``order``; ``last`` is the position after it.
-    """
-    lane = open_lane(tree, group)
-    if layer == 0:
-        leaf = open_leaf(tree)
-        for k in range(first, last):
-            put(tree, leaf, order[k])
-        hold_leaf(tree, group, lane, leaf)
-    else:
-        child = open_group(tree)
-        tree.children[child, 0], tree.children[child, 1] = first, last
-        tree.children[group, lane] = child
 
 
 @kernel

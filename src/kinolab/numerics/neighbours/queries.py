@@ -51,8 +51,6 @@ def nearest(tree, query, start, best, slack=RELATIVE_SLACK):  # type: ignore[no-
     for i in range(query.shape[0]):
         tree.query[i] = query[i]
     found, square, height = np.int64(start), np.float32(best), tree.counts[HEIGHT]
-    if height == 0:
-        return look(tree, tree.counts[ROOT], found, square)
     keys, last, path = tree.keys, tree.last, tree.path
     layer, group = height - 1, tree.counts[ROOT]
     while True:

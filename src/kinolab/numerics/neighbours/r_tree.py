@@ -18,9 +18,11 @@ from kinolab.numerics.jit import kernel
 from kinolab.numerics.simd import FAR, LANES
 
 CHUNKS = 2  # of a leaf
-LEAF_SIZE = CHUNKS * LANES  # most points of a leaf; never below half of it if there are several
-MIN_CHILDREN = 4  # of a group that is not the root
-LAYERS = 16  # most layers of groups: MIN_CHILDREN to that power
+LEAF_SIZE = CHUNKS * LANES  # most points of a leaf; at least half as many if there are several
+FILL = 24  # points of a leaf after packing, on average at least
+SPARE_LEAVES = 32
+MIN_CHILDREN = 5  # of a group that is not the root
+LAYERS = 16  # most layers of groups
 POINTS, LEAVES, GROUPS, HEIGHT, ROOT = range(5)  # entries of ``counts``
 
 
@@ -34,22 +36,18 @@ class RTree(NamedTuple):
     boxes: Singles  # (groups, 2, d, LANES) lowest and highest coordinates of children
     children: NDArray[np.int32]  # (groups, LANES) groups, or leaves in the lowest layer
     branches: NDArray[np.int32]  # (groups,) numbers of children
-    counts: Integers  # (5,) of points, leaves, groups and layers of groups; the root
+    counts: Integers  # (5,) of points, leaves, groups and layers of groups; the root group
     period: Singles  # (d,) of each coordinate; infinite if it is not periodic
     query: Singles  # (d,) scratch
     keys: Singles  # (LAYERS, LANES) scratch: ranked bounds of a search
     last: Integers  # (LAYERS + 1,) scratch: what a search has seen of a group
     path: Integers  # (LAYERS + 1,) scratch: groups of a search
     parts: Integers  # (LANES, 3) scratch: parts to divide
-    centres: Singles  # (LANES, d) scratch: of boxes
-    order: NDArray[np.int32]  # (LANES,) scratch
-    moved: NDArray[np.int32]  # (LANES,) scratch: children
-    moved_boxes: Singles  # (2, d, LANES) scratch
 
 
 def r_tree(capacity: int, period: Array) -> RTree:
     """Return an empty tree; ``period`` (d,) is infinite for non-periodic coordinates."""
-    d, leaves = len(period), 1 + 2 * capacity // LEAF_SIZE
+    d, leaves = len(period), capacity // FILL + SPARE_LEAVES
     groups = LAYERS + leaves // MIN_CHILDREN
     # What a tree holds is written before it is read: to clear it all would take milliseconds.
     tree = RTree(
@@ -60,74 +58,40 @@ def r_tree(capacity: int, period: Array) -> RTree:
         boxes=np.empty((groups, 2, d, LANES), np.float32),
         children=np.empty((groups, LANES), np.int32),
         branches=np.empty(groups, np.int32),
-        counts=np.array([0, 1, 0, 0, 0], np.int64),
+        counts=np.array([0, 1, 1, 1, 0], np.int64),
         period=np.asarray(period, np.float32),
         query=np.zeros(d, np.float32),
         keys=np.zeros((LAYERS, LANES), np.float32),
         last=np.zeros(LAYERS + 1, np.int64),
         path=np.zeros(LAYERS + 1, np.int64),
         parts=np.zeros((LANES, 3), np.int64),
-        centres=np.zeros((LANES, d), np.float32),
-        order=np.zeros(LANES, np.int32),
-        moved=np.zeros(LANES, np.int32),
-        moved_boxes=np.zeros((2, d, LANES), np.float32),
     )
-    tree.sizes[0], tree.blocks[0] = 0, FAR
+    tree.sizes[0], tree.branches[0], tree.children[0, 0] = 0, 1, 0
+    tree.blocks[0], tree.boxes[0, 0], tree.boxes[0, 1] = FAR, FAR, -FAR
     return tree
 
 
 @kernel
 def clear(tree):  # type: ignore[no-untyped-def]
-    """Remove all points."""
-    tree.counts[:] = 0
-    open_leaf(tree)
-
-
-@kernel
-def open_leaf(tree):  # type: ignore[no-untyped-def]
-    """Return a new empty leaf."""
-    leaf = tree.counts[LEAVES]
-    tree.counts[LEAVES] += 1
-    empty_leaf(tree, leaf)
-    return leaf
-
-
-@kernel
-def empty_leaf(tree, leaf):  # type: ignore[no-untyped-def]
-    """Remove a leaf's points."""
-    tree.sizes[leaf] = 0
-    for chunk in range(CHUNKS):
-        for i in range(tree.period.shape[0]):
-            for k in range(LANES):
-                tree.blocks[leaf, chunk, i, k] = FAR
-
-
-@kernel
-def put(tree, leaf, name):  # type: ignore[no-untyped-def]
-    """Put a point into a leaf that is not full."""
-    at = tree.sizes[leaf]
-    tree.sizes[leaf] += 1
-    tree.names[leaf * LEAF_SIZE + at] = name
-    for i in range(tree.period.shape[0]):
-        tree.blocks[leaf, at // LANES, i, at % LANES] = tree.points[name, i]
+    """Remove all points: an empty leaf is left, below the root."""
+    for k in range(tree.counts.shape[0]):
+        tree.counts[k] = 0
+    root = open_group(tree)
+    tree.counts[HEIGHT] = 1
+    fill_leaf(tree, root, tree.names, 0, 0)
 
 
 @kernel
 def open_group(tree):  # type: ignore[no-untyped-def]
-    """Return a new group without children."""
+    """Return a new group without children, whose boxes are farther than anything."""
     group = tree.counts[GROUPS]
     tree.counts[GROUPS] += 1
-    empty_group(tree, group)
-    return group
-
-
-@kernel
-def empty_group(tree, group):  # type: ignore[no-untyped-def]
-    """Remove a group's children; boxes of none are farther than anything."""
     tree.branches[group] = 0
     for i in range(tree.period.shape[0]):
         for lane in range(LANES):
-            tree.boxes[group, 0, i, lane], tree.boxes[group, 1, i, lane] = FAR, -FAR
+            tree.boxes[group, 0, i, lane] = FAR
+            tree.boxes[group, 1, i, lane] = -FAR
+    return group
 
 
 @kernel
@@ -139,15 +103,43 @@ def open_lane(tree, group):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def hold_leaf(tree, group, lane, leaf):  # type: ignore[no-untyped-def]
-    """Make a leaf with points the child in a lane of a group of the lowest layer."""
+def fill_leaf(tree, group, order, first, last):  # type: ignore[no-untyped-def]
+    """Give a group of the lowest layer a new leaf with a range of points; return its lane.
+
+    Args:
+        tree, group: The group is not full.
+        order: Indices of points.
+        first, last: The range; ``last`` is the position after it.
+    """
+    leaf, lane = tree.counts[LEAVES], open_lane(tree, group)
+    tree.counts[LEAVES] += 1
     tree.children[group, lane] = leaf
+    refill_leaf(tree, group, lane, order, first, last)
+    return lane
+
+
+@kernel
+def refill_leaf(tree, group, lane, order, first, last):  # type: ignore[no-untyped-def]
+    """Let a leaf hold a range of points and no others.
+
+    Args:
+        tree, group, lane: The leaf is the group's child in that lane.
+        order, first, last: As ``fill_leaf`` takes them.
+    """
+    leaf, size, blocks = np.int64(tree.children[group, lane]), last - first, tree.blocks
+    tree.sizes[leaf] = size
+    for k in range(size):
+        tree.names[leaf * LEAF_SIZE + k] = order[first + k]
     for i in range(tree.period.shape[0]):
         low, high = FAR, -FAR
-        for k in range(tree.sizes[leaf]):
-            value = tree.blocks[leaf, k // LANES, i, k % LANES]
+        for k in range(size):
+            value = tree.points[tree.names[leaf * LEAF_SIZE + k], i]
+            blocks[leaf, k // LANES, i, k % LANES] = value
             low, high = min(low, value), max(high, value)
-        tree.boxes[group, 0, i, lane], tree.boxes[group, 1, i, lane] = low, high
+        for k in range(size, LEAF_SIZE):
+            blocks[leaf, k // LANES, i, k % LANES] = FAR
+        tree.boxes[group, 0, i, lane] = low
+        tree.boxes[group, 1, i, lane] = high
 
 
 @kernel
@@ -159,4 +151,5 @@ def hold_group(tree, group, lane, child):  # type: ignore[no-untyped-def]
         for k in range(tree.branches[child]):
             low = min(low, tree.boxes[child, 0, i, k])
             high = max(high, tree.boxes[child, 1, i, k])
-        tree.boxes[group, 0, i, lane], tree.boxes[group, 1, i, lane] = low, high
+        tree.boxes[group, 0, i, lane] = low
+        tree.boxes[group, 1, i, lane] = high

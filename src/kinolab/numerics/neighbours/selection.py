@@ -6,8 +6,6 @@ import numpy as np
 
 from kinolab.numerics.jit import kernel
 
-SAMPLED = 32  # the pivot of longer ranges is of nine samples, not three
-
 
 @kernel
 def partition_median(values, axis, order, first, last, at):  # type: ignore[no-untyped-def]
@@ -23,11 +21,13 @@ def partition_median(values, axis, order, first, last, at):  # type: ignore[no-u
         at: Position in that range.
 
     Source: Hoare, Algorithm 65: find, Communications of the ACM 4(7), 1961; the partition is
-    Lomuto's, in Bentley, Programming Pearls, 2nd ed., 2000, column 11; the pivot, Bentley,
-    McIlroy, Engineering a sort function, Software: Practice and Experience 23(11), 1993.
+    Lomuto's, in Bentley, Programming Pearls, 2nd ed., 2000, column 11; the pivot, Singleton,
+    Algorithm 347, Communications of the ACM 12(3), 1969.
     """
     while first < last:
-        pivot = pivot_of(values, axis, order, first, last)
+        a, b = values[order[first], axis], values[order[(first + last) // 2], axis]
+        c = values[order[last], axis]
+        pivot = max(min(a, b), min(max(a, b), c))  # the median of three
         above = first
         for k in range(first, last + 1):
             row = order[k]
@@ -45,23 +45,3 @@ def partition_median(values, axis, order, first, last, at):  # type: ignore[no-u
             if at < above:
                 return
             first = above
-
-
-@kernel
-def pivot_of(values, axis, order, first, last):  # type: ignore[no-untyped-def]
-    """Return a value near the median of a range, as ``partition_median`` takes it."""
-    if last - first < SAMPLED:
-        return median_of_three(values, axis, order, first, last)
-    step, middle = (last - first) // 8, (first + last) // 2
-    low = median_of_three(values, axis, order, first, first + 2 * step)
-    centre = median_of_three(values, axis, order, middle - step, middle + step)
-    high = median_of_three(values, axis, order, last - 2 * step, last)
-    return max(min(low, centre), min(max(low, centre), high))
-
-
-@kernel
-def median_of_three(values, axis, order, first, last):  # type: ignore[no-untyped-def]
-    """Return the median of the values at both ends of a range and halfway."""
-    a, c = values[order[first], axis], values[order[last], axis]
-    b = values[order[(first + last) // 2], axis]
-    return max(min(a, b), min(max(a, b), c))
