@@ -188,6 +188,19 @@ def test_equal_points_and_lines_of_points_are_no_harm() -> None:
     assert nearest(trees, np.array([-1.0, 0.0]), -1, np.inf)[1] == 1.0
 
 
+@pytest.mark.parametrize("wrong", [np.nan, np.inf, -np.inf, 1e60])
+def test_points_that_are_not_finite_do_no_harm(wrong: float) -> None:
+    random, period = np.random.default_rng(0), np.array([np.inf, 2.0, np.inf])
+    points = random.uniform(-1, 1, (3000, 3))
+    points[::3, 1], points[1::6, 0] = wrong, wrong
+    finite = (np.abs(points) < 2.0).all(axis=1)
+    tree = planted(points, period)
+    for query in random.uniform(-1, 1, (100, 3)):
+        squares = np.where(finite, square(points, query, period), np.inf)
+        assert nearest(tree, query, -1, np.inf, EXACT)[0] == squares.argmin()
+    assert nearest(tree, np.full(3, np.nan), 77, np.inf)[0] == 77
+
+
 def test_nothing_beyond_the_best_so_far_is_found() -> None:
     trees = planted(np.array([[1.0], [2.0]]), np.full(1, np.inf))
     assert nearest(trees, np.zeros(1), 77, 0.5)[0] == 77

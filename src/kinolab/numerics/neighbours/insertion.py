@@ -38,11 +38,15 @@ from kinolab.numerics.simd import (
 
 @kernel
 def add(tree, point):  # type: ignore[no-untyped-def]
-    """Add a point (d,); its index is the number of points before it."""
+    """Add a point (d,); its index is the number of points before it.
+
+    A point with a coordinate that is not finite is not found, and does no harm.
+    """
     name, count = tree.counts[POINTS], tree.counts[POINTS] + 1
     tree.counts[POINTS] = count
     for i in range(point.shape[0]):
-        tree.points[name, i] = point[i]
+        value = np.float32(point[i])
+        tree.points[name, i] = value if abs(value) < FAR else FAR
     is_doubled = count > LEAF_SIZE and count & (count - 1) == 0  # a power of two
     if is_doubled or tree.counts[LEAVES] == tree.sizes.shape[0]:
         pack(tree)
