@@ -8,7 +8,9 @@ read where it is accessed.
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Callable
 from functools import cache
+from struct import Struct
 from typing import Any
 
 import numpy as np
@@ -24,6 +26,7 @@ from numba.extending import (
     unbox,
 )
 from numba.np import arrayobj
+from numpy.typing import NDArray
 
 WORD = 8  # bytes
 
@@ -48,28 +51,66 @@ class Record:
 
     def __init__(self, held: Any) -> None:
         self.held = held
-        words: list[int] = []
-        self._numba_type_ = _lay_out(held, words)  # numba's fastest way to find the type
-        self._memory = np.array(words, dtype=np.uint64)
-        self.address = self._memory.ctypes.data
+        shape: list[Any] = []
+        words: list[float] = []
+        _gather(held, shape, words)
+        layout = _layouts.get(tuple(shape))
+        if layout is None:
+            layout = _layouts[tuple(shape)] = _layout(held)
+        self._numba_type_, pack = layout  # numba's fastest way to find the type
+        self._memory = np.frombuffer(pack(*words), np.uint64)
+        self.address = address_of(self._memory)
 
 
-def _lay_out(held: Any, words: list[int]) -> RecordType:
-    """Append the words of a tuple; return its record type."""
-    fields: list[tuple[str, Any, int]] = []
-    first = len(words)
-    for name, value in zip(held._fields, held, strict=True):
-        begin = len(words)
-        if hasattr(value, "_fields"):
-            kind: Any = _lay_out(value, words)
-        elif isinstance(value, np.ndarray):
+def _gather(held: Any, shape: list[Any], words: list[float]) -> None:
+    """Append what tells the layout of a tuple, and its words."""
+    shape.append(type(held))
+    for value in held:
+        if isinstance(value, np.ndarray):
             if not value.flags.c_contiguous:
+                name = next(name for name in held._fields if getattr(held, name) is value)
                 raise ValueError(f"{name} of {type(held).__name__} is not contiguous")
-            kind = _array(value.dtype, value.ndim)
-            words += [value.__array_interface__["data"][0], *value.shape]  # sooner than ctypes
+            shape += (value.dtype, value.ndim)
+            words.append(address_of(value))
+            words += value.shape
+        elif isinstance(value, tuple):
+            _gather(value, shape, words)
         else:
-            kind, dtype = _number(value)
-            words.append(int(np.array([value], dtype).view(np.uint64)[0]))
+            number = _number(value)
+            shape.append(number)
+            words.append(number(value))
+
+
+def address_of(array: NDArray[Any]) -> int:
+    """Return where an array of any shape begins, sooner than by way of its ``ctypes``."""
+    address: int = array.__array_interface__["data"][0]
+    return address
+
+
+# Of a tuple: the type of its record, and what makes words of its numbers.
+_layouts: dict[tuple[Any, ...], tuple[RecordType, Callable[..., bytes]]] = {}
+
+
+def _layout(held: Any) -> tuple[RecordType, Callable[..., bytes]]:
+    codes: list[str] = []
+    kind = _lay_out(held, codes)
+    return kind, Struct("".join(["=", *codes])).pack
+
+
+def _lay_out(held: Any, codes: list[str]) -> RecordType:
+    """Append the codes of a tuple's words, as ``struct`` has them; return its record type."""
+    fields: list[tuple[str, Any, int]] = []
+    first = len(codes)
+    for name, value in zip(held._fields, held, strict=True):
+        begin = len(codes)
+        if isinstance(value, np.ndarray):
+            kind: Any = _array(value.dtype, value.ndim)
+            codes += ["Q", *value.ndim * "q"]
+        elif isinstance(value, tuple):
+            kind = _lay_out(value, codes)
+        else:
+            kind = types.int64 if _number(value) is int else types.float64
+            codes.append("q" if _number(value) is int else "d")
         fields.append((name, kind, begin - first))
     return _record_type(type(held).__name__, tuple(fields))
 
@@ -84,10 +125,8 @@ def _array(dtype: Any, axes: int) -> Any:
     return types.Array(from_dtype(dtype), axes, "C")  # numba is slow to construct these
 
 
-def _number(value: Any) -> tuple[Any, Any]:
-    if isinstance(value, bool | np.bool_ | int | np.integer):
-        return types.int64, np.int64
-    return types.float64, np.float64
+def _number(value: Any) -> type[int] | type[float]:
+    return int if isinstance(value, bool | np.bool_ | int | np.integer) else float
 
 
 register_model(RecordType)(models.OpaqueModel)
