@@ -41,6 +41,8 @@ class CostToGoGrid(NamedTuple):
     along: Integers  # (3,) cells along each axis, 1 for unused axes
     steps: Array  # (cells,) cost to go in cells; infinite if not reached
     queue: NDArray[np.int32]  # (cells,) scratch
+    poses: Array  # (bodies, 12) scratch: of the state placed last
+    ends: Array  # (cables, 6)
 
 
 def cost_to_go_grid(problem: PlanningTask) -> CostToGoGrid:
@@ -63,6 +65,8 @@ def cost_to_go_grid(problem: PlanningTask) -> CostToGoGrid:
         along=count,
         steps=np.full(int(count.prod()), math.inf),
         queue=np.zeros(int(count.prod()), np.int32),
+        poses=np.zeros((len(problem.bodies), 12)),
+        ends=np.zeros((len(problem.cables), 6)),
     )
 
 
@@ -110,10 +114,12 @@ def compute_cost_to_go(search, grid, x):  # type: ignore[no-untyped-def]
     steps, context, scratch = grid.steps, search.collision, search.scratch
     for cell in range(steps.shape[0]):
         steps[cell] = UNREACHED
-        for _ in range(SAMPLES_PER_CELL):
+        for sample in range(SAMPLES_PER_CELL):
             draw_in_cell(grid, search.problem, search.random, cell, x)
             place_machine(search.machine, x, scratch)
-            if (
+            # What no pose depends on, such as a velocity, does not make a blocked place free.
+            moved = moved_from(grid.poses, scratch.poses) | moved_from(grid.ends, scratch.ends)
+            if (moved or sample == 0) and (
                 clearance_bound(0.0, context.required_clearance, scratch, context)
                 >= context.required_clearance
             ):
@@ -123,6 +129,17 @@ def compute_cost_to_go(search, grid, x):  # type: ignore[no-untyped-def]
     for cell in range(steps.shape[0]):
         if steps[cell] == UNREACHED or steps[cell] == math.inf:
             steps[cell] = steps.shape[0]
+
+
+@kernel
+def moved_from(before, now):  # type: ignore[no-untyped-def]
+    """Say whether poses or ends (n, m) differ from those before, which they replace."""
+    moved = False
+    for i in range(now.shape[0]):
+        for j in range(now.shape[1]):
+            moved |= before[i, j] != now[i, j]
+            before[i, j] = now[i, j]
+    return moved
 
 
 @kernel

@@ -25,7 +25,9 @@ from kinolab.problem.goal_kernel import normalized_error
 from kinolab.problem.metric import CELLS_AROUND_GOAL, projected_coordinates
 from kinolab.search.tree.problem_arrays import ProblemArrays
 
-EMPTY = -1
+NONE = -1  # instead of a node
+EMPTY = 0  # instead of a cell's number in the table, which counts from 1
+FEW = 32  # slots for each cell, from which on cells are removed from the table one by one
 BLOCK = 64  # cells per block, whose most important cell is cached
 NEAR_GOAL_STEPS = 2.0  # cost to go below which a state is near, so not behind a wall
 # probability of passing on from a state of a cell to the next older one
@@ -43,7 +45,7 @@ class KpieceGrid(NamedTuple):
     around: Array  # (k,) period in cells; infinite on a line
     goal_region_scale: float  # what counts as near the goal, in its tolerances
     across: float  # cells across the goal's tolerances, at the finest level
-    table: NDArray[np.int32]  # (slots,) cells by the hash of their key, or EMPTY
+    table: NDArray[np.int32]  # (slots,) numbers of cells by the hash of their key, or EMPTY
     key: Integers  # (capacity,) of cells
     newest: NDArray[np.int32]  # (capacity,) newest node of a cell
     held: NDArray[np.int32]  # (capacity,) number of nodes of a cell
@@ -82,7 +84,7 @@ def kpiece_grid(
         around=np.where(problem.circular[entries], float(across), np.inf),
         goal_region_scale=float(goal_region_scale) if named else 0.0,
         across=float(max(2, round(CELLS_AROUND_GOAL ** (1 / max(1, named))))),
-        table=np.full(places, EMPTY, np.int32),
+        table=np.zeros(places, np.int32),  # EMPTY: costs nothing before it is used
         key=np.empty(capacity, np.int64),
         newest=np.empty(capacity, np.int32),
         held=np.empty(capacity, np.int32),
@@ -97,9 +99,17 @@ def kpiece_grid(
 
 @kernel
 def clear_cells(cells):  # type: ignore[no-untyped-def]
-    """Remove all cells."""
-    cells.table[:] = EMPTY
-    cells.importance[:] = 0.0
+    """Remove all cells: the table as a whole, or only what few of them take."""
+    last, size = cells.table.shape[0] - 1, cells.size[0]
+    if FEW * size > last:
+        cells.table[:] = EMPTY
+    else:
+        for cell in range(size):
+            place = first_place(cells.key[cell], last)
+            while cells.table[place] != cell + 1:
+                place = (place + 1) & last
+            cells.table[place] = EMPTY
+    cells.importance[:size] = 0.0
     cells.size[0] = 0
 
 
@@ -129,11 +139,17 @@ def key_of(cells, goal, x, steps):  # type: ignore[no-untyped-def]
 
 
 @kernel
+def first_place(key, last):  # type: ignore[no-untyped-def]
+    """Return the slot where the search for a key begins, up to the ``last`` one."""
+    return (key ^ (key >> 29)) & last
+
+
+@kernel
 def place_of(cells, key):  # type: ignore[no-untyped-def]
     """Return the slot of a key in the table, or where it would be inserted."""
     last = cells.table.shape[0] - 1
-    place = (key ^ (key >> 29)) & last
-    while cells.table[place] != EMPTY and cells.key[cells.table[place]] != key:
+    place = first_place(key, last)
+    while cells.table[place] != EMPTY and cells.key[cells.table[place] - 1] != key:
         place = (place + 1) & last
     return place
 
@@ -141,20 +157,20 @@ def place_of(cells, key):  # type: ignore[no-untyped-def]
 @kernel
 def holds(cells, key):  # type: ignore[no-untyped-def]
     """Return the number of nodes in a cell."""
-    cell = cells.table[place_of(cells, key)]
-    return 0 if cell == EMPTY else cells.held[cell]
+    number = cells.table[place_of(cells, key)]
+    return 0 if number == EMPTY else cells.held[number - 1]
 
 
 @kernel
 def put(cells, key, node, score):  # type: ignore[no-untyped-def]
     """Insert a node into a cell; a new cell gets the score."""
     place = place_of(cells, key)
-    cell = cells.table[place]
-    if cell == EMPTY:
+    cell = cells.table[place] - 1
+    if cell == EMPTY - 1:
         cell = cells.size[0]
         cells.size[0] += 1
-        cells.table[place], cells.key[cell] = cell, key
-        cells.newest[cell], cells.held[cell], cells.chosen[cell] = EMPTY, 0, 0
+        cells.table[place], cells.key[cell] = cell + 1, key
+        cells.newest[cell], cells.held[cell], cells.chosen[cell] = NONE, 0, 0
         cells.score[cell] = score
     cells.older[node], cells.newest[cell] = cells.newest[cell], node
     cells.held[cell] += 1
@@ -183,7 +199,7 @@ def choose(cells, random):  # type: ignore[no-untyped-def]
             found, most = cell, cells.importance[cell]
     cells.chosen[found] += 1
     node = cells.newest[found]
-    while cells.older[node] != EMPTY and uniform(random) < OLDER_STATE_PROBABILITY:
+    while cells.older[node] != NONE and uniform(random) < OLDER_STATE_PROBABILITY:
         node = cells.older[node]
     return found, np.int64(node)
 
