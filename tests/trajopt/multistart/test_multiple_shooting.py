@@ -9,6 +9,7 @@ import pytest
 
 import kinolab
 from kinolab.concurrency.cancel import CancelledError, never_cancelled
+from kinolab.numerics.work import counted_work
 from kinolab.problem import PlanningTask
 from kinolab.solve.plan import CENTRE_TOLERANCE
 from kinolab.trajectory import Trajectory
@@ -86,6 +87,17 @@ def test_preparing_changes_nothing(tmp_path: Path) -> None:
     motion = prepared.next().motion
     assert motion is not None
     assert motion.u.tobytes() == shot(problem, 2).u.tobytes()
+
+
+def test_preparing_is_charged_alike_however_often_a_problem_is_searched(tmp_path: Path) -> None:
+    """So that the same seed gets as far in the first search of a process as in later ones."""
+    problem, charged = problem_of(tmp_path, FLY), []
+    for seed in (1, 2, 3):
+        with counted_work() as work:
+            Multistart(problem, KNOTS, seed, never_cancelled).prepare()
+        charged.append(work.seconds)
+    assert charged[0] > 0
+    assert charged == charged[:1] * 3
 
 
 def test_it_is_too_late_for_ways_when_it_is_stopped(tmp_path: Path) -> None:

@@ -14,11 +14,13 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
 from kinolab.concurrency.cancel import never_cancelled
 from kinolab.numerics.arrays import Array
+from kinolab.numerics.work import charge, counted_work
 from kinolab.problem import PlanningTask
 from kinolab.problem.kinematic_task import follows_every_path
 from kinolab.simulation.reference import trajectory_under
@@ -142,6 +144,10 @@ class GuessResult:
     steps: int
 
 
+# Problems whose code is loaded, and the work in [s] of the guess that did it.
+_warmed_up: WeakKeyDictionary[PlanningTask, float] = WeakKeyDictionary()
+
+
 class Multistart:
     """Multistart over initial guesses that differ in duration, turns and path.
 
@@ -173,13 +179,21 @@ class Multistart:
         self._straight: tuple[Array, bool] | None = None  # where it ends, and whether it is free
 
     def prepare(self) -> None:
-        """Warm up: compile and load all that a guess needs, by solving a short one."""
+        """Warm up: compile and load all that a guess needs, by solving a short one.
+
+        Later searches of the same problem find it there, and are charged for it alike.
+        """
         problem, path = self._problem, self._guesses.straight()
         self._geometric_paths.is_free(*path)
+        if problem in _warmed_up:
+            charge(_warmed_up[problem])
+            return
         guess = Guesses(problem, np.random.default_rng(0)).knots(
             path, GUESS.min_guess_steps, problem.step
         )
-        shot(problem, guess, 1, 1, never_cancelled)
+        with counted_work() as work:
+            shot(problem, guess, 1, 1, never_cancelled)
+        _warmed_up[problem] = work.seconds
 
     def next(self) -> GuessResult:
         """Solve from the next guess.
