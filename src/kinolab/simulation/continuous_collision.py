@@ -8,7 +8,8 @@ import numpy as np
 
 from kinolab.problem import PlanningTask
 from kinolab.simulation.compiled_step import CompiledStep
-from kinolab.world import CollisionChecker, lowest_z
+from kinolab.world import CollisionChecker
+from kinolab.world.placed_shapes import lowest_heights
 
 RESOLUTION = 0.01  # [m] that a point may move between two checks, at the finest level
 MIN_RESOLUTION = 1e-4  # [m], where the start is close to an obstacle
@@ -105,8 +106,8 @@ class ContinuousCollisionCheck:
 
 def resolution(problem: PlanningTask) -> float:
     """Return the spacing of checks in [m]: the clearance of the start, clipped."""
-    clearance = problem.checker().clearance(*problem.placement(problem.start))
-    return float(np.clip(clearance, MIN_RESOLUTION, RESOLUTION))
+    clearance = problem.checker().clearance(*problem.placement(problem.start), RESOLUTION)
+    return max(clearance, MIN_RESOLUTION)
 
 
 def moves_upright(problem: PlanningTask, *, touching: bool) -> bool:
@@ -118,12 +119,12 @@ def moves_upright(problem: PlanningTask, *, touching: bool) -> bool:
     if not (problem.world.ground and chosen):
         return False
     generator, nq = np.random.default_rng(0), problem.model.nq
-    states = np.array([problem.sample_goal(generator) for _ in range(RANDOM_STATES)])
+    states = problem.sample_goals(generator, np.ones(RANDOM_STATES))
     states[:, :nq] += generator.normal(size=(RANDOM_STATES, nq))
-    poses = problem.frames(states)[:, chosen].reshape(RANDOM_STATES, len(chosen), 3, 4)
+    poses = problem.frames(states).reshape(RANDOM_STATES, -1, 3, 4)
     lowest = [
-        [lowest_z(shape, pose[k]) for pose in poses]
-        for k, body in enumerate(chosen)
+        lowest_heights(shape, poses[:, body])
+        for body in chosen
         for shape in problem.bodies[body].shapes
     ]
     # Not finite: some sampled states have no pose, which says nothing about heights.

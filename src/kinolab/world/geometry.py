@@ -6,12 +6,15 @@ shape is a kind and three half sizes; the compiled code and FCL both work from t
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 from functools import lru_cache
 from itertools import product
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from kinolab.dynamics.language.shapes import Box, Capsule, Cylinder, Disk, DrawnMesh, Shape, Sphere
 from kinolab.numerics.arrays import Array
@@ -64,11 +67,22 @@ def sizes(shape: Shape) -> tuple[ShapeKind, Array]:
     Round shapes have their radius in x and y and half their ``length`` in z; a capsule's caps
     come on top of that.
     """
+    kind, half = _sizes(shape)
+    return kind, np.array(half, dtype=float)
+
+
+def kinds_and_sizes(shapes: Sequence[Shape]) -> tuple[NDArray[np.int64], Array]:
+    """Give ``sizes`` of several shapes, (n,) and (n, 3)."""
+    kinds, halves = zip(*map(_sizes, shapes), strict=True)
+    return np.array(kinds, dtype=np.int64), np.array(halves, dtype=float)
+
+
+def _sizes(shape: Shape) -> tuple[ShapeKind, tuple[float, float, float]]:
     match shape:
         case Box():
-            return ShapeKind.BOX, 0.5 * np.array([shape.x, shape.y, shape.z], dtype=float)
+            return ShapeKind.BOX, (0.5 * float(shape.x), 0.5 * float(shape.y), 0.5 * float(shape.z))
         case Sphere():
-            return ShapeKind.SPHERE, np.full(3, float(shape.radius))
+            return ShapeKind.SPHERE, 3 * (float(shape.radius),)
         case Capsule():
             return ShapeKind.CAPSULE, _round(shape.radius, shape.length)
         case Cylinder():
@@ -78,8 +92,8 @@ def sizes(shape: Shape) -> tuple[ShapeKind, Array]:
     raise TypeError(f"not a shape: {shape!r}")
 
 
-def _round(radius: object, length: object) -> Array:
-    return np.array([radius, radius, length], dtype=float) * [1.0, 1.0, 0.5]
+def _round(radius: Any, length: Any) -> tuple[float, float, float]:
+    return float(radius), float(radius), 0.5 * float(length)
 
 
 def placement(shape: Shape) -> Array:
@@ -90,9 +104,27 @@ def placement(shape: Shape) -> Array:
 
 
 def frame_in_world(shape: Shape, pose: Array) -> tuple[Array, Array]:
-    """Give the axes (3, 3) and centre (3,) in [m] of a shape's own frame, its body at (3, 4)."""
-    own = placement(shape)
-    return pose[:, :3] @ own[:, :3], pose[:, :3] @ own[:, 3] + pose[:, 3]
+    """Give the axes (..., 3, 3) and centre (..., 3) in [m] of a shape's own frame.
+
+    Args:
+        shape: Of a body.
+        pose: Of that body, shape (..., 3, 4).
+    """
+    return _carried(placement(shape), pose)
+
+
+def frames_in_world(shapes: Sequence[Shape], poses: Array) -> tuple[Array, Array]:
+    """Give ``frame_in_world`` of shapes at poses (n, 3, 4), in shapes (n, 3, 3) and (n, 3)."""
+    own = np.empty((len(shapes), 3, 4))
+    own[..., :3] = [TURN[getattr(shape, "axis", "z")] for shape in shapes]
+    own[..., 3] = [shape.at for shape in shapes]
+    return _carried(own, poses)
+
+
+def _carried(own: Array, pose: Array) -> tuple[Array, Array]:
+    """Give the axes and origins of frames (..., 3, 4) that poses (..., 3, 4) carry along."""
+    turn = pose[..., :3]
+    return turn @ own[..., :3], (turn @ own[..., 3:])[..., 0] + pose[..., 3]
 
 
 def lowest_z(shape: Shape, pose: Array) -> float:

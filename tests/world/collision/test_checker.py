@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Literal
 
@@ -385,6 +386,19 @@ def test_every_shape_of_a_body_counts() -> None:
     checker = CollisionChecker([body], World((box_obstacle("wall", (0.2, 4, 4), (1.1, 0, 0)),)))
     assert checker.contacts(pose((0, 0, 0))) == [Contact("bell", "wall", "touches")]
     assert not checker.collides(pose((-0.2, 0, 0)))
+
+
+@pytest.mark.parametrize("gap", [0.0, 0.3, 2.0])  # [m]
+@pytest.mark.parametrize("clearance", [0.0, 0.2])  # [m] that the world asks for
+def test_clearance_is_told_up_to_what_is_of_interest(gap: float, clearance: float) -> None:
+    world = World((box_obstacle("box", (1.0, 1.0, 1.0), (2.5 + gap, 0.0, 0.0)),), True)
+    checker = CollisionChecker(
+        [BodyGeometry("body", (Sphere(1.0),))], replace(world, clearance=clearance)
+    )
+    for height in (1.1, 5.0):
+        whole = checker.clearance(pose([1.0, 0.0, height]))
+        for most in (0.01, 0.1, 1.0, 100.0):
+            assert checker.clearance(pose([1.0, 0.0, height]), most=most) == min(whole, most)
 
 
 def test_an_empty_world_has_all_the_room() -> None:

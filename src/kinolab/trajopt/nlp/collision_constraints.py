@@ -18,14 +18,14 @@ from kinolab.problem import PlanningTask
 from kinolab.simulation.machine import call_at
 from kinolab.trajopt.nlp.path_constraints import LinearInequalities, Samples
 from kinolab.world.cable import span
-from kinolab.world.collision.broadphase import BroadphaseScene, enclose, make_broadphase, place
-from kinolab.world.collision.clearance import ObstacleArrays, obstacle_arrays
+from kinolab.world.collision.broadphase import BroadphaseScene, make_broadphase, place
 from kinolab.world.collision.gjk import TRIANGLE, Convex, box_gap
 from kinolab.world.collision.signed_distance import extent, gap_along, highest, signed_gap
 from kinolab.world.collision.triangle_gaps import box_bound, own_bound, plane_bound
 from kinolab.world.collision.triangle_grid import Integers
 from kinolab.world.collision.triangle_tree import TriangleTree, mesh_tree
 from kinolab.world.geometry import sizes
+from kinolab.world.placed_shapes import ObstacleArrays, enclose, obstacle_arrays
 from kinolab.world.redundant_obstacles import without_redundant
 
 # Compiled in; the machine code is rebuilt when this file changes.
@@ -186,7 +186,7 @@ def collision_arrays(problem: PlanningTask) -> tuple[Record, bool]:
             p=np.append(model.parameter_vector(), 0.0),
             scene=scene,
             strung=np.flatnonzero([c.collides for c in cables]).astype(np.int64),
-            fixtures=obstacle_arrays(world),
+            fixtures=obstacle_arrays(world.obstacles),
             tree=mesh_tree(world.obstacles),
             bodies=len(bodies),
             strings=len(cables),

@@ -18,7 +18,7 @@ from kinolab.errors import UnknownNameError
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.jit import kernel
 from kinolab.world.cable import CableGeometry, span_all
-from kinolab.world.collision.clearance import ObstacleArrays, clearance_at
+from kinolab.world.collision.clearance import clearance_at
 from kinolab.world.collision.gjk import Convex
 from kinolab.world.collision.triangle_gaps import mesh_clearance
 from kinolab.world.collision.triangle_grid import (
@@ -31,7 +31,7 @@ from kinolab.world.collision.triangle_grid import (
 )
 from kinolab.world.collision.triangle_tree import STACK_SIZE, TriangleTree
 from kinolab.world.geometry import BodyGeometry, ShapeKind, placement, sizes
-from kinolab.world.support_functions import half_extent
+from kinolab.world.placed_shapes import ObstacleArrays, enclose, obstacle_arrays
 from kinolab.world.world import World
 
 COLLIDES = -1  # a verdict of ``broadphase``; other numbers count the pairs that are left for FCL
@@ -126,8 +126,7 @@ def make_broadphase(
     measured = [sizes(shape) for _, _, shape in parts]
     lines = len(cables)
     meshes = [obstacle for obstacle in world.obstacles if obstacle.primitive is None]
-    mesh = np.array([obstacle.primitive is None for obstacle in world.obstacles], dtype=bool)
-    boxes = [np.concatenate(obstacle.bounding_box()) for obstacle in world.obstacles]
+    obstacles = obstacle_arrays(world.obstacles)
     scene = BroadphaseScene(
         kind=np.array(
             [*(int(kind) for kind, _ in measured), *[int(ShapeKind.CAPSULE)] * lines],
@@ -143,8 +142,8 @@ def make_broadphase(
         rests=np.array(
             [*(body.touches_ground for _, body, _ in parts), *[True] * lines], dtype=bool
         ),
-        obstacle=np.array(boxes).reshape(-1, 6),
-        mesh=np.where(mesh, np.cumsum(mesh) - 1, -1).astype(np.int64),
+        obstacle=obstacles.box,
+        mesh=obstacles.mesh,
         own_pairs=np.array(own_pairs, dtype=np.int64).reshape(-1, 2),
         grow=0.0,
         margin=0.0,
@@ -179,22 +178,6 @@ def place(pose, own, turn, at):  # type: ignore[no-untyped-def]
         at[i] = (
             pose[r] * own[0, 3] + pose[r + 1] * own[1, 3] + pose[r + 2] * own[2, 3] + pose[r + 3]
         )
-
-
-@kernel
-def enclose(kind, half, turn, at, grow, box):  # type: ignore[no-untyped-def]
-    """Write the axis-aligned box (6,) of a placed shape, ``grow`` larger on every side.
-
-    Args:
-        kind, half: The shape's kind and half sizes (3,) in [m].
-        turn, at: Its rotation (3, 3) and centre (3,) in [m].
-        grow: In [m].
-        box: Lowest and highest x, y, z in [m], shape (6,); written.
-    """
-    for i in range(3):
-        reach = half_extent(kind, half, turn[i, 0], turn[i, 1], turn[i, 2]) + grow
-        box[i] = at[i] - reach
-        box[i + 3] = at[i] + reach
 
 
 @kernel
@@ -327,13 +310,14 @@ def broadphase_rows(first, poses, ends, rows, arrays):  # type: ignore[no-untype
 
 
 @kernel
-def clearance_rows(first, poses, ends, rows, arrays, free):  # type: ignore[no-untyped-def]
+def clearance_rows(first, poses, ends, rows, arrays, most, free):  # type: ignore[no-untyped-def]
     """Work out clearances until there is a pose of which only FCL can say whether it is free.
 
     Args:
         first: Where to begin.
         poses, ends: Of every pose, (poses, bodies, 12) and (poses, cables, 6).
         rows, arrays: As ``broadphase_rows`` takes them.
+        most: More clearance than this in [m] is of no interest.
         free: Of each pose in [m], 0 where it collides, shape (poses,); written.
 
     Returns:
@@ -347,5 +331,5 @@ def clearance_rows(first, poses, ends, rows, arrays, free):  # type: ignore[no-u
             if left > 0:
                 return k, left
             if left == 0:
-                free[k] = clearance_at(arrays)
+                free[k] = clearance_at(arrays, most)
     return poses.shape[0], 0

@@ -22,11 +22,12 @@ from kinolab.world.collision.broadphase import (
     make_broadphase,
     shape_owners,
 )
-from kinolab.world.collision.clearance import clearance_at, obstacle_arrays
+from kinolab.world.collision.clearance import clearance_at
 from kinolab.world.collision.contact_report import Contact, ContactReport
 from kinolab.world.collision.fcl import CONTACT_MARGIN, Narrowphase, Obstacles
 from kinolab.world.collision.triangle_tree import mesh_tree
 from kinolab.world.geometry import BodyGeometry, sizes
+from kinolab.world.placed_shapes import obstacle_arrays
 from kinolab.world.shrinking import shrunk_body, shrunk_cable
 from kinolab.world.world import World
 
@@ -64,7 +65,7 @@ class CollisionChecker:
         self.world = world
         self._owners = shape_owners(bodies, cables)
         self.scene, self.grid = make_broadphase(bodies, cables, world, self_pairs)
-        self._fixed, self._tree = obstacle_arrays(world), mesh_tree(world.obstacles)
+        self._fixed, self._tree = obstacle_arrays(world.obstacles), mesh_tree(world.obstacles)
         self._shape, self._ends_shape = (len(bodies), 12), (len(cables), 6)
         self._rows = np.flatnonzero([cable.collides for cable in cables])
         self._obstacles = Obstacles(world.obstacles)
@@ -180,11 +181,11 @@ class CollisionChecker:
             found += self._beside.contacts(poses, ends)
         return list(dict.fromkeys(found))
 
-    def clearance(self, poses: Array, ends: Array = NO_ENDS) -> float:
+    def clearance(self, poses: Array, ends: Array = NO_ENDS, most: float = math.inf) -> float:
         """Return the clearance at one pose, as ``clearances`` does."""
-        return float(self.clearances(self._table(poses)[None], self._ends(ends)[None])[0])
+        return float(self.clearances(self._table(poses)[None], self._ends(ends)[None], most)[0])
 
-    def clearances(self, poses: Array, ends: Array | None = None) -> Array:
+    def clearances(self, poses: Array, ends: Array | None = None, most: float = math.inf) -> Array:
         """Bound from below how far every point may move before anything can touch.
 
         This is the smallest distance to an obstacle or the ground, or half the distance between
@@ -195,21 +196,22 @@ class CollisionChecker:
         Args:
             poses: A pose table each, as ``first_collision`` takes them.
             ends: A table of ends each.
+            most: More clearance than this in [m] is of no interest, and costs less to tell.
 
         Returns:
-            Distances in [m], shape (poses,); 0 when colliding, infinite where there is nothing to
+            Distances in [m], shape (poses,); 0 when colliding, ``most`` where there is nothing to
             collide with.
         """
         table, strung = self._tables(poses, ends)
-        free, k = np.zeros(len(table)), 0
+        free, k, wanted = np.zeros(len(table)), 0, most + self.margin
         while k < len(table):
-            k, left = clearance_rows(k, table, strung, self._rows, self._arrays, free)
+            k, left = clearance_rows(k, table, strung, self._rows, self._arrays, wanted, free)
             if k < len(table):
-                free[k] = 0.0 if self._asked(left) else clearance_at(self._arrays)
+                free[k] = 0.0 if self._asked(left) else clearance_at(self._arrays, wanted)
             k += 1
         free -= self.margin
         if self._beside is not None:
-            free = np.minimum(free, self._beside.clearances(table, strung))
+            free = np.minimum(free, self._beside.clearances(table, strung, most))
         return np.maximum(free, 0.0)
 
     def _tables(self, poses: Array, ends: Array | None) -> tuple[Array, Array]:
@@ -260,9 +262,9 @@ class _Beside:
         """Return the same with another margin in [m], with scratch memory of its own."""
         return _Beside(self._alone.inflated(0.0, ground=False), self._clearance, margin)
 
-    def clearances(self, poses: Array, ends: Array) -> Array:
+    def clearances(self, poses: Array, ends: Array, most: float) -> Array:
         """Return how far every point may move before too little is left, in [m]; 0 or less now."""
-        return self._alone.clearances(poses, ends) - self._keep
+        return self._alone.clearances(poses, ends, most + self._keep) - self._keep
 
     def near(self, poses: Array, ends: Array) -> bool:
         """Say whether too little is left."""

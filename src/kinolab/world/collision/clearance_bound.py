@@ -13,12 +13,13 @@ from kinolab.numerics.arrays import Array
 from kinolab.numerics.jit import kernel
 from kinolab.numerics.struct import Record
 from kinolab.world.cable import finite, span
-from kinolab.world.collision.broadphase import MAX_PENETRATION, enclose, place
+from kinolab.world.collision.broadphase import MAX_PENETRATION, place
 from kinolab.world.collision.collision_scene import CollisionScene, scratch_for
 from kinolab.world.collision.distance_field import distance_bound
 from kinolab.world.collision.gjk import Convex, box_gap, separation_within
 from kinolab.world.collision.triangle_gaps import TOUCHING_MARGIN, mesh_clearance
 from kinolab.world.collision.triangle_grid import inside
+from kinolab.world.placed_shapes import enclose
 from kinolab.world.support_functions import half_extent
 
 SEARCH_FACTOR = 2.0  # times ``fine``: how far away what is near is looked for

@@ -11,13 +11,13 @@ import numpy as np
 from kinolab.numerics.arrays import Array
 from kinolab.world.cable import CableGeometry
 from kinolab.world.collision.broadphase import BroadphaseScene, make_broadphase
-from kinolab.world.collision.clearance import ObstacleArrays, obstacle_arrays
 from kinolab.world.collision.distance_field import DistanceField
 from kinolab.world.collision.distance_field_cache import shared_distance_field
 from kinolab.world.collision.sphere_tree import SphereTree, sphere_tree
 from kinolab.world.collision.triangle_grid import Integers, MeshGrid
 from kinolab.world.collision.triangle_tree import STACK_SIZE, TriangleTree, mesh_tree
 from kinolab.world.geometry import BodyGeometry
+from kinolab.world.placed_shapes import ObstacleArrays, obstacle_arrays
 from kinolab.world.world import World
 
 CELL_FRACTION = 0.25  # of a body's smallest half size, as which cells need not be finer
@@ -82,7 +82,7 @@ def collision_scene(
         broadphase,
         mesh,
         mesh_tree(world.obstacles),
-        obstacle_arrays(world),
+        obstacle_arrays(world.obstacles),
         sphere_tree(shapes, grid.width),
         grid,
         np.flatnonzero([cable.collides for cable in cables]).astype(np.int64),

@@ -12,12 +12,12 @@ from kinolab.world.collision.broadphase import (
     ROUNDING_MARGIN,
     CheckerArrays,
     clear_of_meshes,
-    enclose,
     grounded,
     place,
 )
 from kinolab.world.collision.fcl import Narrowphase
 from kinolab.world.collision.triangle_grid import inside, near_surface, overlap
+from kinolab.world.placed_shapes import enclose
 
 GROUND_NAME = "ground"
 LARGE = 50_000  # triangles, for which FCL builds its search tree in 0.2 s

@@ -24,8 +24,9 @@ from kinolab.numerics.jit import allocating_kernel, kernel
 from kinolab.numerics.struct import Record
 from kinolab.world.collision.gjk import Convex, separation
 from kinolab.world.collision.triangle_grid import MeshGrid, inside, mesh_grid
-from kinolab.world.geometry import frame_in_world, sizes
+from kinolab.world.kept_together import KeptTogether
 from kinolab.world.obstacle import Obstacle
+from kinolab.world.placed_shapes import obstacle_arrays
 from kinolab.world.redundant_obstacles import without_redundant
 from kinolab.world.support_functions import SPHERE
 
@@ -60,9 +61,9 @@ def distance_field(
     """
     if not obstacles:
         return DistanceField(np.zeros(3), 1.0, np.zeros((0, 0, 0), np.float32))
-    corners = [obstacle.bounding_box() for obstacle in obstacles]
-    low = np.min([corner for corner, _ in corners], axis=0)
-    span = np.max([corner for _, corner in corners], axis=0) - low
+    boxes = obstacle_arrays(obstacles).box
+    low = boxes[:, :3].min(axis=0)
+    span = boxes[:, 3:].max(axis=0) - low
     cells = max(1, min(MAX_CELLS, memory // np.dtype(np.float32).itemsize))
     width = _width(span, cells, finest)
     shape = tuple(int(n) for n in np.maximum(np.ceil(span / width), 1))
@@ -74,22 +75,23 @@ def distance_field(
     if meshes:
         mark_triangles(grid.triangles, low, width, taken)
         _fill_solids(grid, low, width, taken)
-    for obstacle in without_redundant(obstacles):
-        if obstacle.primitive is not None:
-            _mark_primitive(obstacle, low, width, taken)
+    _mark_primitives(obstacles, low, width, taken)
     return DistanceField(low, width, _distances(taken, width))
 
 
-def digest(obstacles: Sequence[Obstacle]) -> str:
-    """Return what tells obstacles apart whose grids differ."""
+def _digest(obstacles: Sequence[Obstacle]) -> str:
     found = hashlib.sha256()
-    for obstacle in obstacles:
-        shape, pose = obstacle.primitive or (None, np.zeros(0))
-        found.update(repr((shape, obstacle.solid, len(obstacle.vertices))).encode())
-        found.update(np.ascontiguousarray(pose).tobytes())
-        found.update(np.ascontiguousarray(obstacle.vertices).tobytes())
-        found.update(np.ascontiguousarray(obstacle.faces).tobytes())
+    for numbers in obstacle_arrays(obstacles):
+        found.update(np.ascontiguousarray(numbers).tobytes())
+    for k, obstacle in enumerate(obstacles):
+        if obstacle.primitive is None:
+            found.update(repr((k, obstacle.solid, len(obstacle.vertices))).encode())
+            found.update(np.ascontiguousarray(obstacle.vertices).tobytes())
+            found.update(np.ascontiguousarray(obstacle.faces).tobytes())
     return found.hexdigest()
+
+
+digest = KeptTogether(_digest)  # what tells obstacles apart whose grids differ
 
 
 def _width(span: Array, cells: int, finest: float) -> float:
@@ -101,11 +103,13 @@ def _width(span: Array, cells: int, finest: float) -> float:
     return width
 
 
-def _mark_primitive(obstacle: Obstacle, low: Array, width: float, taken: Taken) -> None:
-    assert obstacle.primitive is not None
-    kind, half = sizes(obstacle.primitive[0])
-    turn, at = frame_in_world(*obstacle.primitive)
-    mark_shape(Convex(int(kind), half, turn, at), *obstacle.bounding_box(), low, width, taken)
+def _mark_primitives(obstacles: Sequence[Obstacle], low: Array, width: float, taken: Taken) -> None:
+    left = {id(obstacle) for obstacle in without_redundant(obstacles)}
+    placed = obstacle_arrays(obstacles)
+    for k, (kind, half, turn, at, box, mesh) in enumerate(zip(*placed, strict=True)):
+        if mesh < 0 and id(obstacles[k]) in left:
+            left.remove(id(obstacles[k]))  # one thing may be there more than once
+            mark_shape(Convex(int(kind), half, turn, at), box[:3], box[3:], low, width, taken)
 
 
 def _fill_solids(grid: MeshGrid, low: Array, width: float, taken: Taken) -> None:

@@ -6,8 +6,10 @@ the shape has a ball around it. Balls of pieces stick out of the shape less than
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
-from typing import NamedTuple
+from functools import lru_cache
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -18,6 +20,9 @@ from kinolab.world.geometry import ShapeKind, sizes
 
 MAX_SPHERES = 31  # balls of one shape: no more are asked for where three are divided
 ROUNDING_FACTOR = 1.0 + 1e-9  # for rounding
+
+
+Point: TypeAlias = tuple[float, float, float]  # in the shape's own frame, in [m]
 
 
 class SphereTree(NamedTuple):
@@ -31,75 +36,95 @@ class SphereTree(NamedTuple):
 
 def sphere_tree(shapes: Sequence[Shape], finest: float) -> SphereTree:
     """Cover shapes with balls that become as small as ``finest`` in [m], as far as memory goes."""
-    rows: list[tuple[Array, float]] = []
-    children: list[list[int]] = []
-    roots = [_grow(*sizes(shape), finest, rows, children) for shape in shapes]
+    trees = [_around_one(*_numbers(shape), finest) for shape in shapes]
+    counts = np.array([len(tree.radius) for tree in trees], dtype=np.int64)
+    root = np.cumsum(counts) - counts
+    if not trees:
+        return SphereTree(root, np.zeros((0, 3)), np.zeros(0), np.zeros((0, 2), np.int64))
+    children = [np.where(t.child < 0, -1, t.child + k) for t, k in zip(trees, root, strict=True)]
     return SphereTree(
-        root=np.array(roots, dtype=np.int64),
-        center=np.array([center for center, _ in rows]).reshape(-1, 3),
-        radius=ROUNDING_FACTOR * np.array([radius for _, radius in rows], dtype=float),
-        child=np.array(children, dtype=np.int64).reshape(-1, 2),
+        root,
+        np.concatenate([tree.center for tree in trees]),
+        np.concatenate([tree.radius for tree in trees]),
+        np.concatenate(children),
     )
 
 
-def _grow(
-    kind: ShapeKind,
-    half: Array,
-    finest: float,
-    rows: list[tuple[Array, float]],
-    children: list[list[int]],
-) -> int:
-    """Add the tree of one shape, level by level; return where it begins."""
-    root, reach = (
-        len(rows),
-        half + (np.array([0.0, 0.0, half[0]]) if kind is ShapeKind.CAPSULE else 0.0),
-    )
-    rows.append((np.zeros(3), _around(kind, half)))
-    children.append([-1, -1])
-    level = [] if kind is ShapeKind.SPHERE else [(root, -reach, reach)]
-    while level and len(rows) - root + 2 * len(level) <= MAX_SPHERES:
+def _numbers(shape: Shape) -> tuple[ShapeKind, Point]:
+    """Give a shape's kind and half sizes: NumPy would take ten times as long for a few numbers."""
+    kind, half = sizes(shape)
+    x, y, z = half.tolist()
+    return kind, (x, y, z)
+
+
+@lru_cache(maxsize=512)
+def _around_one(kind: ShapeKind, half: Point, finest: float) -> SphereTree:
+    """Cover one shape, level by level."""
+    x, y, z = half
+    z += x if kind is ShapeKind.CAPSULE else 0.0
+    balls: list[tuple[Point, float]] = [((0.0, 0.0, 0.0), _around(kind, half))]
+    children = [[-1, -1]]
+    level = [] if kind is ShapeKind.SPHERE else [(0, (-x, -y, -z), (x, y, z))]
+    while level and len(balls) + 2 * len(level) <= MAX_SPHERES:
         finer = []
         for parent, low, high in level:
-            if rows[parent][1] <= finest:
+            if balls[parent][1] <= finest:
                 continue
             for k, (first, last) in enumerate(_halves(low, high)):
                 if not _holds(kind, half, first, last):
                     continue
-                children[parent][k] = len(rows)
-                finer.append((len(rows), first, last))
-                rows.append(((first + last) / 2, float(np.linalg.norm(last - first)) / 2))
+                children[parent][k] = len(balls)
+                finer.append((len(balls), first, last))
+                balls.append(_ball(first, last))
                 children.append([-1, -1])
         level = finer
-    return root
+    return SphereTree(
+        root=np.zeros(1, np.int64),
+        center=np.array([center for center, _ in balls]),
+        radius=ROUNDING_FACTOR * np.array([radius for _, radius in balls]),
+        child=np.array(children, dtype=np.int64),
+    )
 
 
-def _halves(low: Array, high: Array) -> Iterator[tuple[Array, Array]]:
-    axis = int(np.argmax(high - low))
+def _ball(low: Point, high: Point) -> tuple[Point, float]:
+    """Return the centre and the radius of the ball around a box."""
+    (a, b, c), (x, y, z) = low, high
+    return ((a + x) / 2, (b + y) / 2, (c + z) / 2), float(
+        np.linalg.norm(np.subtract(high, low))
+    ) / 2
+
+
+def _halves(low: Point, high: Point) -> Iterator[tuple[Point, Point]]:
+    edges = [b - a for a, b in zip(low, high, strict=True)]
+    axis = edges.index(max(edges))
     middle = (low[axis] + high[axis]) / 2
-    first, last = high.copy(), low.copy()
-    first[axis] = last[axis] = middle
-    yield low, first
-    yield last, high
+    yield low, _moved(high, axis, middle)
+    yield _moved(low, axis, middle), high
 
 
-def _holds(kind: ShapeKind, half: Array, low: Array, high: Array) -> bool:
+def _moved(point: Point, axis: int, to: float) -> Point:
+    x, y, z = point
+    return (to, y, z) if axis == 0 else (x, to, z) if axis == 1 else (x, y, to)
+
+
+def _holds(kind: ShapeKind, half: Point, low: Point, high: Point) -> bool:
     """Say whether a box in the shape's frame holds any of it, as far as its roundness tells."""
     if kind is ShapeKind.BOX:
         return True
-    nearest = np.clip(0.0, low, high)
-    across = float(np.hypot(*nearest[:2]))
+    x, y, z = (min(max(0.0, a), b) for a, b in zip(low, high, strict=True))
+    across = math.hypot(x, y)
     if kind is ShapeKind.CAPSULE:
-        across = float(np.hypot(across, max(abs(nearest[2]) - half[2], 0.0)))
-    return bool(across <= half[0])
+        across = math.hypot(across, max(abs(z) - half[2], 0.0))
+    return across <= half[0]
 
 
-def _around(kind: ShapeKind, half: Array) -> float:
+def _around(kind: ShapeKind, half: Point) -> float:
     match kind:
         case ShapeKind.BOX:
             return float(np.linalg.norm(half))
         case ShapeKind.SPHERE:
-            return float(half[0])
+            return half[0]
         case ShapeKind.CYLINDER:
             return float(np.hypot(half[0], half[2]))
         case ShapeKind.CAPSULE:
-            return float(half[0] + half[2])
+            return half[0] + half[2]

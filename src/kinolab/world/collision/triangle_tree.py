@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from typing import NamedTuple
-from weakref import WeakKeyDictionary, ref
 
 import numpy as np
 
@@ -17,6 +16,7 @@ from kinolab.numerics.arrays import Array
 from kinolab.numerics.jit import allocating_kernel
 from kinolab.numerics.neighbours.selection import partition_median
 from kinolab.world.collision.triangle_grid import Integers, mesh_grid
+from kinolab.world.kept_together import KeptTogether
 from kinolab.world.obstacle import Obstacle
 
 LEAF_SIZE = 4  # triangles in a leaf at most
@@ -33,22 +33,9 @@ class TriangleTree(NamedTuple):
     span: Integers  # (nodes, 2) the triangles below, one past the last
 
 
-_known: WeakKeyDictionary[Obstacle, tuple[list[ref[Obstacle]], TriangleTree]] = WeakKeyDictionary()
-
-
 def mesh_tree(obstacles: Sequence[Obstacle]) -> TriangleTree:
-    """Build the tree of the triangles of all meshes among obstacles, in the order of ``mesh_grid``.
-
-    It is kept as long as the first mesh is, for its last company: nobody may write to it.
-    """
-    meshes = [obstacle for obstacle in obstacles if obstacle.primitive is None]
-    together = [ref(mesh) for mesh in meshes]
-    company, tree = _known.get(meshes[0], ([], None)) if meshes else ([], None)
-    if tree is None or company != together:
-        tree = triangle_tree(mesh_grid(meshes).triangles)
-        if meshes:
-            _known[meshes[0]] = together, tree
-    return tree
+    """Return the tree of the triangles of all meshes among obstacles, in ``mesh_grid``'s order."""
+    return _tree([obstacle for obstacle in obstacles if obstacle.primitive is None])
 
 
 def triangle_tree(triangles: Array) -> TriangleTree:
@@ -63,6 +50,9 @@ def triangle_tree(triangles: Array) -> TriangleTree:
     return TriangleTree(
         kept, _planes(kept), boxes[:nodes].copy(), child[:nodes].copy(), span[:nodes].copy()
     )
+
+
+_tree = KeptTogether(lambda meshes: triangle_tree(mesh_grid(meshes).triangles))
 
 
 def _planes(triangles: Array) -> Array:
