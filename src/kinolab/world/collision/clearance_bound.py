@@ -72,7 +72,7 @@ def clearance_within(poses, ends, least, wanted, need, fine, scratch, scene):  #
             enclose(broadphase.kind[s], broadphase.half[s], turns[s], places[s], 0.0, around[s])
             within = min(best, max(SEARCH_FACTOR * fine, wanted)) + kept + TOUCHING_MARGIN
             free = obstacle_clearance(
-                s, turns[s], places[s], around[s], least + kept, within, scene, scratch
+                s, turns[s], places[s], around[s], least + kept, within, fine + kept, scene, scratch
             )
             free -= kept
         best = min(best, free)
@@ -204,7 +204,7 @@ def cable_clearance(half, turn, at, need, grid):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def obstacle_clearance(s, turn, at, box, least, within, scene, scratch):  # type: ignore[no-untyped-def]
+def obstacle_clearance(s, turn, at, box, least, within, fine, scene, scratch):  # type: ignore[no-untyped-def]
     """Work out the clearance of one shape less MARGIN, if it is below ``within``; 0 inside a solid.
 
     Args:
@@ -212,9 +212,10 @@ def obstacle_clearance(s, turn, at, box, least, within, scene, scratch):  # type
         turn, at: Its rotation (3, 3) and centre (3,) in [m].
         box: Lowest and highest x, y, z in [m], shape (6,).
         least, within: In [m]; clearance below ``least`` is told, and not by how much.
+        fine: In [m]; beyond it the answer may be short by a tenth.
         scene, scratch: ``CollisionScene`` and ``Scratch``.
     """
-    least += TOUCHING_MARGIN
+    least, precise = least + TOUCHING_MARGIN, fine + TOUCHING_MARGIN
     broadphase, fixed = scene.broadphase, scene.obstacles
     shape = Convex(broadphase.kind[s], broadphase.half[s], turn, at)
     best = mesh_clearance(shape, box, least, within, scene.triangles, scratch)
@@ -225,7 +226,8 @@ def obstacle_clearance(s, turn, at, box, least, within, scene, scratch):  # type
             continue
         if broadphase.mesh[k] < 0:
             other = Convex(fixed.kind[k], fixed.half[k], fixed.turn[k], fixed.at[k])
-            best = min(best, separation_within(shape, other, least, best, scratch.simplex))
+            gap = separation_within(shape, other, least, best, scratch.simplex, precise)
+            best = min(best, gap)
         elif inside(at, broadphase.mesh[k], scene.mesh):
             return -1.0
     return best - TOUCHING_MARGIN

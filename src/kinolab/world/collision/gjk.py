@@ -22,6 +22,7 @@ from kinolab.world.support_functions import core_radius, core_support, dot, move
 # numba would compile everything anew for a literal, here and where others are begun with one.
 TRIANGLE = np.int64(-1)  # stands for a kind of shape; its corners are the columns of ``turn``
 TOLERANCE = 1e-9  # [m] between the bound and a distance that is attained
+COARSE_FRACTION = 0.1  # of a gap, by which its bound may be short where that does no harm
 MAX_ITERATIONS = 64
 
 
@@ -175,7 +176,7 @@ def closest_on_simplex(simplex, count, v):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def separation_within(one, other, least, enough, scratch):  # type: ignore[no-untyped-def]
+def separation_within(one, other, least, enough, scratch, precise=math.inf):  # type: ignore[no-untyped-def]
     """Bound the gap between two convex things from below, to 1e-9 m of the truth where it is free.
 
     Args:
@@ -183,6 +184,7 @@ def separation_within(one, other, least, enough, scratch):  # type: ignore[no-un
         least: In [m]; whether the gap is smaller than this is told, and not by how much.
         enough: In [m]; a bound of this size need not be improved.
         scratch: Memory, shape (9, 3).
+        precise: In [m]; the bound of a larger gap may be short by a tenth of itself.
 
     Returns:
         A distance in [m] that the true one is not smaller than; 0 where nothing is proved.
@@ -210,7 +212,10 @@ def separation_within(one, other, least, enough, scratch):  # type: ignore[no-un
         support_point(one, away, local, a)
         support_point(other, v, local, b)
         bound = max(bound, (dot(v, a) - dot(v, b)) / distance)
-        if distance - bound <= TOLERANCE or bound - swollen >= enough:
+        gap = bound - swollen
+        if distance - bound <= TOLERANCE or gap >= enough:
+            break
+        if gap >= precise and distance - bound <= COARSE_FRACTION * gap:
             break
         if distance - swollen < least:
             break  # the gap is no larger than the distance of two points
