@@ -121,7 +121,10 @@ def spread(typing: Any, number: Any) -> Any:  # noqa: ARG001
 
 
 def _choice(comparison: str) -> Any:
-    """Return a function that takes from two values, lane by lane, the one that compares so."""
+    """Return a function that takes from two values, lane by lane, the one that compares so.
+
+    It takes the second if either is not a number.
+    """
 
     @intrinsic  # type: ignore[untyped-decorator]
     def choose(typing: Any, one: Any, other: Any) -> Any:  # noqa: ARG001

@@ -125,16 +125,19 @@ def squares(tree, leaf, chunk):  # type: ignore[no-untyped-def]
 
 @kernel
 def bounds(tree, group):  # type: ignore[no-untyped-def]
-    """Return lower bounds on squared distances from the query to points below each child."""
+    """Return lower bounds on squared distances from the query to points below each child.
+
+    Infinite where there is no child; not a number if the query is not: then none is searched.
+    """
     boxes, query, period, total = tree.boxes, tree.query, tree.period, spread(NOTHING)
     nothing = spread(NOTHING)
     for i in range(query.shape[0]):
         value = spread(query[i])
         under = load(boxes, (group, 0, i, 0)) - value
         over = value - load(boxes, (group, 1, i, 0))
-        gap = maximum(maximum(under, over), nothing)
+        gap = maximum(nothing, maximum(under, over))
         if period[i] != FAR:  # the other end may be nearer across the period
-            gap = minimum(gap, maximum(spread(period[i]) + minimum(under, over), nothing))
+            gap = minimum(gap, maximum(nothing, spread(period[i]) + minimum(under, over)))
         total += gap * gap
     return total
 
