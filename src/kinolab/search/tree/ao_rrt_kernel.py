@@ -22,12 +22,11 @@ from kinolab.numerics.neighbours.queries import nearest
 from kinolab.numerics.neighbours.r_tree import RTree, clear, r_tree
 from kinolab.numerics.rng import uniform
 from kinolab.search.tree.extensions import (
-    MAX_DRAWS,
+    awaits_draw,
     begin_extension,
     end_extension,
     extend_all,
     has_ended,
-    is_idle,
 )
 from kinolab.search.tree.problem_arrays import (
     ProblemArrays,
@@ -103,7 +102,7 @@ def grow_below(  # type: ignore[no-untyped-def]
         min_steps, max_steps: Range of the control duration in steps.
 
     Returns:
-        GROWING, REACHED or FULL, and the number of iterations made, some more than asked for.
+        GROWING, REACHED or FULL, and the number of iterations made.
     """
     per_step = cost_weight * costs.extent / most
     done = 0
@@ -113,13 +112,12 @@ def grow_below(  # type: ignore[no-untyped-def]
                 status = settle_below(search, tree, costs, lane, best, min_steps, most, per_step)
                 if status != GROWING:
                     return status, done
-        if done >= iterations:
-            return GROWING, done
         for lane in range(LANES):
-            for _ in range(MAX_DRAWS):
-                if not is_idle(tree, lane):
-                    break
+            while awaits_draw(tree, lane):
+                if done >= iterations:
+                    return GROWING, done
                 done += 1
+                tree.extensions.draws[lane] += 1
                 parent = draw_below(search, tree, costs, goal_bias, most, per_step)
                 if parent != NONE:
                     steps = propagate(search, tree, parent, min_steps, max_steps, control_samples)

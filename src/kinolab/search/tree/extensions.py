@@ -67,6 +67,12 @@ def has_ended(tree, lane):  # type: ignore[no-untyped-def]
 
 
 @kernel
+def awaits_draw(tree, lane):  # type: ignore[no-untyped-def]
+    """Say whether a node is to be drawn for a lane to extend, before the others go on."""
+    return is_idle(tree, lane) and tree.extensions.draws[lane] < MAX_DRAWS
+
+
+@kernel
 def read_lane(tree, lane):  # type: ignore[no-untyped-def]
     """Copy state and inputs of a lane to ``tree.now`` and ``tree.held``."""
     under_way = tree.extensions
@@ -95,6 +101,7 @@ def extend_all(search, tree, min_steps, least):  # type: ignore[no-untyped-def]
         derivative_in_lanes(machine, now, under_way.held, under_way.slope)
         derivative_in_lanes(machine, after, under_way.held, under_way.slope_after)
     for lane in range(LANES):
+        under_way.draws[lane] = 0
         if is_idle(tree, lane) or has_ended(tree, lane):
             continue
         tree.rejections[ALL_STEPS] += 1

@@ -49,6 +49,7 @@ class Extensions(NamedTuple):
     clearance: Array  # (LANES,) known, in [m]
     speed: Array  # (LANES,) bound on the speed of points, in [m/s]
     violation: Array  # (LANES,) normalised goal error
+    draws: Integers  # (LANES,) of a node to extend, since the others went on
 
 
 def no_extensions(nx: int, nu: int) -> Extensions:
@@ -66,7 +67,15 @@ def no_extensions(nx: int, nu: int) -> Extensions:
         clearance=np.zeros(LANES),
         speed=np.zeros(LANES),
         violation=np.zeros(LANES),
+        draws=np.zeros(LANES, np.int64),
     )
+
+
+@kernel
+def drop_extensions(extensions):  # type: ignore[no-untyped-def]
+    """Make all lanes idle."""
+    for lane in range(LANES):
+        extensions.parent[lane], extensions.draws[lane] = -1, 0
 
 
 def lane_states(nx: int, nu: int, steps: int = 0) -> LaneStates:

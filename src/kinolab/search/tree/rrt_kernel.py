@@ -14,12 +14,11 @@ from kinolab.numerics.jit import kernel
 from kinolab.numerics.neighbours.queries import nearest
 from kinolab.numerics.rng import below, uniform
 from kinolab.search.tree.extensions import (
-    MAX_DRAWS,
+    awaits_draw,
     begin_extension,
     end_extension,
     extend_all,
     has_ended,
-    is_idle,
 )
 from kinolab.search.tree.lanes import draw_lanes, hold_best_lane
 from kinolab.search.tree.problem_arrays import (
@@ -54,7 +53,7 @@ def grow(  # type: ignore[no-untyped-def]
         min_steps, max_steps: Range of the control duration in steps.
 
     Returns:
-        GROWING, REACHED or FULL, and the number of iterations made, some more than asked for.
+        GROWING, REACHED or FULL, and the number of iterations made.
     """
     done = 0
     while True:
@@ -63,13 +62,12 @@ def grow(  # type: ignore[no-untyped-def]
                 status = settle(search, tree, lane, best, min_steps)
                 if status != GROWING:
                     return status, done
-        if done >= iterations:
-            return GROWING, done
         for lane in range(LANES):
-            for _ in range(MAX_DRAWS):
-                if not is_idle(tree, lane):
-                    break
+            while awaits_draw(tree, lane):
+                if done >= iterations:
+                    return GROWING, done
                 done += 1
+                tree.extensions.draws[lane] += 1
                 parent = draw_node(search, tree, goal_bias)
                 if parent != NONE:
                     steps = propagate(search, tree, parent, min_steps, max_steps, control_samples)

@@ -11,12 +11,11 @@ import numpy as np
 from kinolab.dynamics.codegen.integrators import LANES
 from kinolab.numerics.jit import kernel
 from kinolab.search.tree.extensions import (
-    MAX_DRAWS,
+    awaits_draw,
     begin_extension,
     end_extension,
     extend_all,
     has_ended,
-    is_idle,
 )
 from kinolab.search.tree.problem_arrays import metric_coordinates, sample_state
 from kinolab.search.tree.rrt_kernel import is_tried, propagate
@@ -52,7 +51,7 @@ def grow_sparsely(  # type: ignore[no-untyped-def]
         min_steps, max_steps: Range of the control duration in steps.
 
     Returns:
-        GROWING, REACHED or FULL, and the number of iterations made, some more than asked for.
+        GROWING, REACHED or FULL, and the number of iterations made.
     """
     done = 0
     while True:
@@ -63,13 +62,12 @@ def grow_sparsely(  # type: ignore[no-untyped-def]
                 )
                 if status != GROWING:
                     return status, done
-        if done >= iterations:
-            return GROWING, done
         for lane in range(LANES):
-            for _ in range(MAX_DRAWS):
-                if not is_idle(tree, lane):
-                    break
+            while awaits_draw(tree, lane):
+                if done >= iterations:
+                    return GROWING, done
                 done += 1
+                tree.extensions.draws[lane] += 1
                 parent = draw_sparsely(search, tree, witnesses, goal_bias, selection_radius)
                 if parent != NONE:
                     steps = propagate(search, tree, parent, min_steps, max_steps, control_samples)

@@ -11,7 +11,13 @@ from kinolab.numerics.arrays import Array, Integers
 from kinolab.numerics.jit import kernel
 from kinolab.numerics.neighbours.insertion import add
 from kinolab.numerics.neighbours.r_tree import RTree, clear, r_tree
-from kinolab.search.tree.lanes import Extensions, LaneStates, lane_states, no_extensions
+from kinolab.search.tree.lanes import (
+    Extensions,
+    LaneStates,
+    drop_extensions,
+    lane_states,
+    no_extensions,
+)
 from kinolab.search.tree.limits import slopes_of_step, step_keeps_limits
 from kinolab.search.tree.problem_arrays import ProblemArrays, metric_coordinates, metric_periods
 from kinolab.simulation.collision_context import is_motion_free
@@ -167,7 +173,7 @@ def begin(search, tree):  # type: ignore[no-untyped-def]
     """Clear a tree to its start."""
     clear(tree.neighbours)
     tree.size[0] = 0
-    tree.extensions.parent[:] = NONE
+    drop_extensions(tree.extensions)
     tree.held[:] = 0.0
     insert(search, tree, search.problem.start, tree.held, NONE, np.int64(0), 0.0)
 
@@ -176,7 +182,7 @@ def begin(search, tree):  # type: ignore[no-untyped-def]
 def begin_without_neighbours(search, tree):  # type: ignore[no-untyped-def]
     """Clear a tree without a nearest-neighbour index to its start; return that node."""
     tree.size[0] = 0
-    tree.extensions.parent[:] = NONE
+    drop_extensions(tree.extensions)
     tree.held[:] = 0.0
     return insert_node(tree, search.problem.start, tree.held, NONE, np.int64(0), 0.0)
 
