@@ -42,10 +42,11 @@ from numpy.typing import ArrayLike
 
 from kinolab.arguments import checked
 from kinolab.dynamics.codegen.cache import cached
-from kinolab.dynamics.codegen.emission import INTRINSICS, LIBRARY, emit_function
+from kinolab.dynamics.codegen.emission import declarations, emit_function
 from kinolab.dynamics.codegen.integrators import emit_linear_algebra
 from kinolab.dynamics.codegen.llvm import Register, Routine, literal
 from kinolab.dynamics.codegen.llvm_jit import compile_ir, link
+from kinolab.dynamics.codegen.trigonometry import emit_sine_and_cosine
 from kinolab.dynamics.derivation.derivation import is_kinematic
 from kinolab.dynamics.derivation.expression_graph import Node
 from kinolab.dynamics.derivation.kinematics import Kinematics, Motions
@@ -230,9 +231,8 @@ def _build(system: Mechanism, redundant: Sequence[str]) -> bytes:
     residual_of = {**known, "start": step.start}
     sizes = _Sizes(len(q), len(step.mean), len(step.impulses))
     text = [
-        *(f"declare double @llvm.{name}.f64(double)" for name in INTRINSICS),
-        *(f"declare double @{name}(double)" for name in LIBRARY),
-        "declare double @llvm.maxnum.f64(double, double)",
+        *declarations(),
+        emit_sine_and_cosine(1),
         emit_function("equations", tape, residual_of, equations),
         emit_function("arrive", tape, known, (*step.arrival, *step.momenta[1])),
         emit_function("saddle", tape, {"q": q, "p": p}, step.saddle()),

@@ -95,5 +95,5 @@ def _driven(function: Any) -> Model:
 def _in_lanes(model: Model, method: str, x: Array, h: float) -> tuple[int, Array]:
     """Make a step without inputs from every column of x (nx, LANES)."""
     after, p, u = np.zeros_like(x), np.append(model.parameter_vector(), 0.0), np.zeros(1)
-    step = STEP(model.step_in_lanes(method))
+    step = STEP(model.in_lanes(method)[0])
     return step(x.ctypes.data, u.ctypes.data, p.ctypes.data, h, after.ctypes.data, 1, 0), after
