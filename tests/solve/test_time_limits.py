@@ -208,7 +208,8 @@ def test_improving_ends_when_it_should(name: str, tmp_path: Path) -> None:
         assert searched(name, behind, budget).outcome is Outcome.SOLVED
         ends[improve] = budget.elapsed
     assert ends[0.0] < 2.0
-    assert ends[0.0] + 0.4 <= ends[0.4] <= ends[0.0] + 0.4 + 6 * TICK
+    # Either looks a few times more at the clock once it is over.
+    assert abs(ends[0.4] - (ends[0.0] + 0.4)) <= 6 * TICK
     assert 3.0 <= ends[1e6] <= 3.0 + 6 * TICK
 
 

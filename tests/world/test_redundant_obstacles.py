@@ -82,10 +82,10 @@ def test_a_grid_bounds_distances_from_below_and_not_by_much_more_than_a_cell(cou
     """Cells within half a diagonal of a shape are marked, and no others."""
     world = drawn(count)
     grid = distance_field(world, 0.0, memory=400_000)
-    shape = grid.distance.shape
+    shape = grid.distance.shape[::-1]
     draw = np.random.default_rng(count)
     cells = np.column_stack([draw.integers(n, size=5000) for n in shape])
-    found = grid.distance[tuple(cells.T)]
+    found = grid.distance[tuple(cells.T[::-1])]
     true = nearest(world, grid.low + (cells + 0.5) * grid.width)
     marked = true <= TRANSFORM_REACH * grid.width
     sure = np.abs(true - TRANSFORM_REACH * grid.width) > 1e-6 * grid.width

@@ -102,7 +102,14 @@ def nearest_lane(tree, group, name):  # type: ignore[no-untyped-def]
 
 @kernel
 def is_nearer(tree, group, one, other, name):  # type: ignore[no-untyped-def]
-    """Return whether the box of a child of a group is nearer to a point than that of another."""
+    """Return whether the box of a child of a group is nearer to a point than that of another.
+
+    Args:
+        tree: The tree.
+        group: The group.
+        one, other: Lanes of the two children.
+        name: Index of the point.
+    """
     boxes, excess = tree.boxes, NOTHING
     if one == other:
         return False

@@ -43,7 +43,7 @@ def nearest(tree, query, start, best, slack=RELATIVE_SLACK):  # type: ignore[no-
 
     Args:
         tree: With or without points.
-        query: Scaled coordinates.
+        query: Scaled coordinates (d,).
         start: Index returned if no point is nearer than ``best``.
         best: A squared distance.
         slack: No point has less than this fraction of the squared distance found.
@@ -181,7 +181,7 @@ def look_for_cheaper(tree, leaf, costs, found, within):  # type: ignore[no-untyp
     Args:
         tree: Its ``query`` is set.
         leaf: The leaf.
-        costs: Cost of each point, by index.
+        costs: Cost of each point, by index, shape (capacity,).
         found: The cheapest so far, negative if none.
         within: Squared radius.
     """

@@ -108,7 +108,7 @@ def fill_leaf(tree, group, order, first, last):  # type: ignore[no-untyped-def]
 
     Args:
         tree, group: The group is not full.
-        order: Indices of points.
+        order: Indices of points, shape (points,).
         first, last: The range; ``last`` is the position after it.
     """
     leaf, lane = tree.counts[LEAVES], open_lane(tree, group)
@@ -124,7 +124,8 @@ def refill_leaf(tree, group, lane, order, first, last):  # type: ignore[no-untyp
 
     Args:
         tree, group, lane: The leaf is the group's child in that lane.
-        order, first, last: As ``fill_leaf`` takes them.
+        order: Indices of points, shape (points,).
+        first, last: As ``fill_leaf`` takes them.
     """
     leaf, size, blocks = np.int64(tree.children[group, lane]), last - first, tree.blocks
     tree.sizes[leaf] = size

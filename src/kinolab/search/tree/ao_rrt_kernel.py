@@ -133,7 +133,8 @@ def settle_below(search, tree, costs, lane, best, min_steps, most, per_step):  #
     Args:
         search, tree, costs: ``SearchState``, ``Tree`` and ``CostIndex``.
         lane: Where it has ended.
-        best, most: As ``grow_below`` takes them.
+        best: The node nearest to the goal and its normalised goal error (2,); written.
+        most: Cost bound, as ``grow_below`` takes it.
         min_steps: Fewest steps that are kept.
         per_step: Distance of a step in the metric.
 
@@ -163,7 +164,7 @@ def draw_below(search, tree, costs, goal_bias, most, per_step):  # type: ignore[
     Args:
         search, tree, costs: ``SearchState``, ``Tree`` and ``CostIndex``.
         goal_bias: Probability of sampling the goal.
-        most, per_step: As ``settle_below`` takes them.
+        most, per_step: Cost bound in steps, and the distance of a step in the metric.
     """
     sample_state(search.problem, search.random, goal_bias, tree.target)
     metric_coordinates(search.problem, tree.target, tree.aim)

@@ -29,7 +29,14 @@ MAX_DRAWS = 8  # of a node to extend, in an idle lane before the others go on
 
 @kernel
 def begin_extension(search, tree, lane, parent, steps):  # type: ignore[no-untyped-def]
-    """Begin to apply ``tree.held`` from a node in an idle lane, for some steps at most, or none."""
+    """Begin to apply ``tree.held`` from a node in an idle lane.
+
+    Args:
+        search, tree: ``SearchState`` and ``Tree``.
+        lane: The lane.
+        parent: The node.
+        steps: Steps to make at most; there may be none.
+    """
     under_way = tree.extensions
     for i in range(tree.now.shape[0]):
         under_way.now[i, lane] = tree.now[i] = tree.x[parent, i]

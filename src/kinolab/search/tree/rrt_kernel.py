@@ -82,7 +82,7 @@ def settle(search, tree, lane, best, min_steps):  # type: ignore[no-untyped-def]
     Args:
         search, tree: ``SearchState`` and ``Tree``.
         lane: Where it has ended.
-        best: As ``grow`` takes it.
+        best: The node nearest to the goal and its normalised goal error (2,); written.
         min_steps: Fewest steps that are kept.
 
     Returns:

@@ -85,7 +85,8 @@ def settle_sparsely(  # type: ignore[no-untyped-def]
     Args:
         search, tree, witnesses: ``SearchState``, ``Tree`` and ``Witnesses``.
         lane: Where it has ended.
-        best, most, pruning_radius: As ``grow_sparsely`` takes them.
+        best: The node nearest to the goal and its normalised goal error (2,); written.
+        most, pruning_radius: Bound and radius, as ``grow_sparsely`` takes them.
         min_steps: Fewest steps that are kept.
 
     Returns:
@@ -113,7 +114,13 @@ def settle_sparsely(  # type: ignore[no-untyped-def]
 
 @kernel
 def draw_sparsely(search, tree, witnesses, goal_bias, selection_radius):  # type: ignore[no-untyped-def]
-    """Return the node to extend, the cheapest near a sample, or NONE where it has often failed."""
+    """Return the node to extend, the cheapest near a sample, or NONE where it has often failed.
+
+    Args:
+        search, tree, witnesses: ``SearchState``, ``Tree`` and ``Witnesses``.
+        goal_bias: Probability of sampling the goal.
+        selection_radius: As ``grow_sparsely`` takes it.
+    """
     sample_state(search.problem, search.random, goal_bias, tree.target)
     metric_coordinates(search.problem, tree.target, tree.aim)
     parent = np.int64(select(witnesses, tree.aim, selection_radius))

@@ -155,7 +155,13 @@ def step_is_free(search, tree, x, u, after, known_clearance, speed):  # type: ig
 
 @kernel
 def made_step_is_free(search, tree, x, u, after, known_clearance, speed):  # type: ignore[no-untyped-def]
-    """Check a step that was made, whose slopes are known, as ``step_is_free`` does."""
+    """Check a step that was made, whose slopes are known, as ``step_is_free`` does.
+
+    Args:
+        search, tree: ``SearchState`` and ``Tree``.
+        x, u, after: State (nx,), inputs (nu,) and the state reached (nx,).
+        known_clearance, speed: As ``step_is_free`` takes them.
+    """
     machine, scratch, h = search.machine, search.scratch, search.problem.step
     if not step_keeps_limits(machine, search.problem.limits, x, u, after, h, scratch):
         tree.rejections[LIMIT] += 1
