@@ -52,8 +52,9 @@ class KPIECEFast(AbstractCompiledPlanner):
     control_samples: int = with_default(4, AbstractCompiledPlanner, "control_samples")
     goal_region_scale: float = with_default(10.0, AbstractCompiledPlanner, "goal_region_scale")
     restart_after: int = with_default(10_000, AbstractCompiledPlanner, "restart_after")
+    # An attempt takes flat machines as long as 2000 iterations or more, and most trees need none.
     goal_connection_period: int = with_default(
-        2000, AbstractCompiledPlanner, "goal_connection_period"
+        5000, AbstractCompiledPlanner, "goal_connection_period"
     )
 
     def extension(self, problem: PlanningTask, search: SearchState) -> AbstractTreeExtension:
