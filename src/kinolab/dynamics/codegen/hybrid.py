@@ -79,7 +79,7 @@ def _body_of(text: str, name: str) -> str:
 
 def _renamed(text: str, mode: int) -> str:
     """Return a mode's module with names of its own, without what all modes share."""
-    names = {m.groups()[1] for m in DEFINED.finditer(text)}.difference(SHARED)
+    names = {m[2] for m in DEFINED.finditer(text)}.difference(SHARED)
     for name in SHARED:
         text = text.replace(_body_of(text, name), "")
     text = "\n".join(line for line in text.splitlines() if not line.startswith("declare"))

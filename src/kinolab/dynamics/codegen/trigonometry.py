@@ -45,7 +45,7 @@ def name_of(lanes: int) -> str:
 
 def sine_and_cosine(routine: Routine, angle: Register) -> tuple[Register, Register]:
     """Emit sine and cosine of an angle in [rad], to 2 units in the last place."""
-    pair = _pair(routine)
+    pair = _pair(routine.number)
     both = routine.line(f"call {pair} @{name_of(routine.lanes)}({routine.number} {angle})")
     sine, cosine = (routine.line(f"extractvalue {pair} {both}, {k}") for k in range(2))
     return sine, cosine
@@ -55,7 +55,7 @@ def emit_sine_and_cosine(lanes: int) -> str:
     """Return the function that ``sine_and_cosine`` calls; compilers inline it."""
     number = Routine("", [], lanes=lanes).number
     routine = Routine(
-        name_of(lanes), [(number, "angle")], result=f"{{{number}, {number}}}", private=True,
+        name_of(lanes), [(number, "angle")], result=_pair(number), private=True,
         lanes=lanes, inlined=True,
     )  # fmt: skip
     quadrant, r = _reduced(routine, "%angle")
@@ -68,7 +68,7 @@ def emit_sine_and_cosine(lanes: int) -> str:
         _signed(routine, routine.select(even, *short), quadrant),
         _signed(routine, routine.select(even, *short[::-1]), after),
     ]
-    _give(routine, _far_from_library(routine, near))
+    _give(routine, _asked_of_library_where_far(routine, near))
     return routine.text()
 
 
@@ -118,7 +118,7 @@ def _signed(routine: Routine, value: Register, quadrant: Register) -> Register:
     return routine.line(f"bitcast {bits} {turned} to {routine.number}")
 
 
-def _far_from_library(routine: Routine, near: Sequence[Register]) -> list[Register]:
+def _asked_of_library_where_far(routine: Routine, near: Sequence[Register]) -> list[Register]:
     """Return sine and cosine, the library's where the angle is not at most LARGEST."""
     size = routine.intrinsic("fabs", "%angle")
     far = routine.compare("ugt", size, routine.constant(LARGEST))  # NaN included
@@ -136,14 +136,15 @@ def _far_from_library(routine: Routine, near: Sequence[Register]) -> list[Regist
 
 
 def _give(routine: Routine, values: Sequence[Register]) -> None:
-    pair, both = _pair(routine), "poison"
+    pair, both = _pair(routine.number), "poison"
     for k, value in enumerate(values):
         both = routine.line(f"insertvalue {pair} {both}, {routine.number} {value}, {k}")
     routine.give(both)
 
 
-def _pair(routine: Routine) -> str:
-    return f"{{{routine.number}, {routine.number}}}"
+def _pair(number: str) -> str:
+    """Return the type of two numbers of a type."""
+    return f"{{{number}, {number}}}"
 
 
 def _bits(routine: Routine) -> str:

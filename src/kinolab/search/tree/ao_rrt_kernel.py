@@ -14,7 +14,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kinolab.dynamics.codegen.integrators import LANES
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.jit import kernel
 from kinolab.numerics.neighbours.insertion import add
@@ -22,11 +21,10 @@ from kinolab.numerics.neighbours.queries import nearest
 from kinolab.numerics.neighbours.r_tree import RTree, clear, r_tree
 from kinolab.numerics.rng import uniform
 from kinolab.search.tree.extensions import (
-    awaits_draw,
     begin_extension,
     end_extension,
-    extend_all,
     has_ended,
+    lane_to_serve,
 )
 from kinolab.search.tree.problem_arrays import (
     ProblemArrays,
@@ -107,23 +105,21 @@ def grow_below(  # type: ignore[no-untyped-def]
     per_step = cost_weight * costs.extent / most
     done = 0
     while True:
-        for lane in range(LANES):
-            if has_ended(tree, lane):
-                status = settle_below(search, tree, costs, lane, best, min_steps, most, per_step)
-                if status != GROWING:
-                    return status, done
-        for lane in range(LANES):
-            while awaits_draw(tree, lane):
-                if done >= iterations:
-                    return GROWING, done
-                done += 1
-                tree.extensions.draws[lane] += 1
-                parent = draw_below(search, tree, costs, goal_bias, most, per_step)
-                if parent != NONE:
-                    steps = propagate(search, tree, parent, min_steps, max_steps, control_samples)
-                    steps = min(steps, most - 1 - tree.cost[parent])
-                    begin_extension(search, tree, lane, parent, steps)
-        extend_all(search, tree, min_steps, best[1])
+        lane = lane_to_serve(search, tree, min_steps, best[1])
+        if has_ended(tree, lane):
+            status = settle_below(search, tree, costs, lane, best, min_steps, most, per_step)
+            if status != GROWING:
+                return status, done
+            continue
+        if done >= iterations:
+            return GROWING, done
+        done += 1
+        tree.extensions.draws[lane] += 1
+        parent = draw_below(search, tree, costs, goal_bias, most, per_step)
+        if parent != NONE:
+            steps = propagate(search, tree, parent, min_steps, max_steps, control_samples)
+            steps = min(steps, most - 1 - tree.cost[parent])
+            begin_extension(search, tree, lane, parent, steps)
 
 
 @kernel

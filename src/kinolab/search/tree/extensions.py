@@ -74,12 +74,6 @@ def has_ended(tree, lane):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def awaits_draw(tree, lane):  # type: ignore[no-untyped-def]
-    """Say whether a node is to be drawn for a lane to extend, before the others go on."""
-    return is_idle(tree, lane) and tree.extensions.draws[lane] < MAX_DRAWS
-
-
-@kernel
 def read_lane(tree, lane):  # type: ignore[no-untyped-def]
     """Copy state and inputs of a lane to ``tree.now`` and ``tree.held``."""
     under_way = tree.extensions
@@ -145,3 +139,27 @@ def extend_all(search, tree, min_steps, least):  # type: ignore[no-untyped-def]
             or under_way.violation[lane] <= TOLERANCE_FRACTION
         ):
             under_way.ended[lane] = 1
+
+
+@kernel
+def lane_to_serve(search, tree, min_steps, least):  # type: ignore[no-untyped-def]
+    """Extend until a lane waits; return it: one that has ended, or an idle one to draw a node for.
+
+    All that have ended come first, then the idle ones, and then the others go on: so what is done
+    does not depend on where a slice of time ends.
+
+    Args:
+        search, tree, min_steps, least: As ``extend_all`` takes them.
+    """
+    draws = tree.extensions.draws
+    while True:
+        drawn = 0
+        for lane in range(LANES):
+            drawn += draws[lane]
+        for lane in range(LANES):
+            if drawn == 0 and has_ended(tree, lane):
+                return lane
+        for lane in range(LANES):
+            if is_idle(tree, lane) and draws[lane] < MAX_DRAWS:
+                return lane
+        extend_all(search, tree, min_steps, least)

@@ -14,11 +14,10 @@ from kinolab.numerics.jit import kernel
 from kinolab.numerics.neighbours.queries import nearest
 from kinolab.numerics.rng import below, uniform
 from kinolab.search.tree.extensions import (
-    awaits_draw,
     begin_extension,
     end_extension,
-    extend_all,
     has_ended,
+    lane_to_serve,
 )
 from kinolab.search.tree.lanes import draw_lanes, hold_best_lane
 from kinolab.search.tree.problem_arrays import (
@@ -57,22 +56,20 @@ def grow(  # type: ignore[no-untyped-def]
     """
     done = 0
     while True:
-        for lane in range(LANES):
-            if has_ended(tree, lane):
-                status = settle(search, tree, lane, best, min_steps)
-                if status != GROWING:
-                    return status, done
-        for lane in range(LANES):
-            while awaits_draw(tree, lane):
-                if done >= iterations:
-                    return GROWING, done
-                done += 1
-                tree.extensions.draws[lane] += 1
-                parent = draw_node(search, tree, goal_bias)
-                if parent != NONE:
-                    steps = propagate(search, tree, parent, min_steps, max_steps, control_samples)
-                    begin_extension(search, tree, lane, parent, steps)
-        extend_all(search, tree, min_steps, best[1])
+        lane = lane_to_serve(search, tree, min_steps, best[1])
+        if has_ended(tree, lane):
+            status = settle(search, tree, lane, best, min_steps)
+            if status != GROWING:
+                return status, done
+            continue
+        if done >= iterations:
+            return GROWING, done
+        done += 1
+        tree.extensions.draws[lane] += 1
+        parent = draw_node(search, tree, goal_bias)
+        if parent != NONE:
+            steps = propagate(search, tree, parent, min_steps, max_steps, control_samples)
+            begin_extension(search, tree, lane, parent, steps)
 
 
 @kernel

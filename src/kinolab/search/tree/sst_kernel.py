@@ -8,14 +8,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from kinolab.dynamics.codegen.integrators import LANES
 from kinolab.numerics.jit import kernel
 from kinolab.search.tree.extensions import (
-    awaits_draw,
     begin_extension,
     end_extension,
-    extend_all,
     has_ended,
+    lane_to_serve,
 )
 from kinolab.search.tree.problem_arrays import metric_coordinates, sample_state
 from kinolab.search.tree.rrt_kernel import is_tried, propagate
@@ -55,25 +53,23 @@ def grow_sparsely(  # type: ignore[no-untyped-def]
     """
     done = 0
     while True:
-        for lane in range(LANES):
-            if has_ended(tree, lane):
-                status = settle_sparsely(
-                    search, tree, witnesses, lane, best, min_steps, most, pruning_radius
-                )
-                if status != GROWING:
-                    return status, done
-        for lane in range(LANES):
-            while awaits_draw(tree, lane):
-                if done >= iterations:
-                    return GROWING, done
-                done += 1
-                tree.extensions.draws[lane] += 1
-                parent = draw_sparsely(search, tree, witnesses, goal_bias, selection_radius)
-                if parent != NONE:
-                    steps = propagate(search, tree, parent, min_steps, max_steps, control_samples)
-                    steps = min(steps, most - 1 - tree.cost[parent])
-                    begin_extension(search, tree, lane, parent, steps)
-        extend_all(search, tree, min_steps, best[1])
+        lane = lane_to_serve(search, tree, min_steps, best[1])
+        if has_ended(tree, lane):
+            status = settle_sparsely(
+                search, tree, witnesses, lane, best, min_steps, most, pruning_radius
+            )
+            if status != GROWING:
+                return status, done
+            continue
+        if done >= iterations:
+            return GROWING, done
+        done += 1
+        tree.extensions.draws[lane] += 1
+        parent = draw_sparsely(search, tree, witnesses, goal_bias, selection_radius)
+        if parent != NONE:
+            steps = propagate(search, tree, parent, min_steps, max_steps, control_samples)
+            steps = min(steps, most - 1 - tree.cost[parent])
+            begin_extension(search, tree, lane, parent, steps)
 
 
 @kernel
