@@ -30,11 +30,19 @@ class ContinuousCollisionCheck:
         problem: Provides machine and world.
         calls: The step to check.
         margin: Additional clearance in [m].
+        finest: Resolution in [m], where that of the problem is coarser: passages half as wide
+            count as free.
     """
 
-    def __init__(self, problem: PlanningTask, calls: CompiledStep, margin: float = 0.0) -> None:
+    def __init__(
+        self,
+        problem: PlanningTask,
+        calls: CompiledStep,
+        margin: float = 0.0,
+        finest: float = math.inf,
+    ) -> None:
         self._calls = calls
-        self._resolution = resolution(problem)
+        self._resolution = min(resolution(problem), max(finest, MIN_RESOLUTION))
         self._tight = problem.checker(margin=margin + self._resolution / 2)
         self._coarse: dict[int, CollisionChecker] = {}
         self._ground = moves_upright(problem, touching=False)

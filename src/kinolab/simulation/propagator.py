@@ -61,6 +61,7 @@ class Propagator:
         problem: Provides machine and world.
         margin: Required clearance from obstacles in [m].
         rejections: Counter to share with other propagators; its own when left out.
+        finest: Resolution of the collision check in [m], where the problem's own is coarser.
 
     Attributes:
         problem: The machine and its world.
@@ -69,11 +70,15 @@ class Propagator:
     """
 
     def __init__(
-        self, problem: PlanningTask, margin: float = 0.0, rejections: Rejections | None = None
+        self,
+        problem: PlanningTask,
+        margin: float = 0.0,
+        rejections: Rejections | None = None,
+        finest: float = math.inf,
     ) -> None:
         self.problem = problem
         self._calls = CompiledStep(problem)
-        self._sweep = ContinuousCollisionCheck(problem, self._calls, margin)
+        self._sweep = ContinuousCollisionCheck(problem, self._calls, margin, finest)
         self._limits = [
             (i, float(lower), float(upper))
             for i, (lower, upper) in enumerate(problem.bounds)

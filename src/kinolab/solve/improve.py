@@ -14,6 +14,7 @@ from typing import TypeVar
 import numpy as np
 
 from kinolab import trajopt
+from kinolab.concurrency.cancel import never_cancelled
 from kinolab.errors import KinolabError
 from kinolab.numerics.compiling import compilation
 from kinolab.numerics.work import charge, counted_work
@@ -47,6 +48,9 @@ SEARCH_FACTOR, MORE_ITERATIONS = 2, 200
 # for them: fewer than some are not worth it. Each ends after twice what it should take, since
 # guesses may take long.
 FIRST_SEARCHES, LEAST_FIRST_SEARCHES, FIRST_FRACTION, FIRST_FACTOR = 4, 3, 0.15, 2.0
+# Before one motion is shortened to the end, it and the shortest of the others are each shortened
+# with this fraction of the work, if that is so many seconds for each of the motion's steps.
+RACE_FRACTION, RACE_SECONDS = 0.2, 4e-3
 BOUNDED_STREAM = 10_000  # added to the number of a search below a bound: other random numbers
 
 
@@ -148,6 +152,44 @@ class Incumbent:
         self.best = found
         if self.on_improved:
             self.on_improved(replace(found, improvements=tuple(self.improvements)))
+
+
+@dataclass
+class Shortening:
+    """A motion that is made shorter and shorter, as long as one wants.
+
+    Attributes:
+        incumbent: The best plan; those that are better are verified on the way.
+        given: The motion to begin with.
+        remaining: Budget of work.
+        best: The shortest motion derived from the given one so far, or that one itself.
+    """
+
+    incumbent: Incumbent
+    given: Trajectory
+    remaining: Budget
+    best: Trajectory = field(init=False)
+    _refusals: int = 0
+
+    def __post_init__(self) -> None:
+        self.best = self.given
+        spent = self.remaining.fraction()
+        self._motions = trajopt.shortened(self.incumbent.problem, self.given, spent)
+
+    def until(self, enough: Callable[[], bool]) -> Trajectory:
+        """Go on until that is enough, or nothing more is gained; return the shortest motion."""
+        incumbent, best = self.incumbent, self.best
+        while self._refusals < MAX_REFUSALS and not enough():
+            motion = incumbent.tried(lambda: next(self._motions, None))
+            if motion is None:
+                break
+            if not incumbent.beaten_by(motion, VERIFIED_GAIN) or incumbent.take(motion, "shorten"):
+                self.best = motion
+            else:
+                self._refusals += 1
+        if self.best is not best and incumbent.beaten_by(self.best):
+            incumbent.take(self.best, "shorten")
+        return self.best
 
 
 @dataclass
@@ -256,10 +298,12 @@ class PlanImprover:
                 remaining.cancelled = incumbent.cancelled
                 self._exact(incumbent, first, remaining, first)
                 return 0
-            given, made = first, 0
+            motions, made, round_ = [first], 0, None
             if not (refused or self.request.anytime):
-                given, made = self._shortest_of_several(incumbent, first, remaining)
-            self._refine(incumbent, given, remaining)
+                motions, made = self._several(incumbent, first, remaining)
+                round_ = self._most_promising(incumbent, motions, remaining)
+            given = motions[0] if round_ is None else round_.given
+            self._refine(incumbent, given, remaining, round_)
             if given is not first and incumbent.best.goal_distance > CENTRE_TOLERANCE:
                 self._refine(incumbent, first, remaining)  # the longer one may end in the centre
             unmended = refused and incumbent.best.status == REFUSED
@@ -269,14 +313,28 @@ class PlanImprover:
                 self._out_of_time = limit
             return made
 
-    def _refine(self, incumbent: Incumbent, given: Trajectory, remaining: Budget) -> None:
-        """Shorten a motion and make it exact: what is long and verified first loses its detours."""
+    def _refine(
+        self,
+        incumbent: Incumbent,
+        given: Trajectory,
+        remaining: Budget,
+        round_: Shortening | None = None,
+    ) -> None:
+        """Shorten a motion and make it exact: what is long and verified first loses its detours.
+
+        Args:
+            incumbent: The best plan so far.
+            given: The motion.
+            remaining: Of the improvement's work.
+            round_: Of shortening it, where that has already begun.
+        """
         shortest, solved = given, incumbent.best.status == "solved"
         if not (solved and trajopt.is_long(self.problem, given)):
             shortest = self._exact(incumbent, given, remaining, given)
         while not remaining.over:
-            before = shortest
-            shortest = self._shortened(incumbent, before, remaining)
+            round_ = round_ or Shortening(incumbent, shortest, remaining)
+            before, shortest = round_.given, round_.until(never_cancelled)
+            round_ = None
             if not shortest.duration < (1 - MIN_GAIN) * before.duration:
                 break
         if self.problem.goal_distance(shortest.x[-1]) > CENTRE_TOLERANCE:
@@ -297,25 +355,6 @@ class PlanImprover:
             return motion
         incumbent.take(exact, "repair")
         return exact
-
-    def _shortened(self, incumbent: Incumbent, given: Trajectory, remaining: Budget) -> Trajectory:
-        """Return the shortest motion derived from the given one, or that one itself.
-
-        Those that are better than the best plan are verified on the way.
-        """
-        motions = trajopt.shortened(self.problem, given, remaining.fraction())
-        best, refusals = given, 0
-        while refusals < MAX_REFUSALS:
-            motion = incumbent.tried(lambda: next(motions, None))
-            if motion is None:
-                break
-            if not incumbent.beaten_by(motion, VERIFIED_GAIN) or incumbent.take(motion, "shorten"):
-                best = motion
-            else:
-                refusals += 1
-        if best is not given and incumbent.beaten_by(best):
-            incumbent.take(best, "shorten")
-        return best
 
     def _below(
         self, incumbent: Incumbent, k: int, remaining: Budget, below: float
@@ -340,27 +379,52 @@ class PlanImprover:
         )
         return self._found(incumbent, searcher, BOUNDED_STREAM + k, budget)
 
-    def _shortest_of_several(
+    def _several(
         self, incumbent: Incumbent, first: Trajectory, remaining: Budget
-    ) -> tuple[Trajectory, int]:
-        """Search for shorter motions; return the shortest one and the number of whole searches.
+    ) -> tuple[list[Trajectory], int]:
+        """Search for shorter motions; return them, the shortest first, and how many whole searches.
 
-        Trees below its duration are grown first. Improvement keeps the way on which a motion goes,
-        and hardly makes a detour several times as long as another way shorter than that one.
+        Trees below the first one's duration are grown first. Improvement keeps the way on which a
+        motion goes, and hardly makes a detour several times as long as another way shorter than
+        that one.
         """
         work = incumbent.search_work
-        shortest = self._below(incumbent, 0, remaining, first.duration) or first
+        bounded = self._below(incumbent, 0, remaining, first.duration)
+        motions = [first] if bounded is None else [bounded, first]
         searches = min(FIRST_SEARCHES, int(FIRST_FRACTION * remaining.unspent / work))
         if searches < LEAST_FIRST_SEARCHES:
             searches = 0
         for k in range(1, searches + 1):
             end = Budget(FIRST_FACTOR * work, clock=remaining.clock, cancelled=remaining.cancelled)
-            found = self._searched(incumbent, k, end, shortest.duration)
-            if found is not None and found.duration < shortest.duration:
-                shortest = found
-        if incumbent.beaten_by(shortest) and not incumbent.take(shortest, "search"):
-            shortest = first
-        return shortest, searches
+            shortest = min(motion.duration for motion in motions)
+            found = self._searched(incumbent, k, end, shortest)
+            if found is not None:
+                motions.append(found)
+        motions.sort(key=lambda motion: motion.duration)
+        if incumbent.beaten_by(motions[0]) and not incumbent.take(motions[0], "search"):
+            motions = [first]
+        return motions, searches
+
+    def _most_promising(
+        self, incumbent: Incumbent, motions: Sequence[Trajectory], remaining: Budget
+    ) -> Shortening | None:
+        """Shorten the two shortest motions for a while; return what is shorter then, to go on.
+
+        How long a motion is says little of the way on which it goes. None where there is no
+        choice, or too little work for it; across transitions nothing is gained before the end.
+        """
+        work = RACE_FRACTION * remaining.unspent
+        few = work < RACE_SECONDS * motions[0].duration / self.problem.step
+        if few or self.problem.machine.modes or incumbent.best.status != "solved":
+            return None
+        rivals = [motion for motion in motions if trajopt.is_long(self.problem, motion)][:2]
+        if motions[0] not in rivals or len(rivals) < 2:
+            return None
+        rounds = [Shortening(incumbent, motion, remaining) for motion in rivals]
+        for one in rounds:
+            spent = Budget(work, clock=remaining.clock)
+            one.until(spent.expired)
+        return min(rounds, key=lambda one: one.best.duration)
 
     def _another(self, incumbent: Incumbent, k: int, remaining: Budget) -> Trajectory | None:
         """Return the motion of a k-th further search; every other one is below a bound, if it can.

@@ -23,9 +23,13 @@ from kinolab.trajopt.nlp.dynamics_constraint import (
     smooth_pieces,
     true_trajectory,
 )
-from kinolab.trajopt.nlp.feasibility_check import satisfies_all, satisfies_all_at_knots
+from kinolab.trajopt.nlp.feasibility_check import (
+    excess_between_knots,
+    satisfies_all,
+    satisfies_all_at_knots,
+)
 from kinolab.trajopt.nlp.goal_constraint import meets_centre
-from kinolab.trajopt.nlp.problem import TrajectoryProblem
+from kinolab.trajopt.nlp.problem import NO_EXCESS, TrajectoryProblem
 from kinolab.trajopt.options import END, SHORT
 from kinolab.trajopt.segments import Segments, is_long
 from kinolab.trajopt.single_shooting import end_by_single_shooting
@@ -108,8 +112,9 @@ def _smooth(
     guesses = [even_knots(problem, trajectory)]
     if not held and problem.goal_excess(trajectory.x[-1]) <= 1.0:
         guesses.append(_slower(problem, guesses[0]))  # time is what it may lack
+    excess = NO_EXCESS
     for guess, clearance in product(guesses, SHORT.exact_clearances):
-        task = TrajectoryProblem(problem, clearance)
+        task = TrajectoryProblem(problem, clearance).tightened(excess)
         if cancelled():
             return None
         knots = make_knots_exact(task, guess, cancelled, iterations, held=held)
@@ -120,6 +125,7 @@ def _smooth(
             return None  # more clearance does not help
         if satisfies_all(task, made):
             return made
+        excess += excess_between_knots(task, made)
     return None
 
 

@@ -26,6 +26,7 @@ class NlpOptions:
     max_samples_per_step: int = setting(8, meaning="Samples of a step at most.")
     check_factor: int = setting(4, meaning="Times as many samples where a motion is judged.")
     limit_fraction: float = setting(0.05, meaning="Reserve of limits, of that of gaps.")
+    excess_factor: float = setting(1.2, meaning="Of what passes a limit between knots: reserve.")
     amplified_tolerance: float = setting(1e-6, meaning="Reserve of limits of discrete motions.")
     duration_digits: int = setting(9, meaning="Digits in which equal steps agree.", unit="s")
     fd_step: float = setting(1e-6, meaning="Finite difference of a state's entry, in its unit.")

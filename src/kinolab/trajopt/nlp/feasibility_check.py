@@ -12,7 +12,7 @@ from kinolab.trajectory import Trajectory
 from kinolab.trajopt.nlp.decision import Knots
 from kinolab.trajopt.nlp.dynamics_constraint import repeatable, step_map
 from kinolab.trajopt.nlp.path_constraints import PathConstraints, Samples, beginnings, samples
-from kinolab.trajopt.nlp.problem import TrajectoryProblem
+from kinolab.trajopt.nlp.problem import Excess, TrajectoryProblem
 from kinolab.trajopt.options import NLP
 
 
@@ -38,12 +38,22 @@ def satisfies_all_at_knots(task: TrajectoryProblem, trajectory: Trajectory) -> b
     )
 
 
+def excess_between_knots(task: TrajectoryProblem, trajectory: Trajectory) -> Excess:
+    """Return how far a simulated motion passes limits at samples, nothing for what is rounding."""
+    return _excess(task, _on_the_way(task, trajectory))
+
+
 def _breaks_nothing(task: TrajectoryProblem, at: Samples) -> bool:
+    return not _excess(task, at) and task.bare.free(at.x)
+
+
+def _excess(task: TrajectoryProblem, at: Samples) -> Excess:
     lower, upper = task.problem.bounds.T
-    if not ((at.x >= lower - LIMIT_TOLERANCE) & (at.x <= upper + LIMIT_TOLERANCE)).all():
-        return False
+    passed = np.maximum(lower - at.x, at.x - upper).max(axis=0, initial=0.0)
     margins = PathConstraints(task.problem, 0.0).margins(at.x, at.u)
-    return bool(margins.min(initial=0.0) >= -LIMIT_TOLERANCE) and task.bare.free(at.x)
+    missing = (-margins).max(axis=0, initial=0.0)
+    parts = (np.where(part <= LIMIT_TOLERANCE, 0.0, part) for part in (passed, missing))
+    return Excess(*parts)
 
 
 def _begins_well(task: TrajectoryProblem, trajectory: Trajectory) -> bool:

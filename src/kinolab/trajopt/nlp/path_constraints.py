@@ -6,6 +6,7 @@ be evaluated, so derivatives are central differences.
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
@@ -31,7 +32,8 @@ class PathConstraints:
     """
 
     def __init__(self, problem: PlanningTask, clearance: float, *, begins: bool = False) -> None:
-        self._problem, self._clearance, self.begins = problem, clearance, begins
+        self._problem, self.begins = problem, begins
+        self._clearance: float | Array = clearance
         self._decided = _decided_by_inputs(problem) if begins else np.zeros(0, dtype=bool)
         self._steps = (problem.scales, _half_ranges(problem))
         self._rates = [
@@ -39,6 +41,12 @@ class PathConstraints:
         ]
         anything = problem.machine.requirements or self._rates or problem.world.bounds
         self._any = bool(self._decided.any() if begins else anything or problem.keep_outs)
+
+    def tightened(self, excess: Array) -> PathConstraints:
+        """Return the same with each margin tightened by some more, scaled, shape (constraints,)."""
+        other = copy.copy(self)
+        other._clearance = self._clearance + excess
+        return other
 
     def margins(self, x: Array, u: Array) -> Array:
         """Return all margins at states (m, nx) and inputs (m, nu), shape (m, constraints)."""

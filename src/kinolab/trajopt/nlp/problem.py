@@ -10,6 +10,7 @@ from __future__ import annotations
 import copy
 import math
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Protocol
 
@@ -34,6 +35,28 @@ from kinolab.trajopt.nlp.path_constraints import (
     stack,
 )
 from kinolab.trajopt.options import NLP
+
+
+@dataclass(frozen=True, eq=False)
+class Excess:
+    """How far a motion passes limits between knots, which are satisfied at the knots.
+
+    Attributes:
+        limits: Of the states, at least 0, shape (nx,).
+        margins: Of path constraints, scaled, at least 0, shape (constraints,).
+    """
+
+    limits: Array
+    margins: Array
+
+    def __bool__(self) -> bool:
+        return bool(self.limits.any() or self.margins.any())
+
+    def __add__(self, more: Excess) -> Excess:
+        return Excess(self.limits + more.limits, self.margins + more.margins)
+
+
+NO_EXCESS = Excess(np.zeros(()), np.zeros(()))
 
 
 class TrajectoryProblem:
@@ -62,12 +85,13 @@ class TrajectoryProblem:
     ) -> None:
         self.problem, self.discrete = problem, is_discrete(problem)
         self.bare = CollisionConstraints(problem, 0.0)
-        self._obstacles = CollisionConstraints(problem, clearance * self.bare.size, near)
+        self._gap = clearance * self.bare.size
+        self._obstacles = CollisionConstraints(problem, self._gap, near)
         reserve = NLP.amplified_tolerance if self.discrete else fraction * clearance
         self._demands = [
             PathConstraints(problem, reserve, begins=begins) for begins in (False, True)
         ]
-        self._reserve = reserve
+        self._inset = reserve * problem.scales
 
     def of(self, problem: PlanningTask) -> TrajectoryProblem:
         """Return the same for another problem of the same machine in the same world.
@@ -76,6 +100,15 @@ class TrajectoryProblem:
         """
         other = copy.copy(self)
         other.problem = problem
+        return other
+
+    def tightened(self, excess: Excess) -> TrajectoryProblem:
+        """Return the same with limits tightened by what a motion passes them between knots."""
+        other = copy.copy(self)
+        on_the_way, where_steps_begin = self._demands
+        other._inset = self._inset + NLP.excess_factor * excess.limits
+        tighter = on_the_way.tightened(NLP.excess_factor * excess.margins)
+        other._demands = [tighter, where_steps_begin]
         return other
 
     def scaling(self, shortest: float, longest: float) -> Scaling:
@@ -90,8 +123,8 @@ class TrajectoryProblem:
 
     def _tightened(self) -> Array:
         """Return tightened state limits that still contain start and goal, shape (nx, 2)."""
-        problem = self.problem
-        inset, goal = self._reserve * problem.scales, problem.start.copy()
+        problem, inset = self.problem, self._inset
+        goal = problem.start.copy()
         goal[list(problem.goal.indices)] = problem.goal.targets
         lower, upper = problem.bounds.T
         least, most = np.minimum(problem.start, goal), np.maximum(problem.start, goal)
@@ -119,8 +152,12 @@ class TrajectoryProblem:
 
     @cached_property
     def judge(self) -> Propagator:
-        """The planners' collision check of single steps."""
-        return Propagator(self.problem)
+        """The planners' collision check of single steps.
+
+        It wants half its resolution of clearance, and with theirs it would refuse motions with a
+        smaller reserve than that.
+        """
+        return Propagator(self.problem, finest=self._gap or math.inf)
 
     def samples_per_step(self, knots: Knots) -> int:
         """Return how many samples per step resolve the motion well enough."""

@@ -28,9 +28,13 @@ from kinolab.trajopt.nlp.dynamics_constraint import (
     smooth_pieces,
     true_trajectory,
 )
-from kinolab.trajopt.nlp.feasibility_check import satisfies_all, satisfies_all_at_knots
+from kinolab.trajopt.nlp.feasibility_check import (
+    excess_between_knots,
+    satisfies_all,
+    satisfies_all_at_knots,
+)
 from kinolab.trajopt.nlp.goal_constraint import meets_centre
-from kinolab.trajopt.nlp.problem import TrajectoryProblem
+from kinolab.trajopt.nlp.problem import NO_EXCESS, Excess, TrajectoryProblem
 from kinolab.trajopt.options import END, SHORT, SQP
 from kinolab.trajopt.segments import Segments, SlidingWindow, is_long, segment_problem
 from kinolab.trajopt.shortening.cycles import cycles_removed
@@ -221,11 +225,11 @@ def _shorten_whole(
         cancelled: Whether to stop shortening.
         over: Whether to stop making the shorter motion exact.
     """
-    guess, best = _with_few_knots(problem, given, cancelled), given
+    guess, best, excess = _with_few_knots(problem, given, cancelled), given, NO_EXCESS
     for clearance in SHORT.short_clearances:
         if over():
             break
-        task = TrajectoryProblem(problem, clearance)
+        task = TrajectoryProblem(problem, clearance).tightened(excess)
         knots = guess and _in_steps(task, guess, len(given.inputs), over)
         knots = knots or make_knots_exact(task, even_knots(problem, given), over)
         if knots is None:
@@ -233,8 +237,11 @@ def _shorten_whole(
         first = _better(task, knots, best)
         guess = _shorter(task, knots, cancelled)
         best = _better(task, guess, first)
-        if first is not given or best is not given:
+        refused = best is first and guess.duration < first.duration
+        passed = _excess(task, guess) if refused else NO_EXCESS
+        if best is not given and not passed:
             break
+        excess += passed
     return best
 
 
@@ -324,6 +331,12 @@ def _in(
     guess = fast.in_steps(count, task.problem.space)
     h = task.problem.step if task.discrete else guess.h
     return make_knots_exact(task, Knots(guess.x, guess.u, h), cancelled, iterations=20)
+
+
+def _excess(task: TrajectoryProblem, knots: Knots) -> Excess:
+    """Return how far the motion of some knots passes limits between them."""
+    made = true_trajectory(task.problem, knots)
+    return NO_EXCESS if made is None else excess_between_knots(task, made)
 
 
 def _better(task: TrajectoryProblem, knots: Knots, best: Trajectory) -> Trajectory:
