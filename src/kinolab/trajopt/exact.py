@@ -6,7 +6,7 @@ Only the tail of a long feasible trajectory is changed, so that it takes no long
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from itertools import product
 
@@ -29,7 +29,7 @@ from kinolab.trajopt.nlp.feasibility_check import (
     satisfies_all_at_knots,
 )
 from kinolab.trajopt.nlp.goal_constraint import meets_centre
-from kinolab.trajopt.nlp.problem import NO_EXCESS, TrajectoryProblem
+from kinolab.trajopt.nlp.problem import NO_EXCESS, TrajectoryProblem, usual_room
 from kinolab.trajopt.options import END, SHORT
 from kinolab.trajopt.segments import Segments, is_long
 from kinolab.trajopt.single_shooting import end_by_single_shooting
@@ -112,9 +112,9 @@ def _smooth(
     guesses = [even_knots(problem, trajectory)]
     if not held and problem.goal_excess(trajectory.x[-1]) <= 1.0:
         guesses.append(_slower(problem, guesses[0]))  # time is what it may lack
-    excess = NO_EXCESS
-    for guess, clearance in product(guesses, SHORT.exact_clearances):
-        task = TrajectoryProblem(problem, clearance).tightened(excess)
+    excess, reserves = NO_EXCESS, _reserves(problem, SHORT.exact_clearances)
+    for guess, (clearance, room) in product(guesses, reserves):
+        task = TrajectoryProblem(problem, clearance, room=room).tightened(excess)
         if cancelled():
             return None
         knots = make_knots_exact(task, guess, cancelled, iterations, held=held)
@@ -127,6 +127,13 @@ def _smooth(
             return made
         excess += excess_between_knots(task, made)
     return None
+
+
+def _reserves(problem: PlanningTask, clearances: Sequence[float]) -> Sequence[tuple[float, float]]:
+    """Return reserves of gaps, as fractions and in [m] at least: the first leaves usual room."""
+    return [
+        (clearance, 0.0 if k else usual_room(problem)) for k, clearance in enumerate(clearances)
+    ]
 
 
 def _slower(problem: PlanningTask, knots: Knots) -> Knots:
@@ -158,7 +165,8 @@ def connect_to_goal(
         motion: A dynamically feasible trajectory from its start.
         cancelled: Whether to give up.
     """
-    paths = [Segments(problem, clearance, cancelled) for clearance in SHORT.segment_clearances]
+    reserves = _reserves(problem, SHORT.segment_clearances)
+    paths = [Segments(problem, clearance, cancelled, room) for clearance, room in reserves]
     for segments, steps in product(paths, SHORT.tail_steps):
         if cancelled():
             break

@@ -26,6 +26,7 @@ class NlpOptions:
     max_samples_per_step: int = setting(8, meaning="Samples of a step at most.")
     check_factor: int = setting(4, meaning="Times as many samples where a motion is judged.")
     limit_fraction: float = setting(0.05, meaning="Reserve of limits, of that of gaps.")
+    room: float = setting(0.6, meaning="Room that planners ask for, of their check's resolution.")
     excess_factor: float = setting(1.2, meaning="Of what passes a limit between knots: reserve.")
     amplified_tolerance: float = setting(1e-6, meaning="Reserve of limits of discrete motions.")
     duration_digits: int = setting(9, meaning="Digits in which equal steps agree.", unit="s")
@@ -92,6 +93,7 @@ class ShorteningOptions:
 
     exact_clearances: tuple[float, float] = setting((1e-2, 5e-2, 2e-3), meaning="Reserves of gaps.")
     short_clearances: tuple[float, float] = setting((7e-2, 2e-2, 4e-2, 2e-3), meaning="Likewise.")
+    min_reserve_gain: float = setting(0.05, meaning="Gain for which a gap may be smaller.")
     coarse_clearance: float = setting(2e-2, meaning="The same for coarse knots.")
     segment_clearances: tuple[float, float] = setting(
         (4e-2, 5e-3), meaning="The same for segments."

@@ -35,6 +35,7 @@ class Segments:
         problem: The problem that the whole motion solves.
         clearance: Safety margin of distances on the coarse grid, in machine sizes.
         cancelled: Whether to give up.
+        room: The same margin in [m], at least.
 
     Attributes:
         task: The trajectory optimisation problem.
@@ -42,11 +43,19 @@ class Segments:
     """
 
     def __init__(
-        self, problem: PlanningTask, clearance: float, cancelled: Callable[[], bool]
+        self,
+        problem: PlanningTask,
+        clearance: float,
+        cancelled: Callable[[], bool],
+        room: float = 0.0,
     ) -> None:
         self.problem, self.space, self.cancelled = problem, problem.space, cancelled
         self.task = TrajectoryProblem(
-            problem, clearance, fraction=SHORT.segment_limit_fraction, near=SHORT.near_gaps
+            problem,
+            clearance,
+            room=room,
+            fraction=SHORT.segment_limit_fraction,
+            near=SHORT.near_gaps,
         )
 
     def quicker(self, motion: Trajectory, knots: int, *, last: bool) -> Trajectory | None:

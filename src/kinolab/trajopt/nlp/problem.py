@@ -20,6 +20,7 @@ from kinolab.numerics.arrays import Array
 from kinolab.numerics.work import charge
 from kinolab.problem import PlanningTask
 from kinolab.simulation import Propagator
+from kinolab.simulation.continuous_collision import resolution
 from kinolab.simulation.sensitivities import StepSensitivities
 from kinolab.trajopt.nlp.collision_constraints import CollisionConstraints
 from kinolab.trajopt.nlp.decision import Knots, Scaling
@@ -65,6 +66,7 @@ class TrajectoryProblem:
     Args:
         problem: The planning problem.
         clearance: Safety margin of distances, as a fraction of the machine's size.
+        room: The same in [m], at least.
         fraction: Scaled margin of state limits and path constraints, as a fraction of that.
         near: Activation distance of collision constraints beyond the safety margin, as a fraction
             of half the largest shape.
@@ -80,12 +82,13 @@ class TrajectoryProblem:
         problem: PlanningTask,
         clearance: float,
         *,
+        room: float = 0.0,
         fraction: float = NLP.limit_fraction,
         near: float = 1.0,
     ) -> None:
         self.problem, self.discrete = problem, is_discrete(problem)
         self.bare = CollisionConstraints(problem, 0.0)
-        self._gap = clearance * self.bare.size
+        self._gap = max(clearance * self.bare.size, room)
         self._obstacles = CollisionConstraints(problem, self._gap, near)
         reserve = NLP.amplified_tolerance if self.discrete else fraction * clearance
         self._demands = [
@@ -169,6 +172,11 @@ class TrajectoryProblem:
             return 1
         moved = float(speed) * knots.h / (NLP.check_resolution * self.bare.size)
         return min(max(1, math.ceil(moved)), NLP.max_samples_per_step)
+
+
+def usual_room(problem: PlanningTask) -> float:
+    """Return a clearance in [m] that the planners' collision check lets pass, for a first try."""
+    return NLP.room * resolution(problem)
 
 
 class Inequalities(Protocol):

@@ -34,7 +34,7 @@ from kinolab.trajopt.nlp.feasibility_check import (
     satisfies_all_at_knots,
 )
 from kinolab.trajopt.nlp.goal_constraint import meets_centre
-from kinolab.trajopt.nlp.problem import NO_EXCESS, Excess, TrajectoryProblem
+from kinolab.trajopt.nlp.problem import NO_EXCESS, Excess, TrajectoryProblem, usual_room
 from kinolab.trajopt.options import END, SHORT, SQP
 from kinolab.trajopt.segments import Segments, SlidingWindow, is_long, segment_problem
 from kinolab.trajopt.shortening.cycles import cycles_removed
@@ -167,7 +167,8 @@ def _shortened_segments(
         cancelled: Whether to stop shortening.
         over: Whether to stop making the shorter motion exact.
     """
-    segments, short, last = Segments(problem, SHORT.segment_clearances[0], cancelled), given, given
+    reserve, room = SHORT.segment_clearances[0], usual_room(problem)
+    segments, short, last = Segments(problem, reserve, cancelled, room), given, given
     for short in _cut(segments, given):
         motion = _simulated(segments.task, short)
         if motion is not None and motion.duration < (1 - SHORT.min_round_gain) * last.duration:
@@ -226,22 +227,26 @@ def _shorten_whole(
         over: Whether to stop making the shorter motion exact.
     """
     guess, best, excess = _with_few_knots(problem, given, cancelled), given, NO_EXCESS
-    for clearance in SHORT.short_clearances:
-        if over():
-            break
-        task = TrajectoryProblem(problem, clearance).tightened(excess)
+    room, most, again = usual_room(problem), given.duration, True
+    reserves = list(SHORT.short_clearances)
+    while reserves and not over():
+        task = TrajectoryProblem(problem, reserves[0], room=room).tightened(excess)
         knots = guess and _in_steps(task, guess, len(given.inputs), over)
         knots = knots or make_knots_exact(task, even_knots(problem, given), over)
-        if knots is None:
-            continue
-        first = _better(task, knots, best)
-        guess = _shorter(task, knots, cancelled)
-        best = _better(task, guess, first)
-        refused = best is first and guess.duration < first.duration
-        passed = _excess(task, guess) if refused else NO_EXCESS
+        passed = NO_EXCESS
+        if knots is not None:
+            first = _better(task, knots, best, most)
+            guess = _shorter(task, knots, cancelled)
+            best = _better(task, guess, first, most)
+            refused = best is first and guess.duration < min(first.duration, most)
+            passed = _excess(task, guess) if refused else passed
         if best is not given and not passed:
             break
         excess += passed
+        again = again and bool(passed)
+        if not again:  # once more with limits tightened, and then with smaller gaps
+            reserves.pop(0)
+            room, most, again = 0.0, (1 - SHORT.min_reserve_gain) * given.duration, True
     return best
 
 
@@ -249,7 +254,7 @@ def _with_few_knots(
     problem: PlanningTask, trajectory: Trajectory, cancelled: Callable[[], bool]
 ) -> Knots | None:
     """Minimise time on a coarse grid; return the result refined to single steps, or None."""
-    task = TrajectoryProblem(problem, SHORT.coarse_clearance)
+    task = TrajectoryProblem(problem, SHORT.coarse_clearance, room=usual_room(problem))
     block = round(len(trajectory.inputs) / SHORT.coarse_knots)
     while block > 1 and not cancelled():
         knots = _closed(task, trajectory, block, cancelled)
@@ -339,9 +344,16 @@ def _excess(task: TrajectoryProblem, knots: Knots) -> Excess:
     return NO_EXCESS if made is None else excess_between_knots(task, made)
 
 
-def _better(task: TrajectoryProblem, knots: Knots, best: Trajectory) -> Trajectory:
-    """Re-simulate knots; return the result if it is shorter and feasible, else the best so far."""
-    if not knots.duration < best.duration:
+def _better(task: TrajectoryProblem, knots: Knots, best: Trajectory, most: float) -> Trajectory:
+    """Re-simulate knots; return the result if it is feasible and shorter than the best so far.
+
+    Args:
+        task: The problem.
+        knots: Of a motion.
+        best: What is returned otherwise.
+        most: Duration in [s] below which the result must be, too.
+    """
+    if not knots.duration < min(best.duration, most):
         return best
     made = true_trajectory(task.problem, knots)
     return made if made is not None and satisfies_all(task, made) else best
