@@ -21,7 +21,7 @@ from kinolab.solve import make_planner
 from kinolab.solve.improve import (
     FIRST_SEARCHES,
     RACE_FRACTION,
-    RACE_SECONDS,
+    RACE_SECONDS_PER_STEP,
     Incumbent,
     PlanImprover,
     Shortening,
@@ -91,7 +91,7 @@ class Race:
 @pytest.fixture
 def race(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Race]:
     problem = problem_of(tmp_path, OPEN)
-    shorter, longer = standing(problem, 20.0), standing(problem, 22.0)
+    shorter, longer = standing(problem, 10.0), standing(problem, 11.0)
     turns: Counter[int] = Counter()
 
     def shortened(
@@ -113,18 +113,18 @@ def race(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Race]:
 def test_of_two_ways_the_one_goes_on_that_gets_shorter(race: Race) -> None:
     """How long motions are at first does not decide; the winner's work is not made twice."""
     shorter, longer = race.given
-    won = race.winner(10.0)
+    won = race.winner(6.0)
     assert won is not None
     assert won.given is longer
-    share = round(RACE_FRACTION * 10.0 / TURN)
+    share = round(RACE_FRACTION * 6.0 / TURN)
     assert race.turns[id(shorter)] == pytest.approx(share, abs=1)
     assert race.turns[id(longer)] == pytest.approx(share, abs=1)
-    assert won.best.duration == pytest.approx(22.0 * QUICK ** race.turns[id(longer)])
+    assert won.best.duration == pytest.approx(11.0 * QUICK ** race.turns[id(longer)])
     won.until(never_cancelled)
-    assert race.clock.seconds == pytest.approx(10.0, abs=2 * TURN)  # all of it, and no more
+    assert race.clock.seconds == pytest.approx(6.0, abs=2 * TURN)  # all of it, and no more
 
 
 def test_with_little_work_one_motion_is_shortened_alone(race: Race) -> None:
     steps = race.given[0].duration / race.problem.step
-    assert race.winner(0.9 * RACE_SECONDS * steps / RACE_FRACTION) is None
+    assert race.winner(0.9 * RACE_SECONDS_PER_STEP * steps / RACE_FRACTION) is None
     assert not race.turns

@@ -49,8 +49,9 @@ SEARCH_FACTOR, MORE_ITERATIONS = 2, 200
 # guesses may take long.
 FIRST_SEARCHES, LEAST_FIRST_SEARCHES, FIRST_FRACTION, FIRST_FACTOR = 4, 3, 0.15, 2.0
 # Before one motion is shortened to the end, it and the shortest of the others are each shortened
-# with this fraction of the work, if that is so many seconds for each of the motion's steps.
-RACE_FRACTION, RACE_SECONDS = 0.2, 4e-3
+# with this fraction of the work, and so many seconds at most, if that is enough to see something:
+# so many seconds for each of the motion's steps.
+RACE_FRACTION, MOST_RACE_SECONDS, RACE_SECONDS_PER_STEP = 0.2, 1.25, 4e-3
 BOUNDED_STREAM = 10_000  # added to the number of a search below a bound: other random numbers
 
 
@@ -413,8 +414,8 @@ class PlanImprover:
         How long a motion is says little of the way on which it goes. None where there is no
         choice, or too little work for it; across transitions nothing is gained before the end.
         """
-        work = RACE_FRACTION * remaining.unspent
-        few = work < RACE_SECONDS * motions[0].duration / self.problem.step
+        work = min(RACE_FRACTION * remaining.unspent, MOST_RACE_SECONDS)
+        few = work < RACE_SECONDS_PER_STEP * motions[0].duration / self.problem.step
         if few or self.problem.machine.modes or incumbent.best.status != "solved":
             return None
         rivals = [motion for motion in motions if trajopt.is_long(self.problem, motion)][:2]
