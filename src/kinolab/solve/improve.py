@@ -418,10 +418,9 @@ class PlanImprover:
         few = work < RACE_SECONDS_PER_STEP * motions[0].duration / self.problem.step
         if few or self.problem.machine.modes or incumbent.best.status != "solved":
             return None
-        rivals = [motion for motion in motions if trajopt.is_long(self.problem, motion)][:2]
-        if motions[0] not in rivals or len(rivals) < 2:
+        if len(motions) < 2 or not trajopt.is_long(self.problem, motions[0]):
             return None
-        rounds = [Shortening(incumbent, motion, remaining) for motion in rivals]
+        rounds = [Shortening(incumbent, motion, remaining) for motion in motions[:2]]
         for one in rounds:
             spent = Budget(work, clock=remaining.clock)
             one.until(spent.expired)

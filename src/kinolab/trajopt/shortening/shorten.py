@@ -227,26 +227,23 @@ def _shorten_whole(
         over: Whether to stop making the shorter motion exact.
     """
     guess, best, excess = _with_few_knots(problem, given, cancelled), given, NO_EXCESS
-    room, most, again = usual_room(problem), given.duration, True
-    reserves = list(SHORT.short_clearances)
+    room, most, reserves = usual_room(problem), given.duration, list(SHORT.short_clearances)
     while reserves and not over():
         task = TrajectoryProblem(problem, reserves[0], room=room).tightened(excess)
         knots = guess and _in_steps(task, guess, len(given.inputs), over)
         knots = knots or make_knots_exact(task, even_knots(problem, given), over)
         passed = NO_EXCESS
         if knots is not None:
-            first = _better(task, knots, best, most)
+            best, _ = _better(task, knots, best, most)
             guess = _shorter(task, knots, cancelled)
-            best = _better(task, guess, first, most)
-            refused = best is first and guess.duration < min(first.duration, most)
-            passed = _excess(task, guess) if refused else passed
-        if best is not given and not passed:
+            best, passed = _better(task, guess, best, most)
+        if passed:  # again, with limits tightened
+            excess += passed
+        elif best is not given:
             break
-        excess += passed
-        again = again and bool(passed)
-        if not again:  # once more with limits tightened, and then with smaller gaps
+        else:  # with smaller gaps
             reserves.pop(0)
-            room, most, again = 0.0, (1 - SHORT.min_reserve_gain) * given.duration, True
+            room, most = 0.0, (1 - SHORT.min_reserve_gain) * given.duration
     return best
 
 
@@ -338,13 +335,9 @@ def _in(
     return make_knots_exact(task, Knots(guess.x, guess.u, h), cancelled, iterations=20)
 
 
-def _excess(task: TrajectoryProblem, knots: Knots) -> Excess:
-    """Return how far the motion of some knots passes limits between them."""
-    made = true_trajectory(task.problem, knots)
-    return NO_EXCESS if made is None else excess_between_knots(task, made)
-
-
-def _better(task: TrajectoryProblem, knots: Knots, best: Trajectory, most: float) -> Trajectory:
+def _better(
+    task: TrajectoryProblem, knots: Knots, best: Trajectory, most: float
+) -> tuple[Trajectory, Excess]:
     """Re-simulate knots; return the result if it is feasible and shorter than the best so far.
 
     Args:
@@ -352,8 +345,15 @@ def _better(task: TrajectoryProblem, knots: Knots, best: Trajectory, most: float
         knots: Of a motion.
         best: What is returned otherwise.
         most: Duration in [s] below which the result must be, too.
+
+    Returns:
+        That motion, and how far a refused one passes limits between its knots.
     """
     if not knots.duration < min(best.duration, most):
-        return best
+        return best, NO_EXCESS
     made = true_trajectory(task.problem, knots)
-    return made if made is not None and satisfies_all(task, made) else best
+    if made is None:
+        return best, NO_EXCESS
+    if satisfies_all(task, made):
+        return made, NO_EXCESS
+    return best, excess_between_knots(task, made)
