@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -12,9 +14,29 @@ from kinolab.planners.kpiece_fast import BOUND_FRACTION
 from kinolab.problem import PlanningTask
 from kinolab.search import Budget, Outcome, SearchResult
 from kinolab.simulation.reference import resimulate
-from kinolab.solve.cost_bound import cost_bounded
+from kinolab.solve.cost_bound import cost_bounded, guessing
+from tests.support import problem_of
 
 WORK = 0.4  # [s]
+WALL = """
+schema = 1
+title = "A wall across a hall, open at one end and at a door that is hardly wider than the robot"
+system = { name = "unicycle2_v0" }
+bounds = { x = [0, 4], y = [-4, 6] }
+[start]
+x = 1.0
+y = 4.0
+[goal]
+x = 3.0
+y = 4.0
+tolerance = 0.1
+[[world.obstacle]]
+box = [0.3, 1.7, 1.0]
+position = [2.0, 5.15, 0.0]
+[[world.obstacle]]
+box = [0.3, 6.7, 1.0]
+position = [2.0, 0.35, 0.0]
+"""
 
 
 @pytest.fixture(scope="module")
@@ -90,3 +112,22 @@ def test_trees_that_find_nothing_end_when_patience_does(maze: PlanningTask) -> N
         budget = Budget(10.0, improve=10.0, below=1.0, patience=0.1, clock=lambda: work.seconds)
         planners.make("kpiece_fast", {}).solve(maze, 1, budget)
     assert 0.1 <= work.seconds < 0.2
+
+
+def test_guesses_below_a_bound_go_the_short_way_through_a_narrow_door(tmp_path: Path) -> None:
+    """Around the wall it is at least 14 m, which take 28 s; most trees find that way."""
+    problem = problem_of(tmp_path, WALL)
+    searcher = guessing(problem, planners.make("auto", {}))
+    assert searcher is not None
+    for seed in (1, 2, 3):
+        found = searcher.solve(problem, seed, Budget(60.0, below=28.0, improve=0.0))
+        assert found.outcome is Outcome.SOLVED
+        motion = resimulate(problem, found.t, found.u)
+        crossing = motion.x[np.diff(np.sign(motion.x[:, 0] - 2.0), append=0.0) != 0, 1]
+        assert (np.abs(crossing - 4.0) < 0.3).all()
+
+
+def test_guesses_are_those_of_auto_where_optimisation_is_cheap(maze: PlanningTask) -> None:
+    assert guessing(maze, planners.make("kpiece_fast", {})) is None
+    for name in ("biped_walk", "marionette_stage"):  # transitions; very many states
+        assert guessing(kinolab.load(name), planners.make("auto", {})) is None

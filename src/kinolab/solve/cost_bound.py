@@ -19,6 +19,7 @@ from kinolab.trajopt.options import END
 SHARE, PATIENCE = 0.25, 0.5  # of the improvement's work; of that, without a shorter motion
 # The same where optimisation hardly shortens: across transitions, and with very many states.
 LARGE_SHARE, LARGE_PATIENCE = 0.75, 0.6
+GUESSED_SHARE = 0.25  # of the work that is left, for guesses until one becomes a motion
 HELD = ("min_steps", "max_steps")  # settings that hold for all trees of a scenario
 
 
@@ -37,6 +38,24 @@ def cost_bounded(problem: PlanningTask, searcher: AbstractPlanner) -> AbstractPl
     # Cells say nothing of how far a gait has come; sparse trees, which compare costs, do better.
     name = "sst" if problem.machine.modes else "kpiece_fast"
     return planners.make(name, {setting: getattr(searcher, setting) for setting in HELD})
+
+
+def guessing(problem: PlanningTask, searcher: AbstractPlanner) -> AbstractPlanner | None:
+    """Return the planner that optimises guesses along paths shorter than the best motion.
+
+    Trees that are not bounded find the widest way again and again, and bounded ones hardly squeeze
+    through a narrow one. A path without dynamics does, and may become a motion.
+
+    Args:
+        problem: The planning problem.
+        searcher: The planner whose motion is to be shortened.
+
+    Returns:
+        None if that one makes no guesses, or optimisation takes too long.
+    """
+    if searcher.name != "auto" or problem.machine.modes or problem.model.nx >= END.many_states:
+        return None
+    return planners.make("shooting", {})
 
 
 def bounded_work(problem: PlanningTask, seconds: float) -> tuple[float, float]:

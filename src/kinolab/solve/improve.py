@@ -52,7 +52,8 @@ FIRST_SEARCHES, LEAST_FIRST_SEARCHES, FIRST_FRACTION, FIRST_FACTOR = 4, 3, 0.15,
 # with this fraction of the work, and so many seconds at most, if that is enough to see something:
 # so many seconds for each of the motion's steps.
 RACE_FRACTION, MOST_RACE_SECONDS, RACE_SECONDS_PER_STEP = 0.2, 1.25, 4e-3
-BOUNDED_STREAM = 10_000  # added to the number of a search below a bound: other random numbers
+# added to the number of a search below a bound, or by guesses: other random numbers
+BOUNDED_STREAM, GUESSED_STREAM = 10_000, 20_000
 
 
 @dataclass
@@ -426,14 +427,42 @@ class PlanImprover:
             one.until(spent.expired)
         return min(rounds, key=lambda one: one.best.duration)
 
-    def _another(self, incumbent: Incumbent, k: int, remaining: Budget) -> Trajectory | None:
-        """Return the motion of a k-th further search; every other one is below a bound, if it can.
+    def _another(
+        self, incumbent: Incumbent, k: int, turn: int, remaining: Budget
+    ) -> tuple[Trajectory | None, bool]:
+        """Return the motion of a k-th further search, and whether its way may be a shorter one.
 
-        That bound is longer than the best motion by what improvement has gained.
+        In turn they are guesses, the searcher's, and below a bound, which is longer than the best
+        motion by what improvement has gained.
+
+        Args:
+            incumbent: The best plan.
+            k: Number of the search.
+            turn: How many there were after the first motion had been shortened.
+            remaining: Of the improvement's work.
         """
-        below = self._gained * self._shortest
-        found = self._below(incumbent, k, remaining, below) if k % 2 == 0 else None
-        return found or self._searched(incumbent, k, remaining, self._shortest)
+        found = self._guessed(incumbent, k, remaining) if turn % 3 == 0 else None
+        if found is not None:
+            return found, True
+        if turn % 3 == 2:
+            found = self._below(incumbent, k, remaining, self._gained * self._shortest)
+        found = found or self._searched(incumbent, k, remaining, self._shortest)
+        return found, found is not None and self._promises(found.duration)
+
+    def _guessed(self, incumbent: Incumbent, k: int, remaining: Budget) -> Trajectory | None:
+        """Return a motion, of any duration, along a path that is shorter than the best motion."""
+        from kinolab.solve.cost_bound import GUESSED_SHARE, guessing  # late: loads compiled trees
+
+        searcher = guessing(self.problem, self.searcher)
+        if searcher is None:
+            return None
+        budget = Budget(
+            GUESSED_SHARE * remaining.unspent,
+            below=self._shortest,
+            clock=remaining.clock,
+            cancelled=remaining.expired,
+        )
+        return self._found(incumbent, searcher, GUESSED_STREAM + k, budget)
 
     def _searched(
         self, incumbent: Incumbent, k: int, remaining: Budget, below: float
@@ -479,14 +508,14 @@ class PlanImprover:
             if remaining.over or dear or incumbent.cancelled():
                 self._unfinished = not incumbent.cancelled()
                 return k - 1
-            found = self._another(incumbent, k, remaining)
+            found, promising = self._another(incumbent, k, k - made - 1, remaining)
             if found is None:
                 continue
             if np.array_equal(found.u, last.u):
                 return k  # the planner is deterministic
             last = found
             incumbent.take(found, "search")
-            if self._promises(found.duration):
+            if promising:
                 self._refine(incumbent, found, remaining)
         raise AssertionError("counting never ends")
 

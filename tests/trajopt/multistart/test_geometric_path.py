@@ -79,20 +79,24 @@ def goal_of(problem: PlanningTask) -> Array:
     return end
 
 
-def anything(way: Array) -> bool:
-    return len(way) > 0
+def anything(ways: Array) -> NDArray[np.bool_]:
+    return np.ones(ways.shape[:-2], dtype=bool)
+
+
+def through(ways: Array) -> NDArray[np.bool_]:
+    return np.asarray(length(ways) <= THROUGH)
 
 
 def found(
-    problem: PlanningTask, seed: int, within: Callable[[Array], bool] = anything
+    problem: PlanningTask, seed: int, within: Callable[[Array], NDArray[np.bool_]] = anything
 ) -> Array | None:
     ways = GeometricPaths(problem, np.random.default_rng(seed))
     return ways.find(problem.start, goal_of(problem), within=within)
 
 
-def length(way: Array) -> float:
-    """Return the length of a way in the plane, in [m]."""
-    return float(np.linalg.norm(np.diff(way[:, :2], axis=0), axis=1).sum())
+def length(ways: Array) -> Array:
+    """Return the lengths of ways (..., m, nx) in the plane, in [m]."""
+    return np.asarray(np.linalg.norm(np.diff(ways[..., :2], axis=-2), axis=-1).sum(axis=-1))
 
 
 def door(way: Array) -> str:
@@ -174,14 +178,14 @@ def test_a_way_of_limited_length_leads_through_the_near_door(tmp_path: Path) -> 
     free = [found(problem, seed) for seed in SEEDS]
     assert {door(way) for way in free if way is not None} == set(DOORS)
     for seed in SEEDS:
-        way = found(problem, seed, lambda way: length(way) <= THROUGH)
+        way = found(problem, seed, through)
         assert way is not None
         assert door(way) == "near"
         assert length(way) <= THROUGH
 
 
 def test_without_the_near_door_no_way_is_that_short(tmp_path: Path) -> None:
-    assert found(hall(tmp_path, "far"), 1, lambda way: length(way) <= THROUGH) is None
+    assert found(hall(tmp_path, "far"), 1, through) is None
 
 
 @pytest.mark.parametrize("looks_before", [0, 5])

@@ -66,6 +66,21 @@ def guesses(problem: PlanningTask, seed: int = 1) -> Guesses:
     return Guesses(problem, np.random.default_rng(seed))
 
 
+TRAILER = """
+schema = 1
+title = "A car with a trailer"
+system = { name = "car1_v0" }
+bounds = { x = [0, 8], y = [0, 8] }
+[start]
+x = 1.0
+y = 6.0
+[goal]
+x = 4.0
+y = 2.0
+tolerance = 0.1
+"""
+
+
 @pytest.fixture
 def drive(tmp_path: Path) -> PlanningTask:
     return problem_of(tmp_path, DRIVE)
@@ -217,6 +232,21 @@ def test_a_robot_turns_before_it_drives() -> None:
         assert abs(np.sin(heading - along)) < 0.02  # forward or backward
     np.testing.assert_array_equal(path[0], begin)
     assert path[-1][psi] == end[psi]
+
+
+def test_a_trailer_follows_in_line(tmp_path: Path) -> None:
+    """On a leg that neither the car nor its trailer may slip along both point along it."""
+    problem = problem_of(tmp_path, TRAILER)
+    begin = problem.start.copy()
+    end = begin.copy()
+    end[:2] += 3.0, -4.0
+    path = turned_along(problem, np.stack([begin, end]))
+    leg = int(np.linalg.norm(np.diff(path[:, :2], axis=0), axis=1).argmax())
+    along = np.arctan2(-4.0, 3.0)
+    for x in path[leg : leg + 2]:
+        assert np.abs(np.sin(x[2:4] - along)).max() < 0.02  # forward or backward
+        assert x[2] == x[3]
+    np.testing.assert_array_equal(path[[0, -1]], np.stack([begin, end]))
 
 
 def test_a_path_that_is_allowed_stays_as_it_is() -> None:

@@ -11,7 +11,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from kinolab.numerics.work import charge
+from kinolab.numerics.work import charge, in_whole_ticks
 from kinolab.problem import PlanningTask
 from kinolab.scenario import improvement_seconds
 from kinolab.search.budget import Budget
@@ -28,6 +28,7 @@ from kinolab.simulation.resimulated_goal import TrueEnds
 
 # solutions rejected by re-simulation after which the tree restarts
 MAX_RESIMULATION_FAILURES = 10
+ITERATION_SECONDS = 1.5e-6  # [s] of work for an iteration, as ``charge`` counts it, its steps apart
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -35,7 +36,7 @@ class AbstractCompiledPlanner(AbstractTreeSearch):
     """A planner whose whole loop is compiled, once for all machines."""
 
     in_threads: ClassVar[bool] = True
-    work_per_iteration: ClassVar[float] = 2e-6  # but for its steps, which are charged
+    work_per_iteration: ClassVar[float] = 0.0  # which is charged while a tree grows
 
     control_samples: int = setting(
         1, 1, 1000, meaning="Inputs that are compared before one is held."
@@ -86,11 +87,12 @@ class AbstractCompiledPlanner(AbstractTreeSearch):
         truth, slices = TrueEnds(problem), TimeSlices(budget, self.restart_after)
         own_map = problem.scenario.integration.truth == "discrete"  # no re-simulation needed
         approach, each_step = (math.inf, np.zeros((0, problem.model.nu))), step_seconds(problem)
+        each_iteration = in_whole_ticks(ITERATION_SECONDS)
         with closing(beside):
             while not best.over and (iterations := slices.next(beside.due)):
                 before = tree.steps_made
                 ended, made = tree.grow(iterations)
-                charge(each_step * (tree.steps_made - before))
+                charge(each_step * (tree.steps_made - before) + each_iteration * made)
                 slices.done(made)
                 budget.show(tree.explored)
                 found = beside.advance(made, tree)

@@ -11,8 +11,21 @@ from kinolab.trajopt.options import GUESS
 
 
 def velocity_directions(problem: PlanningTask, x: Array, coordinates: NDArray[np.int64]) -> Array:
-    """Jacobian of coordinate rates in the velocities, shape (m, coordinates, velocities)."""
+    """Return coordinate rates that span those allowed, shape (m, coordinates, directions).
+
+    They are the Jacobian in the velocities, or where inputs are the velocities, the rates at
+    corners of their range: those beside the lowest and the highest one.
+    """
     model, (m, nx) = problem.model, x.shape
+    if model.nq == nx:
+        (lower, upper), one = (
+            np.clip(model.control_bounds, -1e3, 1e3).T,
+            np.eye(model.nu, dtype=bool),
+        )
+        corners = np.vstack([np.where(one, upper, lower), np.where(one, lower, upper)])
+        states, inputs = np.repeat(x, len(corners), axis=0), np.tile(corners, (m, 1))
+        rates = model.f(states, inputs).reshape(m, len(corners), nx)[:, :, coordinates]
+        return np.swapaxes(rates, 1, 2)
     one_by_one = np.vstack([np.zeros(nx), np.eye(nx)[model.nq :]])
     states = np.repeat(x[:, None], len(one_by_one), axis=1)
     states[:, :, model.nq :] = 0.0

@@ -12,6 +12,7 @@ from collections.abc import Callable
 from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 
 from kinolab.concurrency.cancel import CancellationToken, never_cancelled, raise_if_cancelled
 from kinolab.numerics.arrays import Array
@@ -20,6 +21,12 @@ from kinolab.numerics.work import charge
 from kinolab.problem import PlanningTask
 from kinolab.trajopt.options import GUESS
 from kinolab.world.geometry import placement, sizes
+
+BRANCH_SECONDS = 4e-4  # [s] of work for a branch, as ``charge`` counts it, its checks apart
+
+
+def _any_length(paths: Array) -> NDArray[np.bool_]:
+    return np.ones(paths.shape[:-2], dtype=bool)
 
 
 class GeometricPaths:
@@ -61,7 +68,7 @@ class GeometricPaths:
         start: Array,
         end: Array,
         turning: float = 1.0,
-        within: Callable[[Array], bool] = lambda _: True,
+        within: Callable[[Array], NDArray[np.bool_]] = _any_length,
         branches: int = 600,
     ) -> Array | None:
         """Return a collision-free path between two states, shape (m, nx); None if none is found.
@@ -75,7 +82,7 @@ class GeometricPaths:
             end: End state, shape (nx,).
             turning: Sampling range of angles and attitudes about those between start and end, as a
                 fraction of half a turn.
-            within: Whether a path, shape (m, nx), is short enough.
+            within: Whether paths, shape (..., m, nx), are short enough.
             branches: Maximum number of extensions of both trees together.
 
         Raises:
@@ -84,6 +91,7 @@ class GeometricPaths:
         trees = [_Tree(start), _Tree(end)]
         for k in range(branches):
             raise_if_cancelled(self._stop)
+            charge(BRANCH_SECONDS)
             here, there = trees[k % 2], trees[1 - k % 2]
             aim = there.x[0] if k < 2 else self._drawn(start, end, turning, within)
             reached = self._grown(here, aim, there.x[0], within)
@@ -106,32 +114,36 @@ class GeometricPaths:
         return self._free(states) == len(states)
 
     def _drawn(
-        self, start: Array, end: Array, turning: float, within: Callable[[Array], bool]
+        self, start: Array, end: Array, turning: float, within: Callable[[Array], NDArray[np.bool_]]
     ) -> Array:
         """Sample a configuration through which a path may be short enough, shape (nx,).
 
         If none of ``max_draws`` samples is, return the last one.
         """
-        for _ in range(GUESS.max_draws):
-            x = self._anywhere(start, end, turning)
-            if within(np.stack([start, x, end])):
-                break
-        return x
+        for count in (1, GUESS.max_draws - 1):
+            x = self._anywhere(start, end, turning, count)
+            ends = (np.broadcast_to(at, x.shape) for at in (start, end))
+            short = within(np.stack([next(ends), x, next(ends)], axis=1))
+            if short.any():
+                return np.asarray(x[short.argmax()])
+        return np.asarray(x[-1])
 
-    def _anywhere(self, start: Array, end: Array, turning: float) -> Array:
-        """Sample a configuration with attitudes near those between start and end, shape (nx,)."""
+    def _anywhere(self, start: Array, end: Array, turning: float, count: int) -> Array:
+        """Sample configurations with attitudes near those between start and end, (count, nx)."""
         nq, generator = self._problem.model.nq, self._generator
         lower, upper = self._problem.sampling_bounds[:nq].T
-        x = start + generator.random() * (self._space.nearest(start, end) - start)
+        x = start + generator.random((count, 1)) * (self._space.nearest(start, end) - start)
         lines = np.flatnonzero(~self._space.turns[:nq])
-        x[lines] = generator.uniform(lower[lines], upper[lines])
-        x[self._circles] += turning * generator.uniform(-np.pi, np.pi, len(self._circles))
+        x[:, lines] = generator.uniform(lower[lines], upper[lines], (count, len(lines)))
+        turns = generator.uniform(-np.pi, np.pi, (count, len(self._circles)))
+        x[:, self._circles] += turning * turns
         for own in self._space.quaternions:
-            x[own] = turned_at_random(unit(x[own]), turning * np.pi, generator)
+            for row in x[:, own]:
+                row[:] = turned_at_random(unit(row), turning * np.pi, generator)
         return x
 
     def _grown(
-        self, tree: _Tree, aim: Array, end: Array, within: Callable[[Array], bool]
+        self, tree: _Tree, aim: Array, end: Array, within: Callable[[Array], NDArray[np.bool_]]
     ) -> Array | None:
         """Extend a tree straight towards a state as far as it is free; return the new leaf.
 
@@ -181,7 +193,7 @@ class GeometricPaths:
         if first is not None:
             outside[first] = True
         free = int(outside.argmax()) if outside.any() else len(line)
-        charge(5e-5 * free)
+        charge(6e-5 + 3e-6 * len(line))
         return free
 
     def _shorter(self, path: Array) -> Array:

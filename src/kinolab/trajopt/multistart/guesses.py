@@ -96,15 +96,16 @@ class Guesses:
         return np.flatnonzero(self._problem.circular[: self._problem.model.nq])
 
     def quickest(self, path: Array) -> float:
-        """Estimate the minimum time in [s] of a motion along a path.
+        """Estimate the minimum time in [s] of a motion along a path, shape (m, nx).
 
         Maximum rates are taken over random states and inputs, so the estimate may be some percent
         too long; acceleration is neglected.
-
-        Args:
-            path: Shape (m, nx).
         """
-        return float(self._times(path)[-1])
+        return float(self.least_times(path))
+
+    def least_times(self, paths: Array) -> Array:
+        """Do what ``quickest`` does for several paths, shape (..., m, nx)."""
+        return np.asarray(self._leg_times(paths).sum(axis=-1))
 
     def knots(self, path: Array, steps: int, h: float) -> Knots:
         """Return knots along a path, timed by the minimum time of each leg.
@@ -129,9 +130,13 @@ class Guesses:
 
     def _times(self, path: Array) -> Array:
         """Return arrival times in [s] at the maximum rates for a path (m, nx), shape (m,)."""
-        nq = self._problem.model.nq
-        needed = np.abs(np.diff(path[:, :nq], axis=0)) / self._fastest
-        return np.concatenate([[0.0], np.cumsum(needed.max(axis=1, initial=0.0))])
+        return np.concatenate([[0.0], np.cumsum(self._leg_times(path))])
+
+    def _leg_times(self, paths: Array) -> Array:
+        """Return times in [s] at the maximum rates for legs of paths (..., m, nx), (..., m-1)."""
+        at = paths[..., : self._problem.model.nq]
+        needed = np.abs(at[..., 1:, :] - at[..., :-1, :]) / self._fastest
+        return np.asarray(needed.max(axis=-1, initial=0.0))
 
     @cached_property
     def starting(self) -> float:

@@ -36,7 +36,7 @@ def turned_along(problem: PlanningTask, path: Array) -> Array:
     nq = problem.model.nq
     matters = np.flatnonzero(~cyclic_coordinates(problem)[:nq])
     circles = [int(i) for i in np.flatnonzero(problem.circular[:nq]) if i in matters]
-    if not circles or nq == problem.model.nx:
+    if not circles:
         return path
     made, turned = [path[0]], False
     for begin, end in pairwise(path):
@@ -109,18 +109,19 @@ def _turned(
     if _forbidden(problem, middle[None], end - begin, matters)[0] <= GUESS.sideways:
         return None
     headings = np.linspace(-np.pi, np.pi, GUESS.headings, endpoint=False)
-    for circle in circles:
+    trains = [circles] if len(circles) > 1 else []  # a trailer follows in line
+    for turned in [*([circle] for circle in circles), *trains]:
         along = end - begin
-        along[circle] = 0.0
+        along[turned] = 0.0
         tried = np.repeat(middle[None], len(headings), axis=0)
-        tried[:, circle] = headings
+        tried[:, turned] = headings[:, None]
         possible = _forbidden(problem, tried, along, matters) <= GUESS.slip
         if possible.any():
-            angles = tried[possible, circle]
-            turns = np.abs(np.angle(np.exp(1j * (angles - before[circle]))))
+            angles = headings[possible]
+            turns = np.abs(np.angle(np.exp(1j * (angles - before[turned[0]]))))
             ends = [begin.copy(), end.copy()]
             for x in ends:
-                x[circle] = angles[int(turns.argmin())]
+                x[turned] = angles[int(turns.argmin())]
             return ends
     return None
 

@@ -17,6 +17,7 @@ from functools import cached_property
 from weakref import WeakKeyDictionary
 
 import numpy as np
+from numpy.typing import NDArray
 
 from kinolab.concurrency.cancel import never_cancelled
 from kinolab.numerics.arrays import Array
@@ -176,6 +177,7 @@ class Multistart:
         self._guesses = Guesses(problem, self._generator)
         self._geometric_paths = GeometricPaths(problem, self._generator, cancelled)
         self._count, self._below, self._most = 0, below, math.inf
+        self._least = 0.0  # [s] for which a path was sought in vain
         self._straight: tuple[Array, bool] | None = None  # where it ends, and whether it is free
 
     def prepare(self) -> None:
@@ -249,9 +251,10 @@ class Multistart:
         return None if path is None else along_corners(self._problem, path)
 
     def _draw_longest(self) -> None:
-        """Draw how long a path may take, if there is an incumbent."""
+        """Draw how long a path may take, if there is an incumbent: longer than none was found."""
         if math.isfinite(self._below):
-            self._most = self._below * self._generator.uniform(*GUESS.shorter)
+            shortest, longest = self._below * np.asarray(GUESS.shorter)
+            self._most = self._generator.uniform(min(max(shortest, self._least), longest), longest)
 
     def _path(self) -> Array:
         """Return a free path that is short enough, or a random detour; shape (m, nx).
@@ -266,10 +269,11 @@ class Multistart:
             path = self._geometric_paths.find(begin, end, turning, self._short_enough, branches)
             if path is not None and self._short_enough(path):
                 return path
+            self._least = max(self._least, self._most)
         return self._guesses.winding()
 
-    def _short_enough(self, path: Array) -> bool:
-        return self._guesses.quickest(path) <= self._most
+    def _short_enough(self, paths: Array) -> NDArray[np.bool_]:
+        return np.asarray(self._guesses.least_times(paths) <= self._most)
 
     def _straight_is_free(self, begin: Array, end: Array) -> bool:
         if self._straight is None or not np.array_equal(self._straight[0], end):

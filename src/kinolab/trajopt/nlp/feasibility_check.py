@@ -18,7 +18,7 @@ from kinolab.trajopt.options import NLP
 
 def satisfies_all(task: TrajectoryProblem, trajectory: Trajectory) -> bool:
     """Say whether a simulated motion ends in the goal and violates no constraint at samples."""
-    charge(2.5e-4 * len(trajectory.inputs))
+    charge(5e-3 + (3e-5 if task.discrete else 2.5e-4) * len(trajectory.inputs))
     return (
         task.problem.goal_excess(trajectory.x[-1]) <= 1.0
         and _breaks_nothing(task, _on_the_way(task, trajectory))

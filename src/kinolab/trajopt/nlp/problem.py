@@ -37,6 +37,9 @@ from kinolab.trajopt.nlp.path_constraints import (
 )
 from kinolab.trajopt.options import NLP
 
+# Machines of more operations are charged less than they take, so that they get as many subproblems.
+MOST_OPERATIONS = 500
+
 
 @dataclass(frozen=True, eq=False)
 class Excess:
@@ -214,6 +217,7 @@ class MultipleShooting:
     ) -> None:
         self._map, self._ends, self._scales = step_map, GoalConstraint(problem, end), problem.scales
         self._inequalities, self._pieces = inequalities, pieces
+        self._operations, self._rows = min(problem.model.operations, MOST_OPERATIONS), 0
         self._stepped: tuple[Knots, Array] | None = None  # an accepted candidate comes once more
 
     def linearization(self, knots: Knots, reach: float) -> Linearization:
@@ -221,15 +225,17 @@ class MultipleShooting:
         known = self._stepped[1] if self._stepped and self._stepped[0] is knots else None
         after, tangents = self._map.linearized(knots.x, knots.u, knots.h, known=known)
         rows = stack([part.rows(at, reach) for part, at in self._samples(knots)])
-        steps, size = len(knots.u), self._map.evaluations * knots.x.shape[1]
-        charge(1e-3 + steps * (6e-6 * self._pieces + 3e-7 * size) + 6e-6 * len(rows.knot))
+        self._rows = len(rows.knot)
+        size = len(knots.u) * self._map.evaluations * knots.x.shape[1]
+        charge(4e-4 + size * (8e-8 + 6e-10 * self._operations) + 2.4e-6 * self._rows)
         end = knots.x[-1]
         miss, derivative = self._ends.residual(end), self._ends.jacobian(end)
         return Linearization(knots, after - knots.x[1:], tangents, rows, miss, derivative)
 
     def violation(self, knots: Knots) -> tuple[float, float, float]:
         """Return the summed violations of dynamics (defects), goal and inequalities, scaled."""
-        charge(5e-4 + 5e-6 * len(knots.u) * self._pieces)
+        evaluated = len(knots.u) * self._map.evaluations * self._operations
+        charge(6e-4 + 1.4e-9 * evaluated + 9e-7 * self._rows)
         after = self._map.after(knots.x, knots.u, knots.h)
         self._stepped = (knots, after)
         defects = float(np.abs((after - knots.x[1:]) / self._scales).sum())
