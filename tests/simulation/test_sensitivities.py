@@ -4,8 +4,20 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import scipy
 
 from kinolab import systems
+from kinolab.dynamics import (
+    Body,
+    Control,
+    Potential,
+    System,
+    Viscous,
+    Wrench,
+    length,
+    move,
+    rate,
+)
 from kinolab.simulation.sensitivities import StepSensitivities
 
 MACHINES = (
@@ -18,6 +30,19 @@ MACHINES = (
     "snakeboard",
 )
 NUDGE = 1e-5  # of every entry
+
+
+def spring() -> System:
+    """Return a mass of 1 kg on a spring of 4 N/m with a damper of 0.2 N s/m, and a push."""
+    x, push = length("x"), Control("push", limit=2.0, unit="N")
+    mass = Body("mass", move(x, 0, 0), mass=1.0)
+    pushed = Wrench(on=mass, force=(push.symbol, 0, 0))
+    return System(
+        "spring",
+        bodies=[mass],
+        inputs=[push],
+        efforts=[pushed, Potential(2 * x**2), Viscous(rate(x), 0.2)],
+    )
 
 
 @pytest.mark.parametrize("substeps", [1, 3])
@@ -44,6 +69,41 @@ def test_derivatives_are_those_of_the_machines_own_step(
     )
     after, tangents = StepSensitivities(model, method, substeps).linearized(x[None], u[None], h)
     assert np.allclose(after[0], step(z), rtol=0, atol=1e-14)
+    assert np.allclose(tangents[0], expected, rtol=1e-7, atol=1e-7)
+
+
+@pytest.mark.parametrize(("substeps", "error"), [(1, 3e-5), (2, 1e-7), (4, 4e-10)])
+def test_order_eight_is_as_accurate_as_it_should_be(substeps: int, error: float) -> None:
+    """A mass on a spring is linear: a matrix exponential gives its steps and their derivatives."""
+    model = spring().model()
+    A, b = np.array([[0.0, 1.0], [-4.0, -0.2]]), np.array([[0.0], [1.0]])
+    x, u, h = np.array([[0.3, -0.5]]), np.array([[0.7]]), 1.0
+    flow = scipy.linalg.expm(h * np.block([[A, b], [np.zeros((1, 3))]]))[:2]
+    ends = flow @ np.array([0.3, -0.5, 0.7])
+    slope = A @ ends + b[:, 0] * 0.7
+    after, tangents = StepSensitivities(model, "dop853", substeps).linearized(x, u, h)
+    assert np.abs(after[0] - ends).max() < error
+    assert np.abs(tangents[0] - np.column_stack([flow, slope])).max() < 20 * error
+
+
+@pytest.mark.parametrize("name", ["submarine", "crane", "snakeboard"])
+def test_derivatives_of_order_eight_are_those_of_its_own_steps(name: str) -> None:
+    model = systems.get(name).model()
+    generator = np.random.default_rng(1)
+    x = model.project(model.rest() + 0.3 * generator.uniform(-1, 1, model.nx))
+    u = np.clip(generator.uniform(-1, 1, model.nu), *model.control_bounds.T)
+    step, h = StepSensitivities(model, "dop853", 2), 0.05
+    z = np.concatenate([x, u, [h]])
+
+    def after(z: np.ndarray) -> np.ndarray:
+        state, held, length = np.split(z, [model.nx, model.nx + model.nu])
+        return step.after(state[None], held[None], float(length[0]))[0]
+
+    expected = np.column_stack(
+        [(after(z + d) - after(z - d)) / (2 * NUDGE) for d in NUDGE * np.eye(len(z))]
+    )
+    ends, tangents = step.linearized(x[None], u[None], h)
+    assert np.allclose(ends[0], model.step(x, u, h, substeps=64), rtol=0, atol=1e-9)
     assert np.allclose(tangents[0], expected, rtol=1e-7, atol=1e-7)
 
 

@@ -24,6 +24,7 @@ from kinolab.simulation.machine import call_under
 from kinolab.simulation.tangent_steps import (
     Dual,
     Substep,
+    dormand_prince,
     dual,
     euler,
     project,
@@ -33,7 +34,8 @@ from kinolab.simulation.tangent_steps import (
 )
 
 ROWS_PER_THREAD = 16
-STAGES = {"euler": 1, "rosenbrock": 2, "rk4": 4}  # by which a method is told in compiled code
+# By which a method is told in compiled code.
+STAGES = {"euler": 1, "rosenbrock": 2, "rk4": 4, "dop853": 12}
 
 
 class StepCode(NamedTuple):
@@ -59,7 +61,7 @@ class StepSensitivities:
 
     Args:
         model: The machine.
-        method: Of integration: ``rk4``, ``euler`` or ``rosenbrock``.
+        method: Of integration: ``rk4``, ``euler``, ``rosenbrock`` or ``dop853``.
         substeps: Of which each step is made, or each part of it after which feedback acts anew.
         derived: Of which it is made for derivatives; fewer are faster and enough for a direction.
         acts: How often feedback acts in a step.
@@ -176,8 +178,10 @@ def linearise(code, x, u, h, derive, after, tangents):  # type: ignore[no-untype
                 failed = euler(step, state, scratch)
             elif code.stages == 2:
                 failed = rosenbrock(step, state, scratch)
-            else:
+            elif code.stages == 4:
                 failed = runge_kutta(step, state, scratch)
+            else:
+                failed = dormand_prince(step, state, scratch)
             if code.projects:
                 project(step, state, scratch)
             if failed or refused:

@@ -1,6 +1,7 @@
 """A substep of each integrator together with its exact derivative.
 
-The methods are those that ``codegen/integrators`` emits. In the kernels ``step`` is a ``Substep``,
+The methods are those that ``codegen/integrators`` emits, and one of order 8 for long steps. In the
+kernels ``step`` is a ``Substep``,
 states and slopes are ``Dual`` unless a shape is told, and ``scratch`` is a ``StepScratch``.
 """
 
@@ -15,6 +16,7 @@ from kinolab.dynamics.codegen.integrators import GAMMA
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.jit import allocating_kernel, kernel
 from kinolab.numerics.lu import factor, substitute
+from kinolab.simulation.dop853_coefficients import STAGES, A, B
 from kinolab.simulation.machine import call_at, call_under
 
 FD_STEP = 1e-6  # of an entry of a state, or of inputs
@@ -40,6 +42,8 @@ class StepScratch(NamedTuple):
     pivots: Array  # (nx,)
     z: Array  # (nx + inputs,)
     curvature: Array  # (nx, nx + inputs), the derivative of J k
+    slopes: Array  # (STAGES, nx), of the method of order 8
+    slope_tangents: Array  # (STAGES, nx, wide)
 
 
 class Substep(NamedTuple):
@@ -65,6 +69,7 @@ def step_scratch(nx, inputs, wide):  # type: ignore[no-untyped-def]
         dual(nx, wide), dual(nx, wide), dual(nx, wide),
         np.empty((nx + inputs, nx)), np.empty((nx + inputs, nx)), np.empty((nx, nx)),
         np.empty(nx), np.empty(nx + inputs), np.empty((nx, nx + inputs)),
+        np.empty((STAGES, nx)), np.empty((STAGES, nx, wide)),
     )  # fmt: skip
 
 
@@ -169,6 +174,31 @@ def runge_kutta(step, x, scratch):  # type: ignore[no-untyped-def]
         add(step, weight, k, total)
     copy(step.derive, total, x)
     return failed
+
+
+@kernel
+def dormand_prince(step, x, scratch):  # type: ignore[no-untyped-def]
+    """Make a substep of the Runge-Kutta method of order 8 in place; 0 if it worked.
+
+    Source: Hairer, Norsett, Wanner, Solving ODEs I, 2nd ed., section II.5 (DOP853).
+    """
+    failed, at = 0, scratch.at
+    for stage in range(STAGES):
+        copy(step.derive, x, at)
+        for before in range(stage):
+            if A[stage, before] != 0.0:
+                add(step, A[stage, before], slope_of(scratch, before), at)
+        failed |= state_derivative(step, at, slope_of(scratch, stage), scratch.jacobian)
+    for stage in range(STAGES):
+        if B[stage] != 0.0:
+            add(step, B[stage], slope_of(scratch, stage), x)
+    return failed
+
+
+@kernel
+def slope_of(scratch, stage):  # type: ignore[no-untyped-def]
+    """Return a stage's slope, as ``dormand_prince`` keeps it."""
+    return Dual(scratch.slopes[stage], scratch.slope_tangents[stage])
 
 
 @kernel

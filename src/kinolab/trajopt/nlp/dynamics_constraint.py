@@ -23,6 +23,10 @@ from kinolab.trajectory import Trajectory
 from kinolab.trajopt.nlp.decision import Knots
 from kinolab.trajopt.options import NLP, SHORT
 
+# Methods that are tried in turn, with the most substeps of each: order 8 pays where steps are long,
+# and where a machine is stiff it does not.
+METHODS = (("rk4", 4), ("dop853", 16), ("rk4", NLP.max_substeps))
+
 
 def is_discrete(problem: PlanningTask) -> bool:
     """Say whether the problem's dynamics are discrete: one map with a fixed step length."""
@@ -128,13 +132,14 @@ def _steps_of(problem: PlanningTask, knots: Knots, acts: int = 1) -> tuple[str, 
     settings, model = problem.scenario.integration, problem.model
     if is_discrete(problem):
         return settings.method, settings.substeps
-    substeps, step = 1, partial(StepSensitivities, model, "rk4", acts=acts)
-    coarse = step(1).after(knots.x, knots.u, knots.h)
-    while substeps < NLP.max_substeps:
-        fine = step(2 * substeps).after(knots.x, knots.u, knots.h)
-        if _apart(coarse, fine, problem.scales) <= NLP.step_tolerance:
-            break
-        substeps, coarse = 2 * substeps, fine
+    for method, most in METHODS:
+        substeps, step = 1, partial(StepSensitivities, model, method, acts=acts)
+        coarse = step(1).after(knots.x, knots.u, knots.h)
+        while substeps < most:
+            fine = step(2 * substeps).after(knots.x, knots.u, knots.h)
+            if _apart(coarse, fine, problem.scales) <= NLP.step_tolerance:
+                return method, substeps
+            substeps, coarse = 2 * substeps, fine
     if np.isfinite(coarse).all():
         return "rk4", substeps
     return settings.accurate_method, substeps  # so stiff that only implicit steps stay bounded
