@@ -19,6 +19,7 @@ from kinolab.planners.rrt_fast import RRTFast
 from kinolab.problem import PlanningTask
 from kinolab.search import Budget, with_default
 from kinolab.search.tree import (
+    ITERATION_SECONDS,
     AbstractCompiledPlanner,
     AbstractTreeExtension,
     SearchState,
@@ -97,7 +98,7 @@ class _Multistart:
         self._clock, self._paid = WorkClock(), 0.0  # of the guess; until the last turn's end
         self._turn = WORK_PER_TURN  # [s] of work that the guess may do in this turn
         self._iterations = 0
-        self._steps_paid = self._steps_due = 0.0  # of the trees: for all turns, until the next one
+        self._trees_paid = self._trees_due = 0.0  # [s] of trees: for all turns, until the next one
         self._step_seconds = step_seconds(problem)
 
     @cached_property
@@ -155,7 +156,7 @@ class _Multistart:
         over = guess.wait()
         spent, self._paid = self._clock.seconds - self._paid, self._clock.seconds
         charge(spent)
-        self._steps_paid += self._share(tree) * spent / self._step_seconds
+        self._trees_paid += self._share(tree) * spent
         if not over:
             return None
         self._guess = None
@@ -169,26 +170,31 @@ class _Multistart:
     def _begin_turn(self, tree: AbstractTreeExtension) -> None:
         """Let the guess, or the next one, go on beside the trees.
 
-        They are due when the trees have made the steps of all turns so far, and of a short one.
+        They are due when the trees have done the work of all turns so far, and of a short one.
         The guess may take as long as that takes them, so that neither waits for the other.
         """
         if self._guess is None:
             self._guess = Coroutine(partial(self._counted, self._next()))
-        self._steps_paid = max(self._steps_paid, tree.steps_made)
-        short = self._share(tree) * WORK_PER_TURN / self._step_seconds
-        self._steps_due = self._steps_paid + short
-        self._turn = max(WORK_PER_TURN, (self._steps_due - tree.steps_made) * self._step_seconds)
+        done = self._work_of(tree)
+        self._trees_paid = max(self._trees_paid, done)
+        self._trees_due = self._trees_paid + self._share(tree) * WORK_PER_TURN
+        self._turn = max(WORK_PER_TURN, self._trees_due - done)
         self._guess.resume()
         self._waits_for(tree)
 
     def _share(self, tree: AbstractTreeExtension) -> float:
         """Return the work of trees for that of guesses."""
-        return 1.0 if tree.steps_made * self._step_seconds <= EVEN_WORK else LATER_SHARE
+        return 1.0 if self._work_of(tree) <= EVEN_WORK else LATER_SHARE
+
+    def _work_of(self, tree: AbstractTreeExtension) -> float:
+        """Return the work of the trees so far in [s]."""
+        return tree.steps_made * self._step_seconds + self._iterations * ITERATION_SECONDS
 
     def _waits_for(self, tree: AbstractTreeExtension) -> bool:
-        """Say whether the trees are to make more steps first, and set when to ask again."""
-        left, made = self._steps_due - tree.steps_made, max(tree.steps_made, 1)
-        self.due = max(1.0, left * self._iterations / made)
+        """Say whether the trees are to do more work first, and set when to ask again."""
+        done = self._work_of(tree)
+        left = self._trees_due - done
+        self.due = max(1.0, left * self._iterations / max(done, ITERATION_SECONDS))
         return left > 0
 
     def close(self) -> None:

@@ -34,8 +34,8 @@ from kinolab.simulation.tangent_steps import (
 )
 
 ROWS_PER_THREAD = 16
-# By which a method is told in compiled code.
-STAGES = {"euler": 1, "rosenbrock": 2, "rk4": 4, "dop853": 12}
+STAGES = {"euler": 1, "rosenbrock": 2, "rk4": 4}  # by which a method is told in compiled code
+ALL_STAGES = STAGES | {"dop853": 12}  # the last one is the optimiser's own
 
 
 class StepCode(NamedTuple):
@@ -48,7 +48,7 @@ class StepCode(NamedTuple):
     inputs: int  # how many act
     project: int
     p: Array
-    stages: int  # of the method, see STAGES
+    stages: int  # of the method, see ALL_STAGES
     feedback_updates: int  # how often the law is asked in a step
     substeps: int  # from one time to the next
     projects: int  # whether a step ends on constraints and unit quaternions
@@ -136,7 +136,7 @@ def _code(model: Model, method: str, substeps: int, acts: int) -> Record:
             inputs=plant.nu,
             project=model.address("project"),
             p=np.append(model.parameter_vector(), 0.0),
-            stages=STAGES[method],
+            stages=ALL_STAGES[method],
             feedback_updates=acts,
             substeps=substeps,
             projects=int(model.projects),

@@ -66,6 +66,19 @@ def guesses(problem: PlanningTask, seed: int = 1) -> Guesses:
     return Guesses(problem, np.random.default_rng(seed))
 
 
+DUBINS = """
+schema = 1
+title = "A car that cannot stop"
+system = { name = "unicycle1_v1" }
+bounds = { x = [0, 8], y = [0, 8] }
+[start]
+x = 1.0
+y = 6.0
+[goal]
+x = 4.0
+y = 2.0
+tolerance = 0.1
+"""
 TRAILER = """
 schema = 1
 title = "A car with a trailer"
@@ -247,6 +260,13 @@ def test_a_trailer_follows_in_line(tmp_path: Path) -> None:
         assert np.abs(np.sin(x[2:4] - along)).max() < 0.02  # forward or backward
         assert x[2] == x[3]
     np.testing.assert_array_equal(path[[0, -1]], np.stack([begin, end]))
+
+
+def test_what_cannot_stand_still_does_not_turn_on_the_spot(tmp_path: Path) -> None:
+    """A Dubins car drives at 0.25 m/s at least."""
+    problem = problem_of(tmp_path, DUBINS)
+    path = np.array([[1.0, 6.0, 0.0], [4.0, 2.0, 0.0]])
+    assert turned_along(problem, path) is path
 
 
 def test_a_path_that_is_allowed_stays_as_it_is() -> None:

@@ -5,7 +5,7 @@ for all problems and cached on disk. Nothing is allocated per iteration.
 """
 
 from kinolab.search.tree.compiled_planner import AbstractCompiledPlanner
-from kinolab.search.tree.step_work import step_seconds
+from kinolab.search.tree.step_work import ITERATION_SECONDS, step_seconds
 from kinolab.search.tree.sub_searches import SubSearch
 from kinolab.search.tree.tree_extension import (
     UNBOUNDED_STEPS,
@@ -15,6 +15,7 @@ from kinolab.search.tree.tree_extension import (
 )
 
 __all__ = [
+    "ITERATION_SECONDS",
     "UNBOUNDED_STEPS",
     "AbstractCompiledPlanner",
     "AbstractTreeExtension",

@@ -19,7 +19,7 @@ from kinolab.search.planner import AbstractTreeSearch, setting, with_default
 from kinolab.search.result import Outcome, SearchResult
 from kinolab.search.tree.anytime import IncumbentImprovement
 from kinolab.search.tree.rejection_sources import rejection_sources
-from kinolab.search.tree.step_work import step_seconds
+from kinolab.search.tree.step_work import ITERATION_SECONDS, step_seconds
 from kinolab.search.tree.sub_searches import GoalConnections, InterleavedSearches, SubSearch
 from kinolab.search.tree.time_slices import TimeSlices
 from kinolab.search.tree.tree import FULL, REACHED, controls_to, nearer, step_counts
@@ -28,7 +28,6 @@ from kinolab.simulation.resimulated_goal import TrueEnds
 
 # solutions rejected by re-simulation after which the tree restarts
 MAX_RESIMULATION_FAILURES = 10
-ITERATION_SECONDS = 1.5e-6  # [s] of work for an iteration, as ``charge`` counts it, its steps apart
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -6,6 +6,8 @@ from kinolab.numerics.work import in_whole_ticks
 from kinolab.problem import PlanningTask
 from kinolab.simulation.sensitivities import STAGES
 
+ITERATION_SECONDS = 1.5e-6  # [s] of work for an iteration of a tree, its steps apart
+
 
 def step_seconds(problem: PlanningTask) -> float:
     """Return what a step in a tree takes on an idle computer with all that belongs to it, in [s].
