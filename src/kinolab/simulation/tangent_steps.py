@@ -1,8 +1,8 @@
 """A substep of each integrator together with its exact derivative.
 
 The methods are those that ``codegen/integrators`` emits, and one of order 8 for long steps. In the
-kernels ``step`` is a ``Substep``,
-states and slopes are ``Dual`` unless a shape is told, and ``scratch`` is a ``StepScratch``.
+kernels ``step`` is a ``Substep``, states and slopes are ``Dual`` unless a shape is told, and
+``scratch`` is a ``StepScratch``.
 """
 
 from __future__ import annotations

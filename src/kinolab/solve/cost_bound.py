@@ -17,7 +17,7 @@ from kinolab.search.tree import AbstractCompiledPlanner
 from kinolab.trajopt.options import END
 
 SHARE, PATIENCE = 0.25, 0.5  # of the improvement's work; of that, without a shorter motion
-# The same where optimisation hardly shortens: across transitions, and with very many states.
+# The same where optimisation hardly shortens.
 LARGE_SHARE, LARGE_PATIENCE = 0.75, 0.6
 GUESSED_SHARE = 0.25  # of the work that is left, for guesses until one becomes a motion
 HELD = ("min_steps", "max_steps")  # settings that hold for all trees of a scenario
@@ -53,7 +53,7 @@ def guessing(problem: PlanningTask, searcher: AbstractPlanner) -> AbstractPlanne
     Returns:
         None if that one makes no guesses, or optimisation takes too long.
     """
-    if searcher.name != "auto" or problem.machine.modes or problem.model.nx >= END.many_states:
+    if searcher.name != "auto" or _hardly_optimised(problem):
         return None
     return planners.make("shooting", {})
 
@@ -65,6 +65,11 @@ def bounded_work(problem: PlanningTask, seconds: float) -> tuple[float, float]:
         problem: The planning problem.
         seconds: Of work that the improvement may do.
     """
-    dear = bool(problem.machine.modes) or problem.model.nx >= END.many_states
-    share, patience = (LARGE_SHARE, LARGE_PATIENCE) if dear else (SHARE, PATIENCE)
+    large = LARGE_SHARE, LARGE_PATIENCE
+    share, patience = large if _hardly_optimised(problem) else (SHARE, PATIENCE)
     return share * seconds, share * patience * seconds
+
+
+def _hardly_optimised(problem: PlanningTask) -> bool:
+    """Say whether optimisation hardly shortens: across transitions, and with very many states."""
+    return bool(problem.machine.modes) or problem.model.nx >= END.many_states

@@ -52,6 +52,8 @@ FIRST_SEARCHES, LEAST_FIRST_SEARCHES, FIRST_FRACTION, FIRST_FACTOR = 4, 3, 0.15,
 # with this fraction of the work, and so many seconds at most, if that is enough to see something:
 # so many seconds for each of the motion's steps.
 RACE_FRACTION, MOST_RACE_SECONDS, RACE_SECONDS_PER_STEP = 0.2, 1.25, 4e-3
+# Further searches are of three kinds in turn.
+GUESSED, SEARCHED, BOUNDED = KINDS = range(3)
 # added to the number of a search below a bound, or by guesses: other random numbers
 BOUNDED_STREAM, GUESSED_STREAM = 10_000, 20_000
 
@@ -441,10 +443,11 @@ class PlanImprover:
             turn: How many there were after the first motion had been shortened.
             remaining: Of the improvement's work.
         """
-        found = self._guessed(incumbent, k, remaining) if turn % 3 == 0 else None
+        kind = KINDS[turn % len(KINDS)]
+        found = self._guessed(incumbent, k, remaining) if kind == GUESSED else None
         if found is not None:
             return found, True
-        if turn % 3 == 2:
+        if kind == BOUNDED:
             found = self._below(incumbent, k, remaining, self._gained * self._shortest)
         found = found or self._searched(incumbent, k, remaining, self._shortest)
         return found, found is not None and self._promises(found.duration)

@@ -66,24 +66,11 @@ def guesses(problem: PlanningTask, seed: int = 1) -> Guesses:
     return Guesses(problem, np.random.default_rng(seed))
 
 
-DUBINS = """
+CAR = """
 schema = 1
-title = "A car that cannot stop"
-system = { name = "unicycle1_v1" }
-bounds = { x = [0, 8], y = [0, 8] }
-[start]
-x = 1.0
-y = 6.0
-[goal]
-x = 4.0
-y = 2.0
-tolerance = 0.1
-"""
-TRAILER = """
-schema = 1
-title = "A car with a trailer"
-system = { name = "car1_v0" }
-bounds = { x = [0, 8], y = [0, 8] }
+title = "A car in a hall"
+system = {{ name = "{}" }}
+bounds = {{ x = [0, 8], y = [0, 8] }}
 [start]
 x = 1.0
 y = 6.0
@@ -249,7 +236,7 @@ def test_a_robot_turns_before_it_drives() -> None:
 
 def test_a_trailer_follows_in_line(tmp_path: Path) -> None:
     """On a leg that neither the car nor its trailer may slip along both point along it."""
-    problem = problem_of(tmp_path, TRAILER)
+    problem = problem_of(tmp_path, CAR.format("car1_v0"))
     begin = problem.start.copy()
     end = begin.copy()
     end[:2] += 3.0, -4.0
@@ -264,7 +251,7 @@ def test_a_trailer_follows_in_line(tmp_path: Path) -> None:
 
 def test_what_cannot_stand_still_does_not_turn_on_the_spot(tmp_path: Path) -> None:
     """A Dubins car drives at 0.25 m/s at least."""
-    problem = problem_of(tmp_path, DUBINS)
+    problem = problem_of(tmp_path, CAR.format("unicycle1_v1"))
     path = np.array([[1.0, 6.0, 0.0], [4.0, 2.0, 0.0]])
     assert turned_along(problem, path) is path
 

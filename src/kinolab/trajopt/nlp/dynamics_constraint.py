@@ -23,9 +23,9 @@ from kinolab.trajectory import Trajectory
 from kinolab.trajopt.nlp.decision import Knots
 from kinolab.trajopt.options import NLP, SHORT
 
-# Methods that are tried in turn, with the most substeps of each: order 8 pays where steps are long,
-# and where a machine is stiff it does not.
-METHODS = (("rk4", 4), ("dop853", 16), ("rk4", NLP.max_substeps))
+# Methods that are tried in turn, with the fewest and the most substeps of each: order 8 pays where
+# steps are long, and where a machine is stiff it does not.
+METHODS = (("rk4", 1, 4), ("dop853", 1, 16), ("rk4", 4, NLP.max_substeps))
 
 
 def is_discrete(problem: PlanningTask) -> bool:
@@ -132,9 +132,9 @@ def _steps_of(problem: PlanningTask, knots: Knots, acts: int = 1) -> tuple[str, 
     settings, model = problem.scenario.integration, problem.model
     if is_discrete(problem):
         return settings.method, settings.substeps
-    for method, most in METHODS:
-        substeps, step = 1, partial(StepSensitivities, model, method, acts=acts)
-        coarse = step(1).after(knots.x, knots.u, knots.h)
+    for method, fewest, most in METHODS:
+        substeps, step = fewest, partial(StepSensitivities, model, method, acts=acts)
+        coarse = step(substeps).after(knots.x, knots.u, knots.h)
         while substeps < most:
             fine = step(2 * substeps).after(knots.x, knots.u, knots.h)
             if _apart(coarse, fine, problem.scales) <= NLP.step_tolerance:
