@@ -1,9 +1,9 @@
 """A clock of work instead of time: the same seed gets as far on a busy computer as on an idle one.
 
 Long computations charge what they take on an idle computer, by rules that were fitted to the
-subproblems of the scenarios that come with kinolab, and then adjusted by hand (one core
-of an AMD EPYC). They hold within a factor of two, and charge too little for large meshes; that
-matters little: a budget need not be exact, but the same every time.
+scenarios that come with kinolab and to dynobench, and then adjusted by hand (one core of an AMD
+EPYC). They hold within a factor of two for most of them, and charge too little for large meshes and
+large machines; that matters little: a budget need not be exact, but the same every time.
 """
 
 from __future__ import annotations
