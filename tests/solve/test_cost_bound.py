@@ -15,6 +15,7 @@ from kinolab.problem import PlanningTask
 from kinolab.search import Budget, Outcome, SearchResult
 from kinolab.simulation.reference import resimulate
 from kinolab.solve.cost_bound import cost_bounded, guessing
+from kinolab.solve.plan import CENTRE_TOLERANCE
 from tests.support import problem_of
 
 WORK = 0.4  # [s]
@@ -93,9 +94,15 @@ def test_the_improvement_begins_with_what_they_find(maze: PlanningTask) -> None:
     """The first one is below the first bound."""
     plan = maze.solve(seed=1)
     made = [(one.by, one.duration) for one in plan.improvements]
-    assert [by for by, _ in made[:2]] == ["search", "search"]
-    assert made[1][1] < BOUND_FRACTION * made[0][1]
-    assert np.all(np.diff([duration for _, duration in made[:-1]]) < 0)
+    assert [by for by, _ in made[:3]] == ["search", "repair", "repair"]
+    assert made[2][1] < BOUND_FRACTION * made[0][1]
+    assert np.all(np.diff([duration for _, duration in made[1:-1]]) < 0)
+
+
+def test_the_first_motion_ends_in_the_centre_before_others_are_sought(maze: PlanningTask) -> None:
+    first, repaired, *_ = maze.solve(seed=1).improvements
+    assert (first.by, repaired.by) == ("search", "repair")
+    assert first.goal_distance > CENTRE_TOLERANCE >= repaired.goal_distance
 
 
 def test_only_the_motions_of_compiled_trees_are_shortened_by_others(maze: PlanningTask) -> None:

@@ -31,6 +31,8 @@ T = TypeVar("T")
 SEARCHED_ALONE = "Found a trajectory into the goal region, which the search alone had missed."
 # of the improvement's work, to make a motion exact before it is shortened
 EXACTNESS_FRACTION = 0.25
+# the same for what searches find, at once and apart from that work
+EXACTNESS_AT_ONCE_FRACTION = 0.05
 MIN_GAIN = 1e-3  # fraction of the duration that justifies another round
 VERIFIED_GAIN = 0.03  # the same for a verification while more is to come
 MAX_REFUSALS = 2  # shorter motions that the verifier refuses before others are tried
@@ -300,10 +302,11 @@ class PlanImprover:
             remaining = Budget(seconds, clock=lambda: work.seconds, cancelled=cancelled)
             if patience <= 0.0:  # a plan found late is made exact, and no more
                 remaining.cancelled = incumbent.cancelled
-                self._exact(incumbent, first, remaining, first)
+                self._exact(incumbent, first, remaining, self._exactness(first))
                 return 0
             motions, made, round_ = [first], 0, None
             if not (refused or self.request.anytime):
+                self._exact_at_once(incumbent, first, remaining)
                 motions, made = self._several(incumbent, first, remaining)
                 round_ = self._most_promising(incumbent, motions, remaining)
             given = motions[0] if round_ is None else round_.given
@@ -334,7 +337,7 @@ class PlanImprover:
         """
         shortest, solved = given, incumbent.best.status == "solved"
         if not (solved and trajopt.is_long(self.problem, given)):
-            shortest = self._exact(incumbent, given, remaining, given)
+            shortest = self._exact(incumbent, given, remaining, self._exactness(given))
         while not remaining.over:
             round_ = round_ or Shortening(incumbent, shortest, remaining)
             before, shortest = round_.given, round_.until(never_cancelled)
@@ -343,15 +346,25 @@ class PlanImprover:
                 break
         if self.problem.goal_distance(shortest.x[-1]) > CENTRE_TOLERANCE:
             end = Budget(self._seconds, clock=remaining.clock, cancelled=incumbent.cancelled)
-            self._exact(incumbent, shortest, end, given)
+            self._exact(incumbent, shortest, end, self._exactness(given))
         self._learn(incumbent, given.duration / shortest.duration)
 
+    def _exactness(self, given: Trajectory) -> float:
+        """Return which fraction of the work may make a motion exact that came of a given one."""
+        return EXACTNESS_FRACTION if trajopt.is_long(self.problem, given) else 1.0
+
     def _exact(
-        self, incumbent: Incumbent, motion: Trajectory, remaining: Budget, given: Trajectory
+        self, incumbent: Incumbent, motion: Trajectory, remaining: Budget, fraction: float
     ) -> Trajectory:
-        """Return a motion into the goal's centre, or the same one."""
-        part = EXACTNESS_FRACTION if trajopt.is_long(self.problem, given) else 1.0
-        spent = remaining.fraction(part)
+        """Return a motion into the goal's centre, or the same one.
+
+        Args:
+            incumbent: The best plan so far.
+            motion: The motion.
+            remaining: Of the improvement's work.
+            fraction: Of that, for this.
+        """
+        spent = remaining.fraction(fraction)
         exact = incumbent.tried(
             lambda: trajopt.make_exact(self.problem, motion, lambda: spent() >= 1.0)
         )
@@ -359,6 +372,12 @@ class PlanImprover:
             return motion
         incumbent.take(exact, "repair")
         return exact
+
+    def _exact_at_once(self, incumbent: Incumbent, motion: Trajectory, remaining: Budget) -> None:
+        """Offer a motion into the goal's centre, whoever stops soon; what follows is the same."""
+        with counted_work(apart=True) as own:
+            clock = Budget(self._seconds, clock=lambda: own.seconds, cancelled=remaining.cancelled)
+            self._exact(incumbent, motion, clock, EXACTNESS_AT_ONCE_FRACTION)
 
     def _below(
         self, incumbent: Incumbent, k: int, remaining: Budget, below: float
@@ -407,6 +426,8 @@ class PlanImprover:
         motions.sort(key=lambda motion: motion.duration)
         if incumbent.beaten_by(motions[0]) and not incumbent.take(motions[0], "search"):
             motions = [first]
+        elif motions[0] is not first:
+            self._exact_at_once(incumbent, motions[0], remaining)
         return motions, searches
 
     def _most_promising(
