@@ -374,7 +374,9 @@ class PlanImprover:
         return exact
 
     def _exact_at_once(self, incumbent: Incumbent, motion: Trajectory, remaining: Budget) -> None:
-        """Offer a motion into the goal's centre, whoever stops soon; what follows is the same."""
+        """Offer a motion into the goal's centre to whoever stops soon, apart from counted work."""
+        if self.problem.goal_distance(motion.x[-1]) <= CENTRE_TOLERANCE:
+            return
         with counted_work(apart=True) as own:
             clock = Budget(self._seconds, clock=lambda: own.seconds, cancelled=remaining.cancelled)
             self._exact(incumbent, motion, clock, EXACTNESS_AT_ONCE_FRACTION)
