@@ -2,7 +2,7 @@
 
     python benchmarks/versus_ompl.py [--parts NAME,…] [--problems NAME,…] [--planners NAME,…]
                                      [--ompl NAME,…] [--seeds N] [--limit SECONDS] [--repeats N]
-                                     [--build DIR] [--json FILE]
+                                     [--threads N] [--build DIR] [--json FILE]
 
 Prints Markdown tables. Searches run one at a time, seed by seed, OMPL's and kinolab's in turn, so
 that both see the same machine. Every motion that either side finds is judged alike: re-simulated
@@ -48,7 +48,7 @@ class Results:
 
 def searched(baseline: cpp.Baseline, options: argparse.Namespace) -> Iterator[Run]:
     """Search with everyone and every seed; yield each run as it ends."""
-    everyone = entrants(options.ompl, options.planners)
+    everyone = entrants(options.ompl, options.planners, options.threads)
     judges = {name: Judge(ours.load(name)) for name in options.problems}
     for problem, judge in judges.items():
         for entrant in everyone:
@@ -91,7 +91,7 @@ def report(results: Results, options: argparse.Namespace) -> Iterator[str]:
         yield "The first motion into the goal:"
         yield tables.searches(results.runs, options.limit)
         yield from tables.refused(results.runs)
-        yield "OMPL's CPU time over kinolab's, set-up and verdict included:"
+        yield "OMPL's time over kinolab's, of the processor, set-up and verdict included:"
         yield tables.ratios(results.runs, options.limit)
     if results.growths:
         yield "Propagations per second by nodes of the tree:"
@@ -138,6 +138,7 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--seeds", type=int, default=200, metavar="N", help="seeds 1 to N")
     parser.add_argument("--limit", type=float, default=20.0, metavar="SECONDS", help="CPU time")
     parser.add_argument("--repeats", type=int, default=5, metavar="N", help="of the other parts")
+    parser.add_argument("--threads", type=int, default=1, metavar="N", help="that grow a tree, too")
     parser.add_argument("--build", type=Path, metavar="DIR", help="where OMPL's side is built")
     parser.add_argument("--json", metavar="FILE", help="write all figures to a file")
     options = parser.parse_args()
@@ -145,8 +146,8 @@ def arguments() -> argparse.Namespace:
         unknown = set(getattr(options, option)) - set(known)
         if unknown:
             parser.error(f"--{option}: nothing is called {', '.join(sorted(unknown))}")
-    if min(options.seeds, options.repeats) < 1 or options.limit <= 0:
-        parser.error("--seeds, --repeats and --limit must be positive")
+    if min(options.seeds, options.repeats, options.threads) < 1 or options.limit <= 0:
+        parser.error("--seeds, --repeats, --threads and --limit must be positive")
     asked = options.planners or list(PLANNERS)
     options.planners = [name for name in asked if name in planners.names()]
     for name in asked:

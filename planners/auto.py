@@ -242,3 +242,8 @@ class _Portfolio(AbstractTreeExtension):
     def grow(self, iterations: int) -> tuple[int, int]:
         """Grow the current tree for some iterations."""
         return self._now.grow(iterations)
+
+    def close(self) -> None:
+        """End what grows the trees."""
+        for tree in self._trees:
+            tree.close()

@@ -12,6 +12,7 @@ from kinolab.problem import PlanningTask
 from kinolab.search import setting
 from kinolab.search.tree import AbstractCompiledPlanner, AbstractTreeExtension, SearchState
 from kinolab.search.tree.rrt_kernel import grow
+from kinolab.search.tree.threads import Growth, ThreadedTree
 from kinolab.search.tree.tree import begin, tree
 
 
@@ -31,10 +32,20 @@ class RRTFast(AbstractCompiledPlanner):
     goal_bias: float = setting(
         0.05, 0.0, 1.0, meaning="Probability of growing toward the goal instead of anywhere."
     )
+    threads: int = setting(
+        1,
+        1,
+        64,
+        unit="threads",
+        meaning="Threads that grow the tree, which depends on their number.",
+    )
 
     def extension(self, problem: PlanningTask, search: SearchState) -> AbstractTreeExtension:  # noqa: ARG002
         """Return the tree extension."""
-        return _RrtExtension(self, search)
+        if self.threads == 1:
+            return _RrtExtension(self, search)
+        growth = Growth(float(self.goal_bias), self.control_samples, self.min_steps, self.max_steps)
+        return ThreadedTree(search, growth, self.max_nodes, self.threads)
 
 
 class _RrtExtension(AbstractTreeExtension):

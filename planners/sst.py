@@ -17,6 +17,7 @@ from kinolab.search.tree import (
     SearchState,
 )
 from kinolab.search.tree.sst_kernel import grow_sparsely
+from kinolab.search.tree.threads import Growth, ThreadedTree
 from kinolab.search.tree.tree import begin_without_neighbours, tree
 from kinolab.search.tree.witnesses import begin_witnesses, sweep, witnesses
 
@@ -57,10 +58,28 @@ class SST(AbstractCompiledPlanner):
     goal_bias: float = setting(
         0.05, 0.0, 1.0, meaning="Probability of growing toward the goal instead of anywhere."
     )
+    threads: int = setting(
+        1,
+        1,
+        64,
+        unit="threads",
+        meaning="Threads that grow the tree, which depends on their number.",
+    )
 
     def extension(self, problem: PlanningTask, search: SearchState) -> AbstractTreeExtension:  # noqa: ARG002
         """Return the tree extension."""
-        return _SstExtension(self, search)
+        if self.threads == 1:
+            return _SstExtension(self, search)
+        growth = Growth(
+            float(self.goal_bias),
+            self.control_samples,
+            self.min_steps,
+            self.max_steps,
+            sparse=1,
+            selection_radius=float(self.selection_radius),
+            pruning_radius=float(self.pruning_radius),
+        )
+        return ThreadedTree(search, growth, self.max_nodes, self.threads, self.improving_radius)
 
 
 class _SstExtension(AbstractTreeExtension):

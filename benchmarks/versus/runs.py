@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 PROBLEMS = ("disk", "crane")
@@ -31,16 +31,19 @@ class Entrant:
         side: OMPL or kinolab.
         planner: Its name there.
         like: Of OMPL's planner whose settings it has; empty where it has its own.
+        threads: That grow its tree.
     """
 
     side: str
     planner: str
     like: str = ""
+    threads: int = 1
 
     @property
     def settings(self) -> str:
         """Which settings it has, in words."""
-        return f"as OMPL's {self.like}" if self.like else "its own"
+        text = f"as OMPL's {self.like}" if self.like else "its own"
+        return f"{text}, {self.threads} threads" if self.threads > 1 else text
 
     def __str__(self) -> str:
         return f"{self.side} {self.planner}" + (f" ({self.settings})" if self.like else "")
@@ -56,7 +59,8 @@ class Run:
         seed: Of the random numbers.
         solved: Whether a motion into the goal was found within the limit.
         cpu, wall: Until the first one; the limit where there is none.
-        setup: CPU time before that, in which the search got everything it needs.
+        setup: Time before that, in which the search got everything it needs; of the processor, but
+            by the clock where several threads search.
         judging_cpu, judging_wall: Of the verdict at the knots, where the search did not ask FCL.
         at_knots: What is wrong with the motion there, and ...
         between: ... within its steps; empty where nothing is.
@@ -91,10 +95,16 @@ class Run:
         return text + "".join(f"; {fault}" for fault in (self.at_knots, self.between) if fault)
 
 
-def entrants(theirs: Sequence[str], ours: Sequence[str]) -> list[Entrant]:
-    """Return everyone, OMPL and kinolab in turn; like against like, and each with its own."""
+def entrants(theirs: Sequence[str], ours: Sequence[str], threads: int = 1) -> list[Entrant]:
+    """Return everyone, OMPL and kinolab in turn; like against like, and each with its own.
+
+    Args:
+        theirs, ours: Names of planners.
+        threads: With which those of kinolab that are like OMPL's enter once more, if several.
+    """
     left = [Entrant(OMPL, name) for name in theirs]
-    right = [Entrant(KINOLAB, name, LIKE[name]) for name in ours if name in LIKE]
+    alike = [Entrant(KINOLAB, name, LIKE[name]) for name in ours if name in LIKE]
+    right = alike + [replace(one, threads=threads) for one in alike if threads > 1]
     right += [Entrant(KINOLAB, name) for name in ours]
     both = max(len(left), len(right))
     return [one for k in range(both) for side in (left, right) for one in side[k : k + 1]]

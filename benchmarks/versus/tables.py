@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from statistics import median
 
@@ -27,29 +27,52 @@ class Comparison:
         title: In words.
         theirs, ours: Whose runs count; the best planner of each side does.
         targets: By problem.
+        measure: Returns the times that are compared, of runs with a limit in [s].
     """
 
     title: str
     theirs: Callable[[Entrant], bool]
     ours: Callable[[Entrant], bool]
     targets: dict[str, float]
+    measure: Callable[[Iterable[Run], float], list[float]]
 
 
-def _like(name: str, targets: dict[str, float]) -> Comparison:
+def times(runs: Iterable[Run], limit: float) -> list[float]:
+    """Return the CPU times that are compared, set-up and verdicts included; the limit for none."""
+    return [run.setup + run.cpu + run.judging_cpu if run.counts else limit for run in runs]
+
+
+def on_clock(runs: Iterable[Run], limit: float) -> list[float]:
+    """Return the same by the clock."""
+    return [run.setup + run.wall + run.judging_wall if run.counts else limit for run in runs]
+
+
+def _like(name: str, targets: dict[str, float], threads: int = 1) -> Comparison:
     theirs = Entrant(OMPL, LIKE[name])
-    ours = Entrant(KINOLAB, name, LIKE[name])
-    title = f"{theirs.planner} against {name}, {ours.settings}"
-    return Comparison(title, lambda one: one == theirs, lambda one: one == ours, targets)
+    alike = Entrant(KINOLAB, name, LIKE[name])
+    title = f"{theirs.planner} against {name}, {alike.settings}"
+    if threads == 1:
+        return Comparison(title, theirs.__eq__, alike.__eq__, targets, times)
+
+    def ours(one: Entrant) -> bool:
+        return one.threads > 1 and replace(one, threads=1) == alike
+
+    title += ", several threads, by the clock"
+    return Comparison(title, theirs.__eq__, ours, targets, on_clock)
 
 
+RRT_TARGETS, SST_TARGETS = {"disk": 5.0, "crane": 5.0}, {"disk": 10.0}
 COMPARISONS = (
-    _like("rrt_fast", {"disk": 5.0, "crane": 5.0}),
-    _like("sst", {"disk": 10.0}),
+    _like("rrt_fast", RRT_TARGETS),
+    _like("rrt_fast", RRT_TARGETS, threads=2),
+    _like("sst", SST_TARGETS),
+    _like("sst", SST_TARGETS, threads=2),
     Comparison(
         "best against best",
         lambda one: one.side == OMPL,
         lambda one: one.side == KINOLAB and not one.like,
         {"disk": 3.0, "crane": 5.0},
+        times,
     ),
 )
 
@@ -58,11 +81,6 @@ def markdown(headings: Row, rows: Iterable[Row]) -> str:
     """Return a table."""
     lines = [headings, ["---"] * len(headings), *rows]
     return "\n".join(f"| {' | '.join(line)} |" for line in lines)
-
-
-def times(runs: Iterable[Run], limit: float) -> list[float]:
-    """Return the CPU times that are compared, set-up and verdicts included; the limit for none."""
-    return [run.setup + run.cpu + run.judging_cpu if run.counts else limit for run in runs]
 
 
 def searches(runs: Sequence[Run], limit: float) -> str:
@@ -86,11 +104,10 @@ def grouped(runs: Iterable[Run]) -> dict[tuple[str, Entrant], list[Run]]:
 
 def _row_of(runs: Sequence[Run], limit: float) -> Row:
     first, solved = runs[0], [run for run in runs if run.solved]
-    on_clock = [run.setup + run.wall + run.judging_wall if run.counts else limit for run in runs]
     return (
         *(first.problem, f"{first.entrant.side} {first.entrant.planner}", first.entrant.settings),
         *(f"{len(solved)}/{len(runs)}", _verdict(solved)),
-        *(_spread(times(runs, limit), limit), _spread(on_clock, limit)),
+        *(_spread(times(runs, limit), limit), _spread(on_clock(runs, limit), limit)),
         _middle([run.judging_cpu for run in solved if run.entrant.side == KINOLAB], ".4f"),
         _middle([run.setup for run in runs], ".3f"),
         _middle([run.propagations for run in solved], ".0f"),
@@ -160,12 +177,10 @@ def _ratio_row(
     ours = {one: found for one, found in own.items() if comparison.ours(one)}
     if not (theirs and ours):
         return None
-    result = ratio(
-        [times(found, limit) for found in theirs.values()],
-        [times(found, limit) for found in ours.values()],
-    )
-    best = [min(side, key=lambda one: median(times(side[one], limit))) for side in (theirs, ours)]
-    medians = [median(times(own[one], limit)) for one in best]
+    measured = {one: comparison.measure(found, limit) for one, found in own.items()}
+    result = ratio([measured[one] for one in theirs], [measured[one] for one in ours])
+    best = [min(side, key=lambda one: median(measured[one])) for side in (theirs, ours)]
+    medians = [median(measured[one]) for one in best]
     solved = [f"{sum(run.counts for run in own[one])}/{len(own[one])}" for one in best]
     least = "≥ " if medians[0] >= limit else ""
     target = comparison.targets.get(problem)

@@ -65,3 +65,15 @@ def test_records_of_one_form_share_compiled_code_and_others_do_not() -> None:
 def test_an_array_that_is_not_contiguous_is_refused() -> None:
     with pytest.raises(ValueError, match="table of Outer is not contiguous"):
         Record(example()._replace(table=np.zeros((4, 4))[:, ::2]))
+
+
+def test_a_record_of_a_changed_tuple_reads_the_changes_and_shares_the_rest() -> None:
+    first = Record(example())
+    inner = Inner(np.ones(3, np.float32), 2.0)
+    held = first.held._replace(count=3, inner=inner, flags=np.array([True, True]))
+    changed = first.of(held)
+    assert typeof(changed) == typeof(first)
+    assert total(changed) == 2.0 * 3
+    assert inner.singles.tolist() == [1.0, 2.0, 3.0]
+    assert first.held.inner.singles.tolist() == [0.0, 0.0, 0.0]
+    assert total(first) == 3.5 + 12.0

@@ -75,6 +75,12 @@ class AbstractCompiledPlanner(AbstractTreeSearch):
     def solve(self, problem: PlanningTask, seed: int, budget: Budget) -> SearchResult:
         """Grow a tree from the start into the goal region, then improve the solution."""
         tree = self.extension(problem, search_state(problem, self.goal_region_scale, seed))
+        with closing(tree):
+            return self._grow(problem, seed, budget, tree)
+
+    def _grow(
+        self, problem: PlanningTask, seed: int, budget: Budget, tree: AbstractTreeExtension
+    ) -> SearchResult:
         tree.begin()
         tree.grow(0)
         section = problem.scenario.planner

@@ -87,7 +87,23 @@ def settle(search, tree, lane, best, min_steps):  # type: ignore[no-untyped-def]
     """
     if tree.size[0] >= tree.x.shape[0]:
         return FULL
-    parent, made, violation, known_clearance = end_extension(tree, lane)
+    return add_end(search, tree, best, min_steps, *end_extension(tree, lane))
+
+
+@kernel
+def add_end(search, tree, best, min_steps, parent, made, violation, known_clearance):  # type: ignore[no-untyped-def]
+    """Add the end of an extension to a tree that has room for it.
+
+    Args:
+        search, tree: ``SearchState`` and ``Tree``; state and inputs are in ``now`` and ``held``.
+        best: The node nearest to the goal and its normalised goal error (2,); written.
+        min_steps: Fewest steps that are kept.
+        parent, made: The node that was extended, and the number of steps.
+        violation, known_clearance: Normalised goal error at the end, and clearance there in [m].
+
+    Returns:
+        GROWING or REACHED.
+    """
     if made < min_steps:
         tree.failures[parent] += 1
         return GROWING

@@ -90,7 +90,29 @@ def settle_sparsely(  # type: ignore[no-untyped-def]
     """
     if tree.size[0] >= tree.x.shape[0] and not sweep(tree, witnesses, best, most):
         return FULL
-    parent, made, violation, known_clearance = end_extension(tree, lane)
+    return add_end_sparsely(
+        search, tree, witnesses, best, min_steps, most, pruning_radius, *end_extension(tree, lane)
+    )
+
+
+@kernel
+def add_end_sparsely(  # type: ignore[no-untyped-def]
+    search, tree, witnesses, best, min_steps, most, pruning_radius,
+    parent, made, violation, known_clearance,
+):  # fmt: skip
+    """Add the end of an extension to a tree that has room, if its witness has no cheaper node.
+
+    Args:
+        search, tree: ``SearchState`` and ``Tree``; state and inputs are in ``now`` and ``held``.
+        witnesses: Of the tree; written.
+        best: The node nearest to the goal and its normalised goal error (2,); written.
+        min_steps, most, pruning_radius: As ``settle_sparsely`` takes them.
+        parent, made: The node that was extended, and the number of steps.
+        violation, known_clearance: Normalised goal error at the end, and clearance there in [m].
+
+    Returns:
+        GROWING or REACHED.
+    """
     if made < min_steps:
         tree.failures[parent] += 1
         return GROWING

@@ -195,11 +195,12 @@ def begin_without_neighbours(search, tree):  # type: ignore[no-untyped-def]
 
 def controls_to(tree: Tree, node: int) -> Array:
     """Return the inputs from the start to a node, one row per step, shape (steps, nu)."""
-    held = []
+    nodes = []
     while tree.parent[node] >= 0:
-        held.append(np.repeat(tree.u[node][None], tree.steps[node], axis=0))
+        nodes.append(node)
         node = int(tree.parent[node])
-    return np.concatenate(held[::-1]) if held else np.zeros((0, tree.u.shape[1]))
+    nodes.reverse()
+    return np.repeat(tree.u[nodes], tree.steps[nodes], axis=0)
 
 
 def nearer(tree: Tree, best: Array, violation: float, u: Array) -> tuple[float, Array]:

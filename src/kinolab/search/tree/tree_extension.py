@@ -73,3 +73,6 @@ class AbstractTreeExtension(ABC):
     def shorten(self, steps: int) -> bool:  # noqa: ARG002
         """Search only for motions of fewer steps from now on; return whether any may exist."""
         return False
+
+    def close(self) -> None:  # noqa: B027  most have nothing to end
+        """End what grows it; there is no growth afterwards."""

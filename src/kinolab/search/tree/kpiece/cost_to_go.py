@@ -210,14 +210,15 @@ def spread(grid, last, cost, through):  # type: ignore[no-untyped-def]
         cost: Cost of crossing a cell.
         through: Mark of cells that may be crossed besides unvisited free ones.
     """
-    steps, queue, first = grid.steps, grid.queue, 0
+    steps, queue, first, along = grid.steps, grid.queue, 0, grid.along
+    a_side, b_side, c_side = min(along[0] - 1, 1), min(along[1] - 1, 1), min(along[2] - 1, 1)
     while first < last:
         cell = np.int64(queue[first])
         first += 1
         i, j, k = places_of(grid, cell)
-        for a in range(-1, 2):
-            for b in range(-1, 2):
-                for c in range(-1, 2):
+        for a in range(-a_side, a_side + 1):
+            for b in range(-b_side, b_side + 1):
+                for c in range(-c_side, c_side + 1):
                     other = cell_of(grid, i + a, j + b, k + c)
                     if other >= 0 and (steps[other] == math.inf or steps[other] == through):
                         steps[other], queue[last] = steps[cell] + cost, other
