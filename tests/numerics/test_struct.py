@@ -67,13 +67,26 @@ def test_an_array_that_is_not_contiguous_is_refused() -> None:
         Record(example()._replace(table=np.zeros((4, 4))[:, ::2]))
 
 
-def test_a_record_of_a_changed_tuple_reads_the_changes_and_shares_the_rest() -> None:
+def test_a_record_apart_has_copies_of_what_was_named_and_shares_the_rest() -> None:
     first = Record(example())
-    inner = Inner(np.ones(3, np.float32), 2.0)
-    held = first.held._replace(count=3, inner=inner, flags=np.array([True, True]))
-    changed = first.of(held)
-    assert typeof(changed) == typeof(first)
-    assert total(changed) == 2.0 * 3
-    assert inner.singles.tolist() == [1.0, 2.0, 3.0]
-    assert first.held.inner.singles.tolist() == [0.0, 0.0, 0.0]
-    assert total(first) == 3.5 + 12.0
+    apart = first.apart({"inner": {"singles": {}}, "flags": {}})
+    assert typeof(apart) == typeof(first)
+    first.held.flags[:] = True
+    apart.held.flags[:] = False
+    assert total(first) == 3.5
+    assert total(apart) == 3.5 + 15.0
+    first.held.table[0, 0] = 100.0  # which both have
+    assert total(apart) == 3.5 + 115.0
+    assert first.held.inner.singles.tolist() == [0.0, 1.0, 2.0]
+    assert apart.held.inner.singles.tolist() == [100.0, 2.0, 4.0]
+
+
+def test_copies_of_all_in_a_tuple_lie_in_cache_lines_of_their_own() -> None:
+    whole = Record(example()).apart({})
+    places = sorted(
+        array.__array_interface__["data"][0]
+        for array in (whole.held.table, whole.held.inner.singles, whole.held.flags)
+    )
+    assert not any(place % 64 for place in places)
+    assert all(np.diff(places) >= 64)
+    assert total(whole) == 3.5 + 12.0

@@ -8,12 +8,12 @@ read where it is accessed.
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from copy import copy
 from ctypes import addressof, c_char
 from functools import cache
 from struct import Struct
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 from llvmlite import ir
@@ -31,6 +31,11 @@ from numba.np import arrayobj
 from numpy.typing import NDArray
 
 WORD = 8  # bytes
+LINE = 64  # bytes of a processor's cache, which threads share or not
+
+Own: TypeAlias = Mapping[
+    str, "Own"
+]  # names of what is copied of a tuple, of tuples in it all or some
 
 
 class RecordType(types.Type):  # type: ignore[misc]
@@ -63,32 +68,73 @@ class Record:
         self._memory = np.frombuffer(pack(*words), np.uint64)
         self.address = address_of(self._memory)
 
-    def of(self, held: Any) -> Record:
-        """Return the record of a tuple that shares most of its arrays with this one, sooner.
+    def apart(self, own: Own) -> Record:
+        """Return a record of the same tuple, in which some arrays are copies.
+
+        These share no cache line with anything else, so that threads can write to them without
+        waiting for each other.
 
         Args:
-            held: The tuple; what it does not share has the same layout.
+            own: Names of the arrays; of a tuple in it all are copied, or those named for it.
         """
         made = copy(self)
-        made.held, made._memory = held, self._memory.copy()
-        _change(made._memory, self._numba_type_, held, self.held, 0)
+        memory = np.empty(_room(self.held, own) + LINE, np.uint8)
+        begin = address_of(memory)
+        made._memory = self._memory.copy()
+        copies = _Copies(memory, begin, -begin % LINE, made._memory)
+        made.held = copies.of(self.held, self._numba_type_, own, 0)
         made.address = address_of(made._memory)
         return made
 
 
-def _change(memory: NDArray[np.uint64], kind: RecordType, held: Any, old: Any, first: int) -> None:
-    """Write the words of what differs between two tuples of a kind, from an offset on."""
-    for name, value, before in zip(held._fields, held, old, strict=True):
-        if value is before:
-            continue
-        known, offset = kind.fields[name]
-        at = first + offset
+def _room(held: Any, own: Own) -> int:
+    """Return how many bytes copies of some arrays of a tuple take, in whole cache lines."""
+    room = 0
+    for name in own or held._fields:
+        value = getattr(held, name)
         if isinstance(value, tuple):
-            _change(memory, known, value, before, at)
+            room += _room(value, own.get(name, {}))
         elif isinstance(value, np.ndarray):
-            memory[at : at + 1 + value.ndim] = address_of(value), *value.shape
-        else:
-            memory[at : at + 1].view(known.name)[0] = value
+            room += -(-value.nbytes // LINE) * LINE
+    return room
+
+
+class _Copies:
+    """Copies arrays of tuples, one after the other, and tells the words of a record where they are.
+
+    Args:
+        memory: For the copies (bytes,).
+        begin: Its address.
+        at: Where in it the first copy begins.
+        words: Of the record.
+    """
+
+    def __init__(
+        self, memory: NDArray[np.uint8], begin: int, at: int, words: NDArray[np.uint64]
+    ) -> None:
+        self._memory, self._begin, self._at, self._words = memory, begin, at, words
+
+    def of(self, held: Any, kind: RecordType, own: Own, first: int) -> Any:
+        """Return a tuple with copies.
+
+        Args:
+            held: The tuple.
+            kind: Its record type.
+            own: Names of what is copied, all if there are none.
+            first: Its first word.
+        """
+        changed: dict[str, Any] = {}
+        for name in own or held._fields:
+            value, (known, offset) = getattr(held, name), kind.fields[name]
+            if isinstance(value, tuple):
+                changed[name] = self.of(value, known, own.get(name, {}), first + offset)
+            elif isinstance(value, np.ndarray):
+                copied = np.ndarray(value.shape, value.dtype, self._memory, self._at)
+                copied[...] = value
+                changed[name] = copied
+                self._words[first + offset] = self._begin + self._at
+                self._at += -(-value.nbytes // LINE) * LINE
+        return held._replace(**changed)
 
 
 def _gather(held: Any, shape: list[Any], words: list[float]) -> None:

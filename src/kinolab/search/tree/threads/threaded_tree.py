@@ -23,7 +23,6 @@ from kinolab.search.tree.threads.workers import (
     Worker,
     Workers,
     another,
-    apart,
     no_ends,
 )
 from kinolab.search.tree.tree import tree
@@ -59,13 +58,12 @@ class ThreadedTree(AbstractTreeExtension):
         self.best = np.zeros(2)
         sparse = witnesses(arrays, max_nodes if growth.sparse else 1)
         ends = no_ends(len(arrays.start), len(arrays.input_lower))
-        own = Worker(search, self.nodes, sparse, apart(ends))
         others = range(1, WORKERS_PER_THREAD * threads)
-        self._first = Record(own)
-        self._records = [self._first, *(self._first.of(another(own, k)) for k in others)]
+        self._first = Record(Worker(search, self.nodes, sparse, ends))
+        self._records = [self._first, *(another(self._first, k) for k in others)]
         addresses = np.array([record.address for record in self._records], np.int64)
-        shared = apart(Workers(addresses, np.zeros(BOARD_SIZE, np.int64)))
-        self._workers, self._board = Record(shared), shared.board
+        self._board = np.zeros(BOARD_SIZE, np.int64)
+        self._workers = Record(Workers(addresses, self._board))
         self._growth, self._improving_radius = Record(growth), improving_radius
         self._helping: list[Future[None] | None] = [None] * (min(threads, processors()) - 1)
         self._pool = ThreadPoolExecutor(max(len(self._helping), 1))

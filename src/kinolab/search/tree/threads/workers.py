@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple, TypeVar
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinolab.dynamics.codegen.integrators import LANES
 from kinolab.numerics.arrays import Array, Integers
 from kinolab.numerics.jit import kernel
-from kinolab.numerics.neighbours.r_tree import RTree
-from kinolab.numerics.struct import address_of
+from kinolab.numerics.struct import Own, Record
 from kinolab.search.tree.extensions import end_extension
 from kinolab.search.tree.tree import Tree
 from kinolab.search.tree.tree_extension import SearchState
@@ -21,16 +19,25 @@ from kinolab.search.tree.witnesses import Witnesses
 # parts come last, so that nobody waits long for the end of a round.
 LONG_PART, SHORT_PART = 24, 8
 # Entries of a board, each in a cache line of its own.
-TAKEN, OPENED, DONE, OVER = range(0, 32, 8)
-BOARD_SIZE = 32
-LINE = 64  # bytes of a processor's cache that threads share or do not share
+TAKEN, OPENED, DONE, OVER = range(8, 40, 8)
+BOARD_SIZE = 48
 
-OWN_OF_TREE = (
-    *("rejections", "point", "now", "after", "held", "target", "drawn", "aim"),
-    *("lanes", "extensions"),
-)
-
-T = TypeVar("T", bound=tuple[Any, ...])
+_QUERY: Own = {name: {} for name in ("query", "keys", "last", "path")}
+# What each worker has to itself: all that is written while the tree is extended.
+OWN: Own = {
+    "search": {
+        "problem": {"limits": {name: {} for name in ("rates", "margins", "slope", "beside")}},
+        "scratch": {},
+        "random": {},
+    },
+    "tree": {
+        **{name: {} for name in ("rejections", "point", "now", "after", "held", "target")},
+        **{name: {} for name in ("drawn", "aim", "lanes", "extensions")},
+        "neighbours": _QUERY,
+    },
+    "witnesses": {"neighbours": _QUERY},
+    "ends": {},
+}
 
 
 class Ends(NamedTuple):
@@ -75,68 +82,15 @@ def no_ends(nx: int, nu: int) -> Ends:
     )
 
 
-def another(worker: Worker, number: int) -> Worker:
-    """Return a worker of the same tree with scratch memory and random numbers of its own."""
-    search, tree, witnesses, ends = worker
-    seed = np.random.SeedSequence([*map(int, search.random), number])
-    limits = apart(search.problem.limits, "rates", "margins", "slope", "beside")
-    search = search._replace(
-        problem=search.problem._replace(limits=limits),
-        random=seed.generate_state(2, np.uint64).astype(np.uint64),
-    )
-    tree = tree._replace(neighbours=_with_query(tree.neighbours))
-    return Worker(
-        apart(search, "scratch", "random"),
-        apart(tree, *OWN_OF_TREE),
-        witnesses._replace(neighbours=_with_query(witnesses.neighbours)),
-        apart(ends),
-    )
+def another(first: Record, number: int) -> Record:
+    """Return the record of a worker of the same tree, with a number above 0.
 
-
-def _with_query(neighbours: RTree) -> RTree:
-    return apart(neighbours, "query", "keys", "last", "path")
-
-
-def apart(held: T, *names: str) -> T:
-    """Return a tuple with copies of some arrays, and of all in some tuples of it.
-
-    They share no cache line with anything else: threads that write to one line wait for each other.
-
-    Args:
-        held: A named tuple.
-        names: Of its arrays and tuples; all if none is given.
+    It has scratch memory and random numbers of its own.
     """
-    fields: Any = held
-    chosen = {name: getattr(fields, name) for name in names or fields._fields}
-    memory = np.empty(sum(map(_room, chosen.values())) + LINE, np.uint8)
-    at = -address_of(memory) % LINE
-    for name, value in chosen.items():
-        chosen[name] = _copy(value, memory[at:])
-        at += _room(value)
-    moved: T = fields._replace(**chosen)
-    return moved
-
-
-def _room(value: Any) -> int:
-    """Return the bytes of the cache lines of an array, or of all in a tuple."""
-    if isinstance(value, tuple):
-        return sum(map(_room, value))
-    return -(-value.nbytes // LINE) * LINE if isinstance(value, np.ndarray) else 0
-
-
-def _copy(value: Any, memory: NDArray[np.uint8]) -> Any:
-    """Copy an array, or all in a tuple, to memory (bytes,)."""
-    if isinstance(value, np.ndarray):
-        own = memory[: value.nbytes].view(value.dtype).reshape(value.shape)
-        own[...] = value
-        return own
-    if not isinstance(value, tuple):
-        return value
-    copies = []
-    for part in value:
-        copies.append(_copy(part, memory))
-        memory = memory[_room(part) :]
-    return type(value)(*copies)
+    record = first.apart(OWN)
+    seed = np.random.SeedSequence([*map(int, first.held.search.random), number])
+    record.held.search.random[:] = seed.generate_state(2, np.uint64)
+    return record
 
 
 @kernel
