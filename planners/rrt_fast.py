@@ -37,7 +37,7 @@ class RRTFast(AbstractCompiledPlanner):
         1,
         64,
         unit="threads",
-        meaning="Threads that grow the tree, which depends on their number.",
+        meaning="Threads that grow the tree; plans depend on their number, not on the computer.",
     )
 
     def extension(self, problem: PlanningTask, search: SearchState) -> AbstractTreeExtension:  # noqa: ARG002

@@ -29,8 +29,15 @@ def get(name: str, **parameters: float) -> System:
     """
     if name not in names():
         raise UnknownNameError("system", str(name), known=names())
-    system: System = getattr(import_module(f"{__name__}.{name}"), name)()
+    system = _described(name)
     return system.with_parameters(**parameters) if parameters else system
+
+
+@cache
+def _described(name: str) -> System:
+    """Describe a system once: the panda's meshes take a second and a half."""
+    system: System = getattr(import_module(f"{__name__}.{name}"), name)()
+    return system
 
 
 def summary(name: str) -> str:
