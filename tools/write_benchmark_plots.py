@@ -330,7 +330,7 @@ def draw_ompl(chart: Chart) -> Figure:
     name_rows(axes, places, chart.rows)
     title = f"solved of\n{chart.constants['seeds']:g} each"
     beside(axes, places, chart.notes, title, WIDTH - 4.0 - right)
-    log_axis(axes, [1, 2, 4, 8], (0.8, 12.0), "CPU time, OMPL / kinolab,\nlog scale")
+    log_axis(axes, [1, 2, 4, 8], (0.8, 12.0), "time, OMPL / kinolab,\nlog scale")
     line_at_one(axes, "one", places)
     ends = {key: known_points(chart.series[key], places) for key in ("lower", "upper")}
     axes.hlines(places, ends["lower"][0], ends["upper"][0], OURS, lw=1.5)

@@ -57,7 +57,7 @@ def _like(name: str, targets: dict[str, float], threads: int = 1) -> Comparison:
     def ours(one: Entrant) -> bool:
         return one.threads > 1 and replace(one, threads=1) == alike
 
-    title += ", several threads, by the clock"
+    title += ", in threads"
     return Comparison(title, theirs.__eq__, ours, targets, on_clock)
 
 
