@@ -9,6 +9,8 @@ from dataclasses import dataclass, fields
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, ClassVar, final
 
+import numpy as np
+
 from kinolab.concurrency.cancel import CancelledError
 from kinolab.concurrency.coroutine import Coroutine
 from kinolab.errors import InputError
@@ -24,8 +26,10 @@ from kinolab.search.tree import (
     AbstractTreeExtension,
     SearchState,
     SubSearch,
+    search_state,
     step_seconds,
 )
+from kinolab.search.tree.threads import OtherTrees
 
 if TYPE_CHECKING:
     from kinolab.trajopt.multistart.kinematic_multistart import KinematicMultistart
@@ -46,8 +50,10 @@ class Auto(AbstractCompiledPlanner):
     """A portfolio: kpiece_fast and rrt_fast take turns, with guesses of shooting beside them.
 
     The first solves nearly all our benchmarks; the second is not misled by cells; optimised guesses
-    solve machines that swing and fly. If the inputs accelerate a rolling machine along all that its
-    constraints leave, and they leave few velocities, most guesses are motions without masses.
+    solve machines that swing and fly. Until a slow machine gets its first one, and for machines
+    whose mechanics switch, which get none, the same trees grow with other random numbers on another
+    processor. If the inputs accelerate a rolling machine along all that its constraints leave, and
+    they leave few velocities, most guesses are motions without masses.
 
     Source: Gomes, Selman, Algorithm portfolios, Artificial Intelligence 126(1-2), 2001.
     """
@@ -64,6 +70,18 @@ class Auto(AbstractCompiledPlanner):
     def sub_searches(self, problem: PlanningTask, seed: int, budget: Budget) -> Sequence[SubSearch]:
         """Return the multistart search."""
         return [_Multistart(problem, seed, budget)]
+
+    def other_trees(self, problem: PlanningTask, seed: int, budget: Budget) -> Sequence[SubSearch]:
+        """Return the same trees with other random numbers, until guesses begin."""
+        if math.isfinite(budget.below):  # these know of no bound
+            return ()
+
+        def make() -> AbstractTreeExtension:
+            other = int(np.random.SeedSequence([seed, 1]).generate_state(1, np.uint64)[0])
+            return self.extension(problem, search_state(problem, self.goal_region_scale, other))
+
+        until = math.inf if problem.machine.modes else ITERATIONS_BEFORE_GUESSES
+        return [OtherTrees(problem, make, self.restart_after, until)]
 
     def extension(self, problem: PlanningTask, search: SearchState) -> AbstractTreeExtension:
         """Return the tree extension."""

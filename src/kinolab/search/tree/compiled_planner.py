@@ -64,13 +64,18 @@ class AbstractCompiledPlanner(AbstractTreeSearch):
         """Return sub-searches to interleave with the growth of the tree."""
         return ()
 
+    def other_trees(self, problem: PlanningTask, seed: int, budget: Budget) -> Sequence[SubSearch]:  # noqa: ARG002
+        """Return trees to grow beside the tree."""
+        return ()
+
     def _beside(self, problem: PlanningTask, seed: int, budget: Budget) -> Sequence[SubSearch]:
-        """Return what takes turns with the tree: nothing where a machine's mechanics switch."""
+        """Return what takes turns with the tree: only trees where a machine's mechanics switch."""
+        others = self.other_trees(problem, seed, budget)
         if problem.machine.modes:
-            return ()
+            return others
         period, scale = self.goal_connection_period, self.goal_region_scale
         connections = GoalConnections(problem, period, scale, seed, budget)
-        return [connections, *self.sub_searches(problem, seed, budget)]
+        return [connections, *others, *self.sub_searches(problem, seed, budget)]
 
     def solve(self, problem: PlanningTask, seed: int, budget: Budget) -> SearchResult:
         """Grow a tree from the start into the goal region, then improve the solution."""
