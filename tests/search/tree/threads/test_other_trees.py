@@ -25,7 +25,7 @@ class Inline:
     """A pool that does all at once, as if there were no other processor."""
 
     def __init__(self, *_: Any) -> None:
-        self.closed = False
+        pass
 
     def submit(self, work: Any, *arguments: Any) -> Future[Any]:
         done: Future[Any] = Future()
@@ -33,7 +33,14 @@ class Inline:
         return done
 
     def shutdown(self) -> None:
-        self.closed = True
+        pass
+
+
+class Threadless(Inline):
+    """A pool in a system that has no thread left."""
+
+    def submit(self, *_: Any) -> Future[Any]:
+        raise RuntimeError("can't start new thread")
 
 
 class Scripted(AbstractTreeExtension):
@@ -127,9 +134,9 @@ def test_processors_do_not_show(
     monkeypatch.setattr(other_trees, "WORK_PER_TURN", 1e-3)
     behind = problem_of(tmp_path, OPEN, "goal.x=3")
     results = []
-    for pool in (other_trees.ThreadPoolExecutor, Inline):
+    for pool in (other_trees.ThreadPoolExecutor, Inline, Threadless):
         monkeypatch.setattr(other_trees, "ThreadPoolExecutor", pool)
         found = behind.solve(planner="auto", seed=3, max_iterations=until, optimize=False)
         assert found.trajectory is not None
         results.append((found.status, found.iterations, found.trajectory.u.tobytes()))
-    assert results[0] == results[1]
+    assert results[0] == results[1] == results[2]

@@ -105,7 +105,12 @@ class OtherTrees:
         if self._own > 0:  # grow slowly: the first iterations only begin what others have to do
             fitting = _iterations_of(WORK_PER_TURN, self._charged, self._own)
             self._turn = min(fitting, 2.0 * self._turn)
-        self._growing = self._pool.submit(trees.grow, int(min(self._turn, self._left)))
+        count = int(min(self._turn, self._left))
+        try:
+            self._growing = self._pool.submit(trees.grow, count)
+        except RuntimeError:  # the system has no thread left
+            self._growing = Future()
+            self._growing.set_result(trees.grow(count))
 
     def _work(self, steps: int, iterations: int) -> float:
         return steps * self._step_seconds + iterations * ITERATION_SECONDS
