@@ -50,10 +50,10 @@ class Auto(AbstractCompiledPlanner):
     """A portfolio: kpiece_fast and rrt_fast take turns, with guesses of shooting beside them.
 
     The first solves nearly all our benchmarks; the second is not misled by cells; optimised guesses
-    solve machines that swing and fly. Until a slow machine gets its first one, and for machines
-    whose mechanics switch, which get none, the same trees grow with other random numbers on another
-    processor. If the inputs accelerate a rolling machine along all that its constraints leave, and
-    they leave few velocities, most guesses are motions without masses.
+    solve machines that swing and fly. For machines whose mechanics switch, which get none, the same
+    trees grow with other random numbers on another processor. If the inputs accelerate a rolling
+    machine along all that its constraints leave, and they leave few velocities, most guesses are
+    motions without masses.
 
     Source: Gomes, Selman, Algorithm portfolios, Artificial Intelligence 126(1-2), 2001.
     """
@@ -72,16 +72,15 @@ class Auto(AbstractCompiledPlanner):
         return [_Multistart(problem, seed, budget)]
 
     def other_trees(self, problem: PlanningTask, seed: int, budget: Budget) -> Sequence[SubSearch]:
-        """Return the same trees with other random numbers, until guesses begin."""
-        if math.isfinite(budget.below):  # these know of no bound
+        """Return the same trees with other random numbers, where there are no guesses."""
+        if not problem.machine.modes or math.isfinite(budget.below):  # these know of no bound
             return ()
 
         def make() -> AbstractTreeExtension:
             other = int(np.random.SeedSequence([seed, 1]).generate_state(1, np.uint64)[0])
             return self.extension(problem, search_state(problem, self.goal_region_scale, other))
 
-        until = math.inf if problem.machine.modes else ITERATIONS_BEFORE_GUESSES
-        return [OtherTrees(problem, make, self.restart_after, until)]
+        return [OtherTrees(problem, make, self.restart_after)]
 
     def extension(self, problem: PlanningTask, search: SearchState) -> AbstractTreeExtension:
         """Return the tree extension."""

@@ -9,16 +9,17 @@ from typing import Any
 import numpy as np
 import pytest
 
+import kinolab
 from kinolab.numerics.work import counted_work
+from kinolab.planners.auto import Auto
 from kinolab.problem import PlanningTask
+from kinolab.search import Budget
 from kinolab.search.tree import search_state
 from kinolab.search.tree.step_work import ITERATION_SECONDS, step_seconds
 from kinolab.search.tree.threads import OtherTrees, other_trees
 from kinolab.search.tree.tree import FULL, GROWING, REACHED, insert_node, tree
 from kinolab.search.tree.tree_extension import AbstractTreeExtension
 from tests.support import OPEN, problem_of
-
-NO_GOAL = "goal.tolerance=1e-9"
 
 
 class Inline:
@@ -86,7 +87,7 @@ def test_they_begin_when_a_search_has_worked_for_a_while(table: PlanningTask) ->
         made.append(Scripted(table, []))
         return made[-1]
 
-    others = OtherTrees(table, make, 0, np.inf)
+    others = OtherTrees(table, make, 0)
     each = step_seconds(table) + ITERATION_SECONDS
     early = int(0.9 * other_trees.WORK_BEFORE / each)
     turns(others, own, early)
@@ -110,7 +111,7 @@ def test_they_restart_in_longer_rounds_and_tell_what_they_find(
     monkeypatch.setattr(other_trees, "WORK_BEFORE", 0.0)
     monkeypatch.setattr(other_trees, "WORK_PER_TURN", 1e-4)
     trees = Scripted(table, [GROWING, FULL, GROWING, REACHED])
-    others, own = OtherTrees(table, lambda: trees, 100, np.inf), Scripted(table, [])
+    others, own = OtherTrees(table, lambda: trees, 100), Scripted(table, [])
     found = [u for u in turns(others, own, 400) if u is not None]
     (inputs,) = found
     np.testing.assert_array_equal(inputs, [[1.0, 2.0]] * 3)  # to the node that was added last
@@ -119,24 +120,29 @@ def test_they_restart_in_longer_rounds_and_tell_what_they_find(
     assert restarts >= 2  # for a full tree, and when a round was over
 
 
-def test_something_else_takes_their_place(table: PlanningTask) -> None:
-    others = OtherTrees(table, lambda: pytest.fail("too early"), 0, 50)
-    turns(others, Scripted(table, []), 60)
-    assert others.due == np.inf
-    others.close()
-
-
-@pytest.mark.parametrize("until", [500, 3000])
-def test_processors_do_not_show(
-    until: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_processors_do_not_show(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(other_trees, "WORK_BEFORE", 0.0)
     monkeypatch.setattr(other_trees, "WORK_PER_TURN", 1e-3)
-    behind = problem_of(tmp_path, OPEN, "goal.x=3")
-    results = []
+    biped, results, made = kinolab.load("biped_walk"), [], list[OtherTrees]()
+    begin = OtherTrees.__init__
+
+    def noted(self: OtherTrees, *arguments: Any) -> None:
+        begin(self, *arguments)
+        made.append(self)
+
+    monkeypatch.setattr(OtherTrees, "__init__", noted)
     for pool in (other_trees.ThreadPoolExecutor, Inline, Threadless):
         monkeypatch.setattr(other_trees, "ThreadPoolExecutor", pool)
-        found = behind.solve(planner="auto", seed=3, max_iterations=until, optimize=False)
+        found = biped.solve(planner="auto", seed=3, max_iterations=3000, optimize=False)
         assert found.trajectory is not None
-        results.append((found.status, found.iterations, found.trajectory.u.tobytes()))
+        assert made[-1]._own > 1000  # iterations
+        results.append((found.status, made[-1]._own, found.trajectory.u.tobytes()))
     assert results[0] == results[1] == results[2]
+
+
+def test_where_guesses_are_made_there_are_none(table: PlanningTask) -> None:
+    assert not Auto().other_trees(table, 1, Budget(1.0))
+    biped = kinolab.load("biped_walk")
+    (others,) = Auto().other_trees(biped, 1, Budget(1.0))
+    others.close()
+    assert not Auto().other_trees(biped, 1, Budget(1.0, below=3.0))  # known to take 3 s

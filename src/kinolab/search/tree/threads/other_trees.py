@@ -36,7 +36,6 @@ class OtherTrees:
         problem: The planning problem.
         trees: Makes them, when they are due.
         restart_after: Iterations of the first round, later ones being longer; 0 for a single round.
-        until: Iterations of the search after which something else takes their place.
 
     Attributes:
         due: Iterations of the search until their next turn.
@@ -50,10 +49,8 @@ class OtherTrees:
         problem: PlanningTask,
         trees: Callable[[], AbstractTreeExtension],
         restart_after: int,
-        until: float,
     ) -> None:
-        self._step_seconds, self._until = step_seconds(problem), until
-        self._make = trees
+        self._step_seconds, self._make = step_seconds(problem), trees
         self._trees: AbstractTreeExtension | None = None
         self._pool = ThreadPoolExecutor(1)
         self._growing: Future[tuple[int, int]] | None = None
@@ -69,9 +66,6 @@ class OtherTrees:
         if self.due > 0:
             return None
         found = None if self._trees is None else self._end_turn(self._trees)
-        if self._of_search >= self._until:
-            self.due = math.inf
-            return found
         work = self._work(tree.steps_made, self._of_search)
         fitting = _iterations_of(WORK_PER_TURN, work, self._of_search)
         if work >= WORK_BEFORE:
@@ -79,7 +73,7 @@ class OtherTrees:
                 self._trees, self._turn = self._make(), fitting  # at first as those of the search
                 self._trees.begin()
             self._begin_turn(self._trees)
-        self.due = min(fitting, self._until - self._of_search)
+        self.due = fitting
         return found
 
     def _end_turn(self, trees: AbstractTreeExtension) -> Array | None:
