@@ -26,6 +26,7 @@ from kinolab.search.tree import (
     AbstractTreeExtension,
     SearchState,
     SubSearch,
+    growth_seconds,
     search_state,
     step_seconds,
 )
@@ -205,7 +206,7 @@ class _Multistart:
 
     def _work_of(self, tree: AbstractTreeExtension) -> float:
         """Return the work of the trees so far in [s]."""
-        return tree.steps_made * self._step_seconds + self._iterations * ITERATION_SECONDS
+        return growth_seconds(self._step_seconds, tree.steps_made, self._iterations)
 
     def _waits_for(self, tree: AbstractTreeExtension) -> bool:
         """Say whether the trees are to do more work first, and set when to ask again."""

@@ -77,9 +77,10 @@ class SST(AbstractCompiledPlanner):
             self.max_steps,
             sparse=1,
             selection_radius=float(self.selection_radius),
+            improving_radius=float(self.improving_radius),
             pruning_radius=float(self.pruning_radius),
         )
-        return ThreadedTree(search, growth, self.max_nodes, self.threads, self.improving_radius)
+        return ThreadedTree(search, growth, self.max_nodes, self.threads)
 
 
 class _SstExtension(AbstractTreeExtension):

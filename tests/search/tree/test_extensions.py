@@ -7,22 +7,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-import kinolab
 from kinolab import planners
 from kinolab.problem import PlanningTask
 from kinolab.search.tree import search_state
 from kinolab.search.tree.tree import FULL, GROWING
-
-Array = np.ndarray
+from tests.trees import contents, same
 
 IN_LANES = ("rrt_fast", "sst", "ao_rrt")
 BOUND = 4000  # steps: of motions into the goal that are looked for
-
-
-@pytest.fixture(scope="module")
-def maze() -> PlanningTask:
-    """A maze whose goal is hit by no motion."""
-    return kinolab.load("rolling_disk_maze", overrides=["goal.tolerance=1e-9"])
 
 
 def growth_of(problem: PlanningTask, name: str, *, lanes: bool = True, **settings: Any) -> Any:
@@ -35,16 +27,6 @@ def growth_of(problem: PlanningTask, name: str, *, lanes: bool = True, **setting
     if name != "rrt_fast":
         growth.shorten(BOUND)  # below a bound ao_rrt and sst have loops of their own
     return growth
-
-
-def contents(growth: Any) -> list[Array]:
-    tree, size = growth.nodes, int(growth.nodes.size[0])
-    arrays = (tree.x, tree.u, tree.parent, tree.steps, tree.clearance, tree.failures)
-    return [*(array[:size].copy() for array in arrays), tree.rejections.copy()]
-
-
-def same(one: list[Array], other: list[Array]) -> bool:
-    return all(np.array_equal(a, b) for a, b in zip(one, other, strict=True))
 
 
 @pytest.mark.parametrize("name", IN_LANES)

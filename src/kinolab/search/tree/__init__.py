@@ -5,7 +5,7 @@ for all problems and cached on disk. Nothing is allocated per iteration.
 """
 
 from kinolab.search.tree.compiled_planner import AbstractCompiledPlanner
-from kinolab.search.tree.step_work import ITERATION_SECONDS, step_seconds
+from kinolab.search.tree.step_work import ITERATION_SECONDS, growth_seconds, step_seconds
 from kinolab.search.tree.sub_searches import SubSearch
 from kinolab.search.tree.tree_extension import (
     UNBOUNDED_STEPS,
@@ -21,6 +21,7 @@ __all__ = [
     "AbstractTreeExtension",
     "SearchState",
     "SubSearch",
+    "growth_seconds",
     "search_state",
     "step_seconds",
 ]

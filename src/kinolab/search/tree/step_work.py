@@ -26,3 +26,13 @@ def step_seconds(problem: PlanningTask) -> float:
     if problem.machine.modes:
         seconds += 2e-5  # every step may end a mode
     return in_whole_ticks(seconds)  # the sum of steps is the same in whatever parts they are made
+
+
+def growth_seconds(each_step: float, steps: int, iterations: int) -> float:
+    """Return what the growth of a tree takes on an idle computer, in [s].
+
+    Args:
+        each_step: What a step takes, in [s].
+        steps, iterations: That were made.
+    """
+    return steps * each_step + iterations * ITERATION_SECONDS

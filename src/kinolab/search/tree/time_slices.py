@@ -13,6 +13,30 @@ MAX_SLICE_ITERATIONS = 2048
 RESTART_FACTOR = 1.5  # ratio of consecutive round lengths
 
 
+class RestartRounds:
+    """Rounds after which a search begins anew, each longer than the one before.
+
+    Args:
+        restart_after: Iterations of the first round; 0 for a single round.
+
+    Attributes:
+        left: Iterations that are left of the round.
+    """
+
+    def __init__(self, restart_after: int) -> None:
+        self._length = self.left = float(restart_after or math.inf)
+
+    @property
+    def over(self) -> bool:
+        """Whether a new round is due."""
+        return self.left <= 0
+
+    def begin(self) -> None:
+        """Begin a new round."""
+        self._length *= RESTART_FACTOR
+        self.left = self._length
+
+
 class TimeSlices:
     """Chooses the number of iterations until the next clock check.
 
@@ -26,7 +50,7 @@ class TimeSlices:
 
     def __init__(self, budget: Budget, restart_after: int) -> None:
         self._budget, self._size, self._begun = budget, FIRST_SLICE_ITERATIONS, 0.0
-        self._round = self._left = float(restart_after or math.inf)
+        self._round = RestartRounds(restart_after)
         self.restarts = 0
 
     def next(self, most: float) -> int:
@@ -34,12 +58,12 @@ class TimeSlices:
         if self._budget.over:
             return 0
         self._begun = self._budget.clock()
-        return int(max(1, min(self._size, self._budget.left, self._left, most)))
+        return int(max(1, min(self._size, self._budget.left, self._round.left, most)))
 
     def done(self, iterations: int) -> None:
         """Count iterations made, and adapt the next slice to the time they took."""
         self._budget.spend(iterations)
-        self._left -= iterations
+        self._round.left -= iterations
         took = max(self._budget.clock() - self._begun, 1e-6)
         fitting = iterations * SLICE_SECONDS / took
         # Grow slowly: the first iterations of a tree are far faster than later ones.
@@ -48,13 +72,13 @@ class TimeSlices:
     @property
     def round_over(self) -> bool:
         """Whether a new round is due."""
-        return self._left <= 0
+        return self._round.over
 
     def end_round(self) -> None:
         """End the current round early."""
-        self._left = 0.0
+        self._round.left = 0.0
 
     def begin_round(self) -> None:
         """Begin a new round."""
-        self._round *= RESTART_FACTOR
-        self._left, self.restarts = self._round, self.restarts + 1
+        self._round.begin()
+        self.restarts += 1

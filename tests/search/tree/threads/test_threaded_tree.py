@@ -19,18 +19,11 @@ from kinolab.search.tree.threads import threaded_tree
 from kinolab.search.tree.threads.atomics import atomic_add, compare_and_swap
 from kinolab.search.tree.tree import FULL, GROWING
 from tests.support import OPEN, problem_of
+from tests.trees import contents, same
 
 THREADED = ("rrt_fast", "sst")
 BOUND = 4000  # steps of motions that a sparse tree looks for
 LOOKS = 5  # per step
-
-Array = np.ndarray
-
-
-@pytest.fixture(scope="module")
-def maze() -> PlanningTask:
-    """A maze whose goal is hit by no motion."""
-    return kinolab.load("rolling_disk_maze", overrides=["goal.tolerance=1e-9"])
 
 
 def growth_of(problem: PlanningTask, name: str, threads: int = 2, **settings: Any) -> Any:
@@ -39,16 +32,6 @@ def growth_of(problem: PlanningTask, name: str, threads: int = 2, **settings: An
     growth.begin()
     growth.grow(0)
     return growth
-
-
-def contents(growth: Any) -> list[Array]:
-    tree, size = growth.nodes, int(growth.nodes.size[0])
-    arrays = (tree.x, tree.u, tree.parent, tree.steps, tree.clearance, tree.failures)
-    return [*(array[:size].copy() for array in arrays), tree.rejections.copy()]
-
-
-def same(one: list[Array], other: list[Array]) -> bool:
-    return all(np.array_equal(a, b) for a, b in zip(one, other, strict=True))
 
 
 @pytest.mark.parametrize("name", THREADED)

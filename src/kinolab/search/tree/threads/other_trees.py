@@ -14,12 +14,13 @@ from collections.abc import Callable, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
 from typing import ClassVar
 
+from kinolab.concurrency.submitting import submitted
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.work import charge
 from kinolab.problem import PlanningTask
-from kinolab.search.tree.step_work import ITERATION_SECONDS, step_seconds
-from kinolab.search.tree.time_slices import RESTART_FACTOR
-from kinolab.search.tree.tree import FULL, REACHED, controls_to
+from kinolab.search.tree.step_work import growth_seconds, step_seconds
+from kinolab.search.tree.time_slices import RestartRounds
+from kinolab.search.tree.tree import FULL, GROWING, REACHED, controls_to
 from kinolab.search.tree.tree_extension import AbstractTreeExtension
 
 WORK_BEFORE = 0.1  # [s] of a search, before which other trees take longer to begin than they save
@@ -54,7 +55,7 @@ class OtherTrees:
         self._trees: AbstractTreeExtension | None = None
         self._pool = ThreadPoolExecutor(1)
         self._growing: Future[tuple[int, int]] | None = None
-        self._round = self._left = float(restart_after or math.inf)
+        self._round = RestartRounds(restart_after)
         self._of_search, self._own, self._charged = 0, 0, 0.0  # iterations; work in [s]
         self._turn = 1.0  # iterations
         self.due: float = 1.0
@@ -82,16 +83,15 @@ class OtherTrees:
             return None
         (ended, made), self._growing = self._growing.result(), None
         self._own += made
-        self._left -= made
+        self._round.left -= made
         work = self._work(trees.steps_made, self._own)
         charge(work - self._charged)
         self._charged = work
         found = None
         if ended == REACHED:
             found = controls_to(trees.nodes, int(trees.nodes.size[0]) - 1)
-        elif ended == FULL or self._left <= 0:
-            self._round *= RESTART_FACTOR
-            self._left = self._round
+        elif ended == FULL or self._round.over:
+            self._round.begin()
             trees.begin()
         return found
 
@@ -99,15 +99,17 @@ class OtherTrees:
         if self._own > 0:  # grow slowly: the first iterations only begin what others have to do
             fitting = _iterations_of(WORK_PER_TURN, self._charged, self._own)
             self._turn = min(fitting, 2.0 * self._turn)
-        count = int(min(self._turn, self._left))
-        try:
-            self._growing = self._pool.submit(trees.grow, count)
-        except RuntimeError:  # the system has no thread left
-            self._growing = Future()
-            self._growing.set_result(trees.grow(count))
+        due = [int(min(self._turn, self._round.left))]
+
+        def grow(counts: list[int]) -> tuple[int, int]:
+            return (
+                trees.grow(counts.pop()) if counts else (GROWING, 0)
+            )  # ``submitted`` may ask twice
+
+        self._growing = submitted(self._pool, grow, due)
 
     def _work(self, steps: int, iterations: int) -> float:
-        return steps * self._step_seconds + iterations * ITERATION_SECONDS
+        return growth_seconds(self._step_seconds, steps, iterations)
 
     def close(self) -> None:
         """Wait for the end of a turn, and give up the trees."""

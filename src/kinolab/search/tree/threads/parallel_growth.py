@@ -53,8 +53,8 @@ class Growth(NamedTuple):
     min_steps: int  # of an input
     max_steps: int
     sparse: int = 0  # whether it is one
-    most: int = UNBOUNDED_STEPS  # steps that a solution must stay below
     selection_radius: float = 0.0
+    improving_radius: float = 0.0  # the same, where a motion is known
     pruning_radius: float = 0.0
 
 
@@ -144,7 +144,7 @@ def do_part(number, first, workers, best, growth):  # type: ignore[no-untyped-de
         first, workers, best, growth: As ``grow_in_rounds`` takes them.
     """
     worker = record_at(workers.addresses[number], first)
-    extend_apart(worker, best, growth, draws_of(number, workers))
+    extend_apart(worker, best, growth, workers.most[0], draws_of(number, workers))
     atomic_add(workers.board, DONE, 1)
 
 
@@ -155,16 +155,18 @@ def draws_of(number, workers):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def extend_apart(worker, best, growth, draws):  # type: ignore[no-untyped-def]
+def extend_apart(worker, best, growth, most, draws):  # type: ignore[no-untyped-def]
     """Extend a tree that others read, and keep the ends.
 
     Args:
         worker: Record of a ``Worker``.
         best: The node nearest to the goal and its normalised goal error (2,).
         growth: ``Growth``.
+        most: Cost bound: steps that a solution must stay below.
         draws: Of a node to extend.
     """
     search, tree, done = worker.search, worker.tree, 0
+    radius = growth.selection_radius if most == UNBOUNDED_STEPS else growth.improving_radius
     while True:
         lane = lane_to_serve(search, tree, growth.min_steps, best[1])
         if has_ended(tree, lane):
@@ -175,14 +177,13 @@ def extend_apart(worker, best, growth, draws):  # type: ignore[no-untyped-def]
         done += 1
         tree.extensions.draws[lane] += 1
         if growth.sparse:
-            radius = growth.selection_radius
             parent = draw_sparsely(search, tree, worker.witnesses, growth.goal_bias, radius)
         else:
             parent = draw_node(search, tree, growth.goal_bias)
         if parent != NONE:
             least, longest = growth.min_steps, growth.max_steps
             steps = propagate(search, tree, parent, least, longest, growth.control_samples)
-            steps = min(steps, growth.most - 1 - tree.cost[parent])
+            steps = min(steps, most - 1 - tree.cost[parent])
             begin_extension(search, tree, lane, parent, steps)
 
 
@@ -196,19 +197,19 @@ def add_ends(first, workers, best, growth):  # type: ignore[no-untyped-def]
     Returns:
         GROWING, REACHED or FULL.
     """
-    search, tree, witnesses = first.search, first.tree, first.witnesses
+    search, tree, witnesses, most = first.search, first.tree, first.witnesses, workers.most[0]
     for number in range(workers.addresses.shape[0]):
         ends = record_at(workers.addresses[number], first).ends
         while ends.filled[1] < ends.filled[0]:
             if tree.size[0] >= tree.x.shape[0]:
-                if not (growth.sparse and sweep(tree, witnesses, best, growth.most)):
+                if not (growth.sparse and sweep(tree, witnesses, best, most)):
                     return FULL
                 abandon(first, workers)
                 return GROWING
             parent, made, violation, clearance = take_end(tree, ends)
             if growth.sparse:
                 status = add_end_sparsely(
-                    search, tree, witnesses, best, growth.min_steps, growth.most,
+                    search, tree, witnesses, best, growth.min_steps, most,
                     growth.pruning_radius, parent, made, violation, clearance,
                 )  # fmt: skip
             else:
@@ -222,13 +223,13 @@ def add_ends(first, workers, best, growth):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def prune(first, workers, best, growth):  # type: ignore[no-untyped-def]
+def prune(first, workers, best):  # type: ignore[no-untyped-def]
     """Prune nodes of a sparse tree that cannot lead to a motion of fewer steps than its bound.
 
     Args:
-        first, workers, best, growth: As ``grow_in_rounds`` takes them.
+        first, workers, best: As ``grow_in_rounds`` takes them.
     """
-    sweep(first.tree, first.witnesses, best, growth.most)
+    sweep(first.tree, first.witnesses, best, workers.most[0])
     abandon(first, workers)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from concurrent.futures import Future, ThreadPoolExecutor, wait
+from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import suppress
 from typing import Any
 
@@ -26,7 +26,7 @@ from kinolab.search.tree.threads.workers import (
     no_ends,
 )
 from kinolab.search.tree.tree import tree
-from kinolab.search.tree.tree_extension import AbstractTreeExtension, SearchState
+from kinolab.search.tree.tree_extension import UNBOUNDED_STEPS, AbstractTreeExtension, SearchState
 from kinolab.search.tree.witnesses import witnesses
 
 WORKERS_PER_THREAD = 2  # one with a long part, and one with a short one
@@ -42,17 +42,9 @@ class ThreadedTree(AbstractTreeExtension):
         growth: How it grows.
         max_nodes: Its capacity.
         threads: Their number; no more are started than there are processors.
-        improving_radius: Selection radius of a sparse tree that has reached the goal.
     """
 
-    def __init__(
-        self,
-        search: SearchState,
-        growth: Growth,
-        max_nodes: int,
-        threads: int,
-        improving_radius: float = 0.0,
-    ) -> None:
+    def __init__(self, search: SearchState, growth: Growth, max_nodes: int, threads: int) -> None:
         arrays = search.problem
         self.nodes = tree(arrays, max_nodes, neighbours=not growth.sparse)
         self.best = np.zeros(2)
@@ -63,8 +55,9 @@ class ThreadedTree(AbstractTreeExtension):
         self._records = [self._first, *(another(self._first, k) for k in others)]
         addresses = np.array([record.address for record in self._records], np.int64)
         self._board = np.zeros(BOARD_SIZE, np.int64)
-        self._workers = Record(Workers(addresses, self._board))
-        self._growth, self._improving_radius = Record(growth), improving_radius
+        self._most = np.full(1, UNBOUNDED_STEPS, np.int64)
+        self._workers = Record(Workers(addresses, self._most, self._board))
+        self._growth = Record(growth)
         self._helping: list[Future[None] | None] = [None] * (min(threads, processors()) - 1)
         self._pool = ThreadPoolExecutor(max(len(self._helping), 1))
 
@@ -96,19 +89,11 @@ class ThreadedTree(AbstractTreeExtension):
         growth = self._growth.held
         if not growth.sparse:
             return False
-        self._end_help()
-        radius = self._improving_radius
-        self._growth = Record(growth._replace(most=steps, selection_radius=radius))
-        prune(self._first, self._workers, self.best, self._growth)
+        self._most[0] = steps
+        prune(self._first, self._workers, self.best)
         return bool(steps > growth.min_steps)
 
     def close(self) -> None:
         """End the threads."""
-        self._end_help()
-        self._pool.shutdown()
-
-    def _end_help(self) -> None:
-        """Wait for those who help: some of what they were given is going to change."""
         self._board[OVER] = 1
-        wait([helping for helping in self._helping if helping is not None])
-        self._board[OVER] = 0
+        self._pool.shutdown()

@@ -65,6 +65,7 @@ class Workers(NamedTuple):
     """Where the records of all workers are, for compiled kernels, and what is to do."""
 
     addresses: Integers  # (workers,)
+    most: Integers  # (1,) steps that a solution must stay below
     board: Integers  # (BOARD_SIZE,)
 
 
