@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from kinolab.concurrency.rows import in_parts
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.jit import kernel
+from kinolab.numerics.simd import LANES, bits_of, next_key, ranked
 from kinolab.numerics.struct import Record
 from kinolab.problem import PlanningTask
 from kinolab.simulation.machine import call_at
@@ -21,9 +22,16 @@ from kinolab.world.cable import span
 from kinolab.world.collision.broadphase import BroadphaseScene, make_broadphase, place
 from kinolab.world.collision.gjk import TRIANGLE, Convex, box_gap
 from kinolab.world.collision.signed_distance import extent, gap_along, highest, signed_gap
-from kinolab.world.collision.triangle_gaps import box_bound, own_bound, plane_bound
+from kinolab.world.collision.triangle_gaps import (
+    BEFORE_ALL,
+    begin_search,
+    limit_of,
+    next_leaf,
+    plane_bound,
+    triangle_bounds,
+)
 from kinolab.world.collision.triangle_grid import Integers
-from kinolab.world.collision.triangle_tree import TriangleTree, mesh_tree
+from kinolab.world.collision.triangle_tree import Traversal, TriangleTree, mesh_tree, traversal
 from kinolab.world.geometry import sizes
 from kinolab.world.placed_shapes import ObstacleArrays, enclose, obstacle_arrays
 from kinolab.world.redundant_obstacles import without_redundant
@@ -32,7 +40,6 @@ from kinolab.world.redundant_obstacles import without_redundant
 FD_STEP = 1e-6  # finite difference of a coordinate, in its unit
 TOUCHING_GAP = 1e-12  # [m] signed distance below which shapes touch
 MAX_GAPS = 64  # distances kept per pose
-QUEUE_SIZE = 128  # capacity of the traversal stack
 TRIANGLES_PER_SHAPE = 4  # nearest triangles kept per shape
 SAME_NORMAL_COSINE = 0.999  # cosine between normals above which only the nearer triangle is kept
 SAME_LEVEL = 1e-9  # [m] by which what is behind a plane may be before it
@@ -73,7 +80,7 @@ class GapBuffer(NamedTuple):
     ends: Array  # (cables, 6)
     corners: Array  # (3, 3)
     scratch: Array  # (9, 3)
-    queue: Integers  # (QUEUE_SIZE,)
+    traversal: Traversal
     room: Array  # (shapes,) [m] that no triangle was nearer, where triangles were looked for last
     seen_turns: Array  # (shapes, 3, 3) there
     seen_places: Array  # (shapes, 3)
@@ -213,7 +220,7 @@ def _memory(around: CollisionArrays) -> GapBuffer:
         ends=np.zeros((max(around.strings, 1), 6)),
         corners=np.zeros((3, 3)),
         scratch=np.zeros((9, 3)),
-        queue=np.zeros(QUEUE_SIZE, np.int64),
+        traversal=traversal(),
         room=np.full(shapes, -math.inf),
         seen_turns=np.zeros((shapes, 3, 3)),
         seen_places=np.zeros((shapes, 3)),
@@ -333,7 +340,7 @@ def find_at(around, x, reach, found):  # type: ignore[no-untyped-def]
                     shape, other, math.inf, found.scratch, found.normal[count]
                 )
                 count += found.gap[count] < reach
-        if around.tree.boxes.shape[0] and not still_far(s, reach, found):
+        if around.tree.corners.shape[0] and not still_far(s, reach, found):
             count = near_triangles(s, count, reach, around, found)
     for k in range(scene.own_pairs.shape[0]):
         a, b = scene.own_pairs[k, 0], scene.own_pairs[k, 1]
@@ -376,42 +383,36 @@ def near_triangles(s, count, reach, around, found):  # type: ignore[no-untyped-d
         reach: Largest distance in [m].
         around, found: ``CollisionArrays`` and ``GapBuffer``.
     """
-    tree, queue, n = around.tree, found.queue, found.normal[MAX_GAPS]
+    tree, traversal, n = around.tree, found.traversal, found.normal[MAX_GAPS]
     box, shape = found.box[s], shape_of(s, around, found)
-    first, left, limit = count, 1, reach
+    first, farthest = count, reach
     room = reach + max(reach, found.radius[s])
-    queue[0] = 0
-    while left > 0:
-        left -= 1
-        node, worth = queue[left], limit if count > first else room
-        if box_bound(shape, box, tree.boxes[node]) >= worth:
+    slack = begin_search(shape, box, tree, traversal)
+    while True:
+        worth = farthest if count > first else room
+        leaf = next_leaf(limit_of(worth, slack), tree, traversal)
+        if leaf < 0:
+            break
+        if box_behind(tree.leaf_boxes[leaf], first, count, found):
             continue
-        if box_behind(tree.boxes[node], first, count, found):
-            continue
-        one, other = tree.child[node, 0], tree.child[node, 1]
-        if one >= 0:
-            if left + 2 <= queue.shape[0]:
-                if box_gap(box, tree.boxes[one]) < box_gap(box, tree.boxes[other]):
-                    one, other = other, one
-                queue[left], queue[left + 1] = one, other  # the nearer one goes on top
-                left += 2
-            continue
-        for t in range(tree.span[node, 0], tree.span[node, 1]):
-            worth = limit if count > first else room
+        near = ranked(triangle_bounds(leaf, tree, traversal.shape))
+        key = next_key(near, BEFORE_ALL)
+        while key & -LANES < bits_of(limit_of(worth, slack)):
+            t = leaf * LANES + (key & (LANES - 1))
+            key = next_key(near, key)
             if plane_bound(shape, tree.planes[t]) >= worth:
                 continue
             if triangle_behind(tree.triangles[t], first, count, found):
                 continue
-            if own_bound(shape, tree.triangles[t]) >= worth:
-                continue
             corners_of(tree.triangles[t], found.corners)
             other_shape = Convex(TRIANGLE, found.half[s], found.corners, tree.triangles[t, :3])
             gap = signed_gap(shape, other_shape, worth, found.scratch, n)
-            if gap < limit:
+            if gap < farthest:
                 what, level = t + around.fixtures.kind.shape[0], highest(other_shape, n)
                 count = kept(s, what, gap, level, n, first, count, found)
-                limit = limit_of(first, count, reach, found)
+                farthest = farthest_of(first, count, reach, found)
             room = min(room, gap)
+            worth = farthest if count > first else room
     remember(s, room if count == first else -math.inf, around, found)
     return count
 
@@ -453,7 +454,7 @@ def triangle_behind(triangle, first, count, found):  # type: ignore[no-untyped-d
 
 
 @kernel
-def limit_of(first, count, reach, found):  # type: ignore[no-untyped-def]
+def farthest_of(first, count, reach, found):  # type: ignore[no-untyped-def]
     """Largest distance in [m] at which another triangle would still be kept."""
     if count - first < TRIANGLES_PER_SHAPE:
         return reach

@@ -29,7 +29,7 @@ from kinolab.world.collision.triangle_grid import (
     near_surface,
     overlap,
 )
-from kinolab.world.collision.triangle_tree import STACK_SIZE, TriangleTree
+from kinolab.world.collision.triangle_tree import Traversal, TriangleTree, traversal
 from kinolab.world.geometry import BodyGeometry, ShapeKind, placement, sizes
 from kinolab.world.placed_shapes import ObstacleArrays, enclose, obstacle_arrays
 from kinolab.world.world import World
@@ -73,8 +73,7 @@ class BroadphaseScratch(NamedTuple):
     # (shapes * obstacles + own pairs + 1, 2): shape and obstacle of each pair that is left, for two
     # shapes of the machine (shape, obstacles + other shape)
     pairs: Integers
-    queue: Integers  # (STACK_SIZE,) boxes of triangles that wait
-    gaps: Array  # (STACK_SIZE,) to them, in [m]
+    traversal: Traversal
     corners: Array  # (3, 3) of a triangle
     simplex: Array  # (9, 3)
 
@@ -86,8 +85,7 @@ def broadphase_scratch(shapes: int, pairs: int) -> BroadphaseScratch:
         places=np.zeros((shapes, 3)),
         around=np.zeros((shapes, 6)),
         pairs=np.zeros((pairs + 1, 2), dtype=np.int64),
-        queue=np.zeros(STACK_SIZE, dtype=np.int64),
-        gaps=np.zeros(STACK_SIZE),
+        traversal=traversal(),
         corners=np.zeros((3, 3)),
         simplex=np.zeros((9, 3)),
     )

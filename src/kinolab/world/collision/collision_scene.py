@@ -13,9 +13,9 @@ from kinolab.world.cable import CableGeometry
 from kinolab.world.collision.broadphase import BroadphaseScene, make_broadphase
 from kinolab.world.collision.distance_field import DistanceField
 from kinolab.world.collision.distance_field_cache import shared_distance_field
-from kinolab.world.collision.sphere_tree import SphereTree, sphere_tree
+from kinolab.world.collision.sphere_tree import STACK_SIZE, SphereTree, sphere_tree
 from kinolab.world.collision.triangle_grid import Integers, MeshGrid
-from kinolab.world.collision.triangle_tree import STACK_SIZE, TriangleTree, mesh_tree
+from kinolab.world.collision.triangle_tree import Traversal, TriangleTree, mesh_tree, traversal
 from kinolab.world.geometry import BodyGeometry
 from kinolab.world.placed_shapes import ObstacleArrays, obstacle_arrays
 from kinolab.world.world import World
@@ -29,8 +29,9 @@ class Scratch(NamedTuple):
     turns: Array  # (shapes, 3, 3) of placed shapes
     places: Array  # (shapes, 3)
     around: Array  # (shapes, 6) boxes of placed shapes
-    queue: Integers  # (STACK_SIZE,)
-    gaps: Array  # (STACK_SIZE,)
+    queue: Integers  # (STACK_SIZE,) balls that wait
+    gaps: Array  # (STACK_SIZE,) to them, in [m]
+    traversal: Traversal
     corners: Array  # (3, 3) of a triangle
     simplex: Array  # (9, 3)
 
@@ -44,6 +45,7 @@ def scratch_for(scene: CollisionScene) -> Scratch:
         around=np.zeros((shapes, 6)),
         queue=np.zeros(STACK_SIZE, np.int64),
         gaps=np.zeros(STACK_SIZE),
+        traversal=traversal(),
         corners=np.zeros((3, 3)),
         simplex=np.zeros((9, 3)),
     )

@@ -19,6 +19,7 @@ from kinolab.world.collision.triangle_grid import Integers
 from kinolab.world.geometry import ShapeKind, sizes
 
 MAX_SPHERES = 31  # balls of one shape: no more are asked for where three are divided
+STACK_SIZE = 8  # balls that wait in a search, at most: three are divided
 ROUNDING_FACTOR = 1.0 + 1e-9  # for rounding
 
 

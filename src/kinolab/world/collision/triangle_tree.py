@@ -1,36 +1,73 @@
 """A tree of boxes around the triangles of a world's meshes: which are near, without a look at all.
 
+As many boxes as a processor handles at once belong to one group, and as many triangles to one leaf.
+Groups and leaves are full but for the last ones, so that numbers tell what is below a group.
+
 Source: Goldsmith, Salmon, Automatic creation of object hierarchies for ray tracing, IEEE Computer
-Graphics and Applications 7(5), 1987; here split at the median, which needs no costs.
+Graphics and Applications 7(5), 1987; Wald, Benthin, Boulos, Getting rid of packets: efficient SIMD
+single-ray traversal using multi-branching BVHs, IEEE Symposium on Interactive Ray Tracing, 2008.
+Here it is split at medians, which need no costs.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.jit import allocating_kernel
 from kinolab.numerics.neighbours.selection import partition_median
+from kinolab.numerics.simd import LANES
 from kinolab.world.collision.triangle_grid import Integers, mesh_grid
 from kinolab.world.kept_together import KeptTogether
 from kinolab.world.obstacle import Obstacle
 
-LEAF_SIZE = 4  # triangles in a leaf at most
-STACK_SIZE = 64  # nodes that wait at most in a search, at a tree's depth
+MAX_LAYERS = 9  # of groups, and one above them
+MAX_RANGES = 80  # that wait while triangles are sorted, at most
+NOWHERE = np.float32(1e15)  # [m] where a box is that is none
+
+Lanes = NDArray[np.float32]
 
 
 class TriangleTree(NamedTuple):
-    """Boxes of boxes of triangles, for compiled code; the first box holds all the others."""
+    """Boxes of boxes of triangles, for compiled code.
 
-    triangles: Array  # (m, 9) corners in [m], leaf by leaf
-    planes: Array  # (m, 4) unit normals and offsets in [m]; zeros where a triangle has no area
-    boxes: Array  # (nodes, 6): lowest and highest x, y, z
-    child: Integers  # (nodes, 2) the two parts; of a leaf -1 and nothing
-    span: Integers  # (nodes, 2) the triangles below, one past the last
+    Leaf k has the triangles from LANES k on; the last one is there as often as fills its leaf. Of
+    every layer, group k has the groups below from LANES k on, and those of the lowest the leaves.
+    """
+
+    triangles: Array  # (leaves * LANES, 9) corners in [m]
+    planes: Array  # (leaves * LANES, 4) unit normals and offsets in [m]; zeros without an area
+    leaf_boxes: Array  # (leaves, 6): lowest and highest x, y, z in [m]
+    corners: Lanes  # (leaves, 9, LANES) of the triangles, from ``origin``
+    boxes: Lanes  # (groups, 2, 3, LANES): lowest and highest x, y, z from ``origin``
+    first: Integers  # (layers,) group of each layer, the lowest layer first
+    origin: Array  # (3,) the middle of all, in [m]
+    extent: float  # [m] of the largest side of all
+
+
+class Traversal(NamedTuple):
+    """How far a search of a tree is: memory of one thread."""
+
+    keys: Lanes  # (MAX_LAYERS, LANES) squared distances and lanes of a group, in each layer
+    last: Integers  # (MAX_LAYERS,) key of the lane that was searched last
+    path: Integers  # (MAX_LAYERS,) the group
+    layer: Integers  # (1,) from which the search goes on
+    shape: Lanes  # (21,) box, axes, centre along these and reach along these
+
+
+def traversal() -> Traversal:
+    """Return memory for a search."""
+    return Traversal(
+        np.zeros((MAX_LAYERS, LANES), np.float32),
+        np.zeros(MAX_LAYERS, np.int64),
+        np.zeros(MAX_LAYERS, np.int64),
+        np.zeros(1, np.int64),
+        np.zeros(21, np.float32),
+    )
 
 
 def mesh_tree(obstacles: Sequence[Obstacle]) -> TriangleTree:
@@ -40,19 +77,46 @@ def mesh_tree(obstacles: Sequence[Obstacle]) -> TriangleTree:
 
 def triangle_tree(triangles: Array) -> TriangleTree:
     """Build the tree of triangles (m, 9)."""
-    count = len(triangles)
-    order = np.arange(count)
-    middle = triangles.reshape(-1, 3, 3).mean(axis=1)
-    most = max(2 * count, 1)
-    boxes, child, span = np.zeros((most, 6)), np.full((most, 2), -1), np.zeros((most, 2), np.int64)
-    nodes = build(triangles, middle, order, boxes, child, span) if count else 0
-    kept = np.ascontiguousarray(triangles[order])
+    order = np.arange(len(triangles))
+    sort_by_leaf(triangles.reshape(-1, 3, 3).mean(axis=1), order)
+    leaves = -(-len(order) // LANES)
+    kept = triangles[np.append(order, order[-1:].repeat(-len(order) % LANES))]
+    points = kept.reshape(leaves, 3 * LANES, 3)
+    leaf_boxes = np.concatenate([points.min(axis=1), points.max(axis=1)], axis=1)
+    low = leaf_boxes[:, :3].min(axis=0) if leaves else np.zeros(3)
+    high = leaf_boxes[:, 3:].max(axis=0) if leaves else np.zeros(3)
+    origin = 0.5 * (low + high)
+    corners = (points.reshape(leaves, LANES, 9) - np.tile(origin, 3)).transpose(0, 2, 1)
+    boxes, first = _groups(leaf_boxes - np.tile(origin, 2))
     return TriangleTree(
-        kept, _planes(kept), boxes[:nodes].copy(), child[:nodes].copy(), span[:nodes].copy()
+        kept,
+        _planes(kept),
+        leaf_boxes,
+        np.ascontiguousarray(corners, np.float32),
+        boxes,
+        first,
+        origin,
+        float((high - low).max()),
     )
 
 
 _tree = KeptTogether(lambda meshes: triangle_tree(mesh_grid(meshes).triangles))
+
+
+def _groups(boxes: Array) -> tuple[Lanes, Integers]:
+    """Return the boxes of all groups above leaves' boxes (leaves, 6), and each layer's first."""
+    layers: list[Array] = []
+    while len(boxes) > 1:
+        count = -(-len(boxes) // LANES)
+        lanes = np.full((count * LANES, 6), NOWHERE, dtype=float)
+        lanes[: len(boxes)] = boxes
+        layers.append(lanes.reshape(count, LANES, 2, 3).transpose(0, 2, 3, 1))
+        begin = LANES * np.arange(count)
+        low, high = np.minimum.reduceat(boxes, begin), np.maximum.reduceat(boxes, begin)
+        boxes = np.concatenate([low[:, :3], high[:, 3:]], axis=1)
+    counts = [len(layer) for layer in layers]
+    together = np.concatenate([np.zeros((0, 2, 3, LANES)), *layers])
+    return together.astype(np.float32), np.cumsum([0, *counts], dtype=np.int64)[:-1]
 
 
 def _planes(triangles: Array) -> Array:
@@ -64,40 +128,32 @@ def _planes(triangles: Array) -> Array:
 
 
 @allocating_kernel
-def build(triangles, middle, order, boxes, child, span):  # type: ignore[no-untyped-def]
-    """Fill a tree's arrays level by level and sort ``order`` on the way; return its size.
+def sort_by_leaf(middle, order):  # type: ignore[no-untyped-def]
+    """Sort triangles so that those of a leaf, and the leaves of a group, are near each other.
 
     Args:
-        triangles, middle: Corners (m, 9) and centroids (m, 3) in [m].
-        order: Triangles leaf by leaf, shape (m,); written.
-        boxes, child, span: Of ``TriangleTree``, shapes (nodes, 6), (nodes, 2), (nodes, 2); written.
+        middle: Centroids in [m], shape (m, 3).
+        order: Triangles, shape (m,); written.
     """
-    nodes, here = 1, 0
-    low, high = np.empty(3), np.empty(3)
-    span[0, 0], span[0, 1] = 0, order.shape[0]
-    while here < nodes:
-        first, last = span[here, 0], span[here, 1]
+    ranges, left = np.empty((MAX_RANGES, 2), np.int64), 1
+    ranges[0, 0], ranges[0, 1] = 0, order.shape[0]
+    while left > 0:
+        left -= 1
+        first, last = ranges[left, 0], ranges[left, 1]
+        if last - first <= LANES:
+            continue
+        size = LANES  # of the largest parts that are full
+        while size * LANES < last - first:
+            size *= LANES
+        half = first + -(-(last - first) // size) // 2 * size
+        axis, widest = 0, -1.0
         for i in range(3):
-            boxes[here, i], boxes[here, i + 3] = math.inf, -math.inf
-            low[i], high[i] = math.inf, -math.inf
-        for at in range(first, last):
-            for i in range(3):
-                low[i] = min(low[i], middle[order[at], i])
-                high[i] = max(high[i], middle[order[at], i])
-            for i in range(9):
-                value = triangles[order[at], i]
-                boxes[here, i % 3] = min(boxes[here, i % 3], value)
-                boxes[here, i % 3 + 3] = max(boxes[here, i % 3 + 3], value)
-        if last - first > LEAF_SIZE:
-            axis = 0
-            for i in range(1, 3):
-                if high[i] - low[i] > high[axis] - low[axis]:
-                    axis = i
-            half = (first + last) // 2
-            partition_median(middle, axis, order, first, last - 1, half)
-            child[here, 0], child[here, 1] = nodes, nodes + 1
-            span[nodes, 0], span[nodes, 1] = first, half
-            span[nodes + 1, 0], span[nodes + 1, 1] = half, last
-            nodes += 2
-        here += 1
-    return nodes
+            low = high = middle[order[first], i]
+            for at in range(first, last):
+                low, high = min(low, middle[order[at], i]), max(high, middle[order[at], i])
+            if high - low > widest:
+                axis, widest = i, high - low
+        partition_median(middle, axis, order, first, last - 1, half)
+        ranges[left, 0], ranges[left, 1] = first, half
+        ranges[left + 1, 0], ranges[left + 1, 1] = half, last
+        left += 2
