@@ -393,6 +393,13 @@ def test_a_damaged_machine_file_is_refused(tmp_path: Path, content: bytes) -> No
     assert "machine" in " ".join(mistakes(tmp_path, text))
 
 
+@pytest.mark.parametrize("ending", [".json", ".urdf", ".xml", ".py"])
+def test_a_machine_whose_name_no_system_takes_is_not_there(tmp_path: Path, ending: str) -> None:
+    text = PENDULUM.replace('name = "pendulum"', f'file = "{300 * "a"}{ending}"')
+    told = mistakes(tmp_path, text)
+    assert any("there is no" in one and "file" in one for one in told), told
+
+
 def test_an_unknown_system_or_scenario_is_told_with_those_that_exist() -> None:
     with pytest.raises(InputError, match="Did you mean 'pendulum'"):
         find_machine("pendulums")

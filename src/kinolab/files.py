@@ -166,6 +166,17 @@ def discard(path: Path, why: str = "") -> None:
         LOG.warning("warning: %s %s; it is made anew.", printable(str(path)), why)
 
 
+def is_file(path: Path) -> bool:
+    """Say whether there is a file of a name, which input may have given.
+
+    There is none whose name is too long or is refused for another reason.
+    """
+    try:
+        return path.is_file()
+    except (OSError, ValueError):
+        return False
+
+
 def read_ordinary(path: Path, most: int) -> bytearray:
     """Read a whole regular file; never blocks on a pipe or reads a device endlessly.
 

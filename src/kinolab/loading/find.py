@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from kinolab import systems
 from kinolab.errors import InputError, Mistake, UnknownNameError
+from kinolab.files import is_file
 from kinolab.loading.foreign_files import is_foreign, read_any
 from kinolab.scenario import (
     Scenario,
@@ -109,7 +110,7 @@ def _system_in_file(
 
     if text.endswith(".json"):
         path = folder / text
-        if not path.is_file():
+        if not is_file(path):
             raise InputError([Mistake(where, f"there is no file {text}.")])
         return System.of(load_machine(path))
     if text.endswith(ROBOT_FORMATS):

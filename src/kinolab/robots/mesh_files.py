@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from urllib.parse import unquote
 
+from kinolab.files import is_file
+
 PACKAGE, FILE = "package://", "file://"
 
 
@@ -22,15 +24,15 @@ def find_mesh(name: str, folder: Path, packages: Mapping[str, str | Path]) -> Pa
     """
     if not name.startswith(PACKAGE):
         found = folder / unquote(name.removeprefix(FILE))
-        return found if found.is_file() else None
+        return found if is_file(found) else None
     package, _, rest = unquote(name.removeprefix(PACKAGE)).partition("/")
     if package in packages:
         found = Path(packages[package]) / rest
-        return found if found.is_file() else None
+        return found if is_file(found) else None
     parts = (package, *Path(rest).parts)
     ends = [Path(*parts[k:]) for k in range(len(parts) - 1)]
     for above in (folder.resolve(), *folder.resolve().parents):
         for end in ends:
-            if (above / end).is_file():
+            if is_file(above / end):
                 return above / end
     return None

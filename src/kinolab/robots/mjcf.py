@@ -18,6 +18,7 @@ from kinolab.arguments import require_fit
 from kinolab.dynamics import System
 from kinolab.dynamics.language.shapes import Box, Capsule, Cylinder, Shape, Sphere
 from kinolab.errors import InputError, Mistake
+from kinolab.files import is_file
 from kinolab.lazy import library_of
 from kinolab.numerics.arrays import Array
 from kinolab.robots.convex_parts import check_parts, enclosing_shapes
@@ -95,7 +96,7 @@ def read_mjcf(
 
 def _compiled(mujoco: Any, path: Path) -> Any:
     """Return MuJoCo's model of a file."""
-    if not path.is_file():
+    if not is_file(path):
         raise InputError([Mistake(str(path), "there is no such file.")])
     if path.stat().st_size > MOST_BYTES:
         what = f"it is larger than {MOST_BYTES // 10**6} MB."

@@ -20,7 +20,7 @@ from kinolab.arguments import require_fit
 from kinolab.dynamics import System
 from kinolab.dynamics.language.shapes import Box, Cylinder, Shape, Sphere
 from kinolab.errors import InputError, Mistake, UnknownNameError, printable
-from kinolab.files import read_ordinary
+from kinolab.files import is_file, read_ordinary
 from kinolab.lazy import library_of
 from kinolab.numerics.arrays import Array
 from kinolab.robots.convex_parts import check_parts, enclosing_shapes
@@ -114,7 +114,7 @@ def read_urdf(
 def _parsed(path: Path) -> Any:
     """Return yourdfpy's robot."""
     library = library_of("robots", "yourdfpy", "URDF files are read by yourdfpy")
-    if not path.is_file():
+    if not is_file(path):
         raise InputError([Mistake(str(path), "there is no such file.")])
     content = bytes(read_ordinary(path, MOST_BYTES))
     if b"<!ENTITY" in content:

@@ -18,6 +18,7 @@ from pathlib import Path
 from types import ModuleType
 
 from kinolab.errors import InputError, KinolabError, Mistake
+from kinolab.files import is_file
 
 _texts: dict[Path, bytes] = {}  # of the files that were run: one may be edited during a search
 
@@ -38,7 +39,7 @@ def run_file(path: Path, where: str) -> ModuleType:
     Raises:
         InputError: If there is no such file, or it fails.
     """
-    if not path.is_file():
+    if not is_file(path):
         raise InputError([Mistake(where, f"there is no Python file {path}.")])
     place, source = path.resolve(), path.read_bytes()
     _texts[place] = source
