@@ -135,7 +135,8 @@ class AbstractCompiledPlanner(AbstractTreeSearch):
             step_counts(tree.nodes) | statistics,
             graph=tree.explored(),
         )
-        if outcome is Outcome.SOLVED or budget.interrupted:
-            return result
+        there_is_one = outcome is Outcome.SOLVED or budget.below < math.inf
+        if there_is_one or budget.interrupted:
+            return result  # nobody asks why none was found
         sources = rejection_sources(problem, tree.nodes, self.max_steps, budget)
         return replace(result, rejections=sources)
