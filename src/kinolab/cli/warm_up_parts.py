@@ -31,6 +31,7 @@ from kinolab.world import World
 from kinolab.world.collision.clearance_bound import ClearanceBound
 from kinolab.world.collision.collision_scene import collision_scene
 from kinolab.world.collision.distance_field import distance_field
+from kinolab.world.collision.fcl import FclTiles
 
 SCENARIO = """
 schema = 1
@@ -102,6 +103,8 @@ def _collision() -> None:
         checker.contacts(poses, ends)
         checker.clearance(poses, ends)
         bound.within(poses, ends, 1.0)
+    for obstacle in problem.world.obstacles:
+        list(FclTiles(obstacle.vertices, obstacle.faces).near(np.zeros(6)))
 
 
 def inside_obstacles(problem: PlanningTask) -> Iterator[Array]:

@@ -20,8 +20,10 @@ from numpy.typing import NDArray
 
 from kinolab.dynamics.language.shapes import Shape
 from kinolab.numerics.arrays import Array
+from kinolab.numerics.jit import kernel
 from kinolab.world.cable import CableGeometry
 from kinolab.world.collision.broadphase import BroadphaseScratch
+from kinolab.world.collision.triangle_grid import overlap
 from kinolab.world.geometry import BodyGeometry, ShapeKind, frame_in_world, sizes
 from kinolab.world.obstacle import Obstacle
 from kinolab.world.shape_surfaces import Faces
@@ -164,20 +166,37 @@ class FclTiles:
         corners = [vertices[faces[:, k]] for k in range(3)]
         low, high = (reduce(pick, corners) for pick in (np.minimum, np.maximum))
         self._rows = list(_divided(low + high, np.arange(len(faces))))
-        self._low = np.array([low[rows].min(axis=0) for rows in self._rows])
-        self._high = np.array([high[rows].max(axis=0) for rows in self._rows])
+        tiles = [(low[rows].min(axis=0), high[rows].max(axis=0)) for rows in self._rows]
+        self._boxes = np.array(tiles).reshape(-1, 6)
         self._objects: list[object | None] = [None] * len(self._rows)
 
     def near(self, box: Array) -> Iterator[object]:
         """Yield the objects that a box (6,), lowest and highest x, y, z in [m], may meet."""
-        meets = (self._low <= box[3:]).all(axis=1) & (self._high >= box[:3]).all(axis=1)
-        for k in np.flatnonzero(meets).tolist():
+        met = np.empty(len(self._boxes), np.int64)
+        for k in met[: overlapping(box, self._boxes, met)].tolist():
             found = self._objects[k]
             if found is None:
                 used, faces = np.unique(self._faces[self._rows[k]], return_inverse=True)
                 surface = _surface_model(self._vertices[used], faces.reshape(-1, 3))
                 found = self._objects[k] = fcl.CollisionObject(surface)
             yield found
+
+
+@kernel
+def overlapping(box, boxes, found):  # type: ignore[no-untyped-def]
+    """List the boxes that a box meets; return their number.
+
+    Args:
+        box: Lowest and highest x, y, z in [m], shape (6,).
+        boxes: Likewise, shape (m, 6).
+        found: Their rows, shape (m,); written.
+    """
+    count = 0
+    for k in range(boxes.shape[0]):
+        if overlap(box, boxes[k]):
+            found[count] = k
+            count += 1
+    return count
 
 
 def _surface_model(vertices: Array, faces: Faces) -> object:
