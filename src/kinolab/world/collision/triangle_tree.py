@@ -35,8 +35,9 @@ Lanes = NDArray[np.float32]
 class TriangleTree(NamedTuple):
     """Boxes of boxes of triangles, for compiled code.
 
-    Leaf k has the triangles from LANES k on; the last one is there as often as fills its leaf. Of
-    every layer, group k has the groups below from LANES k on, and those of the lowest the leaves.
+    Leaf k has the LANES triangles from LANES * k on; the last triangle fills the last leaf up.
+    Group k of a layer has the LANES groups of the layer below from LANES * k on; in the lowest
+    layer, leaves.
     """
 
     triangles: Array  # (leaves * LANES, 9) corners in [m]
