@@ -21,6 +21,7 @@ from numba.np.arrayobj import make_array
 
 LANES = 16
 NOTHING, FAR = np.float32(0.0), np.float32(np.inf)
+BEFORE_ALL = -1  # a key below all others, from which ``next_key`` begins
 
 FLOAT, INT, LONG, BIT = ir.FloatType(), ir.IntType(32), ir.IntType(64), ir.IntType(1)
 FLOATS, INTS = ir.VectorType(FLOAT, LANES), ir.VectorType(INT, LANES)

@@ -11,6 +11,7 @@ import numpy as np
 from kinolab.numerics.jit import kernel
 from kinolab.numerics.neighbours.r_tree import HEIGHT, LEAF_SIZE, ROOT
 from kinolab.numerics.simd import (
+    BEFORE_ALL,
     FAR,
     LANES,
     NOTHING,
@@ -31,7 +32,6 @@ from kinolab.numerics.simd import (
 
 # approximate search: no point is nearer by more than a tenth
 RELATIVE_SLACK = np.float32(1.0 / 1.1**2)
-BEFORE_ALL = -1  # a key below all others
 
 
 @kernel

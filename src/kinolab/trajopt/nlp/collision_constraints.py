@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from kinolab.concurrency.rows import in_parts
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.jit import kernel
-from kinolab.numerics.simd import LANES, bits_of, next_key, ranked
+from kinolab.numerics.simd import BEFORE_ALL, LANES, bits_of, next_key, ranked
 from kinolab.numerics.struct import Record
 from kinolab.problem import PlanningTask
 from kinolab.simulation.machine import call_at
@@ -23,7 +23,6 @@ from kinolab.world.collision.broadphase import BroadphaseScene, make_broadphase,
 from kinolab.world.collision.gjk import TRIANGLE, Convex, box_gap
 from kinolab.world.collision.signed_distance import extent, gap_along, highest, signed_gap
 from kinolab.world.collision.triangle_gaps import (
-    BEFORE_ALL,
     begin_search,
     limit_of,
     next_leaf,

@@ -10,6 +10,7 @@ import numpy as np
 
 from kinolab.numerics.jit import kernel
 from kinolab.numerics.simd import (
+    BEFORE_ALL,
     LANES,
     NOTHING,
     bits_of,
@@ -29,7 +30,6 @@ from kinolab.world.support_functions import reach_along
 TOUCHING_MARGIN = 3e-5  # [m] that is kept beside obstacles: FCL calls gaps of up to 1.7e-5 touching
 ROUNDING = 2e-6  # of the farthest coordinate: what single precision may change, with some to spare
 FARTHEST_SQUARE = 1e-1 * float(NOWHERE) ** 2  # [m^2] beyond which there is no box
-BEFORE_ALL = -1  # a key below all others
 BOX, AXES, CENTRE, REACH = 0, 6, 15, 18  # where they begin in ``Traversal.shape``
 HALF = np.float32(0.5)
 
@@ -81,11 +81,11 @@ def begin_search(shape, box, tree, traversal):  # type: ignore[no-untyped-def]
             place = box[end] - origin[i]
             found[BOX + end] = place
             farthest = max(farthest, abs(place))
-        along = 0.0
+        centre = 0.0
         for j in range(3):
             found[AXES + 3 * i + j] = turn[j, i]
-            along += turn[j, i] * (at[j] - origin[j])
-        found[CENTRE + i] = along
+            centre += turn[j, i] * (at[j] - origin[j])
+        found[CENTRE + i] = centre
         found[REACH + i] = reach_along(shape.kind, shape.half, i)
     top = tree.first.shape[0] + 1  # a layer with one box, which holds all others
     for lane in range(LANES):

@@ -101,10 +101,8 @@ class OtherTrees:
             self._turn = min(fitting, 2.0 * self._turn)
         due = [int(min(self._turn, self._round.left))]
 
-        def grow(counts: list[int]) -> tuple[int, int]:
-            return (
-                trees.grow(counts.pop()) if counts else (GROWING, 0)
-            )  # ``submitted`` may ask twice
+        def grow(counts: list[int]) -> tuple[int, int]:  # may be asked twice, see ``submitted``
+            return trees.grow(counts.pop()) if counts else (GROWING, 0)
 
         self._growing = submitted(self._pool, grow, due)
 
