@@ -15,6 +15,8 @@ from kinolab.numerics.quaternions import multiply, turn_between
 
 Norm: TypeAlias = Literal["max", "sum", "euclidean"]
 
+# of the goal's tolerance, which searches aim at; the rest allows for rounding
+SEARCHED_FRACTION = 0.999
 INVERSE = np.array([-1.0, -1.0, -1.0, 1.0])  # times a unit quaternion
 
 

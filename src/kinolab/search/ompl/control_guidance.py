@@ -17,8 +17,9 @@ from kinolab.dynamics.codegen.state_space import wrapped
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.quaternions import turn_between
 from kinolab.problem import PlanningTask
+from kinolab.problem.goal import SEARCHED_FRACTION
 from kinolab.search.ompl.goal_errors import GoalErrors
-from kinolab.search.ompl.goal_region import TOLERANCE_FRACTION, GoalSamples
+from kinolab.search.ompl.goal_region import GoalSamples
 from kinolab.simulation import CandidateRollouts
 
 LOOKAHEAD_STEPS = 50  # maximum lookahead horizon
@@ -73,7 +74,7 @@ class ControlGuide:
         self._goal_bias = 0.0 if problem.goal.needs_frames else guidance.goal_bias
         self._near, self._inside = (
             GoalErrors(problem, goal_region_scale),
-            GoalErrors(problem, TOLERANCE_FRACTION),
+            GoalErrors(problem, SEARCHED_FRACTION),
         )
         self._problem, self._samples = problem, samples
         self._low, self._high = problem.bounds.T

@@ -8,6 +8,7 @@ import numpy as np
 from ompl import base as ob
 
 from kinolab.problem import PlanningTask
+from kinolab.problem.goal import SEARCHED_FRACTION
 from kinolab.search.ompl.spaces import StateCodec
 from kinolab.steering.goal_connection import SteeredGoalConnection
 
@@ -34,10 +35,6 @@ class GoalSamples:
         return values
 
 
-# fraction of the goal's tolerance that is used, to allow for rounding
-TOLERANCE_FRACTION = 0.999
-
-
 class GoalRegion(ob.GoalSampleableRegion):  # type: ignore[misc]
     """The goal, with the largest normalised error as its distance.
 
@@ -55,7 +52,7 @@ class GoalRegion(ob.GoalSampleableRegion):  # type: ignore[misc]
         super().__init__(space_information)
         self._problem, self._states, self._samples = problem, states, samples
         self._last_step = last_step
-        self.setThreshold(TOLERANCE_FRACTION)
+        self.setThreshold(SEARCHED_FRACTION)
 
     def distanceGoal(self, state: Any) -> float:
         """Return the normalised goal error of a state; 0 if it has a goal connection."""

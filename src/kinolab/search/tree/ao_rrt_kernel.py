@@ -28,6 +28,7 @@ from kinolab.search.tree.extensions import (
 )
 from kinolab.search.tree.problem_arrays import (
     ProblemArrays,
+    is_inside,
     metric_coordinates,
     metric_periods,
     sample_state,
@@ -37,9 +38,8 @@ from kinolab.search.tree.tree import (
     FULL,
     GROWING,
     NONE,
-    REACHED,
-    TOLERANCE_FRACTION,
     insert_node,
+    note_nearest,
 )
 
 
@@ -141,16 +141,14 @@ def settle_below(search, tree, costs, lane, best, min_steps, most, per_step):  #
         return FULL
     parent, made, violation, known_clearance = end_extension(tree, lane)
     cost = tree.cost[parent] + made
-    if made < min_steps or (cost + 1 >= most and violation > TOLERANCE_FRACTION):
+    if made < min_steps or (cost + 1 >= most and not is_inside(violation)):
         tree.failures[parent] += 1
         return GROWING
     node = insert_node(tree, tree.now, tree.held, parent, made, known_clearance)
     metric_coordinates(search.problem, tree.now, tree.point)
     locate(costs, tree.point, cost * per_step)
     add(costs.neighbours, costs.point)
-    if violation < best[1]:
-        best[0], best[1] = node, violation
-    return REACHED if violation <= TOLERANCE_FRACTION else GROWING
+    return note_nearest(best, node, violation)
 
 
 @kernel

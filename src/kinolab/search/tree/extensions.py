@@ -12,13 +12,13 @@ import numpy as np
 
 from kinolab.dynamics.codegen.integrators import LANES
 from kinolab.numerics.jit import kernel
+from kinolab.problem.goal import SEARCHED_FRACTION
 from kinolab.search.tree.limits import slopes_of_step
-from kinolab.search.tree.problem_arrays import goal_violation
+from kinolab.search.tree.problem_arrays import goal_violation, is_inside
 from kinolab.search.tree.tree import (
     ALL_STEPS,
     EQUATIONS,
     NONE,
-    TOLERANCE_FRACTION,
     made_step_is_free,
 )
 from kinolab.simulation.collision_context import speed_bound
@@ -132,12 +132,9 @@ def extend_all(search, tree, min_steps, least):  # type: ignore[no-untyped-def]
         for i in range(tree.after.shape[0]):
             now[i, lane] = tree.after[i]
         if under_way.made[lane] >= min_steps:
-            enough = max(least, TOLERANCE_FRACTION)
+            enough = max(least, SEARCHED_FRACTION)
             under_way.violation[lane] = goal_violation(search, tree.after, enough)
-        if (
-            under_way.made[lane] >= under_way.steps[lane]
-            or under_way.violation[lane] <= TOLERANCE_FRACTION
-        ):
+        if under_way.made[lane] >= under_way.steps[lane] or is_inside(under_way.violation[lane]):
             under_way.ended[lane] = 1
 
 

@@ -11,6 +11,7 @@ from kinolab.numerics.arrays import Array, Integers
 from kinolab.numerics.jit import kernel
 from kinolab.numerics.rng import attitude, below, uniform
 from kinolab.problem import PlanningTask
+from kinolab.problem.goal import SEARCHED_FRACTION
 from kinolab.problem.goal_kernel import (
     GoalArrays,
     body_violation,
@@ -128,3 +129,9 @@ def goal_violation(search, x, enough):  # type: ignore[no-untyped-def]
         return far
     place_machine(search.machine, x, search.scratch)
     return body_violation(goal, search.scratch.poses, far)
+
+
+@kernel
+def is_inside(violation):  # type: ignore[no-untyped-def]
+    """Whether a state of that normalised goal error counts as inside the goal."""
+    return violation <= SEARCHED_FRACTION

@@ -29,9 +29,8 @@ from kinolab.search.tree.tree import (
     FULL,
     GROWING,
     NONE,
-    REACHED,
-    TOLERANCE_FRACTION,
     insert,
+    note_nearest,
 )
 from kinolab.simulation.machine import advance, advance_in_lanes
 
@@ -108,9 +107,7 @@ def add_end(search, tree, best, min_steps, parent, made, violation, known_cleara
         tree.failures[parent] += 1
         return GROWING
     node = insert(search, tree, tree.now, tree.held, parent, made, known_clearance)
-    if violation < best[1]:
-        best[0], best[1] = node, violation
-    return REACHED if violation <= TOLERANCE_FRACTION else GROWING
+    return note_nearest(best, node, violation)
 
 
 @kernel

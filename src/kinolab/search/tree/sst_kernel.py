@@ -15,15 +15,14 @@ from kinolab.search.tree.extensions import (
     has_ended,
     lane_to_serve,
 )
-from kinolab.search.tree.problem_arrays import metric_coordinates, sample_state
+from kinolab.search.tree.problem_arrays import is_inside, metric_coordinates, sample_state
 from kinolab.search.tree.rrt_kernel import is_tried, propagate
 from kinolab.search.tree.tree import (
     FULL,
     GROWING,
     NONE,
-    REACHED,
-    TOLERANCE_FRACTION,
     insert_node,
+    note_nearest,
 )
 from kinolab.search.tree.witnesses import NOBODY, represent, select, sweep, witness_at
 
@@ -116,18 +115,16 @@ def add_end_sparsely(  # type: ignore[no-untyped-def]
     if made < min_steps:
         tree.failures[parent] += 1
         return GROWING
-    inside, cost = violation <= TOLERANCE_FRACTION, tree.cost[parent] + made
+    cost = tree.cost[parent] + made
     metric_coordinates(search.problem, tree.now, tree.point)
     witness = witness_at(witnesses, tree.point, pruning_radius)
     cheaper = cost + 1 < most and (witness == NOBODY or cost < witnesses.cost[witness])
-    if not (cheaper or inside or violation < best[1]):
+    if not (cheaper or is_inside(violation) or violation < best[1]):
         return GROWING
     node = insert_node(tree, tree.now, tree.held, parent, made, known_clearance)
     if cheaper:
         represent(witnesses, witness, node, cost, tree.point)
-    if violation < best[1]:
-        best[0], best[1] = node, violation
-    return REACHED if inside else GROWING
+    return note_nearest(best, node, violation)
 
 
 @kernel

@@ -19,13 +19,16 @@ from kinolab.search.tree.lanes import (
     no_extensions,
 )
 from kinolab.search.tree.limits import slopes_of_step, step_keeps_limits
-from kinolab.search.tree.problem_arrays import ProblemArrays, metric_coordinates, metric_periods
+from kinolab.search.tree.problem_arrays import (
+    ProblemArrays,
+    is_inside,
+    metric_coordinates,
+    metric_periods,
+)
 from kinolab.simulation.collision_context import is_motion_free
 from kinolab.simulation.machine import advance
 
 GROWING, REACHED, FULL = 0, 1, 2  # status of growth: may continue, goal reached, capacity used
-# fraction of the goal's tolerance that is used, to allow for rounding
-TOLERANCE_FRACTION = 0.999
 LIMIT, COLLISION, EQUATIONS = 0, 1, 2  # causes of rejection, indices into ``Tree.rejections``
 ALL_STEPS = 3  # index of the count of all steps
 NONE = np.int64(-1)  # parent of the start; typed, since a literal would trigger recompilation
@@ -113,6 +116,19 @@ def insert_node(tree, x, u, parent, steps, known_clearance):  # type: ignore[no-
     tree.failures[node] = 0
     tree.size[0] += 1
     return node
+
+
+@kernel
+def note_nearest(best, node, violation):  # type: ignore[no-untyped-def]
+    """Note a new node that is nearest to the goal; return REACHED if it is inside, or GROWING.
+
+    Args:
+        best: The node nearest to the goal and its normalised goal error (2,); written.
+        node, violation: The new node, and its normalised goal error.
+    """
+    if violation < best[1]:
+        best[0], best[1] = node, violation
+    return REACHED if is_inside(violation) else GROWING
 
 
 @kernel

@@ -20,16 +20,16 @@ from kinolab.search.tree.kpiece.cost_to_go import cell_at, coasting_cost
 from kinolab.search.tree.kpiece.kpiece_grid import choose, clear_cells, holds, key_of, put, rate
 from kinolab.search.tree.lanes import NOWHERE, draw_lanes, hold_best_lane
 from kinolab.search.tree.limits import keeps_limits
-from kinolab.search.tree.problem_arrays import goal_violation, sample_control
+from kinolab.search.tree.problem_arrays import goal_violation, is_inside, sample_control
 from kinolab.search.tree.tree import (
     ALL_STEPS,
     FULL,
     GROWING,
     REACHED,
-    TOLERANCE_FRACTION,
     begin_without_neighbours,
     insert_node,
     made_step_is_free,
+    note_nearest,
     step_is_free,
 )
 from kinolab.simulation.collision_context import speed_bound
@@ -99,16 +99,14 @@ def explore(  # type: ignore[no-untyped-def]
             first = holds(cells, key) == 0
             if (
                 first
-                or violation <= TOLERANCE_FRACTION
+                or is_inside(violation)
                 or (step == steps - 1 and uniform(random) < KEEP_PROBABILITY)
             ):
                 parent = insert_node(tree, now, u, parent, made, known_clearance)
                 made, new = 0, new or first
                 leads = coasting_cost(grid, before, now, horizon, search.scratch.x)
                 put(cells, key, parent, score(tree, leads, cost_to_go_exponent))
-                if violation < best[1]:
-                    best[0], best[1] = parent, violation
-                if violation <= TOLERANCE_FRACTION:
+                if note_nearest(best, parent, violation) == REACHED:
                     return REACHED, done + 1
         rate(cells, cell, new)
     return GROWING, iterations

@@ -25,14 +25,14 @@ from kinolab.search.tree.pdst.subdivision import (
     put_into,
     settle,
 )
-from kinolab.search.tree.problem_arrays import goal_violation, sample_control
+from kinolab.search.tree.problem_arrays import goal_violation, is_inside, sample_control
 from kinolab.search.tree.tree import (
     FULL,
     GROWING,
     REACHED,
-    TOLERANCE_FRACTION,
     begin_without_neighbours,
     insert_node,
+    note_nearest,
     step_is_free,
 )
 from kinolab.simulation.collision_context import speed_bound
@@ -175,7 +175,7 @@ def propagate_from(search, tree, cells, best, parent, min_steps, max_steps):  # 
         made, cell, clearance = made + 1, reached, known
         for i in range(now.shape[0]):
             now[i] = after[i]
-        if goal_violation(search, now, math.inf) <= TOLERANCE_FRACTION:
+        if is_inside(goal_violation(search, now, math.inf)):
             kept(search, tree, cells, best, parent, made, clearance, cell)
             return True
     if made > 0:
@@ -197,9 +197,7 @@ def kept(search, tree, cells, best, parent, made, clearance, cell):  # type: ign
     """
     node = insert_node(tree, tree.now, tree.held, parent, made, clearance)
     add_motion(cells, node, cell, float(cells.counts[ROUNDS]))
-    violation = goal_violation(search, tree.now, math.inf)
-    if violation < best[1]:
-        best[0], best[1] = node, violation
+    note_nearest(best, node, goal_violation(search, tree.now, math.inf))
     return node
 
 
