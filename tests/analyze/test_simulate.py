@@ -47,6 +47,13 @@ def test_simulate_writes_a_run_that_can_be_checked(
     assert rows[0]["torque"] == "0.0"
 
 
+def test_a_start_that_is_none_is_named_as_it_was_typed(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["simulate", "pendulum", "--start", "thta=1", "--set", "start.omga=1"]) == 2
+    told = capsys.readouterr().err
+    assert "--start thta=1: no coordinate or rate is called 'thta'." in told
+    assert "--set start.omga=1: no coordinate or rate is called 'omga'." in told
+
+
 def test_inputs_from_a_file_are_held_until_the_next_row(tmp_path: Path) -> None:
     table = tmp_path / "inputs.csv"
     table.write_text("t,torque\n0,1.0\n0.2,-2.0\n")

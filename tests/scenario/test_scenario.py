@@ -336,10 +336,11 @@ def test_a_file_of_one_megabyte_is_read_and_a_larger_one_is_refused(tmp_path: Pa
     assert refusal(file).what == "the file is larger than 1 MB."
 
 
-def test_a_missing_file_is_named_in_full_with_its_neighbour(tmp_path: Path) -> None:
+@pytest.mark.parametrize("name", ["crano.toml", "crane.tml"])
+def test_a_missing_file_is_named_in_full_with_its_neighbour(tmp_path: Path, name: str) -> None:
     (tmp_path / "crane.toml").write_text(HEAD)
-    mistake = refusal(tmp_path / "crano.toml")
-    assert mistake.what == f"there is no file {tmp_path / 'crano.toml'}."
+    mistake = refusal(tmp_path / name)
+    assert mistake.what == f"there is no file {tmp_path / name}."
     assert mistake.remedy == "Did you mean 'crane.toml'?"
 
 

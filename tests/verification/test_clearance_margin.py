@@ -15,6 +15,7 @@ from kinolab.dynamics.language.json.machine_file import machine_to_json
 from kinolab.problem import PlanningTask
 from kinolab.trajectory import Trajectory
 from kinolab.verification import Certificate, verify
+from kinolab.verification.clearance_margin import ClearanceMargin
 from tests.support import OPEN, failed, problem_of
 
 Capture = pytest.CaptureFixture[str]
@@ -147,7 +148,8 @@ def test_the_report_says_how_small_the_clearance_is_when_and_beside_what(
     assert margin["beside"] == ["coin – ball"]
     capsys.readouterr()
     assert cli.run(["check", str(tmp_path / "run")]) == 0
-    smallest = f"{1000 * margin['clearance']:.3g} mm at t = {margin['time']:.6g} s (coin – ball)"
+    time = round(margin["time"], 4)
+    smallest = f"{1000 * margin['clearance']:.3g} mm at t = {time:.6g} s (coin – ball)"
     assert f"  smallest clearance {smallest}" in capsys.readouterr().out.splitlines()
 
 
@@ -175,4 +177,12 @@ def test_the_distance_from_a_goal_of_lengths_is_in_metres(tmp_path: Path, capsys
     assert report["goal_distance_by_unit"] == {"m": report["goal_distance"]}
     assert f", ending {report['goal_distance']:.3g} m from the goal's centre, " in (
         capsys.readouterr().out
+    )
+
+
+def test_large_distances_are_told_in_metres_and_times_to_a_tenth_of_a_millisecond() -> None:
+    far = ClearanceMargin(1.3701, 5.81551e-9, ("cart – shelf",), required=0.5)
+    assert str(far) == (
+        "smallest clearance 1.87 m, 1.37 m more than [world] clearance asks for, at t = 0 s "
+        "(cart – shelf)"
     )

@@ -141,7 +141,7 @@ def _system_from_python(path: Path, function: str, where: str) -> System:
         system = factory()
     if not isinstance(system, System):
         what = f"{function}() returned {type(system).__name__}, not a System."
-        raise InputError([Mistake(where, what)])
+        raise InputError([Mistake(where, what, "End it with return System(…).")])
     return system
 
 

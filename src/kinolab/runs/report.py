@@ -11,7 +11,7 @@ from typing import Any
 
 from kinolab.problem import PlanningTask
 from kinolab.problem.goal_entries import distance_by_unit, goal_entries
-from kinolab.problem.static_holding import rest_warnings
+from kinolab.problem.warnings import problem_warnings
 from kinolab.runs.assets import hashes_of
 from kinolab.solve import PlanResult
 from kinolab.verification import Certificate, Check
@@ -60,7 +60,7 @@ def report_of(
         ],
         "margin": margin_to_json(certificate),
         "notes": list(problem.notes),
-        "warnings": [*problem.world.warnings, *rest_warnings(problem), *plan.warnings],
+        "warnings": [*problem_warnings(problem), *plan.warnings],
         "diagnosis": {"rejections": plan.rejections},
         "certificate": certified,
         "assets": hashes_of(assets),

@@ -79,9 +79,10 @@ def _no_file(path: Path, where: str) -> Mistake:
 
 
 def _neighbours(path: Path) -> list[str]:
-    folder = path.parent
-    pattern = f"*{path.suffix or '.toml'}"
-    return sorted(file.name for file in folder.glob(pattern)) if os.path.isdir(folder) else []
+    endings = (path.suffix,) if path.suffix in ENDINGS else ENDINGS
+    if not os.path.isdir(path.parent):
+        return []
+    return sorted(file.name for end in endings for file in path.parent.glob(f"*{end}"))
 
 
 def _suggestion(name: str, known: Sequence[str]) -> str:

@@ -12,6 +12,7 @@ from kinolab.world import CollisionChecker
 
 CONTACT_MARGIN = 1e-5  # [m] beyond the clearance, to find the closest pairs by contact
 CLEARANCE_TOLERANCE = 1e-4  # [m] by which the minimum may be missed between two samples
+TIME_DIGITS = 4  # of a time in [s] that is shown
 RELATIVE_TOLERANCE = 0.01  # of the smallest clearance: the same, where that is larger
 BETWEEN = " – "  # the names of a pair
 MAX_CHECKS = 20_000  # samples after which the tolerance doubles, and so on
@@ -53,10 +54,14 @@ class ClearanceMargin:
 
     def __str__(self) -> str:
         beside = f" ({', '.join(self.beside)})" if self.beside else ""
-        whole = f"smallest clearance {1000 * (self.clearance + self.required):.3g} mm"
+        whole = f"smallest clearance {_length(self.clearance + self.required)}"
         if self.required:
-            whole += f", {1000 * self.clearance:.3g} mm more than [world] clearance asks for,"
-        return f"{whole} at t = {self.time:.6g} s{beside}"
+            whole += f", {_length(self.clearance)} more than [world] clearance asks for,"
+        return f"{whole} at t = {round(self.time, TIME_DIGITS):.6g} s{beside}"
+
+
+def _length(metres: float) -> str:
+    return f"{metres:.3g} m" if metres >= 1.0 else f"{1000 * metres:.3g} mm"
 
 
 def state_clearance(problem: PlanningTask, x: Array, checker: CollisionChecker) -> StateClearance:

@@ -12,12 +12,17 @@ import kinolab.systems
 from kinolab.dynamics import (
     WORLD,
     Body,
+    Coulomb,
     Force,
+    Potential,
     Pull,
+    SlidingFriction,
     Sphere,
     System,
     Torque,
+    Viscous,
     angle,
+    closed,
     length,
     move,
     parameter,
@@ -64,38 +69,30 @@ def test_two_bodies_of_one_name() -> None:
 
 def test_two_coordinates_of_one_name() -> None:
     assert mistakes_of(Body("b", move(X, length("x")), mass=1)) == [
-        "name 'x': 2 coordinates, rates, inputs, states, "
-        "references or parameters have this name. "
-        "Give each a name of its own.",
-        "name 'x_dot': 2 coordinates, rates, inputs, states, "
-        "references or parameters have this name. "
-        "Give each a name of its own.",
+        "name 'x': 2 coordinates have this name. Give each a name of its own.",
+        "name 'x_dot': 2 rates have this name. Give each a name of its own.",
     ]
 
 
 def test_a_parameter_named_like_a_rate() -> None:
     assert mistakes_of(ball(mass=parameter("x_dot", 1))) == [
-        "name 'x_dot': 2 coordinates, rates, inputs, states, "
-        "references or parameters have this name. "
-        "Give each a name of its own."
+        "name 'x_dot': a rate and a parameter have this name. Give each a name of its own."
     ]
 
 
 def test_two_parameters_of_one_name() -> None:
     inertia = parameter("m", 1.0, "kg m^2")
     assert mistakes_of(ball(mass=MASS, inertia=inertia)) == [
-        "name 'm': 2 coordinates, rates, inputs, states, "
-        "references or parameters have this name. "
-        "Give each a name of its own."
+        "name 'm': 2 parameters have this name. Give each a name of its own."
     ]
 
 
 def test_an_input_named_like_a_coordinate_or_another() -> None:
     body = ball()
     inputs = [Torque(n, on=body, about=WORLD.z, limit=1) for n in ("x", "t", "t")]
-    assert [m.split(":")[0] for m in mistakes_of(body, inputs=inputs)] == [
-        "name 'x'",
-        "name 't'",
+    assert mistakes_of(body, inputs=inputs) == [
+        "name 'x': a coordinate and an input have this name. Give each a name of its own.",
+        "name 't': 2 inputs have this name. Give each a name of its own.",
     ]
 
 
@@ -308,18 +305,56 @@ def test_several_mistakes_are_reported_together() -> None:
 
 def test_a_constraint_that_never_bites() -> None:
     assert derivation_mistake(zero(0 * rate(X), "idle")) == (
-        "constraint 'idle': it never bites: no rate occurs in it."
+        "constraint 'idle': no rate occurs in it. State a velocity, such as V.y."
     )
     assert derivation_mistake(zero(velocity(BLADE).z, "flat")) == (
-        "constraint 'flat': it never bites: no rate occurs in it."
+        "constraint 'flat': no rate occurs in it. State a velocity, such as V.y."
     )
 
 
 @pytest.mark.parametrize("velocity_", [rate(X) ** 2, rate(X) * rate(Y), sp.sin(rate(X))], ids=str)
 def test_a_constraint_that_is_not_linear(velocity_: Any) -> None:
     assert derivation_mistake(zero(velocity_, "odd")) == (
-        "constraint 'odd': it is not linear in the rates."
+        "constraint 'odd': it is not linear in the rates. State a velocity, such as V.y."
     )
+
+
+@pytest.mark.parametrize("friction", [Viscous(X, 1), Coulomb(X, 1), SlidingFriction((X, TH), 1)])
+def test_friction_of_what_is_no_velocity_which_would_act_on_nothing(friction: Any) -> None:
+    (mistake,) = mistakes_of(efforts=[friction])
+    assert mistake.partition(" friction of ")[2] in {
+        f"{of}: no rate occurs in it. Write rate(x) for the velocity of a coordinate x, or a "
+        "velocity such as V.x."
+        for of in ("x", "x and th")
+    }
+
+
+def test_friction_of_what_is_not_linear() -> None:
+    system = System("sledge", bodies=[ball()], efforts=[Viscous(rate(X) ** 2, 1)])
+    with pytest.raises(InputError) as caught:
+        system.model()
+    assert str(caught.value) == (
+        "viscous friction of x_dot**2: it is not linear in the rates. "
+        "State a velocity, such as V.y."
+    )
+
+
+def test_friction_against_what_moves_is_none_of_these() -> None:
+    belt = System("sledge", bodies=[ball()], efforts=[Viscous(rate(X) - 1.0, 3.0)])
+    model = belt.model()
+    at_rest = model.f(np.zeros(model.nx), np.zeros(0))
+    assert at_rest[model.nq] == pytest.approx(3.0)  # [m/s^2]: 3 N s/m on 1 kg, from 1 m/s
+
+
+def test_an_energy_or_a_loop_of_velocities() -> None:
+    assert mistakes_of(efforts=[Potential(rate(X) ** 2)]) == [
+        "potential: its energy depends on the velocity x_dot. "
+        "Give a function of coordinates; a Wrench takes the rest."
+    ]
+    assert mistakes_of(constraints=[closed(rate(X), "held")]) == [
+        "constraint 'held': it depends on the velocity x_dot. "
+        "closed() takes a function of coordinates, zero() a velocity."
+    ]
 
 
 @pytest.mark.parametrize("velocity_", [X, rate(X) - 1, rate(X) + sp.cos(TH)], ids=str)

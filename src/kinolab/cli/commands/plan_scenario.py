@@ -166,11 +166,10 @@ def command(
 
 def _warnings(problem: PlanningTask, folder: Path) -> Iterator[str]:
     """Yield what one should know before a search, in sentences."""
-    from kinolab.problem.static_holding import rest_warnings
+    from kinolab.problem.warnings import problem_warnings
     from kinolab.runs import replaced_scenario
 
-    yield from problem.world.warnings
-    yield from rest_warnings(problem)
+    yield from problem_warnings(problem)
     earlier = replaced_scenario(folder, problem)
     if earlier is not None:
         yield (

@@ -16,12 +16,14 @@ from kinolab.dynamics.language.expressions import is_zero
 from kinolab.dynamics.language.forces import (
     Buoyancy,
     Coulomb,
+    Friction,
     Potential,
     Rope,
     SlidingFriction,
     Spring,
     Viscous,
     Wrench,
+    effort_name,
 )
 from kinolab.dynamics.language.frames import Frame
 from kinolab.dynamics.language.inputs import Control, Drive, Force, Input, Pull, Rate, Torque
@@ -92,18 +94,18 @@ class NewtonEuler:
             match effort:
                 case Viscous():
                     strength = self.binding.lower(effort.coefficient * effort.velocity)
-                    self._resist(total, effort.velocity, strength)
+                    self._resist(total, effort, effort.velocity, strength)
                 case Coulomb():
                     slip = sympy.tanh(effort.velocity / effort.smoothing)
                     strength = self.binding.lower(effort.strength * slip)
-                    self._resist(total, effort.velocity, strength)
+                    self._resist(total, effort, effort.velocity, strength)
                 case Rope() if not is_zero(effort.damping):
                     self._tighten(total, effort, self._damped(effort))
                 case SlidingFriction():
                     size = sympy.sqrt(sum(v**2 for v in (*effort.slip, effort.smoothing)))
                     for velocity in effort.slip:
                         strength = self.binding.lower(effort.strength * velocity / size)
-                        self._resist(total, velocity, strength)
+                        self._resist(total, effort, velocity, strength)
                 case Wrench():
                     self._wrench(total, effort)
         for entry in self.system.inputs:
@@ -266,10 +268,12 @@ class NewtonEuler:
             (slope,) = tape.derivative([node], self.binding.flow(direction))
             total[i] = tape.sub(total[i], slope)
 
-    def _resist(self, total: list[Node], velocity: sympy.Expr, strength: Node) -> None:
+    def _resist(
+        self, total: list[Node], effort: Friction, velocity: sympy.Expr, strength: Node
+    ) -> None:
         """Subtract a force along a velocity; the strength may depend on velocity variables."""
         tape, motions = self.binding.tape, self.kinematics.motions
-        node = self.binding.lower(velocity)
+        node, _ = self.binding.linear_slopes(effort_name(effort), velocity)
         (actual,) = tape.substitute([strength], self.binding.at(motions.velocities))
         for i, direction in enumerate(motions.directions):
             (fraction,) = tape.derivative([node], self.binding.at(direction))

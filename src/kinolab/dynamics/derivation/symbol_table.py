@@ -19,8 +19,10 @@ from kinolab.dynamics.language.mechanism_parts import (
     tangent_symbols,
 )
 from kinolab.dynamics.language.symbols import Coordinate
+from kinolab.errors import InputError, Mistake
 
 RANDOM_STATES = 12  # more never changed a choice
+SOME_VELOCITY = "State a velocity, such as V.y."
 
 
 @dataclass(frozen=True)
@@ -83,6 +85,23 @@ class SymbolTable:
         """Return a velocity's node, and its derivative by each velocity of the machine."""
         tape, node = self.tape, self.lower(exact(velocity))
         return node, tuple(tape.derivative([node], {v: tape.one})[0] for v in self.tangent)
+
+    def linear_slopes(self, where: str, velocity: sympy.Expr) -> tuple[Node, tuple[Node, ...]]:
+        """Return what ``slopes`` does, for a velocity that must be linear in those of the machine.
+
+        Raises:
+            InputError: If it is not; ``where`` says what it is the velocity of.
+        """
+        node, covector = self.slopes(velocity)
+        if self._moves(covector):
+            node, covector = self.slopes(sympy.expand(velocity))
+        if self._moves(covector):
+            raise InputError([Mistake(where, "it is not linear in the rates.", SOME_VELOCITY)])
+        return node, covector
+
+    def _moves(self, nodes: Sequence[Node]) -> bool:
+        moving = frozenset(self.tangent)
+        return any(self.tape.depends_on(node) & moving for node in nodes)
 
     def at(self, velocities: Sequence[Node]) -> Mapping[Node, Node]:
         """Return the substitution of the velocity variables by given nodes."""

@@ -14,7 +14,12 @@ import numpy as np
 import sympy
 
 from kinolab.dynamics.derivation.expression_graph import ExpressionGraph, Node
-from kinolab.dynamics.derivation.symbol_table import RANDOM_STATES, SymbolTable, sampled_values
+from kinolab.dynamics.derivation.symbol_table import (
+    RANDOM_STATES,
+    SOME_VELOCITY,
+    SymbolTable,
+    sampled_values,
+)
 from kinolab.dynamics.derivation.symbolic_solve import Guards, solve_square
 from kinolab.dynamics.derivation.velocity_choice import (
     VelocityChoice,
@@ -179,18 +184,13 @@ def _row(
     binding: SymbolTable, where: str, name: str, velocity: sympy.Expr, value: Node
 ) -> ConstraintRow:
     tape = binding.tape
-    node, covector = binding.slopes(velocity)
-    moving = frozenset(binding.tangent)
-    if any(tape.depends_on(entry) & moving for entry in covector):
-        node, covector = binding.slopes(sympy.expand(velocity))
-    if any(tape.depends_on(entry) & moving for entry in covector):
-        raise InputError([Mistake(where, "it is not linear in the rates.")])
+    node, covector = binding.linear_slopes(where, velocity)
     at_rest = tape.substitute([node], dict.fromkeys(binding.tangent, tape.zero))[0]
     if at_rest != tape.zero:
-        remedy = "State a velocity, such as V.y."
-        raise InputError([Mistake(where, "it does not vanish when the machine rests.", remedy)])
+        what = "it does not vanish when the machine rests."
+        raise InputError([Mistake(where, what, SOME_VELOCITY)])
     if all(entry == tape.zero for entry in covector):
-        raise InputError([Mistake(where, "it never bites: no rate occurs in it.")])
+        raise InputError([Mistake(where, "no rate occurs in it.", SOME_VELOCITY)])
     (bias,) = tape.derivative([node], binding.flow())
     return ConstraintRow(name, covector, value, bias)
 

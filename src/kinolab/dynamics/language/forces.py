@@ -271,6 +271,11 @@ Friction: TypeAlias = Viscous | Coulomb | SlidingFriction
 Effort: TypeAlias = Potential | Spring | Rope | Buoyancy | Friction | Wrench
 
 
+def friction_velocities(friction: Friction) -> tuple[Number, ...]:
+    """Return the velocities that friction acts against."""
+    return friction.slip if isinstance(friction, SlidingFriction) else (friction.velocity,)
+
+
 def friction_strength(friction: Friction) -> tuple[str, sympy.Expr]:
     """Return what must not be negative, so that friction takes energy out, and its name."""
     name = "coefficient" if isinstance(friction, Viscous) else "strength"

@@ -12,10 +12,18 @@ import numpy as np
 import sympy
 
 from kinolab.dynamics.language.bodies import Body, Cable
+from kinolab.dynamics.language.constraints import PositionConstraint
 from kinolab.dynamics.language.expressions import exact
 from kinolab.dynamics.language.feedback import Feedback, Regulator
 from kinolab.dynamics.language.flatness import CURVATURE, FlatOutputs, output_symbols
-from kinolab.dynamics.language.forces import Friction, Rope, effort_name, friction_strength
+from kinolab.dynamics.language.forces import (
+    Friction,
+    Potential,
+    Rope,
+    effort_name,
+    friction_strength,
+    friction_velocities,
+)
 from kinolab.dynamics.language.inputs import bounds_of
 from kinolab.dynamics.language.mechanism_parts import (
     AnyCoordinate,
@@ -73,16 +81,27 @@ def mistakes_of(
             yield from _shape(system, body, shape)
     for cable in system.cables:
         yield from _cable(system, cable)
-    for effort in (*system.efforts, *(e for mode in system.modes for e in mode.efforts)):
-        if isinstance(effort, Rope):
-            yield from _rope(system, effort)
-        elif isinstance(effort, Friction):
-            yield from _friction(system, effort)
+    yield from _forces(system)
     for entry in system.inputs:
         try:
             bounds_of(entry)
         except InputError as error:
             yield from error.mistakes
+
+
+def _forces(system: MechanismParts) -> Iterator[Mistake]:
+    """Check forces, those of modes included, and what position constraints depend on."""
+    moving = {*tangent_symbols(system), *(v.symbol for v in quasi_velocities(system))}
+    for effort in (*system.efforts, *(e for mode in system.modes for e in mode.efforts)):
+        if isinstance(effort, Rope):
+            yield from _rope(system, effort)
+        elif isinstance(effort, Friction):
+            yield from _friction(system, effort, moving)
+        elif isinstance(effort, Potential):
+            yield from _potential(effort, moving)
+    for constraint in system.all_constraints:
+        if isinstance(constraint, PositionConstraint):
+            yield from _position_constraint(constraint, moving)
 
 
 def _modes(system: MechanismParts) -> Iterator[Mistake]:
@@ -122,22 +141,29 @@ def _where(system: MechanismParts) -> str:
 
 
 def _naming(system: MechanismParts) -> Iterator[Mistake]:
-    symbols = (*configuration_symbols(system), *tangent_symbols(system), *system.parameters)
     references = () if system.feedback is None else system.feedback.references
+    kinds: dict[str, Sequence[Any]] = {
+        "coordinate": configuration_symbols(system),
+        "rate": tangent_symbols(system),
+        "parameter": system.parameters,
+        "input": system.inputs,
+        "state": system.states,
+        "reference": references,
+        "quasi velocity": quasi_velocities(system),
+    }
     named = (*system.inputs, *system.states, *references, *quasi_velocities(system))
     groups = {
-        "name": [entry.name for entry in (*symbols, *named)],
         "body": [body.name for body in system.bodies],
         "cable": [*(cable.name for cable in system.cables), *{body.name for body in system.bodies}],
         "constraint": [constraint.name for constraint in system.all_constraints],
         "mode": [mode.name for mode in system.modes],
         "transition": [transition.name for transition in system.transitions],
     }
+    groups["name"] = [entry.name for entries in kinds.values() for entry in entries]
     for kind, names in groups.items():
         for name, count in Counter(names).items():
             if count > 1:
-                bearers = "coordinates, rates, inputs, states, references or parameters "
-                what = f"{count} {bearers if kind == 'name' else ''}have this name."
+                what = f"{_bearers(name, kinds) if kind == 'name' else count} have this name."
                 yield Mistake(f"{kind} {name!r}", what, "Give each a name of its own.")
     texts = [system.name, *(parameter.unit for parameter in system.parameters)]
     texts += [requirement.name for requirement in system.all_requirements]
@@ -151,6 +177,17 @@ def _naming(system: MechanismParts) -> Iterator[Mistake]:
         if not entry.name.isidentifier():
             remedy = "Use letters, digits and underscores, beginning with a letter."
             yield Mistake(f"{entry.name!r}", "this is not a usable name.", remedy)
+
+
+def _bearers(name: str, kinds: dict[str, Sequence[Any]]) -> str:
+    """Return what has a name, such as ``2 coordinates`` or ``a coordinate and an input``."""
+    found = []
+    for kind, entries in kinds.items():
+        count = sum(entry.name == name for entry in entries)
+        article = "an" if kind == "input" else "a"
+        if count:
+            found.append(f"{article} {kind}" if count == 1 else f"{count} {kind}s")
+    return " and ".join(found)
 
 
 def _values(system: MechanismParts) -> Iterator[Mistake]:
@@ -410,8 +447,31 @@ def _rope(system: MechanismParts, rope: Rope) -> Iterator[Mistake]:
         yield Mistake("rope", f"its length is {system.number(length):g} m.", "It must be positive.")
 
 
-def _friction(system: MechanismParts, friction: Friction) -> Iterator[Mistake]:
-    """Check that friction takes energy out, as far as numbers and parameters tell."""
+def _potential(potential: Potential, moving: set[sympy.Symbol]) -> Iterator[Mistake]:
+    """Check that a potential energy does not depend on velocities."""
+    for symbol in sorted(exact(potential.energy).free_symbols & moving, key=str):
+        what = f"its energy depends on the velocity {symbol}."
+        yield Mistake("potential", what, "Give a function of coordinates; a Wrench takes the rest.")
+
+
+def _position_constraint(
+    constraint: PositionConstraint, moving: set[sympy.Symbol]
+) -> Iterator[Mistake]:
+    """Check that a position constraint does not depend on velocities."""
+    for symbol in sorted(constraint.position.free_symbols & moving, key=str):
+        what = f"it depends on the velocity {symbol}."
+        remedy = "closed() takes a function of coordinates, zero() a velocity."
+        yield Mistake(f"constraint {constraint.name!r}", what, remedy)
+
+
+def _friction(
+    system: MechanismParts, friction: Friction, moving: set[sympy.Symbol]
+) -> Iterator[Mistake]:
+    """Check that friction acts on a velocity, and takes energy out as far as numbers tell."""
+    stated = [exact(velocity).free_symbols for velocity in friction_velocities(friction)]
+    if not set().union(*stated) & moving:
+        remedy = "Write rate(x) for the velocity of a coordinate x, or a velocity such as V.x."
+        yield Mistake(effort_name(friction), "no rate occurs in it.", remedy)
     name, strength = friction_strength(friction)
     value = _number_in(system, strength)
     if value is not None and not 0 <= value < math.inf:

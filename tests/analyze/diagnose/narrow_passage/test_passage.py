@@ -84,6 +84,7 @@ def test_where_nothing_can_be_touched_there_is_nothing_to_look_at(tmp_path: Path
 
 
 def test_small_gaps_are_given_in_millimetres() -> None:
+    assert "at most 1 mm too" in Passage(False, 0.00025, ("a – b",)).sentence
     assert "about 3 mm too" in Passage(False, 0.0031, ("a – b",)).sentence
     assert "about 2 cm too" in Passage(False, 0.0213, ("a – b",)).sentence
     assert "about 12.5 cm too" in Passage(False, 0.126, ("a – b",)).sentence

@@ -37,6 +37,7 @@ MIN_PATHS = 3  # paths after which no smaller machine is tried
 MAX_CHECKS = 40_000  # collision checks per path search
 COARSE_RESOLUTION = 0.03  # [m] of motion between two collision checks, before the fine check
 ROUGH, FINE = (0.016, 12), (0.008, 150)  # spacing in [m] and patience of widening
+KNOWN_TO = 1e-3  # [m]: no width is stated more finely
 QUANTA_BEFORE_CONTACT = 8  # quanta by which the machine is enlarged to find what blocks it
 SIDES = [sign * axis for axis in np.eye(3) for sign in (1.0, -1.0)]
 
@@ -78,7 +79,7 @@ class Passage:
             return f"No way was found{missing}."
         width, beside = _width(self.narrow_by), ", ".join(self.beside)
         if self.finished:
-            figure = "at most" if self.at_most else "about"
+            figure = "at most" if self.at_most or self.narrow_by < KNOWN_TO else "about"
             return f"The way is {figure} {width} too narrow: {beside}."
         return f"No way was found in time, but one for a machine {width} narrower: {beside}."
 
@@ -192,4 +193,6 @@ class _Search:
 
 def _width(length: float) -> str:
     """Format a length in [m] to its known precision."""
-    return f"{round(200 * length) / 2:g} cm" if length > 0.0075 else f"{1000 * length:.0f} mm"
+    if length > 0.0075:
+        return f"{round(200 * length) / 2:g} cm"
+    return f"{1000 * max(length, KNOWN_TO):.0f} mm"

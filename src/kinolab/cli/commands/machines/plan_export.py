@@ -26,7 +26,7 @@ OF_RUNS = ("csv", "npz", "parquet", "hdf5", "joint_trajectory", "path", "rosbag"
     type=click.Choice((*OF_MACHINES, *OF_RUNS)),
     help="Of a machine c, which is the default, mjcf or urdf; of a run one of the others.",
 )
-@click.option("--out", type=PATH, metavar="DIR", help="Folder of the files; by default this one.")
+@click.option("--out", type=PATH, metavar="DIR", help="Folder of the files; else the current one.")
 @click.option(
     "--partial", is_flag=True, help="Leave out what a model in MJCF or URDF cannot represent."
 )

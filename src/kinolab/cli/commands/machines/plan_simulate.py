@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 
 import click
@@ -17,6 +20,7 @@ from kinolab.cli.common import (
 from kinolab.cli.interrupts import INTERRUPTS
 from kinolab.cli.progress import Progress
 from kinolab.cli.terminal import say
+from kinolab.errors import InputError
 
 
 @click.command("simulate")
@@ -50,7 +54,8 @@ def command(
     progress = Progress(quiet)
     progress("deriving and compiling the machine")
     given = [*overrides, *(f"start.{entry}" for entry in start)]
-    problem = build_problem(find_scenario(what, overrides=given), planning=False)
+    with _as_typed(start):
+        problem = build_problem(find_scenario(what, overrides=given), planning=False)
     trajectory = simulate(problem, duration, inputs)
     distance = problem.goal_distance(trajectory.x[-1])
     moved = PlanResult(
@@ -68,3 +73,16 @@ def command(
     place = f"{folder}{replaced(earlier)}"
     say(f"simulated: {trajectory.duration:g} s\n  written to {place}")
     return moved.exit_code
+
+
+@contextmanager
+def _as_typed(start: Sequence[str]) -> Iterator[None]:
+    """Name mistakes in ``--start`` as they were typed; they are those of overrides."""
+    typed = {f"--set start.{entry}": f"--start {entry}" for entry in start}
+    try:
+        yield
+    except InputError as error:
+        raise InputError(
+            replace(mistake, where=typed.get(mistake.where, mistake.where))
+            for mistake in error.mistakes
+        ) from None
