@@ -70,8 +70,8 @@ def read_mjcf(
         path: The file.
         locked: Positions of joints that do not move, by name, in [rad] or [m].
         shapes: Whether to read shapes at all.
-        self_collisions: Whether links that are not neighbours may not touch each other: those that
-            are apart where the robot rests, and mostly elsewhere.
+        self_collisions: Whether links may not touch each other: those that are not neighbours, do
+            not touch at rest, and do not touch in most other positions.
         convex_parts: How many parts a mesh may be divided into, each with a box or capsule of its
             own, instead of one around the whole.
         partial: Whether to leave out what cannot be represented.

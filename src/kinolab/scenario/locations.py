@@ -24,6 +24,7 @@ NAME_TABLES: tuple[KeyPath, ...] = (
     ("bounds",),
     ("metric",),
     ("start",),
+    ("system", "locked"),
     ("system", "parameters"),
     ("world", "bounds"),
 )
