@@ -27,6 +27,6 @@ def _degrees(problem: PlanningTask) -> Iterator[str]:
             value = values.get(name)
             if isinstance(value, int | float) and abs(value) > TURN and value == round(value):
                 yield (
-                    f"[{section}] {name} = {value:g} is in rad, {abs(value) / TURN:.3g} turns; "
+                    f"[{section}] {name} = {value:g} is in rad, more than a whole turn; "
                     f'"{value:g} deg" is in degrees.'
                 )
