@@ -94,7 +94,7 @@ class _KpieceExtension(AbstractTreeExtension):
         ended, made = explore(
             self._search, self._tree, self._cells, self._leads, self.best, iterations,
             self._most, pace, planner.min_steps, planner.max_steps,
-            float(planner.cost_to_go_exponent), planner.control_samples,
+            planner.cost_to_go_exponent, planner.control_samples,
         )  # fmt: skip
         return int(ended), int(made)
 

@@ -44,7 +44,7 @@ class RRTFast(AbstractCompiledPlanner):
         """Return the tree extension."""
         if self.threads == 1:
             return _RrtExtension(self, search)
-        growth = Growth(float(self.goal_bias), self.control_samples, self.min_steps, self.max_steps)
+        growth = Growth(self.goal_bias, self.control_samples, self.min_steps, self.max_steps)
         return ThreadedTree(search, growth, self.max_nodes, self.threads)
 
 
@@ -63,6 +63,6 @@ class _RrtExtension(AbstractTreeExtension):
         planner = self._planner
         ended, made = grow(
             self._search, self._tree, self.best, iterations,
-            float(planner.goal_bias), planner.control_samples, planner.min_steps, planner.max_steps,
+            planner.goal_bias, planner.control_samples, planner.min_steps, planner.max_steps,
         )  # fmt: skip
         return int(ended), int(made)

@@ -71,14 +71,14 @@ class SST(AbstractCompiledPlanner):
         if self.threads == 1:
             return _SstExtension(self, search)
         growth = Growth(
-            float(self.goal_bias),
+            self.goal_bias,
             self.control_samples,
             self.min_steps,
             self.max_steps,
             sparse=1,
-            selection_radius=float(self.selection_radius),
-            improving_radius=float(self.improving_radius),
-            pruning_radius=float(self.pruning_radius),
+            selection_radius=self.selection_radius,
+            improving_radius=self.improving_radius,
+            pruning_radius=self.pruning_radius,
         )
         return ThreadedTree(search, growth, self.max_nodes, self.threads)
 

@@ -225,6 +225,13 @@ def test_a_planner_and_a_setting_that_do_not_exist_are_refused(table: PlanningTa
         table.solve(planner="rrt", goal_bias="often")
 
 
+def test_whole_numbers_are_taken_for_numbers() -> None:
+    """Loops are compiled for the types of settings, and would be compiled anew for integers."""
+    sparse = planners.get("sst").from_settings({"goal_bias": 0, "pruning_radius": 2, "threads": 2})
+    assert [type(sparse.goal_bias), type(sparse.pruning_radius)] == [float, float]  # type: ignore[attr-defined]
+    assert type(sparse.threads) is int  # type: ignore[attr-defined]
+
+
 def test_settings_given_here_win_over_the_scenarios(tmp_path: Path) -> None:
     problem = problem_of(tmp_path, OPEN, "planner.max_steps=1", "planner.goal_bias=0.3")
     same = problem.solve(seed=1, max_iterations=5000)

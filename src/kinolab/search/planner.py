@@ -53,6 +53,13 @@ class AbstractPlanner(ABC):
     work_per_iteration: ClassVar[float] = 2e-3
     hybrid: ClassVar[bool] = False
 
+    def __post_init__(self) -> None:
+        """Take whole numbers for numbers: loops are compiled for the types of settings."""
+        for entry in settings_of(type(self)):
+            value = getattr(self, entry.name)
+            if isinstance(entry.default, float) and type(value) is int:
+                object.__setattr__(self, entry.name, float(value))
+
     @abstractmethod
     def solve(self, problem: PlanningTask, seed: int, budget: Budget) -> SearchResult:
         """Search for inputs that bring the machine from the start into the goal region.

@@ -91,8 +91,8 @@ class StoppingTolerances:
 class ShorteningOptions:
     """Options of making trajectories exact, segmenting and shortening them."""
 
-    exact_clearances: tuple[float, float] = setting((1e-2, 5e-2, 2e-3), meaning="Reserves of gaps.")
-    short_clearances: tuple[float, float] = setting((7e-2, 2e-2, 4e-2, 2e-3), meaning="Likewise.")
+    exact_clearances: tuple[float, ...] = setting((1e-2, 5e-2, 2e-3), meaning="Reserves of gaps.")
+    short_clearances: tuple[float, ...] = setting((7e-2, 2e-2, 4e-2, 2e-3), meaning="Likewise.")
     min_reserve_gain: float = setting(0.05, meaning="Gain for which a gap may be smaller.")
     coarse_clearance: float = setting(2e-2, meaning="The same for coarse knots.")
     segment_clearances: tuple[float, float] = setting(
@@ -163,15 +163,15 @@ class GuessOptions:
     fine_iterations: int = setting(12, meaning="Subproblems with many knots.")
     max_iterations: tuple[int, int] = setting((20, 30), meaning="Subproblems: first, later.")
     min_repeatable: float = setting(0.25, meaning="Duration at least, where errors grow.")
-    durations: tuple[float, float] = setting((2.0, 3.0, 1.4, 4.0, 2.5, 6.0), meaning="In turn.")
+    durations: tuple[float, ...] = setting((2.0, 3.0, 1.4, 4.0, 2.5, 6.0), meaning="In turn.")
     kinematic_guesses: int = setting(8, meaning="Of the reduction, until one becomes a motion.")
     kinematic_cost: float = setting(0.25, meaning="What one costs, of a guess with dynamics.")
     slower_than_kinematic: tuple[float, float] = setting(
         (1.1, 1.6), meaning="Durations of kinematic motions with the dynamics, in turn."
     )
     duration_jitter: float = setting(0.2, meaning="How far its logarithm is off at random.")
-    turning: tuple[float, float] = setting((0.1, 0.3, 1.0), meaning="Random half turns of paths.")
-    odds: tuple[float, float] = setting((0.4, 0.1, 0.25, 0.25), meaning="And of a detour.")
+    turning: tuple[float, ...] = setting((0.1, 0.3, 1.0), meaning="Random half turns of paths.")
+    odds: tuple[float, ...] = setting((0.4, 0.1, 0.25, 0.25), meaning="And of a detour.")
     max_branches: tuple[int, int] = setting((600, 2500), meaning="Of trees, and for short paths.")
     shorter: tuple[float, float] = setting((0.4, 1.0), meaning="Range of a path's duration.")
     min_guess_steps: int = setting(10, meaning="Steps of a guess at least.")

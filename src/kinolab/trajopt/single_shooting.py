@@ -89,13 +89,14 @@ class _Tail:
     def ended(self, cancelled: Callable[[], bool]) -> _Tail | None:
         """Return a tail near this one that ends in the goal's centre."""
         tail = self.under(self.inputs)
-        for _ in range(END.newton_steps):
+        for step in range(END.newton_steps + 1):
             if tail is None or cancelled():
                 return None
             missing = tail.missing()
             if np.abs(missing).sum() <= END.goal_tolerance:
                 return tail
-            tail = tail.nearer(missing, cancelled)
+            if step < END.newton_steps:
+                tail = tail.nearer(missing, cancelled)
         return None
 
     def missing(self) -> Array:

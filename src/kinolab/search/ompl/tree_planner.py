@@ -23,13 +23,14 @@ class AbstractTreePlanner(AbstractTreeSearch):
     def make(self, setup: OmplSetup) -> Any:
         """Return OMPL's planner."""
 
-    def ompl_setup(self, problem: PlanningTask, seed: int, budget: Budget) -> OmplSetup:  # noqa: ARG002
+    def ompl_setup(self, problem: PlanningTask, seed: int, budget: Budget) -> OmplSetup:
         """Return the problem in OMPL's terms; the seed is for samples that OMPL does not draw."""
         return OmplSetup(
             problem,
             min_steps=self.min_steps,
             max_steps=self.max_steps,
             goal_region_scale=self.goal_region_scale,
+            seed=seed,
             given_up=lambda: budget.interrupted,
         )
 

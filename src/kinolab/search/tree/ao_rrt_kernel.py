@@ -89,7 +89,7 @@ def grow_below(  # type: ignore[no-untyped-def]
 
     Args:
         search: The problem and scratch memory.
-        tree: The tree, without an index of its own; written.
+        tree: The tree, whose own index is not used; written.
         costs: Index of its nodes; written.
         best: The node nearest to the goal and its normalised goal error (2,); written.
         iterations: Maximum number of iterations.

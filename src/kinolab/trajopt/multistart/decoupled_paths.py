@@ -247,7 +247,7 @@ class DecoupledPaths:
         fields = [leg.field for leg in last]
         lengths = np.array([leg.length for leg in last])
         large = self._longest[fields]
-        for _ in range(FIELDS.newton_steps):
+        for step in range(FIELDS.newton_steps + 1):
             raise_if_cancelled(self._cancelled)
             tried = np.vstack([lengths, lengths + FIELDS.fd_step * np.diag(large)])
             ends = self._ends(q, fields, tried)
@@ -257,6 +257,8 @@ class DecoupledPaths:
             if np.linalg.norm(residuals[0]) < FIELDS.goal_tolerance:
                 made = [Leg(f, float(a)) for f, a in zip(fields, lengths, strict=True)]
                 return kept + made if self._is_allowed(q, made) else None
+            if step == FIELDS.newton_steps:
+                break
             slope = (residuals[1:] - residuals[0]).T / FIELDS.fd_step
             change = -np.linalg.lstsq(slope, residuals[0], rcond=FIELDS.rank_tolerance)[0]
             change *= min(1.0, FIELDS.max_change / max(np.abs(change).max(), 1e-300))
