@@ -8,10 +8,12 @@ import numpy as np
 import pytest
 
 import kinolab
+from kinolab.analyze.simulate import simulate
 from kinolab.dynamics import Body, Box, Force, Sphere, System, length, move
 from kinolab.dynamics.language.json.machine_file import machine_to_json
 from kinolab.errors import EndpointError, InputError
 from kinolab.problem import PlanningTask
+from kinolab.trajectory import Trajectory
 from kinolab.verification import collision_check
 from kinolab.world import (
     BodyGeometry,
@@ -20,6 +22,7 @@ from kinolab.world import (
     box_obstacle,
     sphere_obstacle,
 )
+from kinolab.world.collision import triangle_tree
 
 RADIUS, POST, CLEARANCE = 0.1, 0.5, 0.3  # [m]
 IDENTITY = np.hstack([np.eye(3), np.zeros((3, 1))])
@@ -95,6 +98,45 @@ def test_a_start_that_is_too_near_is_refused(folder: Path) -> None:
     problem = kinolab.load(folder / "puck.toml", overrides=[f"start.x={close}", "start.y=0.1"])
     with pytest.raises(EndpointError, match="puck is nearer to post than"):
         problem.check_endpoints()
+
+
+WIRE = "v 0 -3 0\nv 0 3 0\nv 0 1 0\nf 1 2 3\n"  # its corners are on one line
+SAIL = "v 0 -3 -1\nv 0 3 -1\nv 0 0 3\nf 1 2 3\n"
+
+
+def through_a_mesh(folder: Path, mesh: str) -> tuple[PlanningTask, Trajectory]:
+    """A puck that slides along the x axis, through a mesh at x = 3.62 m, within 4 s."""
+    (folder / "mesh.obj").write_text(mesh)
+    post = f'name = "post"\nsphere = {POST}\nposition = [2.0, 0.1, 0.0]\n'
+    placed = (
+        'name = "mesh"\nmesh = "mesh.obj"\nposition = [2.0, 0.0, 0.0]\nrpy = [0.02, 0.0, 0.3]\n'
+    )
+    text = SCENARIO.replace(post, placed).replace(f"clearance = {CLEARANCE}", "")
+    assert placed in text
+    (folder / "mesh.toml").write_text(f"{text}[start]\nx_dot = 0.99\n")
+    problem = kinolab.load(folder / "mesh.toml")
+    return problem, simulate(problem, 4.0)
+
+
+def test_a_wire_of_triangles_without_area_is_met(folder: Path) -> None:
+    problem, motion = through_a_mesh(folder, WIRE)
+    check = collision_check(problem, motion)
+    assert not check.passed
+    assert "puck touches mesh" in check.detail
+
+
+def test_a_gap_that_is_wrongly_proved_does_not_pass(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """FCL is asked at every knot, whatever bounds say, and its word counts."""
+    true = triangle_tree._planes
+    monkeypatch.setattr(triangle_tree, "_planes", lambda t: np.add(true(t), [0.0, 0.0, 0.0, 10.0]))
+    problem, motion = through_a_mesh(folder, SAIL)
+    poses, ends = problem.placement(np.array([3.62, 0.0, 0.99, 0.0]))
+    assert not problem.checker().collides(poses, ends)  # it is in the middle of the sail
+    check = collision_check(problem, motion)
+    assert not check.passed
+    assert "mesh" in check.detail
 
 
 def test_clearance_is_a_distance(folder: Path) -> None:

@@ -175,7 +175,8 @@ class ClearanceSearch:
 
     def _clearances(self, times: Array, states: Array) -> Array:
         place = self.dense.problem.placement(states)
-        gaps = (self._judge or self.checker).clearances(*place)
+        judge = self._judge or self.checker
+        gaps = judge.clearances(*place)
         self.count += len(gaps)
         best = int(np.argmin(gaps))
         if gaps[best] < self.least:
@@ -184,7 +185,7 @@ class ClearanceSearch:
             if times[k] >= self.contact:
                 break
             poses, ends = place
-            if self.checker.collides(poses[k], ends[k] if len(ends) else ends):
+            if judge.collides(poses[k], ends[k] if len(ends) else ends):
                 self.contact = float(times[k])
             else:  # it grazes something
                 gaps[k] = GRAZE

@@ -103,3 +103,22 @@ def test_searches_of_meshes_look_at_few_triangles() -> None:
     tree = triangle_tree(random_triangles(5000, np.random.default_rng(2), 0.0))
     sides = tree.leaf_boxes[:, 3:] - tree.leaf_boxes[:, :3]
     assert np.median(sides.max(axis=1)) < 4.0  # of 10 m: 313 leaves, 6.8 along each side
+
+
+@pytest.mark.parametrize("length", [1.0, 6.0, 100.0, 1e4])
+def test_triangles_that_are_lines_but_for_rounding_are_met(length: float) -> None:
+    """Such as the wires of a drawing, turned: the cross product of their edges is rounding."""
+    rng = np.random.default_rng(7)
+    for _ in range(60):
+        along = rng.normal(size=3)
+        along *= length / np.linalg.norm(along)
+        begin = rng.uniform(-1.0, 1.0, 3)
+        line = np.stack([begin, begin + along, begin + rng.uniform() * along])
+        sphere = Sphere(np.ascontiguousarray(line[rng.permutation(3)].reshape(1, 9)), 0.1)
+        aside = np.cross(along, rng.normal(size=3))
+        aside /= np.linalg.norm(aside)
+        gap = rng.uniform(0.0, 0.5)
+        at = begin + rng.uniform() * along + (0.1 + gap) * aside
+        assert sphere.gap(at, 0.0, 0.01) <= min(gap, 0.01) + 1e-9 * length
+        assert sphere.gap(at, 0.0, np.inf) == pytest.approx(gap, abs=1e-9 * length)
+        assert sphere.gap(begin + 0.5 * along, 0.0, 0.01) == 0.0

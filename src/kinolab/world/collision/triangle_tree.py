@@ -27,6 +27,7 @@ from kinolab.world.obstacle import Obstacle
 
 MAX_LAYERS = 9  # of groups, and one above them
 MAX_RANGES = 80  # that wait while triangles are sorted, at most
+LEAST_SINE = 1e-6  # of a corner: flatter triangles are taken for lines, which have no plane
 NOWHERE = np.float32(1e15)  # [m] where a box is that is none
 
 Lanes = NDArray[np.float32]
@@ -121,10 +122,16 @@ def _groups(boxes: Array) -> tuple[Lanes, Integers]:
 
 
 def _planes(triangles: Array) -> Array:
+    """Return unit normals and offsets (m, 4); zeros, which bound nothing, of what is a line.
+
+    Where corners are collinear but for rounding, the cross product is rounding, too.
+    """
     corner = triangles.reshape(-1, 3, 3)
-    normal = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
-    size = np.linalg.norm(normal, axis=1, keepdims=True)
-    unit = np.divide(normal, size, out=np.zeros_like(normal), where=size > 0)
+    first, second = corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]
+    normal = np.cross(first, second)
+    size, sides = (np.linalg.norm(v, axis=1, keepdims=True) for v in (normal, first))
+    sides = LEAST_SINE * sides * np.linalg.norm(second, axis=1, keepdims=True)
+    unit = np.divide(normal, size, out=np.zeros_like(normal), where=size > sides)
     return np.column_stack([unit, (unit * corner[:, 0]).sum(axis=1)])
 
 
