@@ -79,12 +79,14 @@ def test_the_commands_of_the_page_work(home: Path, capsys: pytest.CaptureFixture
     (commands,) = blocks("sh")
     searches, lists = (
         [line.split()[1:] for line in commands.splitlines() if line.startswith(begin)]
-        for begin in ("plan SCENARIO", "plan list")
+        for begin in ("plan crate.toml", "plan list")
     )
     assert searches
+    scenarios = (ROOT / "docs" / "scenarios.md").read_text("utf-8")
+    (home / "crate.toml").write_text(scenarios.split("```toml\n")[1].split("```")[0])
     for arguments in searches:
-        assert cli.run(["table.toml", *arguments[1:], *SILENT]) == 0
-    assert (home / "runs" / "table" / "assets" / "greedy.py").is_file()
+        assert cli.run([*arguments, *SILENT]) == 0
+    assert (home / "runs" / "crate" / "assets" / "greedy.py").is_file()
     capsys.readouterr()
     assert lists
     for arguments in lists:

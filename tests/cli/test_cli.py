@@ -383,6 +383,21 @@ def test_check_of_several_runs_names_each_and_fails_with_one(
     assert f"{run_copy}: FAILED" in out
 
 
+@pytest.mark.parametrize("damaged_first", [True, False])
+def test_check_names_the_folder_that_is_damaged_and_checks_the_others(
+    table_run: Finished, run_copy: Path, capsys: Capture, damaged_first: bool
+) -> None:
+    scenario = run_copy / "scenario.toml"
+    scenario.write_text(scenario.read_text().replace("[goal]", "[goal]\nreserve = 9.0\nx_ = 1"))
+    folders = [str(run_copy), str(table_run.folder)]
+    assert cli.run(["check", *(folders if damaged_first else folders[::-1])]) == 2
+    told = capsys.readouterr()
+    assert f"{table_run.folder}: passed" in told.out
+    mistakes = told.err.splitlines()
+    assert len(mistakes) >= 1
+    assert all(line.startswith(f"error: {run_copy}: scenario.toml ") for line in mistakes)
+
+
 @pytest.mark.parametrize("name", ["plain", "Infinity", "NaN"])
 def test_check_as_json_is_one_object(
     table_run: Finished, tmp_path: Path, capsys: Capture, name: str

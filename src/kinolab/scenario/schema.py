@@ -270,7 +270,11 @@ class PlannerSection(Section):
     time_limit: Annotated[Seconds, Meaning("Longest time of a search.", "s")] = 30.0
     max_iterations: Annotated[
         Count | None,
-        Meaning("Most iterations of a search; any number where it is left out.", "iterations"),
+        Meaning(
+            "Most iterations of a search; any number where it is left out. Threads that share a "
+            "tree end their round first.",
+            "iterations",
+        ),
     ] = None
     seed: Annotated[Seed, Meaning("Seed of the random numbers.")] = 1
     improve: Annotated[
