@@ -132,12 +132,15 @@ def test_changes_of_settings_are_told_as_options_to_type(tmp_path: Path) -> None
 def test_the_words_name_what_worked() -> None:
     def tried(*worked: bool) -> list[RelaxationTrial]:
         words = ["without the obstacles", "with 3 times the goal's tolerances"]
-        return [
-            RelaxationTrial("", text, hit, 0.1) for text, hit in zip(words, worked, strict=True)
-        ]
+        names = ["obstacles", "tolerance"]
+        found = zip(names, words, worked, strict=True)
+        return [RelaxationTrial(name, text, hit, 0.1) for name, text, hit in found]
 
     assert list(trial_sentences(tried(True, False))) == [
-        "One change makes it work: a search without the obstacles finds a plan."
+        "Without the obstacles a plan is found, so they are what is in the way."
+    ]
+    assert list(trial_sentences(tried(False, True))) == [
+        "One change makes it work: a search with 3 times the goal's tolerances finds a plan."
     ]
     assert list(trial_sentences(tried(True, True))) == [
         "Each of these alone makes it work: a search without the obstacles, with 3 times the "

@@ -8,7 +8,7 @@ from dataclasses import dataclass, fields
 from typing import Any
 
 from kinolab import planners
-from kinolab.analyze.diagnose.relaxations import Relaxation, relaxations
+from kinolab.analyze.diagnose.relaxations import OBSTACLES, Relaxation, relaxations
 from kinolab.errors import KinolabError
 from kinolab.problem import PlanningTask
 from kinolab.search import AbstractPlanner, Budget, Outcome
@@ -96,7 +96,9 @@ def _solved(change: Relaxation, planner: AbstractPlanner, seed: int, budget: Bud
 def trial_sentences(tried: Sequence[RelaxationTrial]) -> Iterator[str]:
     """Name the change that makes the search succeed, or all that do so alone."""
     worked = [retry.words for retry in tried if retry.solved]
-    if len(worked) == 1:
+    if [retry.change for retry in tried if retry.solved] == [OBSTACLES]:
+        yield "Without the obstacles a plan is found, so they are what is in the way."
+    elif len(worked) == 1:
         yield f"One change makes it work: a search {worked[0]} finds a plan."
     elif worked:
         yield f"Each of these alone makes it work: a search {', '.join(worked)}."

@@ -15,6 +15,7 @@ from kinolab.problem.goal import Goal
 from kinolab.search import AbstractPlanner
 from kinolab.simulation import stiffness
 
+OBSTACLES = "obstacles"  # name of the change that leaves them out
 TOLERANCE_FACTOR = 3.0  # factor on the goal's tolerances
 INPUT_LIMIT_FACTOR = 2.0  # factor on the inputs' limits
 DURATION_FACTOR = 3  # factor on how long a control may last
@@ -49,7 +50,7 @@ def relaxations(problem: PlanningTask, planner: AbstractPlanner) -> Iterator[Rel
         return
     if problem.world.obstacles:
         empty = replace(problem.world, obstacles=())
-        yield Relaxation("obstacles", "without the obstacles", replace(problem, world=empty), {})
+        yield Relaxation(OBSTACLES, "without the obstacles", replace(problem, world=empty), {})
     wider = replace(problem, goal=_wider_goal(problem.goal))
     yield Relaxation(
         "tolerance", f"with {TOLERANCE_FACTOR:g} times the goal's tolerances", wider, {}
