@@ -341,7 +341,7 @@ def goals_of_bodies(problem: PlanningTask) -> Iterator[Sequence[str]]:
 
 
 def unit_of(machine: Mechanism, name: str) -> str:
-    """Return the unit of a coordinate, a rate or a further state, by its name."""
+    """Return the unit of a coordinate, a rate or an auxiliary state, by its name."""
     known = {state.name: units(state.unit) for state in machine.states}
     for coordinate in machine.coordinates:
         known[coordinate.name] = coordinate.unit

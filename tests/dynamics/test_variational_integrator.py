@@ -68,7 +68,7 @@ MAKERS |= registered.MAKERS
 REFUSED = {
     "finned_hull": (InputError, "a wrench"),
     "driven_crane": (InputError, "the drive 'trolley_drive'"),
-    "sprung_cart": (InputError, "the further state 'thrust'"),
+    "sprung_cart": (InputError, "the auxiliary state 'thrust'"),
     "kinematic_car": (NoDynamicsError, "it has no energy"),
     "two_cranes": (InputError, "the drive 'travel_a'"),
     "marionette": (InputError, "the drive 'push_x'"),

@@ -89,7 +89,7 @@ class VariationalIntegrator:
         model: The machine's equations of motion, whose state layout is used; they are not.
 
     Args:
-        system: A machine without friction, wrenches, drives, rate inputs and further states.
+        system: A machine without friction, wrenches, drives, rate inputs and auxiliary states.
 
     Raises:
         InputError: If it has any of these.
@@ -211,7 +211,7 @@ def _check(system: Mechanism) -> None:
     found = [kinds[type(effort)] for effort in system.efforts if type(effort) in kinds]
     found += [f"the drive {entry.name!r}" for entry in system.inputs if isinstance(entry, Drive)]
     found += [f"the rate {entry.name!r}" for entry in system.inputs if isinstance(entry, Rate)]
-    found += [f"the further state {entry.name!r}" for entry in system.states]
+    found += [f"the auxiliary state {entry.name!r}" for entry in system.states]
     where = f"system {system.name!r}"
     mistakes = [
         Mistake(where, f"a variational integrator does not serve {what}.", remedy)

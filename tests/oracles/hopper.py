@@ -181,11 +181,11 @@ class Hopper:
         return float(brentq(height, t - step if t > step else 1e-3 * step, t, xtol=1e-15))
 
     def landing(self, x: Array) -> Array:
-        """Return the state after the foot stopped, shape (4,); the body does not feel the blow."""
+        """Return the state after the foot stopped, shape (4,); the body feels nothing."""
         return np.array([x[0], x[1], x[2], x[2]])
 
     def landing_loss(self, x: Array) -> float:
-        """Return what the blow takes in [J], of the state before it."""
+        """Return what the impact takes in [J], of the state before it."""
         return self.m_f * self.foot(x)[1] ** 2 / 2
 
 
@@ -237,9 +237,9 @@ class WalledPendulum:
         return float(np.sqrt(self.l / self.g) * (ellipk(k**2) - ellipkinc(phi, k**2)))
 
     def rebound(self, amplitude: float) -> float:
-        """Return the amplitude after a blow, from the one before it.
+        """Return the amplitude after an impact, from the one before it.
 
-        cos(wall) - cos(amplitude) is what the blow multiplies by e^2.
+        cos(wall) - cos(amplitude) is what the impact multiplies by e^2.
         """
         fall = self.e**2 * (np.cos(self.wall) - np.cos(amplitude))
         return float(np.arccos(np.cos(self.wall) - fall))

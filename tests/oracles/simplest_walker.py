@@ -259,7 +259,7 @@ def compass_energy(x: Array, walker: Compass) -> float:
 def compass_strike(x: Array, walker: Compass) -> Array:
     """Return the state after the heelstrike, shape (4,), legs relabelled.
 
-    The blow acts at the new foot and the old one leaves the ground unhindered. So the whole keeps
+    The impact acts at the new foot and the old one leaves the ground unhindered. So the whole keeps
     its angular momentum about the new foot, and the leg that was stance its own about the hip.
     """
     after = np.array([x[1], x[0], 0.0, 0.0])

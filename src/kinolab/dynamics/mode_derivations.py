@@ -1,10 +1,10 @@
 """Machines with modes: one derivation for each, guards of the transitions, and what they reset.
 
-All derivations have the same state: coordinates, every rate, further states and the mode. What a
+All derivations have the same state: coordinates, every rate, auxiliary states and the mode. What a
 mode does not have, such as a constraint of another one, is zero in it.
 
 Source: Murray, Li, Sastry, A Mathematical Introduction to Robotic Manipulation, 1994, chapter 6;
-Brogliato, Nonsmooth Mechanics, 3rd ed., 2016, section 4.2 (kinetic metric of a blow).
+Brogliato, Nonsmooth Mechanics, 3rd ed., 2016, section 4.2 (kinetic metric of an impact).
 """
 
 from __future__ import annotations
@@ -41,7 +41,8 @@ class ModeDerivation:
         targets: Index of the mode that each of its transitions leads to.
         guards: Of each transition: what it lasts until, the rate of that, and what else must be
             positive.
-        resets: Of each transition: the state after blow and reset, constraints of the target apart.
+        resets: Of each transition: the state after impact and reset, constraints of the target
+            apart.
         landed: The state with velocities that the mode's own constraints forbid stopped.
     """
 
@@ -220,7 +221,7 @@ def _reset(
     transition: Transition,
     target: int,
 ) -> tuple[Node, ...]:
-    """Return the state after the blow along ``until`` and the reset."""
+    """Return the state after the impact along ``until`` and the reset."""
     tape = d.binding.tape
     after = list(d.state)
     if transition.restitution is not None:
@@ -253,7 +254,7 @@ def _require_masses(system: Mechanism, d: Derivation, transition: Transition) ->
 
 
 def _landed(system: Mechanism, d: Derivation) -> tuple[Node, ...]:
-    """Return the state after a plastic blow onto the constraints of a mode."""
+    """Return the state after a perfectly inelastic impact onto the constraints of a mode."""
     if not d.energy or not system.constraints:
         return d.state
     rows = independent_rows(system, d.binding, constraint_rows(system, d.binding))[0]

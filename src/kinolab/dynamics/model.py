@@ -42,7 +42,7 @@ POSE = 12  # numbers per body: the rows of [R | p]
 class Model:
     """The equations of motion of a machine, compiled.
 
-    A state x is (q, v, further states): the configuration with four numbers per attitude, the
+    A state x is (q, v, auxiliary states): the configuration with four numbers per attitude, the
     independent velocities, and what else has a rate. Angles are in rad and are not wrapped. Every
     method takes parameter values by keyword, which override the system's without compiling
     anything.
@@ -217,7 +217,7 @@ class Model:
 
     @cached_property
     def speeds(self) -> NDArray[np.int64]:
-        """Which entries of a state are velocities: rates, and speeds that are further states."""
+        """Which entries of a state are velocities: rates, and speeds that are auxiliary states."""
         first = self.nx - len(self.machine.states)
         further = [first + k for k, s in enumerate(self.machine.states) if s.is_speed]
         return np.array([*range(self.nq, first), *further], dtype=np.int64)
@@ -428,7 +428,7 @@ class Model:
             u: Inputs, shape (nu,).
 
         Raises:
-            SingularError: If the blow or the reset is undefined there.
+            SingularError: If the impact or the reset is undefined there.
         """
         states = _array("x", x, self.nx)
         if not self.machine.modes:

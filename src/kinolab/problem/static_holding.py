@@ -212,7 +212,7 @@ def _worst_first(problem: PlanningTask, drift: Array) -> dict[str, float]:
 
 
 class _Balance:
-    """The rates of change as a function of inputs and further states, at one configuration."""
+    """The rates of change as a function of inputs and auxiliary states, at one configuration."""
 
     def __init__(self, problem: PlanningTask, x: Array) -> None:
         model = problem.model
@@ -226,7 +226,7 @@ class _Balance:
         self._limits = np.concatenate([model.control_bounds, problem.bounds[self._further]])
 
     def solved(self, *, limited: bool) -> Array:
-        """Return inputs and further states with the least drift, with or without limits."""
+        """Return inputs and auxiliary states with the least drift, with or without limits."""
         lower, upper = self._limits.T
         none = np.clip(np.zeros(len(lower)), lower, upper)
         if not len(none) or not self.drift(none).any():

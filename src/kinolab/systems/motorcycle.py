@@ -43,7 +43,7 @@ def motorcycle() -> System:
     nothing. A lean alpha > 0 is to the right, a steering angle delta > 0 to the left; delta is the
     angle between the wheels' tracks on the ground. The drive turns the rear wheel against the
     frame. Steering is kinematic, as in the source: the wheel weighs nothing, so that no torque
-    resists the handlebar. A jump of delta's rate would be a blow to the mass, which is thrown
+    resists the handlebar. A jump of delta's rate would be an impact on the mass, which is thrown
     aside with the contact's track; hence the input is the steering angle's acceleration. The rider
     keeps a speed and a lean.
 

@@ -22,7 +22,7 @@ MAKERS: dict[str, Callable[[], System]] = {
     "four_bar_by_multipliers": four_bar_by_multipliers,
     "roller_racer": roller_racer,  # with a velocity that is no rate
     "rope_pendulum": rope_pendulum,
-    "sprung_cart": sprung_cart,  # with a further state, a spring and dry friction
+    "sprung_cart": sprung_cart,  # with an auxiliary state, a spring and dry friction
 }
 
 

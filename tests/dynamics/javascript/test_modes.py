@@ -40,7 +40,7 @@ def start_of(name: str, states: tuple[str, ...]) -> np.ndarray:
 def test_it_switches_as_compiled(
     make: Callable[[], System], u: list[float], switches: int, engine: Engine
 ) -> None:
-    """Differences grow by what a motion makes of rounding, and by a blow at another instant."""
+    """Differences grow by what a motion makes of rounding, and by an impact at another instant."""
     made = make().model()
     machine = engine.machine(made)
     x = start_of(made.system.name, made.state_names)

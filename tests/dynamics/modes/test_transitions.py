@@ -108,7 +108,7 @@ def test_a_pendulum_hits_its_wall_when_elliptic_integrals_say() -> None:
 
 
 def test_a_hopper_hops_as_in_closed_form() -> None:
-    """Landing is a plastic blow; the foot leaves when the ground would have to pull."""
+    """A landing foot stops dead; it leaves when the ground would have to pull."""
     model, oracle = hopper().model(), Hopper()
     x, mode, t = np.array([1.0, 0.0, 0.0, 0.0]), 1.0, 0.0
     for _ in range(6):

@@ -1,4 +1,4 @@
-"""A machine whose speeds are further states comes to rest like any other."""
+"""A machine whose speeds are auxiliary states comes to rest like any other."""
 
 from __future__ import annotations
 

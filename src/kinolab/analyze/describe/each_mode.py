@@ -35,7 +35,7 @@ def _line(transition: Transition) -> str:
     if transition.provided is not None:
         line += f", provided that {transition.provided} > 0"
     if transition.restitution is not None:
-        line += f"; a blow returns {transition.restitution} of that speed"
+        line += f"; an impact returns {transition.restitution} of that speed"
     if transition.reset:
         line += f"; {', '.join(f'{symbol} becomes {value}' for symbol, value in transition.reset)}"
     return f"{line}; then {after}"

@@ -417,7 +417,7 @@ def _groups(equations: Equations) -> Iterator[tuple[str, tuple[sympy.Eq, ...]]]:
     groups = (
         ("constraints", equations.constraints),
         ("d/dt(∂L/∂q̇) - ∂L/∂q = F + wᵀλ", equations.balance),
-        ("further states", equations.further),
+        ("auxiliary states", equations.further),
         ("quasi-velocities", equations.kinematics),
         ("reduced to the independent velocities", equations.reduced),
     )

@@ -55,8 +55,8 @@ class Transition:
     """How one mode gives way to another, or to itself.
 
     At the instant of a transition, in this order: with a ``restitution`` the velocity at which
-    ``until`` falls is reversed by a blow along its gradient; ``reset`` takes effect; velocities
-    that the next mode's constraints forbid are stopped by a plastic blow,
+    ``until`` falls is reversed by an impact along its gradient; ``reset`` takes effect; velocities
+    that the next mode's constraints forbid are stopped by a perfectly inelastic impact,
     M (v+ - v-) = J^T impulse with J v+ = 0.
 
     Attributes:
@@ -66,8 +66,8 @@ class Transition:
         until: The mode lasts until this expression falls to zero: in coordinates, rates, states,
             parameters, inputs and ``force_of`` constraints.
         provided: The transition takes place only where this is positive, if it is given.
-        restitution: Ratio of the speeds after and before the blow along ``until``, in 0..1, a
-            number or a parameter; None where there is no such blow.
+        restitution: Ratio of the speeds after and before the impact along ``until``, in 0..1, a
+            number or a parameter; None where there is no such impact.
         reset: Coordinates, rates and states after the transition, as expressions in those before;
             what is not listed stays.
     """

@@ -49,7 +49,7 @@ def _between(answer: Any) -> None:
         thrown = f"thrown at {h:g} m with {v:g} m/s"
         try:
             state = np.array([h, v, 0.0])
-            for _ in range(round(t / STEP)):  # no blow may be over within one step
+            for _ in range(round(t / STEP)):  # no impact may be over within one step
                 state = model.step(state, [], STEP)
         except KinolabError as error:
             raise WrongAnswerError(f"{thrown}, it fails: {error}") from error
