@@ -375,11 +375,11 @@ def test_a_power_that_no_computer_can_hold_is_refused_at_once() -> None:
             input=text,
             capture_output=True,
             text=True,
-            timeout=6,
+            timeout=120,  # it takes hours; a busy computer takes 6 s to start
             check=False,
         )
     except subprocess.TimeoutExpired:
-        pytest.fail("it was still computing after 6 s")
+        pytest.fail("it was still computing after two minutes")
     assert done.stdout == "refused\n"
 
 
