@@ -95,13 +95,13 @@ def _solved(change: Relaxation, planner: AbstractPlanner, seed: int, budget: Bud
 
 def trial_sentences(tried: Sequence[RelaxationTrial]) -> Iterator[str]:
     """Name the change that makes the search succeed, or all that do so alone."""
-    worked = [retry.words for retry in tried if retry.solved]
-    if [retry.change for retry in tried if retry.solved] == [OBSTACLES]:
+    worked = {retry.change: retry.words for retry in tried if retry.solved}
+    if list(worked) == [OBSTACLES]:
         yield "Without the obstacles a plan is found, so they are what is in the way."
     elif len(worked) == 1:
-        yield f"One change makes it work: a search {worked[0]} finds a plan."
+        yield f"One change makes it work: a search {next(iter(worked.values()))} finds a plan."
     elif worked:
-        yield f"Each of these alone makes it work: a search {', '.join(worked)}."
+        yield f"Each of these alone makes it work: a search {', '.join(worked.values())}."
     elif tried:
         failed = ", ".join(retry.words for retry in tried)
         yield f"No single change made a search of {TRIAL_SECONDS:g} s succeed: {failed}."

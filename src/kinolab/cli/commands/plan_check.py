@@ -74,6 +74,7 @@ def command(folders: Sequence[Path], thorough: bool, as_json: bool, quiet: bool)
 
 def _in_folder(folder: Path, mistake: Mistake) -> Mistake:
     """Return a mistake in one of a run's files with the run's folder."""
-    if str(folder) in mistake.where:
+    place = Path(mistake.where)
+    if folder in (place, *place.parents):
         return mistake
     return replace(mistake, where=f"{folder}: {mistake.where}" if mistake.where else str(folder))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import sympy
 
@@ -273,7 +274,7 @@ class NewtonEuler:
     ) -> None:
         """Subtract a force along a velocity; the strength may depend on velocity variables."""
         tape, motions = self.binding.tape, self.kinematics.motions
-        node, _ = self.binding.linear_slopes(effort_name(effort), velocity)
+        node, _ = self.binding.linear_slopes(velocity, partial(effort_name, effort))
         (actual,) = tape.substitute([strength], self.binding.at(motions.velocities))
         for i, direction in enumerate(motions.directions):
             (fraction,) = tape.derivative([node], self.binding.at(direction))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -86,17 +86,19 @@ class SymbolTable:
         tape, node = self.tape, self.lower(exact(velocity))
         return node, tuple(tape.derivative([node], {v: tape.one})[0] for v in self.tangent)
 
-    def linear_slopes(self, where: str, velocity: sympy.Expr) -> tuple[Node, tuple[Node, ...]]:
+    def linear_slopes(
+        self, velocity: sympy.Expr, where: Callable[[], str]
+    ) -> tuple[Node, tuple[Node, ...]]:
         """Return what ``slopes`` does, for a velocity that must be linear in those of the machine.
 
         Raises:
-            InputError: If it is not; ``where`` says what it is the velocity of.
+            InputError: If it is not; ``where`` returns what it is the velocity of.
         """
         node, covector = self.slopes(velocity)
         if self._moves(covector):
             node, covector = self.slopes(sympy.expand(velocity))
         if self._moves(covector):
-            raise InputError([Mistake(where, "it is not linear in the rates.", SOME_VELOCITY)])
+            raise InputError([Mistake(where(), "it is not linear in the rates.", SOME_VELOCITY)])
         return node, covector
 
     def _moves(self, nodes: Sequence[Node]) -> bool:

@@ -184,7 +184,7 @@ def _row(
     binding: SymbolTable, where: str, name: str, velocity: sympy.Expr, value: Node
 ) -> ConstraintRow:
     tape = binding.tape
-    node, covector = binding.linear_slopes(where, velocity)
+    node, covector = binding.linear_slopes(velocity, lambda: where)
     at_rest = tape.substitute([node], dict.fromkeys(binding.tangent, tape.zero))[0]
     if at_rest != tape.zero:
         what = "it does not vanish when the machine rests."

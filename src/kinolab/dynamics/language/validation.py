@@ -142,28 +142,28 @@ def _where(system: MechanismParts) -> str:
 
 def _naming(system: MechanismParts) -> Iterator[Mistake]:
     references = () if system.feedback is None else system.feedback.references
-    kinds: dict[str, Sequence[Any]] = {
-        "coordinate": configuration_symbols(system),
-        "rate": tangent_symbols(system),
-        "parameter": system.parameters,
-        "input": system.inputs,
-        "state": system.states,
-        "reference": references,
-        "quasi velocity": quasi_velocities(system),
-    }
     named = (*system.inputs, *system.states, *references, *quasi_velocities(system))
+    bearers: dict[tuple[str, str], Sequence[Any]] = {
+        ("a coordinate", "coordinates"): configuration_symbols(system),
+        ("a rate", "rates"): tangent_symbols(system),
+        ("a parameter", "parameters"): system.parameters,
+        ("an input", "inputs"): system.inputs,
+        ("a state", "states"): system.states,
+        ("a reference", "references"): references,
+        ("a quasi-velocity", "quasi-velocities"): quasi_velocities(system),
+    }
     groups = {
+        "name": [entry.name for entries in bearers.values() for entry in entries],
         "body": [body.name for body in system.bodies],
         "cable": [*(cable.name for cable in system.cables), *{body.name for body in system.bodies}],
         "constraint": [constraint.name for constraint in system.all_constraints],
         "mode": [mode.name for mode in system.modes],
         "transition": [transition.name for transition in system.transitions],
     }
-    groups["name"] = [entry.name for entries in kinds.values() for entry in entries]
     for kind, names in groups.items():
         for name, count in Counter(names).items():
             if count > 1:
-                what = f"{_bearers(name, kinds) if kind == 'name' else count} have this name."
+                what = f"{_bearers(name, bearers) if kind == 'name' else count} have this name."
                 yield Mistake(f"{kind} {name!r}", what, "Give each a name of its own.")
     texts = [system.name, *(parameter.unit for parameter in system.parameters)]
     texts += [requirement.name for requirement in system.all_requirements]
@@ -179,15 +179,12 @@ def _naming(system: MechanismParts) -> Iterator[Mistake]:
             yield Mistake(f"{entry.name!r}", "this is not a usable name.", remedy)
 
 
-def _bearers(name: str, kinds: dict[str, Sequence[Any]]) -> str:
+def _bearers(name: str, bearers: dict[tuple[str, str], Sequence[Any]]) -> str:
     """Return what has a name, such as ``2 coordinates`` or ``a coordinate and an input``."""
-    found = []
-    for kind, entries in kinds.items():
-        count = sum(entry.name == name for entry in entries)
-        article = "an" if kind == "input" else "a"
-        if count:
-            found.append(f"{article} {kind}" if count == 1 else f"{count} {kind}s")
-    return " and ".join(found)
+    counts = {kind: sum(e.name == name for e in entries) for kind, entries in bearers.items()}
+    return " and ".join(
+        one if count == 1 else f"{count} {many}" for (one, many), count in counts.items() if count
+    )
 
 
 def _values(system: MechanismParts) -> Iterator[Mistake]:

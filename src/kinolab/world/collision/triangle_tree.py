@@ -129,9 +129,8 @@ def _planes(triangles: Array) -> Array:
     corner = triangles.reshape(-1, 3, 3)
     first, second = corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]
     normal = np.cross(first, second)
-    size, sides = (np.linalg.norm(v, axis=1, keepdims=True) for v in (normal, first))
-    sides = LEAST_SINE * sides * np.linalg.norm(second, axis=1, keepdims=True)
-    unit = np.divide(normal, size, out=np.zeros_like(normal), where=size > sides)
+    size, a, b = (np.linalg.norm(v, axis=1, keepdims=True) for v in (normal, first, second))
+    unit = np.divide(normal, size, out=np.zeros_like(normal), where=size > LEAST_SINE * a * b)
     return np.column_stack([unit, (unit * corner[:, 0]).sum(axis=1)])
 
 
