@@ -48,6 +48,7 @@ myst_links_external_new_tab = False
 nb_execution_mode = "cache"  # by content: a chapter runs again where its cells have changed
 nb_execution_timeout = 300  # [s] for each cell
 nb_execution_raise_on_error = True
+nb_execution_show_tb = True  # what went wrong, and in which cell
 nb_code_prompt_show = "Show the {type}"
 nb_code_prompt_hide = "Hide the {type}"
 nb_merge_streams = True

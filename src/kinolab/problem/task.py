@@ -236,10 +236,11 @@ class PlanningTask:
             angle = float(cone.angle(frames))
             if not angle >= cone.half_angle - LIMIT_TOLERANCE:
                 yield f"the axis of {self.bodies[cone.body].name}", angle, cone.half_angle, np.pi
-        for body, pose in zip(self.bodies, frames, strict=True):
-            for axis, (lower, upper) in self.world.bounds.items():
-                value = float(pose["xyz".index(axis) * 4 + 3])
-                if not lower - LIMIT_TOLERANCE <= value <= upper + LIMIT_TOLERANCE:
+        for axis, (lower, upper) in self.world.bounds.items():
+            least, most = lower - LIMIT_TOLERANCE, upper + LIMIT_TOLERANCE
+            place = frames[:, "xyz".index(axis) * 4 + 3].tolist()
+            for body, value in zip(self.bodies, place, strict=True):
+                if not least <= value <= most:
                     yield f"{axis} of {body.name}", value, lower, upper
 
     def pose_margins(self, frames: Array) -> Array:

@@ -40,10 +40,10 @@ class Configurations(StateCodec):
 
 
 class SearchEffort:
-    """Budget of a path search: collision checks and seconds."""
+    """Budget of a path search: collision checks and seconds of this thread's processor time."""
 
     def __init__(self, checks: int, seconds: float) -> None:
-        self._left, self._end = checks, time.monotonic() + seconds
+        self._left, self._end = checks, time.thread_time() + seconds
 
     def count(self) -> bool:
         """Count a collision check; False once there have been too many."""
@@ -52,7 +52,7 @@ class SearchEffort:
 
     def spent(self) -> bool:
         """Return whether the search must end."""
-        return self._left <= 0 or time.monotonic() > self._end
+        return self._left <= 0 or time.thread_time() > self._end
 
 
 def find_path(

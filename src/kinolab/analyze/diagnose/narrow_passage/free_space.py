@@ -26,7 +26,9 @@ class FreeSpace:
         self, problem: PlanningTask, checker: CollisionChecker, shifts: Array | None = None
     ) -> None:
         self._calls = CompiledStep(problem)
-        self._shifts = shifts if shifts is not None and shifts.any() else None
+        poses = self._calls.poses.reshape(-1, 3, 4)  # of the same memory
+        self._axes, self._places = poses[:, :, :3], poses[:, :, 3:]
+        self._shifts = shifts[:, :, None] if shifts is not None and shifts.any() else None
         self._problem, self._checker = problem, checker
         nq, unlimited = problem.model.nq, problem.space.turns
         self._limits = [
@@ -41,7 +43,7 @@ class FreeSpace:
             if not lower <= x[i] <= upper:
                 return False
         calls = self._place(x)
-        if any(True for _ in self._problem.outside_world(calls.poses)):
+        if next(self._problem.outside_world(calls.poses), None) is not None:
             return False
         return not self._checker.collides(calls.poses, calls.ends)
 
@@ -60,8 +62,7 @@ class FreeSpace:
         self._calls.next[:] = x
         self._calls.frames()
         if self._shifts is not None:
-            poses = self._calls.poses.reshape(-1, 3, 4)
-            poses[:, :, 3] += np.einsum("bij,bj->bi", poses[:, :, :3], self._shifts)
+            self._places += np.matmul(self._axes, self._shifts)
         return self._calls
 
     def _shifted(self, x: Sequence[float], shift: Array) -> tuple[Array, Array]:

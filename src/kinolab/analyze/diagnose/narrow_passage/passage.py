@@ -101,7 +101,8 @@ def find_passage(
     Args:
         problem: The machine and the world.
         goals: States of the goal region, shape (nx,) each.
-        seconds: Time after which no further search starts.
+        seconds: Processor time of this thread after which no further search starts, so that a
+            computer with other work finds as much as an idle one.
         say: Receives progress messages.
     """
     search = _Search(problem, goals, seconds)
@@ -130,7 +131,7 @@ class _Search:
     """Path searches with shrunk machines in one problem."""
 
     def __init__(self, problem: PlanningTask, goals: Sequence[Array], seconds: float) -> None:
-        self._end = time.monotonic() + seconds
+        self._end = time.thread_time() + seconds
         far = motion_per_coordinate(problem, [problem.start, *goals[:4]])
         self._fit = RequiredShrinkage(problem)
         self._bands = PathDeformation(problem, far)
@@ -142,11 +143,11 @@ class _Search:
 
     def expired(self) -> bool:
         """Whether no further search should start."""
-        return time.monotonic() > self._end
+        return time.thread_time() > self._end
 
     def path(self, slim: int, seed: int) -> Array | None:
         """Search for a path of a machine shrunk by ``slim`` quanta, and check it finely."""
-        effort = SearchEffort(MAX_CHECKS, self._end - time.monotonic())
+        effort = SearchEffort(MAX_CHECKS, self._end - time.thread_time())
         shape = self._fit.shape(slim)
         path = find_path(self._space, shape, self._start, self._goals, effort, seed)
         if path is None or self._fit.blocked(self._bands.filled(path, RESOLUTION), slim).any():
