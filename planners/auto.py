@@ -33,8 +33,9 @@ from kinolab.search.tree import (
 from kinolab.search.tree.threads import OtherTrees
 
 if TYPE_CHECKING:
+    from kinolab.trajectory import Trajectory
     from kinolab.trajopt.multistart.kinematic_multistart import KinematicMultistart
-    from kinolab.trajopt.multistart.multiple_shooting import GuessResult, Multistart
+    from kinolab.trajopt.multistart.multiple_shooting import Multistart
 
 GUESS_KNOTS = 80  # knots of a guess
 # tree iterations before the first guess: some milliseconds
@@ -112,7 +113,7 @@ class _Multistart:
         self.due: float = 1 if again and seed % 2 else ITERATIONS_BEFORE_GUESSES
         self._problem, self._seed, self._budget = problem, seed, budget
         self._count = 0
-        self._guess: Coroutine[GuessResult] | None = None
+        self._guess: Coroutine[Trajectory | None] | None = None
         self._clock, self._paid = WorkClock(), 0.0  # of the guess; until the last turn's end
         self._turn = WORK_PER_TURN  # [s] of work that the guess may do in this turn
         self._iterations = 0
@@ -169,7 +170,9 @@ class _Multistart:
             self._begin_turn(tree)
         return found
 
-    def _end_turn(self, guess: Coroutine[GuessResult], tree: AbstractTreeExtension) -> Array | None:
+    def _end_turn(
+        self, guess: Coroutine[Trajectory | None], tree: AbstractTreeExtension
+    ) -> Array | None:
         """Wait for the end of a turn; return the guess's inputs if it leads into the goal."""
         over = guess.wait()
         spent, self._paid = self._clock.seconds - self._paid, self._clock.seconds
@@ -179,7 +182,7 @@ class _Multistart:
             return None
         self._guess = None
         try:
-            motion = guess.result.motion
+            motion = guess.result
         except CancelledError:
             return None
         self._count += 1
@@ -220,12 +223,12 @@ class _Multistart:
         if self._guess is not None:
             self._guess.close()
 
-    def _counted(self, guess: Callable[[], GuessResult]) -> GuessResult:
+    def _counted(self, guess: Callable[[], Trajectory | None]) -> Trajectory | None:
         with counted_work(apart=True) as clock:
             self._clock, self._paid = clock, 0.0
             return guess()
 
-    def _next(self) -> Callable[[], GuessResult]:
+    def _next(self) -> Callable[[], Trajectory | None]:
         """Return what optimises a guess, prepared.
 
         Of three, two are by way of the reduction, which take less time.

@@ -11,7 +11,7 @@ from kinolab.concurrency.cancel import CancelledError
 from kinolab.problem import PlanningTask
 from kinolab.search import AbstractPlanner, Budget, Outcome, SearchResult, setting
 from kinolab.trajectory import Trajectory
-from kinolab.trajopt.multistart.multiple_shooting import GuessResult, Multistart
+from kinolab.trajopt.multistart.multiple_shooting import Multistart
 
 
 @final
@@ -42,8 +42,8 @@ class AnyMultistart(Protocol):
     def prepare(self) -> None:
         """Compile and load all that a guess needs."""
 
-    def next(self) -> GuessResult:
-        """Optimise the next guess."""
+    def next(self) -> Trajectory | None:
+        """Optimise the next guess; return its motion, None if it failed."""
 
 
 def first_motion(problem: PlanningTask, multistart: AnyMultistart, budget: Budget) -> SearchResult:
@@ -53,7 +53,7 @@ def first_motion(problem: PlanningTask, multistart: AnyMultistart, budget: Budge
     motion = None
     try:
         while motion is None and not budget.spent():
-            motion = multistart.next().motion
+            motion = multistart.next()
     except CancelledError:
         budget.take_back()
     return _result(problem, motion, budget)

@@ -52,7 +52,7 @@ def simulate(
         raise InputError(broken)
     t = np.minimum(problem.step * np.arange(steps + 1), duration)
     model = problem.model
-    idle = np.clip(np.zeros(model.nu), *model.control_bounds.T)
+    idle = model.null_control()
     if inputs is None:
         return resimulate(problem, t, np.tile(idle, (steps, 1)))
     if callable(inputs):

@@ -558,6 +558,10 @@ class Model:
         x[[first + 3 for first in self.attitudes.values()]] = 1.0
         return x
 
+    def null_control(self) -> Array:
+        """Return the inputs that are nearest to zero within their limits, shape (nu,)."""
+        return np.clip(np.zeros(self.nu), *self.control_bounds.T)
+
     def configuration(self, x: ArrayLike) -> Array:
         """Return the coordinates q of a state, shape (..., nq)."""
         return _array("x", x, self.nx)[..., : self.nq].copy()

@@ -183,7 +183,7 @@ def _accelerates_all(problem: PlanningTask) -> bool:
     model = problem.model
     if model.nv > model.nu:
         return False
-    idle = np.clip(np.zeros(model.nu), *model.control_bounds.T)
+    idle = model.null_control()
     ranges = np.ptp(model.control_bounds, axis=1)
     effect = model.jacobian(problem.start, idle)[1][model.nq :] * ranges
     sizes = np.linalg.svd(effect / problem.scales[model.nq :, None], compute_uv=False)

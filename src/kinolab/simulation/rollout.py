@@ -97,7 +97,7 @@ def _pieces(problem: PlanningTask) -> int:
         [problem.start, *(problem.sample_goal(generator) for _ in range(RANDOM_STATES))]
     )
     states[1:, model.nq :] *= 0.3
-    u = np.clip(np.zeros(model.nu), *model.control_bounds.T)
+    u = model.null_control()
     A, _ = model.jacobian(states, u)
     fastest = float(np.abs(np.linalg.eigvals(A[np.isfinite(A).all(axis=(1, 2))])).max(initial=0.0))
     return int(np.clip(np.ceil(problem.step * fastest / STEP_PER_TIME_CONSTANT), 1, MAX_SUBSTEPS))

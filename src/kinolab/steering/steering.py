@@ -129,7 +129,7 @@ class Steering(AbstractSteering):
     def _idle(self, x0: Array, x1: Array) -> Iterator[Maneuver]:
         """Yield guesses for a boundary-value problem: inputs blended between both equilibria's."""
         begin, end = (nearest_equilibrium(self._problem, x) for x in (x0, x1))
-        idle = np.clip(np.zeros(self._problem.model.nu), *self._problem.model.control_bounds.T)
+        idle = self._problem.model.null_control()
         u0, u1 = (idle if found is None else found[1] for found in (begin, end))
         for factor in DURATIONS:
             steps = max(int(np.ceil(factor * self._duration(x0, x1) / self.rollout.step)), 4)

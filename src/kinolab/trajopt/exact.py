@@ -86,7 +86,7 @@ def _after_last_transition(
 def _held(problem: PlanningTask, piece: Trajectory) -> Trajectory:
     """Return a short motion that stands still at its end for some steps, if the machine can."""
     model, missing = problem.model, HELD_STEPS - len(piece.u)
-    idle = np.clip(np.zeros(model.nu), *model.control_bounds.T)
+    idle = model.null_control()
     if missing <= 0 or np.abs(model.f(piece.x[-1], idle)).max() > 0.0:
         return piece
     t = piece.t[-1] + problem.step * np.arange(1, missing + 1)

@@ -165,7 +165,6 @@ class GuessOptions:
     min_repeatable: float = setting(0.25, meaning="Duration at least, where errors grow.")
     durations: tuple[float, ...] = setting((2.0, 3.0, 1.4, 4.0, 2.5, 6.0), meaning="In turn.")
     kinematic_guesses: int = setting(8, meaning="Of the reduction, until one becomes a motion.")
-    kinematic_cost: float = setting(0.25, meaning="What one costs, of a guess with dynamics.")
     slower_than_kinematic: tuple[float, float] = setting(
         (1.1, 1.6), meaning="Durations of kinematic motions with the dynamics, in turn."
     )
@@ -226,7 +225,6 @@ class FieldOptions:
     samples_per_step: int = setting(4, meaning="Samples over which held inputs are averaged.")
     max_iterations: int = setting(40, meaning="Subproblems for a guess.")
     longer: float = setting(3.0, meaning="Duration of a guess over the incumbent's, at most.")
-    steps_without_guess: int = setting(100, meaning="Steps that count for a search without.")
 
 
 @final

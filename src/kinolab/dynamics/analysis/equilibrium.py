@@ -76,4 +76,4 @@ def _beginning(model: Model, near: Array) -> Array:
         before, x = x, model.project(x)
         if (x == before).all():
             break
-    return np.concatenate([x, np.clip(np.zeros(model.nu), *model.control_bounds.T)])
+    return np.concatenate([x, model.null_control()])

@@ -84,7 +84,7 @@ class Descent:
         self, trail: PartialMotion, generator: np.random.Generator, budget: Budget
     ) -> Ending:
         """Extend a motion from its end until the descent ends."""
-        u = self._idle()
+        u = self._problem.model.null_control()
         lowest, waited, count = self._height(trail.end), 0, 0
         while self._problem.goal_excess(trail.end) > 1.0:
             if budget.spent():
@@ -105,10 +105,6 @@ class Descent:
             u, reached = chosen
             trail.add(u, reached)
         return Ending.GOAL
-
-    def _idle(self) -> Array:
-        """Return idle inputs, shape (nu,): 0, or the nearest within limits."""
-        return np.clip(np.zeros(self._problem.model.nu), *self._problem.model.control_bounds.T)
 
     def _height(self, x: Array) -> float:
         return float(self._field.potential(x[None])[0])

@@ -60,18 +60,15 @@ def _idle(problem: PlanningTask) -> Array:
     names = problem.model.control_names
     held = static_holding(problem, problem.start)
     return (
-        np.array([held.inputs[n] for n in names]) if held and held.holds else _least(problem.model)
+        np.array([held.inputs[n] for n in names])
+        if held and held.holds
+        else problem.model.null_control()
     )
-
-
-def _least(model: Model) -> Array:
-    """Return the inputs within limits nearest to zero, shape (nu,)."""
-    return np.clip(np.zeros(model.nu), *model.control_bounds.T)
 
 
 def _hands(problem: PlanningTask, model: Model, idle: Array | None) -> dict[str, list[float]]:
     """Return idle inputs, and the fraction of the range to a limit that a key applies."""
-    least = _least(model) if idle is None else idle
+    least = model.null_control() if idle is None else idle
     return {"idle": least.tolist(), "usual": _usual(problem, model, least).tolist()}
 
 

@@ -17,8 +17,9 @@ import numpy as np
 
 from kinolab.problem import PlanningTask
 from kinolab.problem.kinematic_task import decoupled_model
+from kinolab.trajectory import Trajectory
 from kinolab.trajopt.multistart.decoupled_paths import DecoupledPaths, Leg
-from kinolab.trajopt.multistart.multiple_shooting import GuessResult, shot
+from kinolab.trajopt.multistart.multiple_shooting import shot
 from kinolab.trajopt.multistart.rest_to_rest import LegCurve, timed
 from kinolab.trajopt.nlp.decision import Knots
 from kinolab.trajopt.options import FIELDS
@@ -54,8 +55,10 @@ class DecoupledMultistart:
         legs = [Leg(k, 1e-3) for k in range(self._reduction.nu)]
         self._guess(legs)
 
-    def next(self) -> GuessResult:
+    def next(self) -> Trajectory | None:
         """Find a path and solve with the dynamics from there.
+
+        Returns a motion to the goal's centre, None if that failed.
 
         Raises:
             CancelledError: If the path search is cancelled.
@@ -63,9 +66,8 @@ class DecoupledMultistart:
         legs = self._paths.find()
         guess = None if legs is None else self._guess(legs)
         if guess is None or guess.duration >= FIELDS.longer * self._below:
-            return GuessResult(None, FIELDS.steps_without_guess)
-        motion = shot(self._problem, guess, 1, FIELDS.max_iterations, self._cancelled, hasten=False)
-        return GuessResult(motion, len(guess.u))
+            return None
+        return shot(self._problem, guess, 1, FIELDS.max_iterations, self._cancelled, hasten=False)
 
     def _guess(self, legs: Sequence[Leg]) -> Knots | None:
         """Return the motion along legs, as if there were no friction but the inputs' own."""

@@ -51,7 +51,7 @@ def turned_along(problem: PlanningTask, path: Array) -> Array:
 def _may_stand_still(problem: PlanningTask, x: Array) -> bool:
     """Say whether a machine whose inputs are velocities can do without any; others slow down."""
     model = problem.model
-    idle = np.clip(np.zeros(model.nu), *model.control_bounds.T)
+    idle = model.null_control()
     return bool(model.nq < model.nx or np.abs(model.f(x, idle)).max(initial=0.0) == 0.0)
 
 

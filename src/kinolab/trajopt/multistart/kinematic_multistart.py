@@ -20,7 +20,7 @@ from kinolab.problem import PlanningTask
 from kinolab.problem.kinematic_task import kinematic_task
 from kinolab.trajectory import Trajectory
 from kinolab.trajopt.multistart.guesses import path_time_scaling
-from kinolab.trajopt.multistart.multiple_shooting import GuessResult, Multistart, shot
+from kinolab.trajopt.multistart.multiple_shooting import Multistart, shot
 from kinolab.trajopt.nlp.decision import Knots, resampled
 from kinolab.trajopt.options import GUESS
 
@@ -56,30 +56,29 @@ class KinematicMultistart:
         """Warm up: compile and load all that a guess needs."""
         self._reduced.prepare()
 
-    def next(self) -> GuessResult:
+    def next(self) -> Trajectory | None:
         """Find a motion of the reduction, from one of several guesses, and solve with the dynamics.
+
+        Returns a motion to the goal's centre, None if that failed.
 
         Raises:
             CancelledError: If the path search is cancelled.
         """
-        steps = 0.0
+        reduced = motion = None
         for _ in range(GUESS.kinematic_guesses):
-            found = self._reduced.next()
-            steps += GUESS.kinematic_cost * found.steps
-            if found.motion is not None or self._cancelled():
+            reduced = self._reduced.next()
+            if reduced is not None or self._cancelled():
                 break
-        if found.motion is None:
-            return GuessResult(None, math.ceil(steps))
-        motion = None
+        if reduced is None:
+            return None
         for slower in GUESS.slower_than_kinematic:
-            guess, block = self._timed(found.motion, slower)
+            guess, block = self._timed(reduced, slower)
             motion = shot(
                 self._problem, guess, block, GUESS.max_iterations[0], self._cancelled, hasten=False
             )
-            steps += len(guess.u) * block
             if motion is not None or self._cancelled():
                 break
-        return GuessResult(motion, math.ceil(steps))
+        return motion
 
     def _timed(self, motion: Trajectory, slower: float) -> tuple[Knots, int]:
         """Return a motion of the reduction as a guess, and its steps of the problem per interval.
@@ -103,7 +102,7 @@ def _inverse_dynamics(problem: PlanningTask, knots: Knots) -> Array:
     """Return inputs (N, nu) of least norm, within limits, that make the velocities of knots."""
     model, nq = problem.model, problem.model.nq
     middle = problem.space.unit((knots.x[1:] + knots.x[:-1]) / 2)
-    idle = np.tile(np.clip(np.zeros(model.nu), *model.control_bounds.T), (len(knots.u), 1))
+    idle = np.tile(model.null_control(), (len(knots.u), 1))
     wanted = np.diff(knots.x[:, nq:], axis=0) / knots.h
     effect = model.jacobian(middle, idle)[1][:, nq:]
     lacking = wanted - model.f(middle, idle)[:, nq:]

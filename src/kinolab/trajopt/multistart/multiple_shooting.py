@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import cached_property
 from weakref import WeakKeyDictionary
 
@@ -132,19 +131,6 @@ def _faster(
     return None if found is None else _step_by_step(task, found, block)
 
 
-@dataclass(frozen=True, eq=False)
-class GuessResult:
-    """Result of one initial guess.
-
-    Attributes:
-        motion: Feasible trajectory from the start to the goal's centre; None if it failed.
-        steps: Length of the guess in steps of the problem.
-    """
-
-    motion: Trajectory | None
-    steps: int
-
-
 # Problems whose code is loaded, and the work in [s] of the guess that did it.
 _warmed_up: WeakKeyDictionary[PlanningTask, float] = WeakKeyDictionary()
 
@@ -197,8 +183,8 @@ class Multistart:
             shot(problem, guess, 1, 1, never_cancelled)
         _warmed_up[problem] = work.seconds
 
-    def next(self) -> GuessResult:
-        """Solve from the next guess.
+    def next(self) -> Trajectory | None:
+        """Solve from the next guess; return a motion to the goal's centre, None if that failed.
 
         Raises:
             CancelledError: If the path search is cancelled.
@@ -208,10 +194,9 @@ class Multistart:
         self._count += 1
         guess, block = (self._by_computed_torque(), 1) if self._follows_paths else self._guess()
         if guess is None:
-            return GuessResult(None, GUESS.min_guess_steps)
+            return None
         patience = GUESS.max_iterations[self._count > len(GUESS.durations)]
-        motion = shot(self._problem, guess, block, patience, self._cancelled, hasten=self._hasten)
-        return GuessResult(motion, len(guess.u) * block)
+        return shot(self._problem, guess, block, patience, self._cancelled, hasten=self._hasten)
 
     def _guess(self) -> tuple[Knots, int]:
         """Return the next guess and its number of steps of the problem per knot interval."""

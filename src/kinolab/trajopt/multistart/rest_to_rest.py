@@ -157,7 +157,7 @@ def _motion(
 def _inverse_dynamics(problem: PlanningTask, x: Array, accelerations: Array) -> Array:
     """Return the least inputs (m, nu) that come nearest to accelerations (m, nv) at states."""
     model = problem.model
-    idle = np.tile(np.clip(np.zeros(model.nu), *model.control_bounds.T), (len(x), 1))
+    idle = np.tile(model.null_control(), (len(x), 1))
     effect = model.jacobian(x, idle)[1][:, model.nq :]
     lacking = accelerations - model.f(x, idle)[:, model.nq :]
     u: Array = idle + (np.linalg.pinv(effect) @ lacking[..., None])[..., 0]
