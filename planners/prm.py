@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from kinolab.errors import InputError, Mistake
 from kinolab.problem import PlanningTask
-from kinolab.search import AbstractPlanner, Budget, Outcome, SearchResult, setting
+from kinolab.search import AbstractPlanner, Budget, Outcome, SearchResult, setting, unsolved
 from kinolab.search.roadmap import RoadmapBuilder, load_roadmap, save_roadmap
 
 MILESTONES_PER_BATCH = 10  # milestones between queries; the first queries come sooner
@@ -90,5 +90,4 @@ def _query(
             break
         batch = min(2 * batch, MILESTONES_PER_BATCH)
     inputs = builder.approach(problem.start, problem.goal_distance)
-    outcome = Outcome.APPROXIMATE if len(inputs) else Outcome.NOT_FOUND
-    return Outcome.INTERRUPTED if budget.interrupted else outcome, inputs
+    return unsolved(budget, len(inputs)), inputs

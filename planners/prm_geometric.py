@@ -11,7 +11,7 @@ import numpy as np
 from kinolab.concurrency.cancel import CancelledError, raise_if_cancelled
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
-from kinolab.search import AbstractPlanner, Budget, Outcome, SearchResult, setting
+from kinolab.search import AbstractPlanner, Budget, Outcome, SearchResult, setting, unsolved
 from kinolab.search.ompl import ConfigurationSpace, GeometricRoadmap
 from kinolab.simulation import Propagator
 from kinolab.steering import Maneuver, Steering, cyclic_coordinates, nearest_equilibrium
@@ -171,10 +171,8 @@ class _PathFollower:
 def _result(
     problem: PlanningTask, follower: _PathFollower, budget: Budget, tried: int
 ) -> SearchResult:
-    motion, outcome = follower.nearest, Outcome.SOLVED
-    if not follower.reaches:
-        outcome = Outcome.APPROXIMATE if motion.steps else Outcome.NOT_FOUND
-        outcome = Outcome.INTERRUPTED if budget.interrupted else outcome
+    motion = follower.nearest
+    outcome = Outcome.SOLVED if follower.reaches else unsolved(budget, motion.steps)
     times = problem.step * np.arange(motion.steps + 1, dtype=float)
     statistics = {"paths_not_followed": float(tried)}
     shares = follower.rejections.shares()

@@ -9,7 +9,7 @@ import numpy as np
 
 from kinolab.concurrency.cancel import CancelledError
 from kinolab.problem import PlanningTask
-from kinolab.search import AbstractPlanner, Budget, Outcome, SearchResult, setting
+from kinolab.search import AbstractPlanner, Budget, Outcome, SearchResult, setting, unsolved
 from kinolab.trajectory import Trajectory
 from kinolab.trajopt.multistart.multiple_shooting import Multistart
 
@@ -61,7 +61,6 @@ def first_motion(problem: PlanningTask, multistart: AnyMultistart, budget: Budge
 
 def _result(problem: PlanningTask, motion: Trajectory | None, budget: Budget) -> SearchResult:
     if motion is None:
-        outcome = Outcome.INTERRUPTED if budget.interrupted else Outcome.NOT_FOUND
         nothing = np.zeros((0, problem.model.nu))
-        return SearchResult(outcome, np.zeros(1), nothing, budget.iterations)
+        return SearchResult(unsolved(budget, 0), np.zeros(1), nothing, budget.iterations)
     return SearchResult(Outcome.SOLVED, motion.t, motion.inputs, budget.iterations)

@@ -6,6 +6,7 @@ from kinolab.search.planner import AbstractPlanner, setting, with_default
 from kinolab.search.result import (
     Outcome,
     SearchResult,
+    unsolved,
 )
 
 __all__ = [
@@ -15,5 +16,6 @@ __all__ = [
     "Outcome",
     "SearchResult",
     "setting",
+    "unsolved",
     "with_default",
 ]

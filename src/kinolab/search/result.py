@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from enum import Enum
 
 from kinolab.numerics.arrays import Array
+from kinolab.search.budget import Budget
 from kinolab.search.graph import SearchGraph
 
 
@@ -44,3 +45,15 @@ class SearchResult:
     statistics: Mapping[str, float] = field(default_factory=dict)
     rejections: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     graph: SearchGraph | None = None
+
+
+def unsolved(budget: Budget, steps: int) -> Outcome:
+    """Return how a search ended that did not reach the goal.
+
+    Args:
+        budget: What ended it.
+        steps: Of its nearest approach; 0 where nothing comes nearer than the start.
+    """
+    if budget.interrupted:
+        return Outcome.INTERRUPTED
+    return Outcome.APPROXIMATE if steps else Outcome.NOT_FOUND

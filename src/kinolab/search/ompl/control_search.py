@@ -21,6 +21,7 @@ from kinolab.search.ompl.solution_path import (
     with_last_step,
 )
 from kinolab.search.planner import Budget, Outcome, SearchResult
+from kinolab.search.result import unsolved
 from kinolab.simulation.resimulated_goal import TrueEnds
 
 MAX_COPIED_STATES = 3000  # states copied out of OMPL, at 40 us each
@@ -57,7 +58,7 @@ def search(
     budget.restart()  # code for this machine was compiled and loaded until here
     rounds = _Rounds(budget, restart_after, lambda: _graph(setup, planner))
     condition = ob.PlannerTerminationCondition(rounds.ended)
-    nearest, truth = SolutionPath(math.inf, [], []), TrueEnds(problem)
+    nearest, truth, reached = SolutionPath(math.inf, [], []), TrueEnds(problem), False
     while not rounds.all_over:
         begun = budget.iterations
         planner.solve(condition)
@@ -70,7 +71,7 @@ def search(
                 break
             path = replace(path, difference=difference)
             if path.difference <= 1.0:
-                nearest = path
+                nearest, reached = path, True
                 break  # otherwise the next solve continues with the same tree
         if path.difference < nearest.difference:
             nearest = path
@@ -86,7 +87,7 @@ def search(
     statistics |= {**truth.statistics, "restarts": float(rounds.restarts), **setup.statistics}
     shares = setup.rejections.shares()
     graph = None if rounds.all_over else _graph(setup, planner)  # would exceed the time limit
-    outcome = _outcome(rounds, len(u))
+    outcome = Outcome.SOLVED if reached else unsolved(budget, len(u))
     return SearchResult(outcome, t, u, budget.iterations, statistics, shares, graph)
 
 
@@ -133,21 +134,8 @@ class _Rounds:
         self._end = self._budget.iterations + self._length
         self.over, self.restarts = False, self.restarts + 1
 
-    @property
-    def interrupted(self) -> bool:
-        """Whether the budget was ended from outside."""
-        return self._budget.interrupted
-
 
 def ompl_seed(seed: int) -> int:
     """Return a seed for OMPL, which takes 32 bits and ignores 0."""
     mixed = int(np.random.SeedSequence(seed).generate_state(1)[0])
     return mixed or 1
-
-
-def _outcome(rounds: _Rounds, steps: int) -> Outcome:
-    if not rounds.all_over:
-        return Outcome.SOLVED
-    if rounds.interrupted:
-        return Outcome.INTERRUPTED
-    return Outcome.APPROXIMATE if steps else Outcome.NOT_FOUND

@@ -18,6 +18,7 @@ from kinolab.search.potential.interruptible import run_unless_cancelled
 from kinolab.search.potential.lookahead import Lookahead
 from kinolab.search.potential.pullback import InputProjection
 from kinolab.search.potential.random_walk_escapes import RandomWalkEscapes
+from kinolab.search.result import unsolved
 from kinolab.simulation import Propagator
 from kinolab.simulation.resimulated_goal import TrueEnds
 from kinolab.steering import GoalConnection
@@ -152,6 +153,4 @@ def _outcome(ending: Ending, budget: Budget, steps: int) -> Outcome:
         return Outcome.SOLVED
     if ending is Ending.MINIMUM:
         return Outcome.LOCAL_MINIMUM
-    if budget.interrupted:
-        return Outcome.INTERRUPTED
-    return Outcome.APPROXIMATE if steps else Outcome.NOT_FOUND
+    return unsolved(budget, steps)

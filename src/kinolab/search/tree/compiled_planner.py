@@ -16,7 +16,7 @@ from kinolab.problem import PlanningTask
 from kinolab.scenario import improvement_seconds
 from kinolab.search.budget import Budget
 from kinolab.search.planner import AbstractTreeSearch, setting, with_default
-from kinolab.search.result import Outcome, SearchResult
+from kinolab.search.result import Outcome, SearchResult, unsolved
 from kinolab.search.tree.anytime import IncumbentImprovement
 from kinolab.search.tree.rejection_sources import rejection_sources
 from kinolab.search.tree.step_work import ITERATION_SECONDS, step_seconds
@@ -123,8 +123,7 @@ class AbstractCompiledPlanner(AbstractTreeSearch):
         u, outcome = best.u, Outcome.SOLVED
         if u is None:
             u = nearer(tree.nodes, tree.best, *approach)[1]
-            outcome = Outcome.APPROXIMATE if len(u) else Outcome.NOT_FOUND
-            outcome = Outcome.INTERRUPTED if budget.interrupted else outcome
+            outcome = unsolved(budget, len(u))
         statistics = truth.statistics | {"restarts": float(slices.restarts)} | best.statistics
         statistics |= beside.statistics
         result = SearchResult(
