@@ -138,6 +138,12 @@ def test_a_scenario_knows_its_folder_and_name(tmp_path: Path) -> None:
     assert elsewhere == scenario
 
 
+@pytest.mark.parametrize("file", ["..toml", "...toml"])
+def test_a_scenario_is_not_called_as_a_folder_above_its_runs(file: str, tmp_path: Path) -> None:
+    (tmp_path / file).write_text(HEAD)
+    assert load_scenario(tmp_path / file).name == file
+
+
 def test_a_byte_order_mark_and_windows_line_ends_are_welcome(tmp_path: Path) -> None:
     file = tmp_path / "crane.toml"
     file.write_bytes(b"\xef\xbb\xbf" + HEAD.replace("\n", "\r\n").encode())

@@ -346,8 +346,9 @@ class Scenario(Section):
 
     @property
     def name(self) -> str:
-        """The stem of the file's name, as text that can be written anywhere."""
-        stem = self._origin.file.stem
+        """The stem of the file's name, as text that can be written anywhere, such as a folder."""
+        file = self._origin.file
+        stem = file.stem if file.stem.strip(".") else file.name  # no folder above the runs
         return printable(stem) if is_broken(stem) else stem
 
     def located(self, origin: Origin) -> Self:

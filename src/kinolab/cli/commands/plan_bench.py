@@ -72,7 +72,7 @@ def command(
         rows = first_rows(read_rows(out))
     else:
         progress("reading the study and its scenarios")
-        read, out = read_study(study), out or Path("studies") / study.stem
+        read, out = read_study(study), out or Path("studies") / (study.stem.strip(".") or study.name)
         folder = StudyFolder(read, out, resume=resume or bool(others))
         complete = _run(folder, jobs, dask, chosen, others, progress)
         rows = list(folder.rows.values())
