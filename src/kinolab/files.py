@@ -250,6 +250,10 @@ def _draft_of(path: Path) -> Iterator[Path]:
     try:
         yield draft
         draft.replace(path)
+    except OSError as error:
+        if error.filename is None:  # as a full disk's
+            error.filename = str(path)
+        raise
     finally:
         draft.unlink(missing_ok=True)
         _drafts.discard(draft)

@@ -612,8 +612,9 @@ def test_a_disk_that_fills_up_leaves_no_half_file(
         return write(path, content)
 
     monkeypatch.setattr(Path, "write_bytes", limited)
-    with pytest.raises(DiskFullError):
+    with pytest.raises(DiskFullError) as refused:
         write_run(tmp_path / "run", short.problem, short.plan)
+    assert Path(refused.value.filename).is_relative_to(tmp_path / "run")  # it is told which
     files = [path for path in (tmp_path / "run").rglob("*") if path.is_file()]
     for path in files:
         assert (
