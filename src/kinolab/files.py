@@ -251,7 +251,7 @@ def _draft_of(path: Path) -> Iterator[Path]:
         yield draft
         draft.replace(path)
     except OSError as error:
-        if error.filename is None:  # as a full disk's
+        if error.errno is not None and error.filename is None:  # of a full disk
             error.filename = str(path)
         raise
     finally:

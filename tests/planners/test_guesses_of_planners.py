@@ -69,7 +69,7 @@ def test_a_search_that_is_interrupted_says_so(rotor: PlanningTask) -> None:
 def doors(problem: PlanningTask, seed: int, below: float) -> set[str]:
     """Return through which doors the motions lead that come of the first guesses."""
     shots = Multistart(problem, 80, seed, never_cancelled, below)
-    motions = [shots.next().motion for _ in range(2)]
+    motions = [shots.next() for _ in range(2)]
     return {door(motion.x) for motion in motions if motion is not None}
 
 
@@ -85,8 +85,7 @@ def test_the_budget_says_below_which_duration_a_guess_is_worth_it(tmp_path: Path
     problem = hall(tmp_path, "near", "far")
     found = planners.get("shooting")().solve(problem, 1, Budget(60.0, 1, below=SHORT))
     expected, other = (
-        Multistart(problem, 80, 1, never_cancelled, below).next().motion
-        for below in (SHORT, math.inf)
+        Multistart(problem, 80, 1, never_cancelled, below).next() for below in (SHORT, math.inf)
     )
     assert expected is not None
     assert other is not None

@@ -25,7 +25,7 @@ KNOTS, GUESSES = 80, 60
 def shot(problem: PlanningTask, seed: int = 2) -> Trajectory:
     """Return the first motion that comes of a guess."""
     shots = Multistart(problem, KNOTS, seed, never_cancelled)
-    motions = (shots.next().motion for _ in range(GUESSES))
+    motions = (shots.next() for _ in range(GUESSES))
     return next(motion for motion in motions if motion is not None)
 
 
@@ -84,7 +84,7 @@ def test_preparing_changes_nothing(tmp_path: Path) -> None:
     problem = problem_of(tmp_path, FLY)
     prepared = Multistart(problem, KNOTS, 2, never_cancelled)
     prepared.prepare()
-    motion = prepared.next().motion
+    motion = prepared.next()
     assert motion is not None
     assert motion.u.tobytes() == shot(problem, 2).u.tobytes()
 

@@ -72,7 +72,8 @@ def command(
         rows = first_rows(read_rows(out))
     else:
         progress("reading the study and its scenarios")
-        read, out = read_study(study), out or Path("studies") / (study.stem.strip(".") or study.name)
+        name = study.stem if study.stem.strip(".") else study.name  # no folder above the studies
+        read, out = read_study(study), out or Path("studies") / name
         folder = StudyFolder(read, out, resume=resume or bool(others))
         complete = _run(folder, jobs, dask, chosen, others, progress)
         rows = list(folder.rows.values())
