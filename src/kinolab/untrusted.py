@@ -13,6 +13,7 @@ import io
 import json
 import math
 import re
+import sys
 import zipfile
 from pathlib import Path
 from typing import Any
@@ -138,4 +139,8 @@ def _array(archive: zipfile.ZipFile, entry: zipfile.ZipInfo) -> NDArray[Any]:
         content = bytearray(file.read(size))
     if not size:
         return np.zeros(shape, dtype)
+    if dtype.kind == "U":  # NumPy writes four bytes a character, and believes them
+        codes = np.frombuffer(content, np.dtype(np.uint32).newbyteorder(dtype.byteorder))
+        if codes.max() > sys.maxunicode:
+            raise ValueError(f"{entry.filename} is no text")
     return np.frombuffer(content, dtype).reshape(shape, order="F" if by_columns else "C")

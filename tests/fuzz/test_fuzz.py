@@ -22,6 +22,7 @@ import pytest
 from kinolab import untrusted
 from kinolab.errors import InputError
 from kinolab.scenario.toml_text import MOST_VALUES
+from kinolab.search.graph import read_graph
 from kinolab.untrusted import MOST_MEMORY, array_file, json_of, nesting
 from kinolab.world.meshes import mesh_limits
 from tests.fuzz.targets import TARGETS, glb
@@ -106,6 +107,22 @@ def test_arrays_are_refused_before_they_are_unpacked(
     assert path.stat().st_size < 10_000
     with pytest.raises(ValueError, match="its arrays take more than 1 MB"):
         array_file(path)
+
+
+@pytest.mark.parametrize("order", "<>")
+def test_numbers_that_are_no_characters_are_no_text(order: str, tmp_path: Path) -> None:
+    """NumPy takes them for text, and Python ends with a SystemError."""
+    path = tmp_path / "search.npz"
+    last, beyond = (
+        np.array([code], f"{order}u4").view(f"{order}U1") for code in (0x10FFFF, 0x110000)
+    )
+    np.savez(path, state_names=last)
+    assert array_file(path)["state_names"].tolist() == ["\U0010ffff"]
+    np.savez(path, x=np.zeros((1, 1)), edges=np.zeros((0, 2), np.int32), state_names=beyond)
+    with pytest.raises(ValueError, match=r"state_names.npy is no text"):
+        array_file(path)
+    with pytest.raises(InputError, match="it is damaged"):
+        read_graph(path, ["x"])
 
 
 def test_an_archive_of_very_many_entries_is_refused(tmp_path: Path) -> None:
