@@ -47,6 +47,14 @@ def write_whole(path: Path, content: bytes) -> None:
         draft.write_bytes(content)
 
 
+def stem_of(path: Path) -> str:
+    """Return a file's name without its ending, for a folder of what comes of the file.
+
+    Where nothing but dots would be left it is the whole name: ``..`` is the folder above.
+    """
+    return path.stem if path.stem.strip(".") else path.name
+
+
 def utf_8(text: str) -> bytes:
     """Encode a text as UTF-8; lone surrogates, as of paths, become question marks."""
     return text.encode(errors="replace")

@@ -22,6 +22,7 @@ from pydantic import (
 from pydantic_core import PydanticCustomError
 
 from kinolab.errors import is_broken, printable
+from kinolab.files import stem_of
 from kinolab.scenario import rules
 from kinolab.scenario.issues import Issue, Origin
 from kinolab.scenario.values import (
@@ -347,8 +348,7 @@ class Scenario(Section):
     @property
     def name(self) -> str:
         """The stem of the file's name, as text that can be written anywhere, such as a folder."""
-        file = self._origin.file
-        stem = file.stem if file.stem.strip(".") else file.name  # no folder above the runs
+        stem = stem_of(self._origin.file)
         return printable(stem) if is_broken(stem) else stem
 
     def located(self, origin: Origin) -> Self:

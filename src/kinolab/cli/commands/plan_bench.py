@@ -14,6 +14,7 @@ from kinolab.cli.interrupts import EXIT_CODE as INTERRUPTED
 from kinolab.cli.interrupts import INTERRUPTS
 from kinolab.cli.progress import Progress
 from kinolab.cli.terminal import echo_json, escaped, say
+from kinolab.files import stem_of
 
 if TYPE_CHECKING:
     from kinolab.studies.columns import Row
@@ -72,8 +73,7 @@ def command(
         rows = first_rows(read_rows(out))
     else:
         progress("reading the study and its scenarios")
-        name = study.stem if study.stem.strip(".") else study.name  # no folder above the studies
-        read, out = read_study(study), out or Path("studies") / name
+        read, out = read_study(study), out or Path("studies") / stem_of(study)
         folder = StudyFolder(read, out, resume=resume or bool(others))
         complete = _run(folder, jobs, dask, chosen, others, progress)
         rows = list(folder.rows.values())
