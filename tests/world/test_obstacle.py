@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -139,6 +140,18 @@ def test_sizes_must_be_positive() -> None:
         sphere_obstacle("s", float("nan"))
     with pytest.raises(InputError, match="radius and length must be positive"):
         cylinder_obstacle("c", 1, -1)
+
+
+@pytest.mark.parametrize("far", [1e10, 1e300])
+def test_nothing_is_farther_away_than_rounding_allows(far: float) -> None:
+    message = re.escape(f"is {far:g} m. Stay within 1e+09 m.")
+    for make in (
+        lambda: box_obstacle("wall", (0.1, far, 1.8)),
+        lambda: sphere_obstacle("planet", 1.0, (-far, 0, 0)),
+        lambda: cylinder_obstacle("mast", 1.0, far),
+    ):
+        with pytest.raises(InputError, match=message):
+            make()
 
 
 @pytest.mark.parametrize("bad", [float("nan"), float("inf")])

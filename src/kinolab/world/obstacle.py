@@ -9,7 +9,7 @@ from typing import Literal
 
 import numpy as np
 
-from kinolab.dynamics.language.shapes import Box, Cylinder, Shape, Sphere
+from kinolab.dynamics.language.shapes import MAX_COORDINATE, Box, Cylinder, Shape, Sphere
 from kinolab.errors import InputError, Mistake
 from kinolab.numerics.arrays import Array
 from kinolab.world.geometry import frame_in_world, sizes, triangles
@@ -159,6 +159,10 @@ def mesh_obstacle(
 
 def _primitive(name: str, shape: Shape, position: Numbers, rpy: Numbers) -> Obstacle:
     pose = _pose(name, position, rpy)
+    farthest = float(max(np.abs(pose[:, 3]).max(), 2.0 * sizes(shape)[1].max()))
+    if farthest > MAX_COORDINATE:
+        what = f"its position or size is {farthest:g} m."
+        raise InputError([Mistake(name, what, f"Stay within {MAX_COORDINATE:g} m.")])
     vertices, faces = triangles(shape)
     return Obstacle(name, vertices @ pose[:, :3].T + pose[:, 3], faces, (shape, pose))
 

@@ -205,6 +205,13 @@ def test_a_shape_of_impossible_size(radius: float) -> None:
         System("s", bodies=[ball(shape=Sphere(radius))])
 
 
+def test_a_shape_farther_away_than_rounding_allows() -> None:
+    for shape, what in ((Sphere(1e300), "radius"), (Sphere(1.0, at=(0, -1e300, 0)), "at")):
+        (mistake,) = mistakes_of(ball(shape=shape))
+        assert f"body 'ball' sphere: {what} is " in mistake
+        assert mistake.endswith("1e+300 m. Stay within 1e+09 m.")
+
+
 def test_an_input_on_a_body_of_another_machine() -> None:
     stranger = Body("stranger", move(X), mass=1)
     assert len(mistakes_of(inputs=[Force("F", on=stranger, along=WORLD.x, limit=1)])) == 1

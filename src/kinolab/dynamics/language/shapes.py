@@ -26,6 +26,7 @@ AxisName: TypeAlias = Literal["x", "y", "z"]
 Point: TypeAlias = tuple[Scalar, Scalar, Scalar]
 
 ORIGIN: Point = (0.0, 0.0, 0.0)
+MAX_COORDINATE = 1e9  # [m] of what collides; farther away rounding is no longer small beside it
 MOST_DRAWN = 50_000  # triangles of a mesh that is drawn
 
 

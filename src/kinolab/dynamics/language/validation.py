@@ -35,6 +35,7 @@ from kinolab.dynamics.language.mechanism_parts import (
 )
 from kinolab.dynamics.language.modes import MODE
 from kinolab.dynamics.language.quasi_velocities import QuasiVelocity, QuasiVelocitySymbol
+from kinolab.dynamics.language.shapes import MAX_COORDINATE
 from kinolab.dynamics.language.symbols import (
     Attitude,
     Coordinate,
@@ -408,7 +409,11 @@ def _shape(system: MechanismParts, body: Body, shape: Any) -> Iterator[Mistake]:
             what = f"{name} is {value!r}."
             yield Mistake(where, what, "Give numbers, or expressions of parameters.")
             continue
-        if name != "at" and not numbers[0] > 0:
+        farthest = max(numbers, key=abs)
+        if abs(farthest) > MAX_COORDINATE:
+            what = f"{name} is {farthest:g} m."
+            yield Mistake(where, what, f"Stay within {MAX_COORDINATE:g} m.")
+        elif name != "at" and not numbers[0] > 0:
             stated = "" if isinstance(value, float | int) else f"{value} = "
             yield Mistake(where, f"{name} is {stated}{numbers[0]:g} m.", "It must be positive.")
 

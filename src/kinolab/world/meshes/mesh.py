@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from kinolab.dynamics.language.shapes import MAX_COORDINATE
 from kinolab.numerics.arrays import Array
 from kinolab.world.meshes.double_faces import single_faces
 from kinolab.world.meshes.mesh_cache import Mesh, entry_for, keep_mesh, read_mesh
@@ -19,7 +20,6 @@ from kinolab.world.shape_surfaces import Faces
 FORMATS = ("stl", "obj", "ply", "glb", "off", "dae")
 MAX_TRIANGLES = 2_000_000
 MOST_SIMPLIFIED = 10_000_000  # triangles of a mesh that is simplified
-MAX_COORDINATE = 1e9  # [m]
 
 
 def load_mesh(path: str | Path, *, root: Path, most: int | None = None) -> Mesh:
