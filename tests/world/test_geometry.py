@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -40,6 +41,16 @@ def test_triangles_enclose_the_volume_of_the_shape(shape: Shape, volume: float) 
     assert mesh.is_watertight
     assert 0.97 * volume < mesh.volume <= volume * (1 + 1e-9)  # corners lie on the surface
     np.testing.assert_allclose(mesh.bounds.mean(axis=0), AT, atol=1e-6)  # [m]
+
+
+@pytest.mark.parametrize("size", [1e-9, 1e-300])
+@pytest.mark.parametrize("slender", [Capsule(1.0, 1.0), Capsule(1.0, 1e3), Sphere(1.0)])
+def test_tiny_shapes_have_all_of_their_triangles(size: float, slender: Shape) -> None:
+    lengths = {k: size * v for k, v in vars(slender).items() if k in ("radius", "length")}
+    tiny, faces = triangles(replace(slender, **lengths))
+    usual, same = triangles(slender)
+    np.testing.assert_array_equal(faces, same)
+    np.testing.assert_allclose(tiny / size, usual, rtol=1e-12, atol=1e-12)
 
 
 def test_boxes_and_cylinders_are_triangulated_as_trimesh_does() -> None:

@@ -55,8 +55,9 @@ def ball_surface(radius: float) -> tuple[Array, Faces]:
     """Return vertices (642, 3) and faces (1280, 3) of a ball, an icosahedron divided thrice."""
     import trimesh  # late: it takes longer to import than a maze to be solved
 
-    ball = trimesh.creation.icosphere(subdivisions=3, radius=radius)
-    return np.asarray(ball.vertices, dtype=np.float64), np.asarray(ball.faces, dtype=np.int64)
+    ball = trimesh.creation.icosphere(subdivisions=3)
+    vertices = radius * np.asarray(ball.vertices, dtype=np.float64)
+    return vertices, np.asarray(ball.faces, dtype=np.int64)
 
 
 def capsule_surface(radius: float, half: float, corners: int) -> tuple[Array, Faces]:
@@ -69,6 +70,10 @@ def capsule_surface(radius: float, half: float, corners: int) -> tuple[Array, Fa
     """
     import trimesh  # late, as above
 
-    capsule = trimesh.creation.capsule(2.0 * half, radius, count=[corners // 2, corners // 2])
-    capsule.apply_translation(-capsule.bounds.mean(axis=0))
-    return np.asarray(capsule.vertices, dtype=np.float64), np.asarray(capsule.faces, dtype=np.int64)
+    # Made at its usual size: corners of a tiny one would be taken for one and the same.
+    capsule = trimesh.creation.capsule(2.0, 1.0, count=[corners // 2, corners // 2])
+    vertices = np.asarray(capsule.vertices - capsule.bounds.mean(axis=0), dtype=np.float64)
+    above = np.abs(vertices[:, 2]) - 1.0
+    vertices[:, :2] *= radius
+    vertices[:, 2] = np.copysign(above * radius + half, vertices[:, 2])
+    return vertices, np.asarray(capsule.faces, dtype=np.int64)
