@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+import os
 import random
 import signal
 import struct
@@ -115,6 +116,17 @@ def test_a_command_beyond_its_time_is_killed_and_counted(tmp_path: Path) -> None
     verdict = Verdict("haste")
     verdict.heard(told)
     assert verdict.late == 1
+
+
+def test_a_command_that_has_not_begun_within_its_time_is_killed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def become(*_: object) -> None:  # without a group of its own
+        time.sleep(60)
+        os._exit(0)
+
+    monkeypatch.setattr(sandbox, "_become", become)
+    assert ended(["list"], tmp_path, limit=0.05).code is None
 
 
 def test_processes_that_stay_are_counted(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -80,7 +80,9 @@ class Command:
         code, until = self._code(self.begun + limit), time.monotonic() + LEAVE
         seconds = time.monotonic() - self.begun
         if code is None:
-            os.killpg(self.pid, signal.SIGKILL)
+            # One that has only just begun does not lead its group yet.
+            self.send_all(signal.SIGKILL)
+            self.send(signal.SIGKILL)
             os.waitpid(self.pid, 0)
         while (left := session(self.pid)) and time.monotonic() < until:
             reap(self.pid)
