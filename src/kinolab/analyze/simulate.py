@@ -16,6 +16,7 @@ from kinolab.dynamics import Model
 from kinolab.errors import InputError, Mistake, UnknownNameError
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
+from kinolab.problem.time_steps import covering_steps
 from kinolab.simulation.reference import reference_motion, resimulate, trajectory_under
 from kinolab.trajectory import Trajectory, reference_column
 from kinolab.untrusted import text_file, why
@@ -43,7 +44,7 @@ def simulate(
             violates a constraint.
         DivergedError: If the motion cannot be integrated to its end.
     """
-    steps = math.ceil(duration / problem.step - 1e-9) if math.isfinite(duration) else 0
+    steps = covering_steps(duration, problem.step) if math.isfinite(duration) else 0
     if not 0 < steps <= MAX_STEPS:
         what = f"{duration:g} s is no duration for steps of {problem.step:g} s."
         raise InputError([Mistake("duration", what, "Give a positive number of seconds.")])

@@ -15,6 +15,7 @@ from kinolab.numerics.jit import kernel
 from kinolab.numerics.struct import Record
 from kinolab.problem import PlanningTask
 from kinolab.problem.own_motion import other_machine
+from kinolab.problem.time_steps import covering_steps
 from kinolab.runs.dynobench_result import has_its_steps
 from kinolab.search.tree.problem_arrays import goal_violation
 from kinolab.search.tree.tree import COLLISION, EQUATIONS, LIMIT, step_is_free
@@ -106,7 +107,7 @@ class StepBatch:
         problem.check_endpoints()
         self.problem, self.count = problem, count
         self._shaped, self._anywhere = reward == "shaped", starts == "anywhere"
-        self.most_steps = math.ceil(duration / problem.step - 1e-9)
+        self.most_steps = covering_steps(duration, problem.step)
         self._search = Record(search_state(problem, 1.0, 0))
         self._counts = Record(RejectionCounts(np.zeros(4, dtype=np.int64)))
         self._is_free = Propagator(problem).is_free

@@ -15,6 +15,7 @@ from kinolab.dynamics import Model
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 from kinolab.problem.task import LIMIT_TOLERANCE
+from kinolab.problem.time_steps import covering_steps
 from kinolab.steering.maneuver import Maneuver
 
 MAX_RAMP_SLOPE = 2.1875  # the largest slope of the ramp from 0 to 1 over a unit of time
@@ -59,7 +60,7 @@ class TimeScaling:
 
     def stretched(self, step: float) -> TimeScaling:
         """Stretch the duration to a whole number of steps, each in [s]."""
-        steps = max(int(np.ceil(self.duration / step - 1e-9)), 2)
+        steps = max(covering_steps(self.duration, step), 2)
         factor = steps * step / self.duration
         return TimeScaling(self.ramp * factor, self.cruise * factor)
 

@@ -8,7 +8,6 @@ while they succeed, and shrink where inputs held constant for that long fail.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 
@@ -17,6 +16,7 @@ import numpy as np
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 from kinolab.problem.goal import AttitudeTarget, Goal
+from kinolab.problem.time_steps import covering_steps
 from kinolab.steering.cyclic_coordinates import cyclic_coordinates
 from kinolab.trajectory import Trajectory
 from kinolab.trajopt.minimum_time import minimize_time
@@ -182,7 +182,7 @@ class Segments:
 
     def _times(self, h: float) -> int:
         """Return the least number of steps of the problem that cover ``h`` in [s]."""
-        return max(1, math.ceil(h / self.problem.step - 1e-9))
+        return max(1, covering_steps(h, self.problem.step))
 
 
 def segment_problem(problem: PlanningTask, begin: Array, end: Array) -> PlanningTask:

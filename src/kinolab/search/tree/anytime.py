@@ -5,10 +5,9 @@ from __future__ import annotations
 import math
 
 from kinolab.numerics.arrays import Array
+from kinolab.problem.time_steps import covering_steps
 from kinolab.search.budget import Budget
 from kinolab.search.tree.tree_extension import UNBOUNDED_STEPS, AbstractTreeExtension
-
-ROUNDING = 1e-6  # of a step, by which a duration may differ from a whole number of them
 
 
 class IncumbentImprovement:
@@ -29,7 +28,7 @@ class IncumbentImprovement:
         self._until, self._pointless = math.inf, False
         self._most, self._gained, self._patience = UNBOUNDED_STEPS, math.inf, budget.patience
         if math.isfinite(budget.below) and seconds > 0:
-            self._most = math.ceil(budget.below / step - ROUNDING)
+            self._most = covering_steps(budget.below, step)
             self._gained = self._clock()
         self.u: Array | None = None
         self.statistics: dict[str, float] = {}

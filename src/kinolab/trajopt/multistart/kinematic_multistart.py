@@ -18,6 +18,7 @@ import numpy as np
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 from kinolab.problem.kinematic_task import kinematic_task
+from kinolab.problem.time_steps import covering_steps
 from kinolab.trajectory import Trajectory
 from kinolab.trajopt.multistart.guesses import path_time_scaling
 from kinolab.trajopt.multistart.multiple_shooting import Multistart, shot
@@ -86,7 +87,7 @@ class KinematicMultistart:
         Velocities follow the configurations, inputs the velocities.
         """
         problem, duration = self._problem, slower * motion.duration
-        count = max(math.ceil(duration / problem.step), GUESS.min_guess_steps)
+        count = max(covering_steps(duration, problem.step), GUESS.min_guess_steps)
         block = max(1, round(count / self._knots))
         still = np.zeros((len(motion.x), problem.model.nv))
         none = np.zeros((len(motion.u), problem.model.nu))

@@ -23,6 +23,7 @@ from kinolab.numerics.arrays import Array
 from kinolab.numerics.work import charge, counted_work
 from kinolab.problem import PlanningTask
 from kinolab.problem.kinematic_task import follows_every_path
+from kinolab.problem.time_steps import covering_steps
 from kinolab.simulation.reference import trajectory_under
 from kinolab.trajectory import Trajectory
 from kinolab.trajopt.exact import make_exact
@@ -123,7 +124,7 @@ def _faster(
     fast = minimize_time(task, exact, lengths, times=block, cancelled=cancelled)
     h = task.problem.step
     block = max(1, math.floor(fast.h / h))
-    steps = math.ceil(fast.duration / (block * h))
+    steps = covering_steps(fast.duration, block * h)
     guess = fast.in_steps(steps, task.problem.space)
     found = _closed(
         task, Knots(guess.x, guess.u, block * h), block, GUESS.fine_iterations, cancelled
@@ -208,7 +209,7 @@ class Multistart:
         if self._count % 2:  # the turns of the others are the optimiser's
             path = turned_for_requirements(self._problem, path, guesses.quickest)
         quickest = guesses.quickest(path) + guesses.starting
-        count = max(math.ceil(longer * quickest / step), GUESS.min_guess_steps)
+        count = max(covering_steps(longer * quickest, step), GUESS.min_guess_steps)
         block = max(1, round(count / self._knots))
         return guesses.knots(path, math.ceil(count / block), block * step), block
 

@@ -16,6 +16,7 @@ import numpy as np
 
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
+from kinolab.problem.time_steps import covering_steps
 from kinolab.trajopt.multistart.allowed_velocities import velocity_directions
 from kinolab.trajopt.nlp.decision import Knots
 from kinolab.trajopt.options import FIELDS
@@ -89,7 +90,7 @@ def timed(problem: PlanningTask, curve: LegCurve) -> Knots | None:
     if not math.isfinite(duration):
         return None
     h = problem.step
-    count = max(1, math.ceil(duration / h))
+    count = max(1, covering_steps(duration, h))
     times = np.linspace(0.0, 1.0, count * FIELDS.samples_per_step + 1)
     x, u = _motion(problem, curve, profile, count * h, times)
     knots = x[:: FIELDS.samples_per_step]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,6 +9,7 @@ import numpy as np
 from kinolab.dynamics.codegen.state_space import StateSpace
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
+from kinolab.problem.time_steps import covering_steps
 from kinolab.trajectory import Trajectory
 from kinolab.trajopt.options import SHORT
 
@@ -116,8 +116,6 @@ def even_knots(problem: PlanningTask, trajectory: Trajectory) -> Knots:
     )
     if even:
         return Knots(trajectory.x, trajectory.inputs, float(spans[0]))
-    count = max(
-        steps, SHORT.min_steps, math.ceil(trajectory.duration / h - SHORT.even_step_tolerance)
-    )
+    count = max(steps, SHORT.min_steps, covering_steps(trajectory.duration, h))
     space = problem.space
     return resampled(trajectory.t, trajectory.x, trajectory.inputs, count, space)

@@ -16,6 +16,7 @@ import numpy as np
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.work import charge
 from kinolab.problem import PlanningTask
+from kinolab.problem.time_steps import covering_steps
 from kinolab.steering.maneuver import Maneuver
 from kinolab.steering.path_families import path_family
 from kinolab.steering.path_motion import Path, PathMotion
@@ -181,4 +182,4 @@ class ConnectionGuesses:
         return resting
 
     def _count(self, duration: float, most: int) -> int:
-        return max(SHORT.min_steps, min(most, int(np.ceil(duration / self._problem.step - 1e-9))))
+        return max(SHORT.min_steps, min(most, covering_steps(duration, self._problem.step)))

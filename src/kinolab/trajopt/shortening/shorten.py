@@ -16,6 +16,7 @@ import numpy as np
 from kinolab.concurrency.cancel import throttled
 from kinolab.numerics.work import counted_work
 from kinolab.problem import PlanningTask
+from kinolab.problem.time_steps import covering_steps
 from kinolab.search.budget import Budget
 from kinolab.simulation.reference import DivergedError, resimulate
 from kinolab.trajectory import Trajectory
@@ -303,7 +304,7 @@ def _with_fewer_steps(
 ) -> Knots:
     """Resample the fast motion to fewer steps; else keep it, or the slow one if discrete."""
     h = task.problem.step
-    fewest = max(math.ceil(fast.duration / h - 1e-6), SHORT.min_steps)
+    fewest = max(covering_steps(fast.duration, h), SHORT.min_steps)
     if not task.discrete:
         if fewest > 0.8 * len(fast.u):
             return fast
@@ -315,7 +316,7 @@ def _in_steps(
     task: TrajectoryProblem, fast: Knots, most: int, cancelled: Callable[[], bool]
 ) -> Knots | None:
     """Return a motion of fewer than ``most`` steps, each at most the problem's; or None."""
-    count = max(math.ceil(fast.duration / task.problem.step - 1e-6), SHORT.min_steps)
+    count = max(covering_steps(fast.duration, task.problem.step), SHORT.min_steps)
     for attempt in range(SHORT.max_step_counts):
         if count >= most or cancelled():
             break
