@@ -33,7 +33,7 @@ from kinolab.search.tree.problem_arrays import (
     metric_periods,
     sample_state,
 )
-from kinolab.search.tree.rrt_kernel import is_tried, propagate
+from kinolab.search.tree.rrt_kernel import directed_control, is_tried
 from kinolab.search.tree.tree import (
     FULL,
     GROWING,
@@ -117,7 +117,7 @@ def grow_below(  # type: ignore[no-untyped-def]
         tree.extensions.draws[lane] += 1
         parent = draw_below(search, tree, costs, goal_bias, most, per_step)
         if parent != NONE:
-            steps = propagate(search, tree, parent, min_steps, max_steps, control_samples)
+            steps = directed_control(search, tree, parent, min_steps, max_steps, control_samples)
             steps = min(steps, most - 1 - tree.cost[parent])
             begin_extension(search, tree, lane, parent, steps)
 

@@ -47,7 +47,7 @@ def grow(  # type: ignore[no-untyped-def]
         best: The node nearest to the goal and its normalised goal error (2,); written.
         iterations: Maximum number of iterations.
         goal_bias: Probability of sampling the goal.
-        control_samples: Number of candidate inputs, of which the one leading nearest is applied.
+        control_samples: Number of candidate inputs.
         min_steps, max_steps: Range of the control duration in steps.
 
     Returns:
@@ -67,7 +67,7 @@ def grow(  # type: ignore[no-untyped-def]
         tree.extensions.draws[lane] += 1
         parent = draw_node(search, tree, goal_bias)
         if parent != NONE:
-            steps = propagate(search, tree, parent, min_steps, max_steps, control_samples)
+            steps = directed_control(search, tree, parent, min_steps, max_steps, control_samples)
             begin_extension(search, tree, lane, parent, steps)
 
 
@@ -126,8 +126,10 @@ def is_tried(search, tree, node):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def propagate(search, tree, parent, min_steps, max_steps, control_samples):  # type: ignore[no-untyped-def]
+def directed_control(search, tree, parent, min_steps, max_steps, control_samples):  # type: ignore[no-untyped-def]
     """Write the input to apply from a node to ``tree.held``; return its number of steps.
+
+    Of several samples it is the one that leads nearest, as OMPL's directed control samplers do it.
 
     Args:
         search, tree: ``SearchState`` and ``Tree``.
@@ -136,7 +138,9 @@ def propagate(search, tree, parent, min_steps, max_steps, control_samples):  # t
         control_samples: Number of candidate inputs, of which the one leading nearest is applied.
     """
     if control_samples > 1 and search.machine.step_in_lanes != 0:
-        return propagate_in_lanes(search, tree, parent, min_steps, max_steps, control_samples)
+        return directed_control_in_lanes(
+            search, tree, parent, min_steps, max_steps, control_samples
+        )
     least, longest, drawn, random = math.inf, 0, tree.drawn, search.random
     for k in range(control_samples):
         sample_control(search.problem, random, drawn)
@@ -185,12 +189,12 @@ def gap_to(search, tree, x, point):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def propagate_in_lanes(search, tree, parent, min_steps, max_steps, control_samples):  # type: ignore[no-untyped-def]
-    """Do what ``propagate`` does, several inputs at once.
+def directed_control_in_lanes(search, tree, parent, min_steps, max_steps, control_samples):  # type: ignore[no-untyped-def]
+    """Do what ``directed_control`` does, several inputs at once.
 
     Args:
         search, tree: ``SearchState`` and ``Tree``.
-        parent, min_steps, max_steps, control_samples: As ``propagate`` takes them.
+        parent, min_steps, max_steps, control_samples: As ``directed_control`` takes them.
     """
     least, longest = math.inf, np.int64(0)
     for first in range(0, control_samples, LANES):

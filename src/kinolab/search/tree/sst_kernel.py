@@ -16,7 +16,7 @@ from kinolab.search.tree.extensions import (
     lane_to_serve,
 )
 from kinolab.search.tree.problem_arrays import is_inside, metric_coordinates, sample_state
-from kinolab.search.tree.rrt_kernel import is_tried, propagate
+from kinolab.search.tree.rrt_kernel import directed_control, is_tried
 from kinolab.search.tree.tree import (
     FULL,
     GROWING,
@@ -66,7 +66,7 @@ def grow_sparsely(  # type: ignore[no-untyped-def]
         tree.extensions.draws[lane] += 1
         parent = draw_sparsely(search, tree, witnesses, goal_bias, selection_radius)
         if parent != NONE:
-            steps = propagate(search, tree, parent, min_steps, max_steps, control_samples)
+            steps = directed_control(search, tree, parent, min_steps, max_steps, control_samples)
             steps = min(steps, most - 1 - tree.cost[parent])
             begin_extension(search, tree, lane, parent, steps)
 

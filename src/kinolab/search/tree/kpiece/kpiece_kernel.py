@@ -76,7 +76,9 @@ def explore(  # type: ignore[no-untyped-def]
         if tree.size[0] >= tree.x.shape[0]:
             return FULL, done
         cell, parent = choose(cells, random)
-        steps, known = propagate(search, tree, grid, parent, min_steps, max_steps, control_samples)
+        steps, known = directed_control(
+            search, tree, grid, parent, min_steps, max_steps, control_samples
+        )
         for i in range(now.shape[0]):
             now[i] = tree.x[parent, i]
         made, known_clearance, new = 0, np.float64(tree.clearance[parent]), False
@@ -209,7 +211,7 @@ def slopes_ahead(search, tree, step):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def propagate(search, tree, grid, parent, min_steps, max_steps, control_samples):  # type: ignore[no-untyped-def]
+def directed_control(search, tree, grid, parent, min_steps, max_steps, control_samples):  # type: ignore[no-untyped-def]
     """Write the input to apply from a node to ``tree.held``.
 
     Args:
@@ -223,7 +225,9 @@ def propagate(search, tree, grid, parent, min_steps, max_steps, control_samples)
         Its number of steps, and of those to which the states are in ``tree.lanes.chosen``.
     """
     if control_samples > 1 and search.machine.step_in_lanes != 0:
-        return propagate_in_lanes(search, tree, grid, parent, min_steps, max_steps, control_samples)
+        return directed_control_in_lanes(
+            search, tree, grid, parent, min_steps, max_steps, control_samples
+        )
     least, longest, random = math.inf, 0, search.random
     for k in range(control_samples):
         sample_control(search.problem, random, tree.drawn)
@@ -239,14 +243,14 @@ def propagate(search, tree, grid, parent, min_steps, max_steps, control_samples)
 
 
 @kernel
-def propagate_in_lanes(  # type: ignore[no-untyped-def]
+def directed_control_in_lanes(  # type: ignore[no-untyped-def]
     search, tree, grid, parent, min_steps, max_steps, control_samples,
 ):  # fmt: skip
-    """Do what ``propagate`` does, several inputs at once.
+    """Do what ``directed_control`` does, several inputs at once.
 
     Args:
         search, tree, grid: ``SearchState``, ``Tree`` and ``CostToGoGrid``.
-        parent, min_steps, max_steps, control_samples: As ``propagate`` takes them.
+        parent, min_steps, max_steps, control_samples: As ``directed_control`` takes them.
     """
     least, longest, horizon = math.inf, np.int64(0), mean_steps(min_steps, max_steps)
     for first in range(0, control_samples, LANES):

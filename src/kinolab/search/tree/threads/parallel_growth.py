@@ -17,7 +17,7 @@ import numpy as np
 from kinolab.numerics.jit import kernel
 from kinolab.search.tree.extensions import begin_extension, has_ended, lane_to_serve
 from kinolab.search.tree.lanes import drop_extensions
-from kinolab.search.tree.rrt_kernel import add_end, draw_node, propagate
+from kinolab.search.tree.rrt_kernel import add_end, directed_control, draw_node
 from kinolab.search.tree.sst_kernel import add_end_sparsely, draw_sparsely
 from kinolab.search.tree.threads.atomics import (
     atomic_add,
@@ -182,7 +182,7 @@ def extend_apart(worker, best, growth, most, draws):  # type: ignore[no-untyped-
             parent = draw_node(search, tree, growth.goal_bias)
         if parent != NONE:
             least, longest = growth.min_steps, growth.max_steps
-            steps = propagate(search, tree, parent, least, longest, growth.control_samples)
+            steps = directed_control(search, tree, parent, least, longest, growth.control_samples)
             steps = min(steps, most - 1 - tree.cost[parent])
             begin_extension(search, tree, lane, parent, steps)
 
