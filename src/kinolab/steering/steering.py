@@ -11,6 +11,7 @@ import numpy as np
 from kinolab.concurrency.cancel import CancellationToken, never_cancelled
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
+from kinolab.problem.time_steps import covering_steps
 from kinolab.simulation.rollout import Rollout
 from kinolab.steering.maneuver import Maneuver
 from kinolab.steering.nearest_equilibrium import nearest_equilibrium
@@ -132,7 +133,7 @@ class Steering(AbstractSteering):
         idle = self._problem.model.null_control()
         u0, u1 = (idle if found is None else found[1] for found in (begin, end))
         for factor in DURATIONS:
-            steps = max(int(np.ceil(factor * self._duration(x0, x1) / self.rollout.step)), 4)
+            steps = max(covering_steps(factor * self._duration(x0, x1), self.rollout.step), 4)
             if steps > MAX_STEPS:
                 return
             fraction = (np.arange(steps)[:, None] + 0.5) / steps

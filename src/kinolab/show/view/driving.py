@@ -11,6 +11,7 @@ from kinolab.dynamics.javascript import javascript_of
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 from kinolab.problem.static_holding import static_holding
+from kinolab.problem.time_steps import covering_steps
 from kinolab.show.page import Driving
 from kinolab.trajectory import Trajectory
 
@@ -52,7 +53,7 @@ def driven_step(problem: PlanningTask) -> float:
     closed = problem.model.plant is not problem.model
     if closed or problem.scenario.integration.truth == "discrete":
         return problem.step
-    return problem.step / math.ceil(problem.step / MAX_HOLD_TIME - 1e-9)
+    return problem.step / covering_steps(problem.step, MAX_HOLD_TIME)
 
 
 def _idle(problem: PlanningTask) -> Array:
