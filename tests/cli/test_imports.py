@@ -10,7 +10,7 @@ from pathlib import Path
 from tests.support import environment
 
 UNUSED = (
-    *("PIL", "fteikpy", "matplotlib", "ompl", "piqp", "sympy", "trimesh"),
+    *("PIL", "matplotlib", "ompl", "piqp", "sympy", "trimesh"),
     *("scipy.interpolate", "scipy.linalg", "scipy.optimize", "scipy.spatial"),
 )
 PLAN = ("rolling_disk_maze", "--no-optimize", "--no-animation", "--quiet", "--out", "run")

@@ -7,12 +7,11 @@ match is removed and its function recompiled.
 from __future__ import annotations
 
 import pickle
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from numba.core import dispatcher
 from numba.core.caching import FunctionCache, IndexDataCacheFile, NullCache
 from numba.core.event import trigger_event
 from numba.core.runtime.nrt import rtsys
@@ -22,17 +21,6 @@ from kinolab.numerics.compiling import WAIT
 
 MAGIC = b"kinolab compiled loop 1\n"
 MARK = ".sealed"  # in file names: numba's own files have no checksum
-
-
-@contextmanager
-def sealed_caches() -> Iterator[None]:
-    """Give functions that are decorated inside the context caches with checksums."""
-    numba: Any = dispatcher
-    before, numba.FunctionCache = numba.FunctionCache, cache_of
-    try:
-        yield
-    finally:
-        numba.FunctionCache = before
 
 
 def cache_of(function: Callable[..., Any], kind: type | None = None) -> Any:

@@ -1,10 +1,9 @@
 """Navigation function: path length to a goal for a point among blocked cells.
 
-It solves the eikonal equation |grad N| = 1/speed by fast sweeping (fteikpy). Every node's value
-derives from a smaller adjacent one, so the goal is the only minimum.
+It solves the eikonal equation |grad N| = 1/speed by fast sweeping. Every node's value derives from
+smaller adjacent ones, so the goal is the only minimum.
 
-Source: Noble, Gesret, Belayouni, Accurate 3-D finite difference computation of traveltimes in
-strongly heterogeneous media, Geophysical J. Int. 199, 2014; Barraquand, Latombe, IJRR 10(6), 1991.
+Source: Barraquand, Latombe, IJRR 10(6), 1991.
 """
 
 from __future__ import annotations
@@ -17,15 +16,12 @@ import scipy
 from numpy.typing import NDArray
 
 from kinolab.numerics.arrays import Array
-from kinolab.numerics.jit_cache import sealed_caches
+from kinolab.search.potential.fast_sweeping import arrival_times
 
 Mask: TypeAlias = NDArray[np.bool_]
 
 BLOCKED_SPEED = 1e-3  # speed in blocked cells, relative to open space
 MIN_SPEED = 0.2  # the same next to an obstacle
-MIN_SWEEPS = 6  # sweeps before the first convergence check
-MAX_SWEEPS = 256
-CONVERGENCE_TOLERANCE = 1e-9  # relative change of a value
 STRAIGHT_CELLS = 2.0  # cells around the goal in which paths are straight
 
 
@@ -131,14 +127,13 @@ def navigation_function(
     Args:
         free: Mask of free cells, of the grid's shape.
         grid: The grid.
-        goal: World point at a corner of cells, shape (3,): between corners the solver fails where
-            the speed jumps.
+        goal: World point at a corner of cells, shape (3,).
         clearance_cost_radius: Clearance in [m] below which path length is weighted, up to five
             times, to keep paths off obstacles; 0 for shortest paths.
     """
     speed = _speed(free, grid, clearance_cost_radius)
     corner = np.rint((goal[list(grid.axes)] - grid.origin) / grid.size)
-    values = grid.size * _sweep(speed, corner, _corners_of(free))
+    values = grid.size * arrival_times(speed, corner)
     return NavigationFunction(grid, values, goal, float(1.0 / speed[grid.cell_of(goal)]))
 
 
@@ -150,42 +145,3 @@ def _speed(free: Mask, grid: WorkspaceGrid, clearance_cost_radius: float) -> Arr
         (slice(1, -1),) * free.ndim
     ]
     return np.where(free, np.clip(clearance / clearance_cost_radius, MIN_SPEED, 1.0), BLOCKED_SPEED)
-
-
-def _sweep(speed: Array, source: Array, counts: Mask) -> Array:
-    """Sweep over cells of size 1 until the corners in the mask converge.
-
-    Mazes need as many sweeps as their paths have turns.
-    """
-    sweeps = MIN_SWEEPS
-    values = shortest(speed, source, sweeps)
-    while sweeps < MAX_SWEEPS:
-        sweeps *= 2
-        before, values = values, shortest(speed, source, sweeps)
-        if (before - values <= CONVERGENCE_TOLERANCE * values)[counts].all():
-            break
-    return values
-
-
-def shortest(speed: Array, source: Array, sweeps: int) -> Array:
-    """Return arrival times at the corners of cells of size 1 after some sweeps.
-
-    ``speed`` has one entry per cell, shape (nx, ny) or (nx, ny, nz), the times one more per axis.
-
-    The source must have exact integer coordinates: the solver takes anything else for a point
-    between corners.
-    """
-    with sealed_caches():  # importing it compiles uncached functions
-        from fteikpy import Eikonal2D, Eikonal3D
-
-    solver = (Eikonal2D if speed.ndim == 2 else Eikonal3D)(speed, gridsize=(1.0,) * speed.ndim)
-    values: Array = solver.solve(source, nsweep=sweeps).grid
-    return values
-
-
-def _corners_of(cells: Mask) -> Mask:
-    """Return the mask of the corners of masked cells."""
-    corners = np.zeros(tuple(n + 1 for n in cells.shape), dtype=bool)
-    for step in np.ndindex(*(2,) * cells.ndim):
-        corners[tuple(slice(k, k + n) for k, n in zip(step, cells.shape, strict=True))] |= cells
-    return corners

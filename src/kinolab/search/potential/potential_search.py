@@ -11,7 +11,7 @@ from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 from kinolab.search.planner import Budget, Outcome, SearchResult
 from kinolab.search.potential.descent import Descent, Ending, PartialMotion
-from kinolab.search.potential.eikonal import shortest
+from kinolab.search.potential.fast_sweeping import arrival_times
 from kinolab.search.potential.field import Field, Repulsion
 from kinolab.search.potential.field_setup import navigation_field, plain_field
 from kinolab.search.potential.interruptible import run_unless_cancelled
@@ -77,9 +77,8 @@ def solve(
 
 
 def _load_solver() -> None:
-    """Warm up the eikonal solver on a tiny grid: its compilation is not part of the search."""
-    for dims in (2, 3):
-        shortest(np.ones((2,) * dims), np.ones(dims), sweeps=1)
+    """Compile the eikonal solver on a tiny grid: its compilation is not part of the search."""
+    arrival_times(np.ones((2, 2)), np.ones(2))
 
 
 def _field(propagator: Propagator, settings: FieldSettings, budget: Budget) -> Field | None:
