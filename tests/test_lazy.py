@@ -32,10 +32,10 @@ def test_every_name_of_a_lazy_package_has_a_home(facade: str) -> None:
 
 
 def test_a_missing_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    monkeypatch.setitem(sys.modules, "h5py", None)
     with pytest.raises(InputError) as caught:
-        library_of("plots", "matplotlib", "plots need Matplotlib")
-    text = "plots: plots need Matplotlib, which is not installed. pip install 'kinolab[plots]'"
+        library_of("hdf5", "h5py", "HDF5 files need h5py")
+    text = "hdf5: HDF5 files need h5py, which is not installed. pip install 'kinolab[hdf5]'"
     assert str(caught.value) == text
 
 

@@ -49,7 +49,7 @@ def library_of(extra: str, module: str, need: str) -> Any:
     """Import a library that only an extra of the installation brings.
 
     Args:
-        extra: Its name, as in ``pip install 'kinolab[plots]'``.
+        extra: Its name, as in ``pip install 'kinolab[hdf5]'``.
         module: The library's module.
         need: What needs which library, such as "films need PyAV".
 

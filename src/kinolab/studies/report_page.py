@@ -16,7 +16,6 @@ import numpy as np
 
 from kinolab.errors import printable
 from kinolab.files import utf_8, write_whole
-from kinolab.lazy import library_of
 from kinolab.scenario.toml_text import shortened, value_text
 from kinolab.studies.columns import Row
 from kinolab.studies.comparison import (
@@ -111,12 +110,7 @@ def markdown_of(
 def page_of(
     study: Study, rows: Sequence[Row], groups: Sequence[Group], pairs: Sequence[Comparison]
 ) -> str:
-    """Return the report as a page that needs nothing else.
-
-    Raises:
-        InputError: If Matplotlib is not installed.
-    """
-    library_of("bench", "matplotlib", "report.html needs Matplotlib")
+    """Return the report as a page that needs nothing else."""
     several = len({group.computer for group in groups}) > 1
     body = [f"<h1>{html.escape(study.title)}</h1>"]
     for k, sentence in enumerate(sentences(study, rows)):

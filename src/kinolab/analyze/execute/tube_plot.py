@@ -9,7 +9,6 @@ import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
 from kinolab.analyze.execute.execution import Execution
-from kinolab.lazy import library_of
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 from kinolab.trajectory import Trajectory
@@ -38,11 +37,7 @@ def tube_png(problem: PlanningTask, plan: Trajectory, execution: Execution, titl
         plan: The executed plan.
         execution: Its executions.
         title: Title of the plan.
-
-    Raises:
-        InputError: If Matplotlib is not installed.
     """
-    library_of("plots", "matplotlib", "execution.png needs Matplotlib")
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 

@@ -86,14 +86,10 @@ def command(
     from kinolab.analyze.execute import Conditions, execution_to_json, tube_png
     from kinolab.errors import printable
     from kinolab.files import write_whole
-    from kinolab.lazy import library_of
     from kinolab.runs import read_run
     from kinolab.scenario.toml_text import shortened
     from kinolab.studies.executions import TABLE, execute_many
 
-    if not no_picture:  # before the work, not after it
-        need = "without --no-picture, execution.png needs Matplotlib"
-        library_of("plots", "matplotlib", need)
     progress = Progress(quiet)
     conditions = Conditions(parameters, noise, disturbance, _values(built), not untracked)
     progress("reading the run and compiling the machine")

@@ -5,8 +5,6 @@ from __future__ import annotations
 import io
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
-from kinolab.lazy import library_of
-
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
@@ -39,11 +37,7 @@ def figure_of(
         columns: Number of columns.
         size: Width and height, in inches.
         title: Title of the figure.
-
-    Raises:
-        InputError: If Matplotlib is not installed.
     """
-    library_of("plots", "matplotlib", "plots need Matplotlib")
     from matplotlib import rc_context
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
