@@ -6,10 +6,12 @@ import json
 from types import TracebackType
 from typing import Any, Self
 
-from py_mini_racer import MiniRacer
+import pytest
 
 from kinolab.dynamics import Model
 from kinolab.dynamics.javascript import javascript_of
+
+MiniRacer = pytest.importorskip("py_mini_racer").MiniRacer
 
 
 class Engine:

@@ -7,7 +7,6 @@ import io
 import json
 from pathlib import Path
 
-import nbformat
 import pytest
 
 from kinolab import cli
@@ -17,6 +16,8 @@ from kinolab.testing import grade, grade_class
 from kinolab.testing.exercises import Mark
 from kinolab.testing.grading import recorded_marks
 from tests.support import OPEN
+
+nbformat = pytest.importorskip("nbformat")
 
 
 def handed_in(path: Path, *cells: str) -> Path:

@@ -7,12 +7,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from gymnasium.utils.env_checker import check_env
 
 import kinolab
 import kinolab.gym
 from kinolab.errors import InputError
 from tests.support import OPEN, WALL
+
+check_env = pytest.importorskip("gymnasium.utils.env_checker").check_env
 
 WALL_FACE = 2.95  # [m] where the wall of WALL begins
 NAMES = ("pendulum_swingup", "rolling_disk_maze", "satellite_pointing")

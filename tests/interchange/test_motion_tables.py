@@ -6,9 +6,7 @@ import csv
 from dataclasses import replace
 from pathlib import Path
 
-import h5py
 import numpy as np
-import pyarrow.parquet
 import pytest
 
 import kinolab
@@ -60,6 +58,7 @@ def test_npz_has_arrays_names_and_units(tmp_path: Path, problem, motion) -> None
 
 
 def test_h5py_reads_hdf5(tmp_path: Path, problem, motion) -> None:  # type: ignore[no-untyped-def]
+    h5py = pytest.importorskip("h5py")
     with h5py.File(export_motion(tmp_path / "m.h5", problem, motion, "hdf5")) as found:
         assert found.attrs["machine"] == "rolling_disk"
         assert np.array_equal(found["t"][:], motion.t)
@@ -71,9 +70,8 @@ def test_h5py_reads_hdf5(tmp_path: Path, problem, motion) -> None:  # type: igno
 
 
 def test_arrow_reads_parquet_with_units_and_nulls(tmp_path: Path, problem, motion) -> None:  # type: ignore[no-untyped-def]
-    found = pyarrow.parquet.read_table(
-        export_motion(tmp_path / "m.parquet", problem, motion, "parquet")
-    )
+    parquet = pytest.importorskip("pyarrow.parquet")
+    found = parquet.read_table(export_motion(tmp_path / "m.parquet", problem, motion, "parquet"))
     assert found.column_names == ["t", *motion.state_names, *motion.control_names]
     for name, values in zip(motion.state_names, motion.x.T, strict=True):
         assert np.array_equal(found[name].to_numpy(), values)
@@ -86,10 +84,11 @@ def test_arrow_reads_parquet_with_units_and_nulls(tmp_path: Path, problem, motio
 
 def test_what_a_table_holds_is_verified_after_it_was_read(tmp_path: Path) -> None:
     """A round trip through Parquet: the certificate of what comes back passes."""
+    parquet = pytest.importorskip("pyarrow.parquet")
     problem = kinolab.load("pendulum_swingup")
     plan = problem.solve(seed=1, improve=0)
     path = export_motion(tmp_path / "m.parquet", problem, plan.trajectory, "parquet")
-    table = pyarrow.parquet.read_table(path)
+    table = parquet.read_table(path)
     names, inputs = plan.trajectory.state_names, plan.trajectory.control_names
     read = Trajectory(
         table["t"].to_numpy(),

@@ -9,17 +9,18 @@ from typing import Any
 import numpy as np
 import pytest
 import yaml
-from mcap.reader import make_reader
-from mcap_ros2.decoder import DecoderFactory
-from rosbags.highlevel import AnyReader
-from rosbags.typesys import Stores, get_typestore
 
 import kinolab
 from kinolab import dynamics as kd
 from kinolab.errors import InputError
 from kinolab.interchange import export_motion, joint_trajectory, path_message
 
-STORE = get_typestore(Stores.ROS2_HUMBLE)
+make_reader = pytest.importorskip("mcap.reader").make_reader
+DecoderFactory = pytest.importorskip("mcap_ros2.decoder").DecoderFactory
+AnyReader = pytest.importorskip("rosbags.highlevel").AnyReader
+typesys = pytest.importorskip("rosbags.typesys")
+
+STORE = typesys.get_typestore(typesys.Stores.ROS2_HUMBLE)
 
 
 @pytest.fixture(scope="module")

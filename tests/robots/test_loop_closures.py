@@ -10,7 +10,6 @@ import math
 from pathlib import Path
 from typing import Any
 
-import mujoco
 import numpy as np
 import pytest
 from scipy.linalg import null_space
@@ -22,6 +21,8 @@ from kinolab.errors import InputError
 from kinolab.numerics.arrays import Array
 from kinolab.robots import read_mjcf
 from kinolab.systems.five_bar import five_bar
+
+mujoco: Any = pytest.importorskip("mujoco")
 
 AGREE = 1e-9  # relative to the largest acceleration; dJ/dt is a finite difference
 STEP = 2e-3  # [s] of it; the error is of the fourth order

@@ -6,8 +6,6 @@ from contextlib import chdir
 from pathlib import Path
 from typing import Any
 
-import gymnasium
-import mujoco
 import numpy as np
 import pytest
 
@@ -17,6 +15,9 @@ from kinolab.dynamics.language.shapes import Capsule
 from kinolab.errors import InputError
 from kinolab.numerics.arrays import Array
 from kinolab.robots import read_mjcf
+
+gymnasium = pytest.importorskip("gymnasium")
+mujoco: Any = pytest.importorskip("mujoco")
 
 ASSETS = Path(gymnasium.__file__).parent / "envs" / "mujoco" / "assets"
 PUBLIC = ("ant", "half_cheetah", "hopper", "inverted_double_pendulum", "pusher", "walker2d")

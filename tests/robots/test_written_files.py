@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
-import mujoco
 import numpy as np
 import pytest
 
@@ -58,6 +57,8 @@ from tests.robots.written_files import (
     instants,
     largest_gap,
 )
+
+mujoco: Any = pytest.importorskip("mujoco")
 
 AGREE = 1e-9  # relative to the largest acceleration
 PLACED = 1e-12  # [m], and of entries of rotation matrices

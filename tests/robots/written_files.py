@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-import mujoco
 import numpy as np
+import pytest
 
 from kinolab.dynamics import Attitude, Coordinate, Model, System
 from kinolab.numerics.arrays import Array
+
+mujoco: Any = pytest.importorskip("mujoco")
 
 FREE = mujoco.mjtJoint.mjJNT_FREE
 RANGE = 1.5  # [m] or [rad] on either side of zero, where a coordinate has no limits

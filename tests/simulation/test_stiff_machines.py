@@ -8,7 +8,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from py_mini_racer import MiniRacer
 from scipy.integrate import solve_ivp
 
 import kinolab
@@ -137,6 +136,7 @@ def test_derivatives_of_the_step_hold_for_a_stiff_machine() -> None:
 
 
 def test_a_page_drives_it_by_the_same_step(robot: PlanningTask) -> None:
+    MiniRacer = pytest.importorskip("py_mini_racer").MiniRacer
     states = np.array([robot.start, robot.start])
     names = robot.model.state_names, robot.model.control_names
     driving = driving_of(robot, Trajectory(np.array([0.0, 0.05]), states, np.zeros((1, 2)), *names))

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-import pyarrow.parquet as pq
 import pytest
 
 from kinolab import cli
@@ -31,6 +30,7 @@ def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def test_a_study_is_run_kept_and_written_again(home: Path, capsys: Capture) -> None:
+    pq = pytest.importorskip("pyarrow.parquet")
     assert cli.run(["bench", "work/tiny.toml", *QUICK, "--json"]) == 0
     said = json.loads(capsys.readouterr().out)
     files = ["results.parquet", "ompl/mine.log", "planner_arena.db"]

@@ -9,7 +9,6 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-import psutil
 import pytest
 
 from kinolab.errors import InputError
@@ -19,6 +18,7 @@ from kinolab.studies.run_study import StudyFolder, differing
 from tests.studies.tiny_study import LIMITED, TINY, kept, rows_made, study_in
 
 pytest.importorskip("distributed")
+psutil = pytest.importorskip("psutil")
 pytestmark = pytest.mark.filterwarnings(  # distributed's own, as it leaves
     "ignore::ResourceWarning", "ignore::pytest.PytestUnraisableExceptionWarning"
 )

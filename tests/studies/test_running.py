@@ -7,7 +7,6 @@ import signal
 from collections.abc import Iterator
 from pathlib import Path
 
-import psutil
 import pytest
 
 from kinolab.errors import InputError
@@ -16,6 +15,8 @@ from kinolab.studies.orders import SearchOrder
 from kinolab.studies.run_study import StudyFolder, StudyPart, differing
 from kinolab.studies.study_file import Study
 from tests.studies.tiny_study import LIMITED, TINY, Row, kept, rows_made, study_in
+
+psutil = pytest.importorskip("psutil")
 
 WORKER = "kinolab.studies.worker_process"
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import control
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -46,6 +45,7 @@ def test_gains_are_those_that_python_control_places_for_the_derived_machine(
     speed: float, parameters: dict[str, float]
 ) -> None:
     """Of both planes of the compiled machine riding straight, by Ackermann's formula."""
+    control = pytest.importorskip("control")
     model = systems.get("unicycle", **parameters).model()
     x = state(model, phi_dot=speed / parameters.get("R", R))
     A, B = model.plant.jacobian(x)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 
-import control
 import numpy as np
 import pytest
 import sympy
@@ -80,6 +79,7 @@ def test_inputs_of_a_machine_with_feedback_are_its_references(model: Model) -> N
 
 
 def test_the_regulators_gain_is_the_second_engines(model: Model) -> None:
+    control = pytest.importorskip("control")
     A, B = upright()
     weights = np.diag([1 / 0.1**2, 1 / 0.5**2, 1 / 0.3**2]), np.array([[1 / 20.0**2]])
     expected, _, _ = control.lqr(A, B, *weights)
@@ -88,6 +88,7 @@ def test_the_regulators_gain_is_the_second_engines(model: Model) -> None:
 
 
 def test_a_discrete_gain_is_the_second_engines() -> None:
+    control = pytest.importorskip("control")
     A, B = upright()
     step = control.c2d(control.ss(A, B, np.eye(3), 0), 0.02)
     Q, R = np.diag([1.0, 2.0, 3.0]), np.array([[0.5]])
@@ -96,6 +97,7 @@ def test_a_discrete_gain_is_the_second_engines() -> None:
 
 
 def test_gains_along_a_motion_settle_on_the_constant_one() -> None:
+    control = pytest.importorskip("control")
     A, B = upright()
     step = control.c2d(control.ss(A, B, np.eye(3), 0), 0.02)
     Q, R, count = np.eye(3), np.array([[0.5]]), 1500
@@ -172,6 +174,7 @@ def test_a_model_is_not_made_of_a_regulator_without_gains() -> None:
 
 
 def test_other_parameters_give_other_gains() -> None:
+    control = pytest.importorskip("control")
     heavy = cart_pole().with_parameters(m=1.0).model()
     A, B = upright()
     m, M, g = 1.0, MASSES["M"], MASSES["g"]

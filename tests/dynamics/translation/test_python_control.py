@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import control
 import numpy as np
 import pytest
 
@@ -21,6 +20,8 @@ from kinolab.dynamics import (
     toward,
 )
 from kinolab.errors import InputError
+
+control = pytest.importorskip("control")
 
 M, POLE, LENGTH, G = 2.0, 0.5, 1.0, 9.81
 

@@ -6,7 +6,6 @@ import io
 import sys
 from pathlib import Path
 
-import av
 import numpy as np
 import pytest
 
@@ -17,6 +16,8 @@ from kinolab.runs import write_run
 from kinolab.show.film.mp4 import mp4
 from kinolab.show.film.staging.film_making import make_film
 from tests.show.film.test_gif import PICTURE, rolling
+
+av = pytest.importorskip("av")
 
 SIZE = (200, 150)
 

@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from py_mini_racer import MiniRacer
 
 from kinolab.show.page.bundle import bundle
 from kinolab.world.obstacle import box_obstacle
@@ -41,6 +40,7 @@ CASES = [
 
 @pytest.fixture(scope="module")
 def engine() -> Iterator[Any]:
+    MiniRacer = pytest.importorskip("py_mini_racer").MiniRacer
     sources = {
         entry.name.removesuffix(".js"): entry.read_text()
         for entry in MODULES.iterdir()

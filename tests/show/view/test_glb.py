@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pygltflib
 import pytest
 import trimesh
 from scipy.spatial.transform import Rotation
@@ -39,6 +38,7 @@ def crane(tmp_path_factory: pytest.TempPathFactory) -> tuple[PlanningTask, Traje
 
 def animated(path: Path) -> dict[tuple[str, str], tuple[np.ndarray, np.ndarray]]:
     """Keys and values of every channel, by the node's name and what is animated."""
+    pygltflib = pytest.importorskip("pygltflib")
     file = pygltflib.GLTF2().load(str(path))
     (animation,) = file.animations
     found = {}
@@ -52,6 +52,7 @@ def animated(path: Path) -> dict[tuple[str, str], tuple[np.ndarray, np.ndarray]]
 
 
 def numbers(file: Any, index: int) -> np.ndarray:
+    pygltflib = pytest.importorskip("pygltflib")
     accessor = file.accessors[index]
     view = file.bufferViews[accessor.bufferView]
     width = {"SCALAR": 1, "VEC3": 3, "VEC4": 4}[accessor.type]
@@ -110,6 +111,7 @@ def test_another_program_finds_the_world_where_it_is(tmp_path: Path) -> None:
 
 def test_a_machine_whose_up_is_another_axis_stands_upright(tmp_path: Path) -> None:
     """The pendulum's x points down: hanging at rest, its bob is at y = -l."""
+    pygltflib = pytest.importorskip("pygltflib")
     problem = build_problem(find_scenario("pendulum"), planning=False)
     path = kinolab.save_glb(problem, moved(simulate(problem, 0.1)), tmp_path / "p.glb")
     file = pygltflib.GLTF2().load(str(path))
