@@ -13,8 +13,9 @@ import pytest
 from kinolab import systems
 from kinolab.cli import run
 from kinolab.dynamics.language.json.machine_file import machine_to_json
+from tests.support import ROOT
 
-README = (Path(__file__).parents[1] / "README.md").read_text(encoding="utf-8")
+README = (ROOT / "README.md").read_text(encoding="utf-8")
 
 
 def blocks(language: str) -> Iterator[str]:
@@ -70,8 +71,7 @@ def test_the_python_of_the_readme_runs(
 
 
 def test_every_folder_in_the_readme_exists() -> None:
-    root = Path(__file__).parents[1]
     rows = re.findall(r"^\| `([a-z/]+)` \|", README, flags=re.MULTILINE)
     folders = [row for row in rows if not row.startswith("plan")]
     assert len(folders) > 5
-    assert all((root / folder).is_dir() for folder in folders)
+    assert all((ROOT / folder).is_dir() for folder in folders)

@@ -48,7 +48,7 @@ def outputs(page: Path) -> list[str]:
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
 def test_every_piece_of_code_prints_what_stands_below_it(page: Path) -> None:
-    """If this fails: ``python -m tests.test_executed_pages`` writes what is printed."""
+    """If this fails: ``python -m tests.docs.test_executed_pages`` writes what is printed."""
     assert {language for language, _, _ in shown(page)} <= {"sh", "python"}
     for (_, code, text), printed in zip(shown(page), outputs(page), strict=True):
         assert printed == normalize("NFC", text), code
