@@ -19,9 +19,17 @@ import pytest
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import kinolab
+from kinolab.files import FileLock
 from kinolab.problem import PlanningTask
 from kinolab.solve import PlanResult
 from kinolab.trajectory import Trajectory
+from tests.selection import (  # noqa: F401  # hooks of pytest
+    pytest_addoption,
+    pytest_collection_modifyitems,
+    pytest_configure,
+    pytest_fixture_setup,
+    pytest_runtest_setup,
+)
 from tests.support import OPEN, plan, problem_of
 
 SLOWEST = 600.0  # [s]: the same search on the slowest machine; it ends by its seed, not by time
@@ -92,19 +100,14 @@ def short(table: PlanningTask) -> Solved:
 def maze_run(tmp_path_factory: pytest.TempPathFactory) -> Finished:
     """The maze, planned and drawn by the command line in a process of its own."""
     return _finished(
-        tmp_path_factory.mktemp("maze"), "rolling_disk_maze", "--json", "--no-optimize"
+        _shared(tmp_path_factory, "maze"), "rolling_disk_maze", "--json", "--no-optimize"
     )
 
 
 @pytest.fixture(scope="session")
 def table_run(tmp_path_factory: pytest.TempPathFactory) -> Finished:
     """The table with a mesh on it, planned by the command line without a picture."""
-    home = tmp_path_factory.mktemp("table_run")
-    (home / "meshes").mkdir()
-    (home / "meshes" / "post.off").write_text(POST)
-    post = '\n[[world.obstacle]]\nmesh = "meshes/post.off"\nposition = [3.0, 3.0, 0.0]\n'
-    (home / "table.toml").write_text(OPEN + post)
-    return _finished(home, "table.toml", "--no-animation", "--json")
+    return finished_table(_shared(tmp_path_factory, "table_run"))
 
 
 @pytest.fixture
@@ -113,17 +116,43 @@ def run_copy(table_run: Finished, tmp_path: Path) -> Path:
     return Path(shutil.copytree(table_run.folder, tmp_path / "copy"))
 
 
+def finished_table(home: Path) -> Finished:
+    """Plan for the table in a folder that is there."""
+    (home / "meshes").mkdir(exist_ok=True)
+    (home / "meshes" / "post.off").write_text(POST)
+    post = '\n[[world.obstacle]]\nmesh = "meshes/post.off"\nposition = [3.0, 3.0, 0.0]\n'
+    (home / "table.toml").write_text(OPEN + post)
+    return _finished(home, "table.toml", "--no-animation", "--json")
+
+
 def _solved(problem: PlanningTask, found: PlanResult) -> Solved:
     assert found.trajectory is not None, found.message
     return Solved(problem, found, found.trajectory)
 
 
+def _shared(factory: pytest.TempPathFactory, name: str) -> Path:
+    """Return a folder that all processes of pytest-xdist share."""
+    own = factory.getbasetemp()
+    folder = (own.parent if "PYTEST_XDIST_WORKER" in os.environ else own) / name
+    folder.mkdir(exist_ok=True)
+    return folder
+
+
 def _finished(home: Path, *arguments: str) -> Finished:
-    done = plan(*arguments, cwd=home)
+    """Return the run of a command, which the first process that asks for it makes."""
+    kept, lock = home / "finished.json", FileLock(home / "lock")
+    lock.acquire()
+    try:
+        if not kept.exists():
+            done = plan(*arguments, cwd=home)
+            kept.write_text(json.dumps([done.stdout, done.stderr, done.returncode]))
+    finally:
+        lock.release()
+    out, err, code = json.loads(kept.read_text())
     folders = list((home / "runs").glob("*"))
-    assert len(folders) == 1, done.stderr
+    assert len(folders) == 1, err
     report = json.loads((folders[0] / "report.json").read_text(encoding="utf-8"))
-    return Finished(folders[0], report, done.stdout, done.stderr, done.returncode)
+    return Finished(folders[0], report, out, err, code)
 
 
 POST = """\

@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pytest
 from numpy.typing import NDArray
 
 import kinolab
@@ -26,8 +25,6 @@ Array = NDArray[np.float64]
 
 ROOT = Path(__file__).resolve().parents[1]
 ENTER = "from kinolab.cli import main; main()"
-
-long = pytest.mark.skipif("KINOLAB_LONG" not in os.environ, reason="takes long: KINOLAB_LONG=1")
 
 OPEN = """\
 schema = 1

@@ -10,10 +10,12 @@ import pytest
 from kinolab.scenario import builtin_scenarios
 from kinolab.testing import assert_collision_free, assert_dynamically_feasible
 from tests.conftest import Solved, Solver
-from tests.support import OPEN, WALL, long, problem_of
+from tests.support import OPEN, WALL, problem_of
 
 SLOW = "marionette_stage"  # 57 states: a minute
-SCENARIOS = [pytest.param(n, marks=long) if n == SLOW else n for n in builtin_scenarios()]
+SCENARIOS = [
+    pytest.param(n, marks=pytest.mark.long) if n == SLOW else n for n in builtin_scenarios()
+]
 
 
 @pytest.mark.parametrize("name", SCENARIOS)

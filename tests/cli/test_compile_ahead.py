@@ -17,7 +17,7 @@ from kinolab.cli.compile_ahead import compiled_ahead
 from kinolab.concurrency import starting
 from kinolab.concurrency.processors import processors
 from tests.cli.test_warm_up import PLANS
-from tests.support import environment, long
+from tests.support import environment
 
 ALONE = sys.platform == "win32" or processors() < 2
 needs_two = pytest.mark.skipif(ALONE, reason="needs a second processor and signals")
@@ -104,7 +104,7 @@ def test_it_does_not_outlive_a_command_that_is_killed(tmp_path: Path) -> None:
         time.sleep(0.05)
 
 
-@long
+@pytest.mark.long
 def test_what_it_compiles_a_plan_does_not(tmp_path: Path) -> None:
     """The signatures are those that the default planner asks for."""
     extra = {"NUMBA_CACHE_DIR": str(tmp_path / "numba"), "KINOLAB_CACHE": str(tmp_path / "kept")}

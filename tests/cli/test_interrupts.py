@@ -20,7 +20,7 @@ import pytest
 
 from kinolab.problem import PlanningTask
 from kinolab.search import Budget
-from tests.support import ENTER, OPEN, ROOT, environment, long
+from tests.support import ENTER, OPEN, ROOT, environment
 
 pytestmark = pytest.mark.skipif(not Path("/proc").is_dir(), reason="processes are read in /proc")
 
@@ -159,7 +159,7 @@ def test_re_simulation_and_verification_can_be_interrupted(after: float, home: P
 
 
 @pytest.mark.parametrize(
-    ("after", "cold"), [(0.0, False), (0.2, False), pytest.param(1.0, True, marks=long)]
+    ("after", "cold"), [(0.0, False), (0.2, False), pytest.param(1.0, True, marks=pytest.mark.long)]
 )
 def test_a_picture_can_be_interrupted_and_the_plan_stays(
     after: float, cold: bool, home: Path

@@ -24,7 +24,7 @@ from kinolab.errors import MissingPlannerError
 from kinolab.numerics.compiling import compilation
 from kinolab.planners import built_in, get
 from kinolab.search.tree import AbstractCompiledPlanner
-from tests.support import ENTER, environment, long, plan
+from tests.support import ENTER, environment, plan
 
 LINE = "compiling inner loops, once on this computer"
 
@@ -63,7 +63,7 @@ SOLVED: list[tuple[str, str, dict[str, int]]] = [
 ]
 
 
-@long
+@pytest.mark.long
 def test_after_warming_up_nothing_is_left_to_compile(tmp_path: Path) -> None:
     """In an empty cache of kernels; no machine and no grid of distances is kept either."""
     extra = {"NUMBA_CACHE_DIR": str(tmp_path / "numba"), "KINOLAB_CACHE": str(tmp_path / "kept")}

@@ -43,7 +43,6 @@ from tests import registered
 from tests.dynamics.machines import knife_edge
 from tests.dynamics.machines import snakeboard as snakeboard_by_turning
 from tests.machines import MACHINES, four_bar, trident_snake, wheeled_hull
-from tests.support import long
 
 Array = NDArray[np.float64]
 
@@ -473,7 +472,7 @@ DERIVED_LONGEST = {"arm", "marionette"}  # equations of 200 000 operations and m
 @pytest.mark.parametrize(
     "name",
     [
-        pytest.param(name, marks=long) if name in DERIVED_LONGEST else name
+        pytest.param(name, marks=pytest.mark.long) if name in DERIVED_LONGEST else name
         for name in MAKERS
         if massive(system(name))
     ],

@@ -7,7 +7,6 @@ from pathlib import Path
 import pytest
 
 import kinolab
-from tests.support import long
 
 HERE = Path(__file__).parent
 # [s] the shortest motions that improving for 25 s and more has found, over several seeds
@@ -25,7 +24,7 @@ IMPROVED_LONGEST = "kinematic_tractor"  # for 20 s; the dynamic one solves the s
 
 
 @pytest.mark.parametrize(
-    "name", [pytest.param(n, marks=long) if n == IMPROVED_LONGEST else n for n in BEST]
+    "name", [pytest.param(n, marks=pytest.mark.long) if n == IMPROVED_LONGEST else n for n in BEST]
 )
 def test_a_first_plan_is_verified_and_hardly_longer_than_the_best(name: str) -> None:
     problem = kinolab.load(HERE / f"{name}.toml")
@@ -35,7 +34,7 @@ def test_a_first_plan_is_verified_and_hardly_longer_than_the_best(name: str) -> 
     assert plan.trajectory.duration <= 1.3 * BEST[name]
 
 
-@long
+@pytest.mark.long
 @pytest.mark.parametrize("name", BEST)
 @pytest.mark.parametrize("seed", range(1, 6))
 def test_every_seed_finds_a_plan(name: str, seed: int) -> None:

@@ -26,7 +26,7 @@ from kinolab.search.graph import read_graph
 from kinolab.untrusted import MOST_MEMORY, array_file, json_of, nesting
 from kinolab.world.meshes import mesh_limits
 from tests.fuzz.targets import TARGETS, glb
-from tests.support import OPEN, ROOT, environment, long, within
+from tests.support import OPEN, ROOT, environment, within
 
 SLOW = {
     "planning": 2,
@@ -237,7 +237,7 @@ target.run(data)
 """
 
 
-@long
+@pytest.mark.long
 @pytest.mark.skipif(sys.platform != "linux", reason="memory is limited by Linux")
 @pytest.mark.parametrize("name", WORST)
 def test_the_worst_content_of_the_largest_size_stays_below_the_cap(

@@ -13,7 +13,7 @@ import pytest
 import kinolab
 from kinolab.errors import EndpointError, InputError
 from kinolab.problem import PlanningTask
-from tests.support import OPEN, WALL, Array, long, problem_of
+from tests.support import OPEN, WALL, Array, problem_of
 
 
 def endpoint_mistakes(problem: PlanningTask) -> list[str]:
@@ -390,7 +390,7 @@ def test_the_ompl_objects_outlive_the_bridge(table: PlanningTask) -> None:
     assert definition.hasExactSolution()
 
 
-@pytest.mark.parametrize("name", ["rrt", "est", pytest.param("syclop_rrt", marks=long)])
+@pytest.mark.parametrize("name", ["rrt", "est", pytest.param("syclop_rrt", marks=pytest.mark.long)])
 def test_thirty_solves_leave_nothing_behind(table: PlanningTask, name: str) -> None:
     for seed in range(1, 4):  # whatever is kept once is kept by now
         table.solve(planner=name, seed=seed, max_iterations=100)

@@ -38,7 +38,7 @@ from kinolab.runs.folder import MOTION_FORMATS, PICTURES
 from kinolab.runs.readme import README
 from kinolab.scenario import load_scenario
 from kinolab.trajectory import Trajectory
-from tests.conftest import Finished, Solved
+from tests.conftest import Finished, Solved, finished_table
 from tests.support import OPEN, plan, problem_of
 
 Capture = pytest.CaptureFixture[str]
@@ -185,17 +185,12 @@ def test_the_animation_can_be_left_out(table_run: Finished) -> None:
 # --- it can be mailed ---
 
 
-def test_a_run_checks_itself_where_nothing_else_is_left(
-    table_run: Finished, tmp_path: Path
-) -> None:
-    moved = tmp_path / "elsewhere"
-    shutil.copytree(table_run.folder, moved)
-    hidden = table_run.folder.parents[1]
-    aside = hidden.rename(hidden.with_name("hidden"))
-    try:
-        done = plan("check", "elsewhere", cwd=tmp_path)
-    finally:
-        aside.rename(hidden)
+def test_a_run_checks_itself_where_nothing_else_is_left(tmp_path: Path) -> None:
+    home = tmp_path / "home"
+    home.mkdir()
+    finished_table(home).folder.rename(tmp_path / "elsewhere")
+    shutil.rmtree(home)
+    done = plan("check", "elsewhere", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert "elsewhere: passed" in done.stdout
 

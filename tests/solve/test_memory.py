@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.support import ROOT, environment, long
+from tests.support import ROOT, environment
 
 SCRIPT = ROOT / "benchmarks" / "memory.py"
 MOST = 20.0  # [MB] that 1000 solves of a small problem may add
@@ -17,7 +17,7 @@ MOST = 20.0  # [MB] that 1000 solves of a small problem may add
 
 # One of each kind; ``benchmarks/memory.py`` measures all.
 KINDS = ("auto", "kpiece", "prm", "prm_geometric")
-LONGER = [pytest.param(name, marks=long) for name in ("potential_field", "shooting")]
+LONGER = [pytest.param(name, marks=pytest.mark.long) for name in ("potential_field", "shooting")]
 
 
 @pytest.mark.parametrize("name", [*KINDS, *LONGER])

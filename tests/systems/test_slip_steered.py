@@ -20,7 +20,6 @@ from kinolab.dynamics import LeastDissipation, least_dissipation
 from tests.conftest import Solved
 from tests.oracles import slip_steered as oracle
 from tests.oracles.slip_steered import SkidVehicle, sides
-from tests.support import long
 
 Array = NDArray[np.float64]
 
@@ -247,13 +246,13 @@ def parked() -> Solved:
     return Solved(problem, plan, plan.trajectory)
 
 
-@long
+@pytest.mark.long
 def test_the_plan_ends_in_the_middle_of_the_bay(parked: Solved) -> None:
     assert parked.plan.status == "solved"
     assert parked.problem.goal_excess(parked.trajectory.x[-1]) < 1e-3  # of the tolerances
 
 
-@long
+@pytest.mark.long
 @pytest.mark.parametrize("share", [0.8, 1.2])
 def test_feedback_brings_it_into_its_bay_with_friction_that_is_a_fifth_off(
     parked: Solved, share: float

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 import kinolab
 from kinolab.concurrency.cancel import never_cancelled
 from kinolab.trajopt.single_shooting import end_by_single_shooting
 from tests.conftest import Solved
-from tests.support import coin_after, long
+from tests.support import coin_after
 
 
 def test_a_coin_ends_in_the_centre_as_in_closed_form(short: Solved) -> None:
@@ -28,7 +29,7 @@ def test_who_cancels_gets_nothing(short: Solved) -> None:
     assert end_by_single_shooting(short.problem, short.trajectory, lambda: True) is None
 
 
-@long
+@pytest.mark.long
 def test_a_puppet_ends_where_it_was_sent() -> None:
     problem = kinolab.load("marionette_stage")
     plan = problem.solve(seed=1)

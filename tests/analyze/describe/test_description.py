@@ -21,7 +21,6 @@ from kinolab.analyze.describe.topology import mechanisms, space_of
 from kinolab.dynamics import Body, SmallTime, System, angle, move, rot_z, toward
 from tests import registered
 from tests.machines import MACHINES
-from tests.support import long
 
 ALL = (*registered.NAMES, *MACHINES)
 
@@ -43,7 +42,7 @@ def described(name: str) -> Description:
         ("crane", "R^5", 5),
         ("submarine", "R^3 x SO(3)", 6),
         ("satellite", "S^1 x S^1 x S^1 x SO(3)", 6),
-        pytest.param("marionette", "R^9 x T^16 x SO(3)", 28, marks=long),
+        pytest.param("marionette", "R^9 x T^16 x SO(3)", 28, marks=pytest.mark.long),
         ("driven_crane", "R^3", 3),  # an angle with limits is an interval
     ],
 )
@@ -238,7 +237,7 @@ LONGEST = "marionette"  # a third of all
 @pytest.mark.parametrize(
     "name",
     [
-        pytest.param(name, marks=long) if name == LONGEST else name
+        pytest.param(name, marks=pytest.mark.long) if name == LONGEST else name
         for name in (*registered.NAMES, "four_bar_by_multipliers")
     ],
 )

@@ -22,14 +22,18 @@ from kinolab.solve import PlanResult
 from tests.analyze.diagnose.scenarios import PENDULUM, door, ring
 from tests.cli.test_cli import interrupted, started
 from tests.conftest import Solved
-from tests.support import OPEN, long, problem_of
+from tests.support import OPEN, problem_of
 
 Array = NDArray[np.float64]
 Capture = pytest.CaptureFixture[str]
 
 KINDS = ("auto", "rrt_fast", "prm", "potential_field", "shooting", "syclop_rrt")  # one of each
 every_planner = pytest.mark.parametrize(
-    "name", [name if name in KINDS else pytest.param(name, marks=long) for name in planners.names()]
+    "name",
+    [
+        name if name in KINDS else pytest.param(name, marks=pytest.mark.long)
+        for name in planners.names()
+    ],
 )
 LONGEST = 35.0  # [s]: 30 more than is given, for a machine that does other things too
 

@@ -9,7 +9,7 @@ import pytest
 import kinolab
 from kinolab.analyze.diagnose.reached_rates import unreached_directions, unreached_sentences
 from kinolab.scenario import builtin_scenarios
-from tests.support import OPEN, long, problem_of
+from tests.support import OPEN, problem_of
 
 LAME = """
 from kinolab.dynamics import System
@@ -38,7 +38,9 @@ def test_a_direction_of_several_velocities_is_written_as_their_sum() -> None:
 
 
 SLOW = "marionette_stage"  # 57 states
-SCENARIOS = [pytest.param(n, marks=long) if n == SLOW else n for n in builtin_scenarios()]
+SCENARIOS = [
+    pytest.param(n, marks=pytest.mark.long) if n == SLOW else n for n in builtin_scenarios()
+]
 
 
 @pytest.mark.parametrize("name", SCENARIOS)

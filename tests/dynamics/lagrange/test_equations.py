@@ -30,11 +30,10 @@ from kinolab.dynamics.language.symbols import Acceleration, TurnAcceleration, Tu
 from tests import registered
 from tests.dynamics.machines import compiled, compiled_random
 from tests.dynamics.reference import Reference
-from tests.support import long
 
 # Equations of 200 000 operations take SymPy two minutes; those of the bicycle half a one.
 LONGEST = ("marionette", "whipple")
-PRINTED = [pytest.param(n, marks=long) if n in LONGEST else n for n in registered.NAMES]
+PRINTED = [pytest.param(n, marks=pytest.mark.long) if n in LONGEST else n for n in registered.NAMES]
 
 PENDULUM = """\
 L = m g l cos(θ) + 1/2 m l² θ̇²

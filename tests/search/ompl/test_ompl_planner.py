@@ -9,7 +9,7 @@ from ompl import base as ob
 from kinolab import planners
 from kinolab.problem import PlanningTask
 from kinolab.search.ompl import OmplPlanner
-from tests.support import coin_after, long
+from tests.support import coin_after
 
 OWN = [name for name in ("potential_field", "prm", "prm_geometric") if name in planners.names()]
 
@@ -17,7 +17,9 @@ OWN = [name for name in ("potential_field", "prm", "prm_geometric") if name in p
 SLOW = "potential_field"  # half a minute, for a field in six dimensions
 
 
-@pytest.mark.parametrize("name", [pytest.param(n, marks=long) if n == SLOW else n for n in OWN])
+@pytest.mark.parametrize(
+    "name", [pytest.param(n, marks=pytest.mark.long) if n == SLOW else n for n in OWN]
+)
 def test_ompl_runs_a_planner_of_kinolab(name: str, table: PlanningTask) -> None:
     """The path that OMPL holds is the coin's motion in closed form, and ends in the goal."""
     bridge = table.to_ompl()

@@ -10,7 +10,7 @@ from kinolab.analyze.diagnose.narrow_passage import passage as narrow_passage
 from kinolab.analyze.diagnose.narrow_passage.passage import Passage, find_passage, is_applicable
 from kinolab.problem.goal_states import goal_states
 from tests.analyze.diagnose.scenarios import COIN, ROBOT, ROOM, box, door, ring
-from tests.support import OPEN, long, problem_of
+from tests.support import OPEN, problem_of
 
 PLENTY = 300.0  # [s]: the looks end by their number, not by time
 FINE = 0.003  # [m]: 2 mm of the estimate, and the way is bent at random
@@ -23,7 +23,7 @@ def passage(folder: Path, text: str, *overrides: str) -> Passage:
 
 @pytest.mark.parametrize(
     ("machine", "width"),
-    [("diff_drive", ROBOT), pytest.param("rolling_disk", COIN, marks=long)],
+    [("diff_drive", ROBOT), pytest.param("rolling_disk", COIN, marks=pytest.mark.long)],
 )
 def test_a_door_2_cm_too_narrow_is_called_that(machine: str, width: float, tmp_path: Path) -> None:
     found = passage(tmp_path, door(width - 0.02, machine))

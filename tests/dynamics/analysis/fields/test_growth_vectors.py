@@ -16,7 +16,6 @@ Sources:
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable
 from typing import Any
 
@@ -253,7 +252,14 @@ def test_the_wheels_of_a_differential_drive_tell_its_heading() -> None:
     assert (found.rank, found.dimension, found.complete) == (6, 7, True)
 
 
-def test_ranks_leave_a_clear_gap() -> None:
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(n, marks=pytest.mark.long if n == "marionette" else ())
+        for n in registered.NAMES
+    ],
+)
+def test_ranks_leave_a_clear_gap(name: str) -> None:
     """What counts is a thousand times the tolerance of 1e-8, what does not is rounding.
 
     Where the wheels' turn goes last, through four brackets, it hardly goes: that a motorcycle and a
@@ -261,12 +267,9 @@ def test_ranks_leave_a_clear_gap() -> None:
     strings are light beside its torso.
     """
     thin = {"motorcycle": 1e-8, "whipple": 1e-7, "marionette": 1e-7}
-    for name, make in registered.MAKERS.items():
-        if name == "marionette" and "KINOLAB_LONG" not in os.environ:
-            continue  # half of the time
-        for rank in filtration(vector_fields(make()), strong=True).margins:
-            assert rank.smallest > thin.get(name, 1e-5)
-            assert rank.largest_ignored < 1e-14
+    for rank in filtration(vector_fields(registered.MAKERS[name]()), strong=True).margins:
+        assert rank.smallest > thin.get(name, 1e-5)
+        assert rank.largest_ignored < 1e-14
 
 
 def test_inputs_that_do_not_enter_linearly_become_states() -> None:

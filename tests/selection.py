@@ -1,0 +1,165 @@
+"""Which tests run by default, so that they take minutes and nobody marks by hand.
+
+A test is marked ``search`` or ``long`` by the time that it took when ``--record-durations`` last
+wrote ``durations.json``, ``process`` by the fixtures that it asks for or by its folder, ``docs`` by
+its folder, and ``every`` if a law is stated for many registered machines or planners and others
+stand for this one. All of them but ``long`` run with ``-m "not long"``.
+"""
+
+from __future__ import annotations
+
+import json
+import time
+from collections import defaultdict
+from collections.abc import Generator, Iterable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from kinolab import planners, systems
+
+HERE = Path(__file__).parent
+RECORD = HERE / "durations.json"
+SEARCH, LONG = 0.5, 60.0  # [s], on the computer that recorded them
+UNMARKED = 3.0  # [s]: what takes longer and has no marker is named at the end of a full run
+
+MARKERS = {
+    "search": f"took more than {SEARCH:g} s, as whole searches do",
+    "process": "starts processes: the command line, browsers",
+    "docs": "looks at pages of the documentation, or executes them",
+    "every": "a law for a registered machine or planner that others stand for by default",
+    "long": f"took more than {LONG:g} s",
+}
+PROCESS_FOLDERS = {"cli", "first_afternoon"}
+PROCESS_FIXTURES = {"maze_run", "table_run", "run_copy", "browser"}
+DOCS_FOLDERS = {"docs", "course"}
+REPRESENTATIVES = {
+    systems.names(): {"pendulum", "rolling_disk", "satellite", "five_bar", "unicycle", "biped"},
+    planners.names(): {"rrt", "rrt_fast", "sst", "prm"},
+}
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    group = parser.getgroup("kinolab")
+    remaining = "run only what has not passed in the last run without this option"
+    group.addoption("--remaining", action="store_true", help=remaining)
+    recording = f"write {RECORD.name} from this run, which must be a full one"
+    group.addoption("--record-durations", action="store_true", help=recording)
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    for name, meaning in MARKERS.items():
+        config.addinivalue_line("markers", f"{name}: {meaning}")
+    if not hasattr(config, "workerinput"):  # the process that hands tests out
+        config.pluginmanager.register(Recorder(config))
+
+
+@pytest.hookimpl(tryfirst=True)  # before pytest deselects by markers
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    recorded = json.loads(RECORD.read_text(encoding="utf-8"))
+    further = _further(items)
+    for item in items:
+        folder, fixtures = item.path.relative_to(HERE).parts[0], _fixtures(item)
+        seconds = max(recorded.get(name, 0.0) for name in (item.nodeid, *fixtures.values()))
+        marks = {
+            "search": SEARCH <= seconds < LONG,
+            "long": seconds >= LONG,
+            "process": folder in PROCESS_FOLDERS or PROCESS_FIXTURES & fixtures.keys(),
+            "docs": folder in DOCS_FOLDERS,
+            "every": item in further,
+        }
+        for mark in (mark for mark, wanted in marks.items() if wanted):
+            item.add_marker(mark)
+    if config.getoption("remaining"):
+        passed = set(config.cache.get("kinolab/passed", []))
+        config.hook.pytest_deselected(items=[item for item in items if item.nodeid in passed])
+        items[:] = [item for item in items if item.nodeid not in passed]
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_fixture_setup(
+    fixturedef: Any,
+) -> Generator[None, Any, Any]:
+    """Note how long a fixture of many tests took: which of them makes it is a matter of order."""
+    begun = time.perf_counter()
+    made = yield
+    if fixturedef.scope != "function":
+        _made.append((_name(fixturedef), time.perf_counter() - begun))
+    return made
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_setup(item: pytest.Item) -> Generator[None, None, None]:
+    _made.clear()
+    yield
+    item.user_properties += [("fixture", spent) for spent in _made]
+
+
+_made: list[tuple[str, float]] = []  # fixtures that the setup of a test has made, with their time
+
+
+def _fixtures(item: pytest.Item) -> dict[str, str]:
+    """Return what records call the fixtures of a test, by their names."""
+    info = getattr(item, "_fixtureinfo", None)
+    found = info.name2fixturedefs if info else {}
+    return {name: _name(definitions[-1]) for name, definitions in found.items() if definitions}
+
+
+def _name(fixturedef: Any) -> str:
+    return f"{fixturedef.baseid}::{fixturedef.argname}"
+
+
+def _further(items: Iterable[pytest.Item]) -> set[pytest.Item]:
+    """Return tests of a law for machines or planners that others stand for."""
+    by_law: dict[Any, list[tuple[pytest.Item, str]]] = defaultdict(list)
+    for item in items:
+        call = getattr(item, "callspec", None)
+        for argument, value in call.params.items() if call else ():
+            if isinstance(value, str):
+                law = (item.path, getattr(item, "originalname", ""), argument)
+                by_law[law].append((item, value.partition(",")[0]))  # "biped, left": one mode
+    found = set()
+    for stated in by_law.values():
+        names = {name for _, name in stated}
+        for known, representatives in REPRESENTATIVES.items():
+            if names & representatives:
+                others = set(known) - representatives
+                found |= {item for item, name in stated if name in others}
+    return found
+
+
+class Recorder:
+    """Remembers what passed and how long it took."""
+
+    def __init__(self, config: pytest.Config) -> None:
+        self._config = config
+        self._seconds: dict[str, float] = defaultdict(float)  # by test, or fixture
+        self._marked: set[str] = set()
+        self._passed: set[str] = set()
+
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        own = report.duration
+        for key, (name, seconds) in report.user_properties if report.when == "setup" else ():
+            if key == "fixture":
+                self._seconds[name] = max(self._seconds[name], seconds)
+                own -= seconds
+        self._seconds[report.nodeid] += max(own, 0.0)
+        if report.when == "call" and report.passed:
+            self._passed.add(report.nodeid)
+        if not MARKERS.keys().isdisjoint(report.keywords):
+            self._marked.add(report.nodeid)
+
+    def pytest_sessionfinish(self) -> None:
+        if not self._config.getoption("remaining"):
+            self._config.cache.set("kinolab/passed", sorted(self._passed))
+        if self._config.getoption("record_durations"):
+            slow = {name: round(s, 1) for name, s in sorted(self._seconds.items()) if s >= SEARCH}
+            RECORD.write_text(json.dumps(slow, indent=0) + "\n", encoding="utf-8")
+
+    def pytest_terminal_summary(self, terminalreporter: pytest.TerminalReporter) -> None:
+        slow = {n: s for n, s in self._seconds.items() if s > UNMARKED and n not in self._marked}
+        if slow and self._marked:  # a full run: by default nothing that is marked runs
+            terminalreporter.section(f"more than {UNMARKED:g} s, and no marker")
+            for name, seconds in sorted(slow.items(), key=lambda entry: -entry[1]):
+                terminalreporter.write_line(f"{seconds:.1f} s  {name}")
