@@ -19,6 +19,7 @@ from __future__ import annotations
 
 import argparse
 import ast
+import itertools
 import json
 import os
 import random
@@ -213,8 +214,9 @@ def nearest_first(module: str) -> list[str]:
 
     def distance(file: Path) -> tuple[int, int, str]:
         own = file.relative_to(ROOT / "tests").with_suffix("").parts
-        common = len(os.path.commonprefix([parts[:-1], own[:-1]]))
-        return (parts[-1] not in own[-1], -common, str(file)) if common else (True, 0, str(file))
+        pairs = zip(parts[:-1], own[:-1], strict=False)
+        common = len(list(itertools.takewhile(lambda pair: pair[0] == pair[1], pairs)))
+        return parts[-1] not in own[-1] or not common, -common, str(file)
 
     files = sorted((ROOT / "tests").rglob("test_*.py"), key=distance)
     return [str(file.relative_to(ROOT)) for file in files]
