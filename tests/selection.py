@@ -18,6 +18,7 @@ from typing import Any
 import pytest
 
 from kinolab import planners, systems
+from kinolab.scenario import builtin_scenarios
 
 HERE = Path(__file__).parent
 RECORD = HERE / "durations.json"
@@ -34,10 +35,13 @@ MARKERS = {
 PROCESS_FOLDERS = {"cli", "first_afternoon"}
 PROCESS_FIXTURES = {"maze_run", "table_run", "run_copy", "browser"}
 DOCS_FOLDERS = {"docs", "course"}
-REPRESENTATIVES = {
-    systems.names(): {"pendulum", "rolling_disk", "satellite", "five_bar", "unicycle", "biped"},
+MACHINES = ("pendulum", "rolling_disk", "satellite", "five_bar", "unicycle", "biped")
+REPRESENTATIVES = {  # of which names there are
+    systems.names(): set(MACHINES),
+    tuple(builtin_scenarios()): {name for name in builtin_scenarios() if name.startswith(MACHINES)},
     planners.names(): {"rrt", "rrt_fast", "sst", "prm"},
 }
+OTHERS = {name for names, stand_in in REPRESENTATIVES.items() for name in set(names) - stand_in}
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -67,7 +71,7 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
             "long": seconds >= LONG,
             "process": folder in PROCESS_FOLDERS or PROCESS_FIXTURES & fixtures.keys(),
             "docs": folder in DOCS_FOLDERS,
-            "every": item in further,
+            "every": item in further or item.path.stem.removeprefix("test_") in OTHERS,
         }
         for mark in (mark for mark, wanted in marks.items() if wanted):
             item.add_marker(mark)
@@ -122,10 +126,8 @@ def _further(items: Iterable[pytest.Item]) -> set[pytest.Item]:
     found = set()
     for stated in by_law.values():
         names = {name for _, name in stated}
-        for known, representatives in REPRESENTATIVES.items():
-            if names & representatives:
-                others = set(known) - representatives
-                found |= {item for item, name in stated if name in others}
+        if any(names & representatives for representatives in REPRESENTATIVES.values()):
+            found |= {item for item, name in stated if name in OTHERS}
     return found
 
 

@@ -9,10 +9,12 @@ import subprocess
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pytest
 from numpy.typing import NDArray
 
 import kinolab
@@ -57,6 +59,12 @@ name = "wall"
 box = [0.1, 4.0, 1.0]
 position = [3.0, 0.0, 0.5]
 """
+
+
+def needs(*libraries: str) -> pytest.MarkDecorator:
+    """Skip a test where a library is missing that only extras of the installation bring."""
+    missing = [name for name in libraries if find_spec(name) is None]
+    return pytest.mark.skipif(bool(missing), reason=f"needs {', '.join(missing)}")
 
 
 def environment(**extra: str) -> dict[str, str]:

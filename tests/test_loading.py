@@ -15,7 +15,7 @@ from kinolab.errors import InputError
 from kinolab.loading import find_machine, find_scenario, find_system
 from kinolab.problem import PlanningTask
 from kinolab.scenario import builtin_scenarios
-from tests.support import OPEN, problem_of
+from tests.support import OPEN, needs, problem_of
 
 PENDULUM = 'schema = 1\ntitle = "A pendulum"\n[system]\nname = "pendulum"\n'
 MESH = '\n[[world.obstacle]]\nmesh = "meshes/{}"\n'
@@ -393,7 +393,14 @@ def test_a_damaged_machine_file_is_refused(tmp_path: Path, content: bytes) -> No
     assert "machine" in " ".join(mistakes(tmp_path, text))
 
 
-@pytest.mark.parametrize("ending", [".json", ".urdf", ".xml", ".py"])
+@pytest.mark.parametrize(
+    "ending",
+    [
+        *(".json", ".py"),
+        pytest.param(".urdf", marks=needs("yourdfpy")),
+        pytest.param(".xml", marks=needs("mujoco")),
+    ],
+)
 def test_a_machine_whose_name_no_system_takes_is_not_there(tmp_path: Path, ending: str) -> None:
     text = PENDULUM.replace('name = "pendulum"', f'file = "{300 * "a"}{ending}"')
     told = mistakes(tmp_path, text)

@@ -20,7 +20,7 @@ from numba.core.caching import NullCache
 from numba.core.dispatcher import Dispatcher
 
 import kinolab
-from tests.support import environment, within
+from tests.support import environment, needs, within
 
 LOOPS = """
 from kinolab.numerics.jit import kernel
@@ -202,6 +202,7 @@ def shown(home: Path, expression: str) -> str:
     ).stdout  # fmt: skip
 
 
+@needs("gymnasium", "yourdfpy")
 def test_everything_that_is_compiled_is_kept_with_a_checksum() -> None:
     for module in pkgutil.walk_packages(kinolab.__path__, "kinolab."):
         importlib.import_module(module.name)

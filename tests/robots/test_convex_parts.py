@@ -16,6 +16,7 @@ from kinolab.numerics.arrays import Array
 from kinolab.robots import read_mjcf, read_urdf
 from kinolab.robots.convex_parts import enclosing_shapes
 from kinolab.robots.kinematic_tree import PlacedShape
+from tests.support import needs
 
 ROBOTS = Path(sys.prefix).glob("lib/python*/site-packages/cmeel.prefix/share/example-robot-data")
 FOLDER = next(ROBOTS, Path("not installed")) / "robots"
@@ -78,6 +79,7 @@ def corner() -> trimesh.Trimesh:
     return trimesh.Trimesh(vertices, faces, process=False)
 
 
+@needs("coacd")
 def test_a_corner_becomes_two_bricks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """One box around it has 0.2 m^3, it itself has 0.072 m^3; the second time is from disk."""
     monkeypatch.setenv("KINOLAB_CACHE", str(tmp_path))
@@ -105,6 +107,7 @@ def written(tmp_path: Path) -> Path:
     return file
 
 
+@needs("coacd", "yourdfpy", "mujoco")
 def test_files_of_both_kinds_and_scenarios_take_the_number(tmp_path: Path) -> None:
     file = written(tmp_path)
     model = tmp_path / "model.xml"

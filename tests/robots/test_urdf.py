@@ -14,6 +14,9 @@ from kinolab.dynamics.language.shapes import Box, Cylinder
 from kinolab.errors import InputError
 from kinolab.robots import read_urdf
 from tests.robots.against_pinocchio import SecondEngine, friction_in
+from tests.support import needs
+
+pytestmark = needs("yourdfpy")
 
 ROBOTS = Path(sys.prefix).glob("lib/python*/site-packages/cmeel.prefix/share/example-robot-data")
 FOLDER = next(ROBOTS, Path("not installed")) / "robots"

@@ -18,6 +18,7 @@ from kinolab.errors import InputError
 from kinolab.robots import read_mjcf, read_urdf
 from kinolab.robots.visible_meshes import MOST_TRIANGLES
 from kinolab.show.film.picture import Picture
+from tests.support import needs
 
 ROBOTS = Path(sys.prefix).glob("lib/python*/site-packages/cmeel.prefix/share/example-robot-data")
 PANDA = next(ROBOTS, Path("not installed")) / "robots" / "panda_description"
@@ -78,6 +79,7 @@ def ball_in(folder: Path) -> Path:
     return folder / "ball.urdf"
 
 
+@needs("yourdfpy", "mujoco")
 def test_what_is_drawn_touches_nothing_and_stays_with_the_run(tmp_path: Path) -> None:
     """A ball of 1 m is drawn and goes through a wall; the box inside it does not touch it."""
     home, run = tmp_path / "home", tmp_path / "run"
@@ -101,6 +103,7 @@ def test_what_is_drawn_touches_nothing_and_stays_with_the_run(tmp_path: Path) ->
     assert any(len(mesh.faces) == 320 for mesh in scene.geometry.values())
 
 
+@needs("yourdfpy", "mujoco")
 def test_meshes_that_are_missing_are_not_drawn(
     tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
@@ -112,6 +115,7 @@ def test_meshes_that_are_missing_are_not_drawn(
     assert bodies["ball 2"].drawn is None
 
 
+@needs("yourdfpy", "mujoco")
 def test_a_model_s_meshes_are_drawn_in_their_materials(tmp_path: Path) -> None:
     trimesh.creation.icosphere(1, 0.5).export(tmp_path / "ball.stl")
     (tmp_path / "model.xml").write_text(

@@ -48,7 +48,6 @@ from kinolab.errors import InputError
 from kinolab.numerics.arrays import Array
 from kinolab.robots import mjcf_text, read_mjcf, read_urdf, urdf_text
 from kinolab.world.geometry import frame_in_world
-from tests.robots.test_mjcf import ASSETS
 from tests.robots.test_urdf import FOLDER
 from tests.robots.written_files import (
     InMujoco,
@@ -59,6 +58,8 @@ from tests.robots.written_files import (
 )
 
 mujoco: Any = pytest.importorskip("mujoco")
+gymnasium = pytest.importorskip("gymnasium")
+ASSETS = Path(gymnasium.__file__).parent / "envs" / "mujoco" / "assets"
 
 AGREE = 1e-9  # relative to the largest acceleration
 PLACED = 1e-12  # [m], and of entries of rotation matrices

@@ -9,7 +9,7 @@ import pytest
 
 from kinolab import cli
 from tests.studies.tiny_study import LIMITED, TINY, kept, written
-from tests.support import OPEN
+from tests.support import OPEN, needs
 
 Capture = pytest.CaptureFixture[str]
 
@@ -79,6 +79,7 @@ def test_parts_are_joined_by_rows_from(capsys: Capture) -> None:
     assert kept(Path("all")) == kept(Path("one")) + kept(Path("two"))
 
 
+@needs("pyarrow")
 @pytest.mark.usefixtures("home")
 @pytest.mark.parametrize(
     ("arguments", "said"),

@@ -11,6 +11,7 @@ from kinolab.studies.expansion import expanded, run_count, sobol_points
 from kinolab.studies.run_study import StudyFolder, StudyPart
 from kinolab.studies.study_file import Sobol
 from tests.studies.tiny_study import TINY, study_in
+from tests.support import needs
 
 SWEPT = """\
 schema = 1
@@ -106,6 +107,7 @@ def test_the_same_study_has_the_same_identities_and_another_one_others(tmp_path:
     assert len({first[1], *(other[1] for other in others)}) == 1 + len(others)
 
 
+@needs("pyarrow")
 def test_parts_are_disjoint_and_complete(tmp_path: Path) -> None:
     runs = StudyFolder(study_in(tmp_path, TINY + "seeds = 11\n"), tmp_path / "out").runs.runs
     parts = [[run.index for run in runs if StudyPart(k, 3).has(run)] for k in (1, 2, 3)]

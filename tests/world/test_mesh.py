@@ -15,6 +15,7 @@ from kinolab.errors import InputError
 from kinolab.world import load_mesh, mesh_obstacle
 from kinolab.world.meshes import mesh
 from kinolab.world.meshes import mesh as module
+from tests.support import needs
 
 OBJ = "v 0 0 0\nv 1 0 0\nv 0 1 0\n"
 
@@ -28,7 +29,10 @@ def refused(path: str, root: Path) -> str:
     return str(mistake)
 
 
-@pytest.mark.parametrize("suffix", ["stl", "obj", "ply", "glb", "off", "dae", "STL"])
+DAE = pytest.param("dae", marks=needs("collada"))
+
+
+@pytest.mark.parametrize("suffix", ["stl", "obj", "ply", "glb", "off", DAE, "STL"])
 def test_every_format_gives_the_same_box(suffix: str, tmp_path: Path) -> None:
     file = tmp_path / f"box.{suffix}"
     file.write_bytes(_bytes(trimesh.creation.box((1, 2, 4)), suffix.lower()))
@@ -73,14 +77,14 @@ def test_a_link_loop_is_a_mistake(tmp_path: Path) -> None:
     refused("loop.stl", tmp_path)
 
 
-@pytest.mark.parametrize("suffix", ["stl", "obj", "ply", "glb", "off", "dae"])
+@pytest.mark.parametrize("suffix", ["stl", "obj", "ply", "glb", "off", DAE])
 @pytest.mark.parametrize("content", [b"", b"\0" * 100, b"garbage\n" * 30, bytes(range(256)) * 4])
 def test_garbage_is_a_mistake(suffix: str, content: bytes, tmp_path: Path) -> None:
     (tmp_path / f"bad.{suffix}").write_bytes(content)
     refused(f"bad.{suffix}", tmp_path)
 
 
-@pytest.mark.parametrize("suffix", ["stl", "ply", "glb", "off", "obj", "dae"])
+@pytest.mark.parametrize("suffix", ["stl", "ply", "glb", "off", "obj", DAE])
 def test_a_file_cut_short_never_ends_in_a_traceback(suffix: str, tmp_path: Path) -> None:
     whole = _bytes(trimesh.creation.icosphere(subdivisions=1), suffix)
     for length in range(0, len(whole), max(1, len(whole) // 40)):

@@ -12,7 +12,7 @@ import trimesh
 from kinolab.errors import InputError
 from kinolab.world import mesh_obstacle
 from kinolab.world.meshes.mesh_simplification import largest_distance, simplified
-from tests.support import OPEN, problem_of
+from tests.support import OPEN, needs, problem_of
 
 WAVES = '[[world.obstacle]]\nmesh = "waves.ply"\nposition = [3.0, 3.0, 0.0]\nsimplify = 400\n'
 
@@ -29,6 +29,7 @@ def waves(folder: Path) -> None:
     trimesh.Trimesh(vertices, faces, process=False).export(folder / "waves.ply")
 
 
+@needs("fast_simplification")
 def test_no_point_is_farther_than_the_bound(tmp_path: Path) -> None:
     """Distances by trimesh, of points all over the old triangles; the bound is not far above."""
     waves(tmp_path)
@@ -51,6 +52,7 @@ def test_a_shifted_plane_is_as_far_as_it_was_shifted(tmp_path: Path) -> None:
     assert 0.2 <= bound <= 0.24
 
 
+@needs("fast_simplification")
 def test_what_is_closed_stays_closed(tmp_path: Path) -> None:
     trimesh.creation.icosphere(subdivisions=4).export(tmp_path / "ball.ply")
     few = simplified(mesh_obstacle("ball", "ball.ply", tmp_path), 300)
@@ -61,6 +63,7 @@ def test_what_is_closed_stays_closed(tmp_path: Path) -> None:
         simplified(mesh_obstacle("ball", "ball.ply", tmp_path), 1)
 
 
+@needs("fast_simplification")
 def test_plans_keep_the_error_besides_their_clearance(tmp_path: Path) -> None:
     waves(tmp_path)
     problem = problem_of(tmp_path, OPEN.replace("[start]", f"clearance = 0.05\n{WAVES}[start]"))

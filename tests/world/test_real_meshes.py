@@ -15,6 +15,7 @@ from kinolab.numerics.arrays import Array
 from kinolab.world import BodyGeometry, CollisionChecker, World, load_mesh, mesh_obstacle
 from kinolab.world.meshes.double_faces import single_faces
 from kinolab.world.meshes.mesh_reading import UNPAINTED
+from tests.support import needs
 
 DAE = """<?xml version="1.0"?>
 <COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
@@ -114,6 +115,7 @@ def test_surfaces_of_one_side_only_are_left_as_they_are() -> None:
     assert found.both.all()
 
 
+@needs("collada")
 def test_collada_says_its_unit_its_axis_and_its_colour(tmp_path: Path) -> None:
     (tmp_path / "wedge.dae").write_text(DAE)
     obstacle = mesh_obstacle("wedge", "wedge.dae", tmp_path)

@@ -14,6 +14,7 @@ from kinolab import cli, systems
 from kinolab.dynamics import Model
 from kinolab.errors import InputError
 from kinolab.numerics.arrays import Array
+from tests.support import needs
 
 AGREE = 1e-12  # relative to the largest entry
 # Free angles, a constraint of rolling, closed loops, an attitude, drag and buoyancy.
@@ -40,6 +41,7 @@ def agree(ours: Any, theirs: Array) -> None:
     assert np.abs(found - theirs).max() <= AGREE * max(1.0, np.abs(theirs).max())
 
 
+@needs("casadi")
 @pytest.mark.parametrize("name", MACHINES)
 def test_casadi_s_functions_agree(name: str) -> None:
     system = systems.get(name)
@@ -55,6 +57,7 @@ def test_casadi_s_functions_agree(name: str) -> None:
         agree(by_u, model.jacobian(x, u)[1])
 
 
+@needs("casadi")
 def test_casadi_s_jacobian_is_that_of_finite_differences() -> None:
     """Of f itself, so that not both can be wrong alike."""
     system = systems.get("crane")

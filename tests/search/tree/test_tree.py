@@ -105,11 +105,11 @@ def test_a_search_that_fails_names_what_was_in_the_way(name: str, tmp_path: Path
     fence = '\n[[world.obstacle]]\nname = "fence"\nbox = [0.1, 9, 1]\nposition = [-0.5, 0, 0.5]\n'
     problem = problem_of(tmp_path, OPEN + fence, "goal.tolerance=1e-6")
     planner = planners.get(name)(goal_connection_period=0)
-    found = planner.solve(problem, 1, Budget(30.0, 500))
+    found = planner.solve(problem, 1, Budget(300.0, 500))
     assert found.outcome is Outcome.APPROXIMATE
     assert "coin – fence" in found.rejections["collision"]
     assert found.statistics["propagations"] > 500
-    shorter = planner.solve(problem, 1, Budget(30.0, 500, below=9.0))  # there is a motion already
+    shorter = planner.solve(problem, 1, Budget(300.0, 500, below=9.0))  # there is a motion already
     assert shorter.outcome is not Outcome.SOLVED
     assert not shorter.rejections
 

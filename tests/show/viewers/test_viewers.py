@@ -15,6 +15,7 @@ import pytest
 import kinolab
 from kinolab.show.viewers import show_in_meshcat, show_in_rerun
 from kinolab.show.viewers.viewed_parts import unique
+from tests.support import needs
 
 RERUN = shutil.which("rerun", path=str(Path(sys.executable).parent))
 
@@ -47,6 +48,7 @@ def printed(path: Path) -> str:
     return done.stdout
 
 
+@needs("rerun")
 def test_rerun_s_reader_finds_bodies_states_and_inputs(swing: Any, tmp_path: Path) -> None:
     problem, motion = swing
     show_in_rerun(problem, motion, tmp_path / "run.rrd")
@@ -61,6 +63,7 @@ def test_rerun_s_reader_finds_bodies_states_and_inputs(swing: Any, tmp_path: Pat
     assert "Mesh3D:vertex_positions" in text
 
 
+@needs("meshcat")
 def test_meshcat_animates_the_bob_along_its_circle(swing: Any) -> None:
     problem, motion = swing
     recorder = Recorder()
@@ -78,6 +81,7 @@ def test_meshcat_animates_the_bob_along_its_circle(swing: Any) -> None:
     assert turned == pytest.approx(np.abs(angles - angles[0]), abs=1e-3)
 
 
+@needs("meshcat")
 def test_meshcat_s_own_server_takes_it_and_writes_a_page(swing: Any) -> None:
     view = show_in_meshcat(*swing)
     try:

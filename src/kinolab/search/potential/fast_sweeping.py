@@ -39,7 +39,13 @@ def arrival_times(speed: Array, source: Array) -> Array:
 
 @kernel
 def _sweep(times, slowness, origin):  # type: ignore[no-untyped-def]
-    """Update all times (nx, ny, nz) once along each diagonal; return whether one fell."""
+    """Update times once along each diagonal; return whether one fell.
+
+    Args:
+        times: At corners, shape (nx + 1, ny + 1, nz + 1), or (nx + 1, ny + 1, 1) in a plane.
+        slowness: Of cells, shape (nx, ny, nz).
+        origin: Where the source is, shape (3,).
+    """
     nx, ny, nz = times.shape
     fell = False
     for octant in range(8 if nz > 1 else 4):
@@ -64,6 +70,13 @@ def _time(times, slowness, origin, i, j, k, sx, sy, sz):  # type: ignore[no-unty
     It comes through one of the six tetrahedra of the cell behind, of which each has an edge, the
     diagonal of a face and the diagonal of the cell, or along one of their triangles and edges; in
     these it may go in any cell that they belong to.
+
+    Args:
+        times: As ``_sweep`` has them, shape (nx + 1, ny + 1, nz + 1).
+        slowness: Of cells, shape (nx, ny, nz).
+        origin: Where the source is, shape (3,).
+        i, j, k: The corner.
+        sx, sy, sz: Where the front goes, 1 or -1 along each axis.
     """
     p, q, r = i - (sx + 1) // 2, j - (sy + 1) // 2, k - (sz + 1) // 2  # the cell behind
     cell = _slowness(slowness, p, q, r)
@@ -122,6 +135,12 @@ def _behind(times, origin, i, j, k, sx, sy, sz):  # type: ignore[no-untyped-def]
     """Return the time of the corner sx, sy, sz behind i, j, k, and its correction at speed 1.
 
     The correction is what the distance from the source curves upward between the two.
+
+    Args:
+        times: As ``_sweep`` has them, shape (nx + 1, ny + 1, nz + 1).
+        origin: Where the source is, shape (3,).
+        i, j, k: The corner.
+        sx, sy, sz: Steps from the one behind, each -1, 0 or 1.
     """
     nx, ny, nz = times.shape
     a, b, c = i - sx, j - sy, k - sz
@@ -140,8 +159,9 @@ def _through_segment(p, cp, q, cq, s, n, m):  # type: ignore[no-untyped-def]
     The least of p - g (p - q) + s sqrt(n + m g^2) for 0 < g < 1.
 
     Args:
-        p: Time at its nearer end, to which it is perpendicular, and ``cp`` its correction.
-        q: Time at its farther end, and ``cq`` its correction.
+        p: Time at its nearer end, to which it is perpendicular.
+        q: Time at its farther end.
+        cp, cq: Their corrections at speed 1.
         s: Slowness.
         n: Squared distance of the nearer end.
         m: Squared length of the segment.
@@ -160,6 +180,11 @@ def _through_triangle(p, cp, q, cq, r, cr, s):  # type: ignore[no-untyped-def]
     """Return the earliest time by way of a triangle, inf if that is on one of its sides.
 
     Its corners are at squared distances 1, 2 and 3, each perpendicular to what leads to the next.
+
+    Args:
+        p, q, r: Times at its corners.
+        cp, cq, cr: Their corrections at speed 1.
+        s: Slowness.
     """
     if not (r < p < np.inf and q < np.inf):
         return np.inf
