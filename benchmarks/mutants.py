@@ -41,6 +41,7 @@ FLIPPED = {
 }  # fmt: skip
 SIGNS = {"+": "-", "-": "+"}
 SMALL = 1e-2  # a number up to this one is taken for a tolerance
+OTHERS = "(search or process or docs or every) and not long"  # which do not run by default
 LIMIT = 1800.0  # [s] for all tests of a mutant, which may loop for ever
 FAILED = re.compile(r"^(?:FAILED|ERROR) (\S+)", re.M)
 
@@ -208,18 +209,20 @@ def package_in(place: Path) -> Path:
     return place
 
 
-def nearest_first(module: str) -> list[str]:
-    """Return all folders and files of tests, those nearest to a module first."""
+def nearest_first(module: str) -> list[list[str]]:
+    """Return files of tests, those nearest to a module first: of its own part, and all others."""
     parts = Path(module).with_suffix("").parts
 
     def distance(file: Path) -> tuple[int, int, str]:
         own = file.relative_to(ROOT / "tests").with_suffix("").parts
         pairs = zip(parts[:-1], own[:-1], strict=False)
         common = len(list(itertools.takewhile(lambda pair: pair[0] == pair[1], pairs)))
-        return parts[-1] not in own[-1] or not common, -common, str(file)
+        return -common, parts[-1] not in own[-1], str(file)
 
     files = sorted((ROOT / "tests").rglob("test_*.py"), key=distance)
-    return [str(file.relative_to(ROOT)) for file in files]
+    near = sum(distance(file)[0] < 0 for file in files)
+    names = [str(file.relative_to(ROOT)) for file in files]
+    return [names[:near], names[near:]]
 
 
 def importing(module: str, files: list[str]) -> list[str]:
@@ -243,7 +246,7 @@ def noticed(place: Path, files: list[str], *options: str) -> str:
         "PYTEST_XDIST_AUTO_NUM_WORKERS": str(os.cpu_count() or 1),
     }
     command = [
-        *(sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", "--durations=0"),
+        *(sys.executable, "-m", "pytest", "-x", "-q", "--durations=0"),
         *("--dist", "load", "--maxschedchunk", "1", *options, *files),
     ]
     try:
@@ -289,11 +292,11 @@ def main() -> None:
         key = f"{mutant.name} {mutant.after.strip()}"
         if k not in wanted or key in results:
             continue
-        place, files = planted(mutant, sound, out / "mutant"), nearest_first(mutant.module)
-        first = noticed(place, files)
-        then = "" if first else noticed(
-            place, importing(mutant.module, files), "-m", "not long"
-        )  # fmt: skip
+        place = planted(mutant, sound, out / "mutant")
+        near, far = nearest_first(mutant.module)
+        first = noticed(place, near) or noticed(place, far)
+        rest = importing(mutant.module, [*near, *far])
+        then = "" if first else noticed(place, rest, "-m", OTHERS)
         results[key] = [first, then]
         kept.write_text(json.dumps(results, indent=1) + "\n")
         print(f"{k}: {mutant.name}: {first or then or 'survives'}", file=sys.stderr, flush=True)
