@@ -25,9 +25,12 @@ import os
 import random
 import re
 import shutil
+import signal
 import subprocess
 import sys
+import time
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -42,7 +45,7 @@ FLIPPED = {
 SIGNS = {"+": "-", "-": "+"}
 SMALL = 1e-2  # a number up to this one is taken for a tolerance
 OTHERS = "(search or process or docs or every) and not long"  # which do not run by default
-LIMIT = 1800.0  # [s] for all tests of a mutant, which may loop for ever
+PATIENCE = 4.0  # times as long as without a mutant: then it loops for ever
 FAILED = re.compile(r"^(?:FAILED|ERROR) (\S+)", re.M)
 
 # Mutants that change nothing anybody can observe, by module, line as it was and as it became.
@@ -237,8 +240,8 @@ def importing(module: str, files: list[str]) -> list[str]:
     return found or files
 
 
-def noticed(place: Path, files: list[str], *options: str) -> str:
-    """Return the first test that fails, "" if none does."""
+def noticed(place: Path, files: list[str], limit: float | None, *options: str) -> str:
+    """Return the first test that fails within a limit in [s], "" if none does."""
     environment = {
         **os.environ,
         "PYTHONPATH": str(place),
@@ -246,20 +249,25 @@ def noticed(place: Path, files: list[str], *options: str) -> str:
         "PYTEST_XDIST_AUTO_NUM_WORKERS": str(os.cpu_count() or 1),
     }
     command = [
-        *(sys.executable, "-m", "pytest", "-x", "-q", "--durations=0"),
+        *(sys.executable, "-m", "pytest", "-x", "-q"),
         *("--dist", "load", "--maxschedchunk", "1", *options, *files),
     ]
+    running = subprocess.Popen(
+        command, cwd=ROOT, env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+        text=True, start_new_session=True,
+    )  # fmt: skip
     try:
-        done = subprocess.run(
-            command, cwd=ROOT, env=environment, capture_output=True, text=True, timeout=LIMIT,
-            check=False,
-        )  # fmt: skip
+        said, _ = running.communicate(timeout=limit)
     except subprocess.TimeoutExpired:
-        return f"not done after {LIMIT:g} s"
-    if done.returncode in (0, 5):
+        return f"not done after {limit:.0f} s"
+    finally:
+        with suppress(ProcessLookupError):  # its workers may be in a loop without an end
+            os.killpg(running.pid, signal.SIGKILL)
+        running.wait()
+    if running.returncode in (0, 5):
         return ""
-    failed = FAILED.search(done.stdout)
-    return failed[1] if failed else f"exit code {done.returncode}: {done.stdout[-300:]}"
+    failed = FAILED.search(said)
+    return failed[1] if failed else f"exit code {running.returncode}: {said[-300:]}"
 
 
 def main() -> None:
@@ -281,11 +289,14 @@ def main() -> None:
     given.out.mkdir(parents=True, exist_ok=True)
     out = given.out.resolve()
     sound = package_in(out / "sound")
-    if not (out / "warm").exists():  # and no test may fail without a mutant
-        failed = noticed(sound, ["tests"])
+    warm = out / "warm"
+    if not warm.exists():  # and no test may fail without a mutant
+        begun = time.monotonic()
+        failed = noticed(sound, ["tests"], None)
         if failed:
             sys.exit(f"without a mutant: {failed}")
-        (out / "warm").touch()
+        warm.write_text(f"{time.monotonic() - begun:.0f}")
+    limit = PATIENCE * float(warm.read_text())
     kept = out / "results.json"
     results = json.loads(kept.read_text()) if kept.exists() else {}
     for k, mutant in enumerate(all_drawn):
@@ -294,9 +305,9 @@ def main() -> None:
             continue
         place = planted(mutant, sound, out / "mutant")
         near, far = nearest_first(mutant.module)
-        first = noticed(place, near) or noticed(place, far)
+        first = noticed(place, near, limit) or noticed(place, far, limit)
         rest = importing(mutant.module, [*near, *far])
-        then = "" if first else noticed(place, rest, "-m", OTHERS)
+        then = "" if first else noticed(place, rest, PATIENCE * limit, "-m", OTHERS)
         results[key] = [first, then]
         kept.write_text(json.dumps(results, indent=1) + "\n")
         print(f"{k}: {mutant.name}: {first or then or 'survives'}", file=sys.stderr, flush=True)
