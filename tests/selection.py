@@ -62,7 +62,7 @@ def pytest_configure(config: pytest.Config) -> None:
 @pytest.hookimpl(tryfirst=True)  # before pytest deselects by markers
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     recorded = json.loads(RECORD.read_text(encoding="utf-8"))
-    further = _further(items)
+    others = further(items)
     for item in items:
         folder, fixtures = item.path.relative_to(HERE).parts[0], _fixtures(item)
         seconds = max(recorded.get(name, 0.0) for name in (item.nodeid, *fixtures.values()))
@@ -71,7 +71,7 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
             "long": seconds >= LONG,
             "process": folder in PROCESS_FOLDERS or PROCESS_FIXTURES & fixtures.keys(),
             "docs": folder in DOCS_FOLDERS,
-            "every": item in further or item.path.stem.removeprefix("test_") in OTHERS,
+            "every": item.nodeid in others or item.path.stem.removeprefix("test_") in OTHERS,
         }
         for mark in (mark for mark, wanted in marks.items() if wanted):
             item.add_marker(mark)
@@ -114,20 +114,22 @@ def _name(fixturedef: Any) -> str:
     return f"{fixturedef.baseid}::{fixturedef.argname}"
 
 
-def _further(items: Iterable[pytest.Item]) -> set[pytest.Item]:
-    """Return tests of a law for machines or planners that others stand for."""
-    by_law: dict[Any, list[tuple[pytest.Item, str]]] = defaultdict(list)
+def further(items: Iterable[pytest.Item]) -> set[str]:
+    """Return the names of tests of a law for machines or planners that others stand for."""
+    by_law: dict[Any, list[tuple[str, str]]] = defaultdict(list)
     for item in items:
         call = getattr(item, "callspec", None)
         for argument, value in call.params.items() if call else ():
             if isinstance(value, str):
                 law = (item.path, getattr(item, "originalname", ""), argument)
-                by_law[law].append((item, value.partition(",")[0]))  # "biped, left": one mode
+                by_law[law].append(
+                    (item.nodeid, value.partition(",")[0])
+                )  # "biped, left": one mode
     found = set()
     for stated in by_law.values():
         names = {name for _, name in stated}
         if any(names & representatives for representatives in REPRESENTATIVES.values()):
-            found |= {item for item, name in stated if name in OTHERS}
+            found |= {test for test, name in stated if name in OTHERS}
     return found
 
 
