@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import cache
 
 import numpy as np
 import pytest
@@ -47,6 +48,11 @@ def solids_of(triangles: Array) -> list[PlacedShape]:
     return enclosing_solids(triangles, interior_points(triangles), padding=0.1)
 
 
+@cache
+def solids_around(name: str) -> list[PlacedShape]:
+    return solids_of(MESHES[name])
+
+
 def points_on(triangles: Array, count: int = 4000) -> Array:
     """Return points at random on triangles."""
     random = np.random.default_rng(0)
@@ -56,7 +62,7 @@ def points_on(triangles: Array, count: int = 4000) -> Array:
 
 @pytest.mark.parametrize("name", MESHES)
 def test_every_point_of_a_mesh_is_in_a_solid(name: str) -> None:
-    solids, points = solids_of(MESHES[name]), points_on(MESHES[name])
+    solids, points = solids_around(name), points_on(MESHES[name])
     assert 1 < len(solids) <= MOST_SOLIDS
     worst = [min(outside(solid, point[None].copy()) for solid in solids) for point in points]
     assert max(worst) < 1e-9
@@ -64,7 +70,7 @@ def test_every_point_of_a_mesh_is_in_a_solid(name: str) -> None:
 
 def test_an_angle_is_enclosed_exactly_by_two_boxes() -> None:
     """Its volume is 4 + 3 = 7."""
-    solids = solids_of(ELL)
+    solids = solids_around("ell")
     assert len(solids) == 2
     boxes = [solid.shape for solid in solids]
     volumes = [float(b.x) * float(b.y) * float(b.z) for b in boxes if isinstance(b, Box)]
@@ -85,7 +91,7 @@ def test_a_box_is_not_hollowed_out() -> None:
 
 def test_a_ring_stays_open() -> None:
     """A point in its middle is in no solid; no single cut would save anything."""
-    solids = solids_of(RING)
+    solids = solids_around("ring")
     assert min(outside(solid, np.zeros((1, 3))) for solid in solids) > 2.0
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+from functools import cache
 from pathlib import Path
 from types import ModuleType
 
@@ -38,6 +39,7 @@ def scripts() -> ModuleType:
     return module
 
 
+@cache  # several laws are asserted of each file
 def read(file: Path) -> trimesh.Trimesh:
     """Read a mesh with trimesh, points at the same place merged, as STL files need it."""
     mesh = trimesh.load(file, force="mesh", process=False)

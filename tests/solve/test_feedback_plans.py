@@ -57,7 +57,7 @@ def problem(folder: Path) -> PlanningTask:
 
 @pytest.fixture(scope="module")
 def plan(problem: PlanningTask) -> PlanResult:
-    return problem.solve(planner="rrt_fast", seed=1, max_iterations=20_000)
+    return problem.solve(planner="rrt_fast", seed=1, max_iterations=20_000, improve=0.5)
 
 
 @pytest.fixture

@@ -10,7 +10,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from multiprocessing import Pipe
 from pathlib import Path
 from typing import Any
@@ -28,7 +28,7 @@ from kinolab.solve import PlanResult, worker
 from kinolab.solve.parallel import JobsError
 from kinolab.solve.plan import Request
 from kinolab.solve.solution_pool import SolutionPool
-from tests.support import ENTER, OPEN, environment, plan, problem_of
+from tests.support import ENTER, OPEN, environment, problem_of
 
 Capture = pytest.CaptureFixture[str]
 
@@ -141,10 +141,26 @@ def short_plan(table: PlanningTask) -> PlanResult:
 # --- anytime ---
 
 
-@pytest.mark.parametrize("jobs", [1, 2])
-def test_anytime_keeps_the_shortest_plan(jobs: int, table: PlanningTask) -> None:
+@dataclass(frozen=True)
+class Anytime:
+    """What so many jobs found in a while, and each improvement when it was found."""
+
+    jobs: int
+    found: PlanResult
+    better: list[PlanResult]
+
+
+@pytest.fixture(scope="module", params=[1, 2])
+def anytime(request: pytest.FixtureRequest, table: PlanningTask) -> Anytime:
+    """Tens of searches at least, beginning with seed 4; a process needs a second to begin."""
     better: list[PlanResult] = []
-    found = table.solve(seed=1, jobs=jobs, anytime=True, time_limit=3.0, improved=better.append)
+    limits = {"anytime": True, "time_limit": float(request.param)}
+    found = table.solve(seed=4, jobs=request.param, improved=better.append, **limits)
+    return Anytime(request.param, found, better)
+
+
+def test_anytime_keeps_the_shortest_plan(anytime: Anytime, table: PlanningTask) -> None:
+    found, better = anytime.found, anytime.better
     costs = [plan.cost for plan in better if plan.cost is not None]
     assert costs == sorted(costs, reverse=True)
     assert len(set(costs)) == len(costs)
@@ -154,12 +170,9 @@ def test_anytime_keeps_the_shortest_plan(jobs: int, table: PlanningTask) -> None
     assert bits(found) == bits(table.solve(seed=found.seed, max_iterations=5000))
 
 
-@pytest.mark.parametrize("jobs", [1, 2])
-def test_no_seed_is_tried_twice_and_none_is_left_out_by_its_process(
-    jobs: int, table: PlanningTask
-) -> None:
-    found = table.solve(seed=4, jobs=jobs, anytime=True, time_limit=2.0)
-    seeds = [attempt.seed for attempt in found.attempts]
+def test_no_seed_is_tried_twice_and_none_is_left_out_by_its_process(anytime: Anytime) -> None:
+    jobs = anytime.jobs
+    seeds = [attempt.seed for attempt in anytime.found.attempts]
     assert len(set(seeds)) == len(seeds) >= jobs
     for k in range(jobs):
         own = sorted(seed for seed in seeds if seed % jobs == (4 + k) % jobs)
@@ -167,10 +180,10 @@ def test_no_seed_is_tried_twice_and_none_is_left_out_by_its_process(
 
 
 def test_anytime_searches_until_the_time_is_over(hard: PlanningTask) -> None:
-    found = hard.solve(seed=1, anytime=True, time_limit=1.0, max_iterations=50)
+    found = hard.solve(seed=1, anytime=True, time_limit=0.5, max_iterations=50)
     assert found.status == "approximate"
     assert len(found.attempts) > 1
-    assert found.attempts[-1].after >= 1.0  # [s]
+    assert found.attempts[-1].after >= 0.5  # [s]
     assert found.goal_distance == min(a.goal_distance for a in found.attempts if a.goal_distance)
 
 
@@ -181,20 +194,22 @@ def test_every_improvement_is_a_whole_run_on_disk(table: PlanningTask, tmp_path:
         write_run(tmp_path / "run", table, found)
         seen.append(check_run(tmp_path / "run").passed)
 
-    table.solve(seed=1, anytime=True, time_limit=2.0, improved=improved)
+    table.solve(seed=1, anytime=True, time_limit=0.5, improved=improved)
     assert seen
     assert all(seen)
 
 
-def test_improvements_are_told_on_stderr(tmp_path: Path) -> None:
+def test_improvements_are_told_on_stderr(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capture
+) -> None:
     (tmp_path / "table.toml").write_text(OPEN)
-    options = ("--anytime", "--time-limit", "2", "--no-animation")
-    done = plan("table.toml", *options, cwd=tmp_path)
-    assert done.returncode == 0, done.stderr
+    monkeypatch.chdir(tmp_path)
+    assert cli.run(["table.toml", "--anytime", "--time-limit", "0.5", "--no-animation"]) == 0
+    done = capsys.readouterr()
     report = json.loads((tmp_path / "runs" / "table" / "report.json").read_text())
-    told = [line for line in done.stderr.splitlines() if " s of motion, after " in line]
+    told = [line for line in done.err.splitlines() if " s of motion, after " in line]
     assert told[-1].startswith(f"seed {report['seed']}: {report['cost']:.2f} s of motion")
-    assert f"seed {report['seed']} of {len(report['attempts'])} (" in done.stdout
+    assert f"seed {report['seed']} of {len(report['attempts'])} (" in done.out
 
 
 # --- what goes wrong ---

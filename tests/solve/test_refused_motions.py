@@ -138,7 +138,7 @@ def test_a_planner_that_draws_nothing_is_asked_no_third_time(tmp_path: Path) -> 
 
 def test_a_search_that_is_always_refused_ends_at_its_time_limit(tmp_path: Path) -> None:
     with within(100):
-        found = fickle(tmp_path).solve(seed=1, bad=1.0, time_limit=1.0, optimize=False)
+        found = fickle(tmp_path).solve(seed=1, bad=1.0, time_limit=0.3, optimize=False)
     assert found.status == "verification_failed"
     assert found.refused.keys() == {"inputs"}
     searches = len(asked(tmp_path))  # the time may be over before the last one has found anything

@@ -85,7 +85,7 @@ def test_searches_at_once_know_nothing_of_each_other(planner: str, hard: Plannin
 
 @pytest.mark.usefixtures("no_process")
 def test_searches_go_on_until_the_time_is_over(table: PlanningTask) -> None:
-    found = table.solve("rrt_fast", seed=1, jobs=2, anytime=True, time_limit=1.0)
+    found = table.solve("rrt_fast", seed=1, jobs=2, anytime=True, time_limit=0.3)
     seeds = [attempt.seed for attempt in found.attempts]
     assert {seed % 2 for seed in seeds} == {0, 1}
     assert len(set(seeds)) == len(seeds)

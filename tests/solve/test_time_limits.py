@@ -13,7 +13,6 @@ import sys
 import weakref
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -43,7 +42,8 @@ COUNTED = (
     (Model, "_call"),
     (CollisionChecker, "collides"),
 )
-LIMITS = (40, 400, 1500)  # looks: while it begins, at its first long piece, well after
+LIMITS = (40, 400)  # looks: while it begins, at its first long piece
+WELL_AFTER = 1000  # looks
 LATE_LOOKS = 8  # on the way out of what is nested
 PIECE_OF_WORK = (
     600  # of what is counted, some 0.1 ms each; a motion that is steered takes thousands
@@ -151,18 +151,22 @@ def without_looks(monkeypatch: pytest.MonkeyPatch) -> None:
 # --- the time limit ---
 
 
-@every_planner
-@pytest.mark.parametrize("looks", LIMITS[1:])  # interrupts come as soon as the first
-def test_a_search_does_little_between_two_looks_and_next_to_nothing_when_it_is_late(
-    name: str, looks: int, endless: PlanningTask, clock: Clock
-) -> None:
-    budget = Watched(looks * TICK, clock=clock)
-    found = searched(name, endless, budget)
-    assert found.outcome in {Outcome.APPROXIMATE, Outcome.NOT_FOUND}
+def assert_little_is_done(clock: Clock, budget: Watched, looks: int) -> None:
+    """Between any two looks of a search with so many until its limit, and after the limit."""
     assert max(clock.pieces) <= PIECE_OF_WORK
     assert 1 <= budget.late_looks <= LATE_LOOKS
     assert clock.work - budget.late_work <= PIECE_OF_WORK
     assert len(clock.pieces) <= looks + LATE_LOOKS + 4  # others ask what time it is, too
+
+
+@every_planner
+def test_a_search_does_little_between_two_looks_and_next_to_nothing_when_it_is_late(
+    name: str, endless: PlanningTask, clock: Clock
+) -> None:
+    budget = Watched(WELL_AFTER * TICK, clock=clock)
+    found = searched(name, endless, budget)
+    assert found.outcome in {Outcome.APPROXIMATE, Outcome.NOT_FOUND}
+    assert_little_is_done(clock, budget, WELL_AFTER)
 
 
 def test_a_search_that_does_not_look_is_caught(
@@ -170,20 +174,20 @@ def test_a_search_that_does_not_look_is_caught(
 ) -> None:
     """So that the test above can fail."""
     without_looks(monkeypatch)
-    searched("prm_geometric", hard, Watched(400 * TICK, clock=clock))
+    searched("prm_geometric", hard, Watched(LIMITS[-1] * TICK, clock=clock))
     assert max(clock.pieces) > PIECE_OF_WORK
 
 
-@pytest.mark.parametrize(  # well after is dear here: searched twice, by prm for half a minute
-    ("name", "looks"),
-    [case for case in product(planners.names(), [40, 777]) if case != ("prm", 777)],
-)
+@every_planner
+@pytest.mark.parametrize("looks", LIMITS)  # well after is dear here: it is searched twice
 def test_the_iterations_of_a_search_that_was_cut_short_repeat_it(
     name: str, looks: int, endless: PlanningTask, clock: Clock
 ) -> None:
-    """What was being done when the time was over counts for nothing."""
+    """What was being done when the time was over is little, and counts for nothing."""
     budget = Watched(looks * TICK, clock=clock)
     timed = searched(name, endless, budget)
+    assert timed.outcome in {Outcome.APPROXIMATE, Outcome.NOT_FOUND}
+    assert_little_is_done(clock, budget, looks)
     again = searched(name, endless, Budget(math.inf, timed.iterations))
     assert again.iterations == timed.iterations
     assert again.u.tobytes() == timed.u.tobytes()
@@ -217,7 +221,7 @@ def test_improving_ends_when_it_should(name: str, tmp_path: Path) -> None:
 
 
 @every_planner
-@pytest.mark.parametrize("looks", LIMITS[:2])  # what is late is as late after a time limit
+@pytest.mark.parametrize("looks", LIMITS)  # what is late is as late after a time limit
 def test_an_interrupted_search_does_next_to_nothing_more(
     name: str, looks: int, endless: PlanningTask, clock: Clock
 ) -> None:

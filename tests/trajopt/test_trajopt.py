@@ -116,7 +116,7 @@ def test_a_goal_out_of_reach_is_not_repaired(tmp_path: Path) -> None:
 def test_a_motion_through_a_wall_goes_around_it_or_is_not_repaired(tmp_path: Path) -> None:
     text = OPEN.replace("x = 0.0\n", "x = 4.0\n") + WALL
     problem = problem_of(tmp_path, text)
-    found = make_exact(problem, straight_to(problem, 200))
+    found = make_exact(problem, straight_to(problem, 100))
     assert found is None or "collision" not in failed(kinolab.verify(problem, found))
 
 
@@ -153,7 +153,7 @@ def test_a_plan_of_the_gallery_stays_true_when_it_is_repaired_and_shortened(name
     exact = make_exact(problem, planned(problem))
     assert exact is not None
     assert problem.goal_distance(exact.x[-1]) < EXACT
-    short = shorten(problem, exact, 1.0)
+    short = shorten(problem, exact, 0.3)
     assert short.duration <= exact.duration
     for trajectory in (exact, short):
         certificate = kinolab.verify(problem, trajectory)

@@ -72,7 +72,7 @@ def problem(folder: Path) -> PlanningTask:
 
 @pytest.mark.parametrize("planner", ["rrt", "rrt_fast", "kpiece_fast", "shooting"])
 def test_every_kind_of_planner_keeps_its_distance(problem: PlanningTask, planner: str) -> None:
-    found = problem.solve(planner=planner, seed=1, time_limit=60.0)
+    found = problem.solve(planner=planner, seed=1, time_limit=60.0, improve=0.2)
     assert found.status == "solved"
     assert found.trajectory is not None
     t, x = found.trajectory.t, found.trajectory.x
@@ -85,7 +85,7 @@ def test_every_kind_of_planner_keeps_its_distance(problem: PlanningTask, planner
 
 def test_a_plan_that_was_made_for_less_clearance_fails(folder: Path, problem: PlanningTask) -> None:
     careless = kinolab.load(folder / "puck.toml", overrides=["world.clearance=0.0"])
-    found = careless.solve(planner="rrt_fast", seed=1, max_iterations=20_000)
+    found = careless.solve(planner="rrt_fast", seed=1, max_iterations=20_000, improve=0.2)
     assert found.trajectory is not None
     assert collision_check(careless, found.trajectory).passed
     check = collision_check(problem, found.trajectory)

@@ -42,20 +42,17 @@ def checker_for(
     return CollisionChecker([], World(obstacles), cables=[cable], margin=margin)
 
 
-def nearest(
-    ends: Array, project: Callable[[Array], Array], count: int = 1
-) -> tuple[Array, Array, Array]:
-    """Return distances, points of the segment, and points of each of ``count`` convex sets.
+def nearest(ends: Array, project: Callable[[Array], Array]) -> tuple[Array, Array, Array]:
+    """Return distances, points of segments, and points of a convex set for each.
 
     Args:
-        ends: Of one segment, shape (2, 3).
-        project: Moves a point per set, shape (count, 3), to the nearest of that set.
-        count: How many sets there are.
+        ends: Of the segments, shape (n, 2, 3).
+        project: Moves a point of each segment, shape (n, 3), to the nearest of the segment's set.
     """
-    low, high = np.zeros(count), np.ones(count)
+    low, high = np.zeros(len(ends)), np.ones(len(ends))
 
     def at(s: Array) -> Array:
-        return np.asarray(ends[0] + s[:, None] * (ends[1] - ends[0]))
+        return np.asarray(ends[:, 0] + s[:, None] * (ends[:, 1] - ends[:, 0]))
 
     def far(s: Array) -> Array:
         return np.asarray(np.linalg.norm(at(s) - project(at(s)), axis=1))
@@ -95,10 +92,8 @@ def test_random_cables_get_the_verdict_of_the_distance_to_a_box(
     kind: str, lengths: tuple[float, float], margin: float, tmp_path: Path
 ) -> None:
     rng, checker = np.random.default_rng(1), checker_for(box_of(kind, tmp_path), margin=margin)
-    hits = []
-    for _ in range(250):
-        ends = random_ends(rng, lengths)
-        gap = nearest(ends, to_box)[0][0] - RADIUS - margin
+    cables, hits = np.array([random_ends(rng, lengths) for _ in range(250)]), []
+    for ends, gap in zip(cables, nearest(cables, to_box)[0] - RADIUS - margin, strict=True):
         if abs(gap - 1.5e-5) > 1.5e-5:  # [m]; cables are inflated by 1e-5
             hits.append(checker.collides(NOBODY, ends))
             assert hits[-1] == (gap < 0), gap
@@ -117,15 +112,15 @@ def test_cables_moved_until_they_just_touch_collide(
 
     Long and thin is where FCL's tolerance would show.
     """
-    rng, checker, judged = np.random.default_rng(2), checker_for(box_of(kind, tmp_path)), 0
-    while judged < 200:
-        ends = random_ends(rng, lengths)
-        (gap,), (on_rope,), (on_box,) = nearest(ends, to_box)
-        if gap > 1e-3:
-            way = (on_box - on_rope) / gap
-            assert checker.collides(NOBODY, ends + (gap - RADIUS) * way)
-            assert not checker.collides(NOBODY, ends + (gap - RADIUS - 3e-5) * way)
-            judged += 1
+    rng, checker = np.random.default_rng(2), checker_for(box_of(kind, tmp_path))
+    cables = np.array([random_ends(rng, lengths) for _ in range(600)])
+    gaps, on_rope, on_box = nearest(cables, to_box)
+    apart = np.flatnonzero(gaps > 1e-3)[:200]
+    assert len(apart) == 200
+    for k in apart:
+        way = (on_box[k] - on_rope[k]) / gaps[k]
+        assert checker.collides(NOBODY, cables[k] + (gaps[k] - RADIUS) * way)
+        assert not checker.collides(NOBODY, cables[k] + (gaps[k] - RADIUS - 3e-5) * way)
 
 
 def test_random_cables_get_the_verdict_of_the_distance_to_triangles(tmp_path: Path) -> None:
@@ -137,13 +132,14 @@ def test_random_cables_get_the_verdict_of_the_distance_to_triangles(tmp_path: Pa
     obstacle = mesh_obstacle("soup", "soup.ply", tmp_path)
     stored = obstacle.vertices[obstacle.faces]  # in single precision, as the file has it
     checker, hits = checker_for(obstacle), []
+    cables = np.array([random_ends(rng, (0.2, 2.0)) for _ in range(150)])
+    each = np.tile(stored, (len(cables), 1, 1))  # of a cable all triangles, then of the next
 
     def project(points: Array) -> Array:
-        return np.asarray(trimesh.triangles.closest_point(stored, points))
+        return np.asarray(trimesh.triangles.closest_point(each, points))
 
-    for _ in range(150):
-        ends = random_ends(rng, (0.2, 2.0))
-        gap = nearest(ends, project, len(stored))[0].min() - RADIUS
+    far = nearest(np.repeat(cables, len(stored), axis=0), project)[0]
+    for ends, gap in zip(cables, far.reshape(len(cables), -1).min(axis=1) - RADIUS, strict=True):
         if abs(gap - 1.5e-5) > 1.5e-5:  # [m]
             hits.append(checker.collides(NOBODY, ends))
             assert hits[-1] == (gap < 0), gap
