@@ -52,7 +52,7 @@ class Ready(AbstractPlanner):
 '''
 FOUND = ("--planner", "planners.py:Ready", "--set", "integration.step=0.00005", "--no-animation")
 TELLING = '''
-"""Says when it begins."""
+"""Says now and then that its tree grows."""
 
 import sys
 from dataclasses import dataclass
@@ -67,10 +67,19 @@ class Telling(RRT):
 
     name: ClassVar[str] = "telling"
 
-    def make(self, setup):
-        print("growing", file=sys.stderr, flush=True)
-        return super().make(setup)
+    def solve(self, problem, seed, budget):
+        told = budget.progress
+
+        def progress(iterations, seconds):
+            if iterations > 10:
+                print("growing", file=sys.stderr, flush=True)
+            if told:
+                told(iterations, seconds)
+
+        budget.progress = progress
+        return super().solve(problem, seed, budget)
 '''
+GROWING = (*HARD, "--planner", "planners.py:Telling", "--no-animation")
 # One extension makes 100 000 steps, which takes seconds without a look at the budget.
 LONG = ("integration.step=0.00001", "planner.max_steps=100000", "planner.min_steps=100000")
 LONG_CALLS = tuple(word for setting in LONG for word in ("--set", setting))
@@ -186,29 +195,19 @@ def test_a_search_can_be_interrupted_at_any_moment(word: str, after: float, home
         assert ended.out.startswith("interrupted: ")
 
 
-@pytest.mark.parametrize(("word", "after"), [("searching", 0.5), ("growing", 0.0)])
-def test_several_processes_can_be_interrupted_while_they_begin(
-    word: str, after: float, home: Path
-) -> None:
-    """While they import what they need, and before there is a tree."""
-    options = (*several(home), "--no-animation")
-    ended = interrupt(home, "table.toml", *options, word=word, after=after)
+@pytest.mark.parametrize("after", [0.5, 1.0])
+def test_several_processes_can_be_interrupted_while_they_begin(after: float, home: Path) -> None:
+    options = (*HARD, "--jobs", "2", "--no-animation")
+    ended = interrupt(home, "table.toml", *options, word="searching", after=after)
     assert ended.report is None or ended.report["status"] == "interrupted"
 
 
 def test_several_processes_that_search_can_be_interrupted(home: Path) -> None:
-    ended = interrupt(
-        home, "table.toml", *several(home), "--no-animation", word="growing", after=0.7
-    )
+    (home / "planners.py").write_text(TELLING)
+    ended = interrupt(home, "table.toml", *GROWING, "--jobs", "2", word="growing", after=0.0)
     assert ended.report is not None
     assert ended.report["status"] == "interrupted"
     assert (home / "runs" / "table" / "trajectory.csv").is_file()
-
-
-def several(home: Path) -> tuple[str, ...]:
-    """Return options for two processes that say when they begin to search."""
-    (home / "planners.py").write_text(TELLING)
-    return (*HARD, "--planner", "planners.py:Telling", "--jobs", "2")
 
 
 @pytest.mark.parametrize("after", [0.0, 0.1, 0.5])
@@ -307,8 +306,8 @@ def write_machine(home: Path, code: str) -> None:
 
 def test_the_signal_may_come_twice_for_one_press(home: Path) -> None:
     """From the terminal and from the program that started the command: the plan is kept."""
-    options = (*HARD, "--no-animation")
-    ended = interrupt(home, "table.toml", *options, word="searching", after=0.5, again=0.01)
+    (home / "planners.py").write_text(TELLING)
+    ended = interrupt(home, "table.toml", *GROWING, word="growing", after=0.0, again=0.01)
     assert ended.report is not None
 
 
