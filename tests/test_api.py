@@ -190,9 +190,9 @@ def test_an_argument_of_solve_that_does_not_fit_is_named(
 def test_solve_improves_as_long_as_it_is_told(coin: kinolab.Problem, solved: kinolab.Plan) -> None:
     """The scenario says 0, so that the motion stays as the search found it."""
     assert solved.trajectory is not None
-    better = coin.solve(seed=1, max_iterations=20_000, improve=2.0)
+    better = coin.solve(seed=1, max_iterations=20_000, improve=0.5)
     assert better.goal_distance < 1e-6 < solved.goal_distance
-    busy = coin.replace(**{"planner.improve": 2.0})
+    busy = coin.replace(**{"planner.improve": 0.5})
     same = busy.solve(seed=1, max_iterations=20_000, improve=0)
     assert same.trajectory is not None
     assert same.trajectory.x.tobytes() == solved.trajectory.x.tobytes()

@@ -11,6 +11,7 @@ import tomllib
 from collections import Counter
 from collections.abc import Iterator
 from fnmatch import fnmatch
+from functools import cache
 from graphlib import TopologicalSorter
 from pathlib import Path
 from typing import Any, get_args
@@ -57,6 +58,12 @@ def packages_on_disk() -> set[str]:
     return found
 
 
+@cache
+def nodes_of(path: Path) -> tuple[ast.AST, ...]:
+    """Return all nodes of a file's syntax tree, which several tests go through."""
+    return tuple(ast.walk(ast.parse(path.read_text(encoding="utf-8"))))
+
+
 def modules() -> dict[str, Path]:
     """Return every file of code by the name that it is imported by."""
     found = {}
@@ -69,7 +76,7 @@ def modules() -> dict[str, Path]:
 
 def imports_of(path: Path, known: dict[str, Path]) -> Iterator[str]:
     """Yield the modules that a file imports anywhere, in functions and for types, too."""
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+    for node in nodes_of(path):
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names if alias.name in known)
         elif isinstance(node, ast.ImportFrom):
@@ -89,7 +96,7 @@ def test_no_import_comes_back_to_where_it_began() -> None:
 def test_no_name_of_a_file_or_of_a_class_stands_twice() -> None:
     paths = modules().values()
     files = Counter(path.stem for path in paths if path.stem not in FAMILIAR)
-    nodes = (node for path in paths for node in ast.walk(ast.parse(path.read_text("utf-8"))))
+    nodes = (node for path in paths for node in nodes_of(path))
     classes = Counter(node.name for node in nodes if isinstance(node, ast.ClassDef))
     assert [name for name, count in (files + classes).items() if count > 1] == []
 
@@ -125,12 +132,14 @@ def architecture_row(thing: str) -> tuple[str, set[str]]:
     return row, places
 
 
-def words_of(path: Path) -> set[str]:
+@cache
+def words_of(path: Path) -> frozenset[str]:
     """Return the names that a file of code uses, comments and texts left out."""
-    nodes = list(ast.walk(ast.parse(path.read_text("utf-8"))))
+    nodes = nodes_of(path)
     found = {node.id for node in nodes if isinstance(node, ast.Name)}
     found |= {node.attr for node in nodes if isinstance(node, ast.Attribute)}
-    return found | {node.name for node in nodes if isinstance(node, ast.alias | ast.ClassDef)}
+    found |= {node.name for node in nodes if isinstance(node, ast.alias | ast.ClassDef)}
+    return frozenset(found)
 
 
 def files_that_name(words: set[str], at_least: int = 1) -> set[str]:

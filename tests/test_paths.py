@@ -7,6 +7,8 @@ import os
 import subprocess
 import sys
 from collections.abc import Callable
+from dataclasses import dataclass
+from io import BytesIO, TextIOWrapper
 from itertools import product
 from pathlib import Path
 
@@ -26,25 +28,34 @@ QUICK = ("--no-animation", "--set", "goal.tolerance=2", "--max-iterations", "200
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="others refuse such names")
 
 
-def run(home: Path, *arguments: str) -> subprocess.CompletedProcess[bytes]:
-    """Run a command whose output takes nothing but UTF-8."""
-    return subprocess.run(
+@dataclass(frozen=True)
+class Home:
+    """A folder whose files have such names.
+
+    Attributes:
+        folder: The folder.
+        said: What the command said as JSON that made the run in it.
+    """
+
+    folder: Path
+    said: bytes
+
+
+def run(home: Path, *arguments: str) -> bytes:
+    """Run a command whose output takes nothing but UTF-8, in a process; return its stdout."""
+    done = subprocess.run(
         [sys.executable, "-c", ENTER, *arguments],
         cwd=home, env=environment(PYTHONIOENCODING="utf-8:strict"),
         capture_output=True, timeout=300, check=False,
     )  # fmt: skip
-
-
-def sound(done: subprocess.CompletedProcess[bytes], *codes: int) -> str:
-    """Check that a command ended as it should, and said so in UTF-8."""
     said = done.stdout.decode() + done.stderr.decode()
     assert "Traceback" not in said
-    assert done.returncode in codes, said
-    return said
+    assert done.returncode == 0, said
+    return done.stdout
 
 
 @pytest.fixture(scope="module")
-def home(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def home(tmp_path_factory: pytest.TempPathFactory) -> Home:
     """A folder with a scenario, a machine, Python code and a run whose names are no UTF-8."""
     home = tmp_path_factory.mktemp("paths")
     folder = home / NAME
@@ -52,21 +63,19 @@ def home(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (home / f"{NAME}.toml").write_text(OPEN)
     (folder / "own.py").write_text(OWN)
     (folder / "machine.json").write_text(machine_to_json(kinolab.systems.get("pendulum")))
-    sound(run(home, f"{NAME}.toml", *QUICK, "--out", f"{NAME}/run"), 0)
-    return home
+    said = run(home, f"{NAME}.toml", *QUICK, "--out", f"{NAME}/run", "--json")
+    return Home(home, said)
 
 
-def test_a_scenario_of_such_a_name_is_planned_and_checked(home: Path) -> None:
-    sound(run(home, f"{NAME}.toml", *QUICK), 0)
-    folder = home / "runs" / PRINTED
+def test_a_scenario_of_such_a_name_is_planned_and_checked(home: Home) -> None:
+    run(home.folder, f"{NAME}.toml", *QUICK)
+    folder = home.folder / "runs" / PRINTED
     assert json.loads((folder / "report.json").read_text("utf-8"))["scenario"] == PRINTED
-    sound(run(home, "check", str(folder.relative_to(home))), 0)
+    run(home.folder, "check", str(folder.relative_to(home.folder)))
 
 
-def test_json_stays_json(home: Path) -> None:
-    done = run(home, f"{NAME}.toml", *QUICK, "--out", f"{NAME}/other", "--json")
-    sound(done, 0)
-    assert json.loads(done.stdout)["folder"] == f"{NAME}/other"
+def test_json_stays_json(home: Home) -> None:
+    assert json.loads(home.said)["folder"] == f"{NAME}/run"
 
 
 FINE = [
@@ -85,8 +94,19 @@ FINE = [
 
 
 @pytest.mark.parametrize("arguments", FINE, ids=lambda given: given[0])
-def test_every_command_takes_such_a_name(arguments: tuple[str, ...], home: Path) -> None:
-    sound(run(home, *arguments), 0, 7)  # a plan that fails when it is carried out is a result
+def test_every_command_takes_such_a_name(
+    arguments: tuple[str, ...], home: Home, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """In this process, with streams as a process of the command line has them."""
+    monkeypatch.chdir(home.folder)
+    written = [BytesIO(), BytesIO()]
+    for name, buffer in zip(("stdout", "stderr"), written, strict=True):
+        stream = TextIOWrapper(buffer, "utf-8", "backslashreplace", write_through=True)
+        monkeypatch.setattr(sys, name, stream)
+    code = run_here(arguments)
+    said = b"".join(buffer.getvalue() for buffer in written).decode()
+    assert "Traceback" not in said
+    assert code in (0, 7), said  # a plan that fails when it is carried out is a result
 
 
 WHERE_NOTHING_IS = [
@@ -118,9 +138,9 @@ def said(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) ->
 
 @pytest.mark.parametrize("arguments", WHERE_NOTHING_IS, ids=ascii)
 def test_where_nothing_has_such_a_name_a_sentence_says_so(
-    arguments: tuple[str, ...], home: Path, said: Sayer
+    arguments: tuple[str, ...], home: Home, said: Sayer
 ) -> None:
-    code, words = said(home, *arguments)
+    code, words = said(home.folder, *arguments)
     assert code == 2, words
     assert "error: " in words
     assert "Traceback" not in words

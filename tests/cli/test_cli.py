@@ -140,7 +140,7 @@ def test_130_an_interrupted_search_of_the_maze_ends_soon(tmp_path: Path) -> None
     """A long motion was found by then; checking it must not keep the user waiting."""
     options = ("--set", "goal.tolerance=1e-9", "--no-animation", "--time-limit", "60")
     process = started("rolling_disk_maze", *options, cwd=tmp_path)
-    seconds, _, err = interrupted(process, "searching", 3.5)
+    seconds, _, err = interrupted(process, "searching", 1.5)
     assert process.returncode == 130, err
     assert seconds < 5.0  # [s], as above
 
@@ -313,7 +313,7 @@ def test_a_read_only_folder_is_told_by_name(
         ("planner.seed=4", "seed", 4),
         ("planner.seed = 4", "seed", 4),
         ('"planner"."seed"=4', "seed", 4),
-        ("planner={ seed = 4, time_limit = 5 }", "seed", 4),
+        ("planner={ seed = 4, improve = 0 }", "seed", 4),
         ("planner.name=rrt", "planner", "rrt"),
         ("planner.name='rrt'", "planner", "rrt"),
         ("title=a = b", "status", "solved"),
@@ -417,7 +417,7 @@ def test_check_of_a_motion_that_diverges_is_strict_json_too(
     table = run_copy / "trajectory.csv"
     lines = table.read_text().splitlines()
     cells = lines[3].split(",")
-    cells[7] = "1e300"
+    cells[7] = "1e306"  # [N m], under which velocities pass the largest number there is
     lines[3] = ",".join(cells)
     table.write_text("\n".join(lines) + "\n")
     assert cli.run(["check", "--json", str(run_copy)]) == 7
@@ -431,7 +431,9 @@ def _refuse(word: str) -> None:
     raise AssertionError(f"{word} is not JSON")
 
 
-@pytest.mark.parametrize("arguments", [["list"], ["list", "--json"], ["table.toml", *SILENT]])
+@pytest.mark.parametrize(
+    "arguments", [["list", "scenarios"], ["list", "scenarios", "--json"], ["table.toml", *SILENT]]
+)
 def test_a_reader_that_leaves_is_no_error(home: Path, arguments: list[str]) -> None:
     reader, writer = os.pipe()
     os.close(reader)
@@ -450,17 +452,17 @@ def test_a_reader_that_leaves_is_no_error(home: Path, arguments: list[str]) -> N
     assert done.returncode == 0
 
 
-def test_a_mesh_with_a_hole_is_warned_of(home: Path) -> None:
+def test_a_mesh_with_a_hole_is_warned_of(home: Path, capsys: Capture) -> None:
     """Nothing tells its inside from its outside, so that a body in it would count as free."""
     (home / "leaky.off").write_text(
         "OFF\n4 3 0\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n3 0 2 1\n3 0 1 3\n3 0 3 2\n"
     )
     mesh = '\n[[world.obstacle]]\nmesh = "leaky.off"\nposition = [3, 3, 0]\n'
     (home / "leaky.toml").write_text(OPEN + mesh)
-    done = plan("leaky.toml", "--no-animation", cwd=home)
-    assert done.returncode == 0
-    assert "leaky.off" in done.stderr
-    assert "watertight" in done.stderr
+    assert cli.run(["leaky.toml", *SILENT]) == 0
+    err = capsys.readouterr().err
+    assert "leaky.off" in err
+    assert "watertight" in err
 
 
 # --- other commands ---

@@ -7,6 +7,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 from tests.support import environment
 
 UNUSED = (
@@ -35,11 +37,17 @@ def imported(*arguments: str, cwd: Path) -> set[str]:
     return set(names)
 
 
-def test_a_machine_and_a_mesh_in_the_cache_need_no_library_that_made_them(tmp_path: Path) -> None:
-    imported(*PLAN, cwd=tmp_path)  # fills the cache
-    assert imported(*PLAN, cwd=tmp_path).isdisjoint(UNUSED)
+@pytest.fixture(scope="module")
+def home(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with a run, and the cache filled by it."""
+    home = tmp_path_factory.mktemp("imports")
+    imported(*PLAN, cwd=home)
+    return home
 
 
-def test_checking_a_run_needs_no_library_that_made_it(tmp_path: Path) -> None:
-    imported(*PLAN, cwd=tmp_path)
-    assert imported("check", "run", cwd=tmp_path).isdisjoint(UNUSED)
+def test_a_machine_and_a_mesh_in_the_cache_need_no_library_that_made_them(home: Path) -> None:
+    assert imported(*PLAN, cwd=home).isdisjoint(UNUSED)
+
+
+def test_checking_a_run_needs_no_library_that_made_it(home: Path) -> None:
+    assert imported("check", "run", cwd=home).isdisjoint(UNUSED)

@@ -15,7 +15,7 @@ from kinolab.errors import InputError
 from kinolab.studies import dask_engine
 from kinolab.studies.dask_engine import DaskEngine
 from kinolab.studies.run_study import StudyFolder, differing
-from tests.studies.tiny_study import LIMITED, TINY, kept, rows_made, study_in
+from tests.studies.tiny_study import LIMITED, SWINGS, kept, rows_made, study_in
 
 pytest.importorskip("distributed")
 psutil = pytest.importorskip("psutil")
@@ -48,7 +48,7 @@ def test_a_scheduler_that_does_not_answer_is_told(monkeypatch: pytest.MonkeyPatc
 
 
 def test_a_cluster_makes_the_rows_of_processes_here(tmp_path: Path) -> None:
-    study = study_in(tmp_path, f"{TINY}seeds = 4\n{LIMITED}")
+    study = study_in(tmp_path, f"{SWINGS}seeds = 4\n{LIMITED}")
     here = rows_made(study, tmp_path / "here")
     folder = StudyFolder(study, tmp_path / "there")
     addresses: list[tuple[str, int]] = []
@@ -85,7 +85,7 @@ def test_a_worker_with_another_version_is_refused_before_the_first_run(
     theirs = json.loads(about["versions"])["numba"]
     other = {**about, "versions": json.dumps(versions)}
     monkeypatch.setattr(dask_engine, "computer", OtherHere(other, dask_engine.computer))
-    folder = StudyFolder(study_in(tmp_path, TINY), tmp_path / "out")
+    folder = StudyFolder(study_in(tmp_path, SWINGS), tmp_path / "out")
     with pytest.raises(InputError) as caught:
         folder.run(lambda files, _: DaskEngine("local:1", files))
     told = str(caught.value)

@@ -12,15 +12,22 @@ import pytest
 
 from kinolab.analyze.execute import Conditions
 from kinolab.runs import read_run
+from kinolab.studies import executions
 from kinolab.studies.engine import AbstractEngine, LocalEngine
-from kinolab.studies.executions import BATCH, execute_many
+from kinolab.studies.executions import execute_many
 from kinolab.studies.problem_files import ProblemFiles
 from tests.conftest import Finished
 
 CONDITIONS = Conditions(parameters=0.05, noise=0.001, disturbance=0.02)
-RUNS = 2 * BATCH + 7
+BATCH = 5  # runs of an order; of 50 each, as usual, three batches would take seconds
+RUNS = 2 * BATCH + 3
 
 Make = Callable[[Iterable[ProblemFiles], Path], AbstractEngine]
+
+
+@pytest.fixture(autouse=True)
+def _small_batches(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(executions, "BATCH", BATCH)
 
 
 def local(workers: int) -> Make:

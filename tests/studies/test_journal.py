@@ -13,7 +13,7 @@ import pytest
 from kinolab.errors import InputError
 from kinolab.studies.journal import FullError, Journal, first_rows, read_rows
 from kinolab.studies.run_study import StudyFolder
-from tests.studies.tiny_study import LIMITED, TINY, kept, row, rows_made, study_in, written
+from tests.studies.tiny_study import LIMITED, SWINGS, kept, row, rows_made, study_in, written
 from tests.support import environment
 
 FULL = """
@@ -117,7 +117,7 @@ def test_one_process_at_a_time_has_a_folder(tmp_path: Path) -> None:
 
 def test_a_process_that_was_just_before_leaves_nothing_to_do(tmp_path: Path) -> None:
     """Its rows are those of the folder, although they came after the study was read."""
-    study, out = study_in(tmp_path, TINY + LIMITED), tmp_path / "out"
+    study, out = study_in(tmp_path, SWINGS + LIMITED), tmp_path / "out"
     late = StudyFolder(study, out)
     rows = rows_made(study, out)
 

@@ -1,4 +1,4 @@
-"""A study whose runs take hundredths of a second, rows that nobody ran, and how they are kept."""
+"""Studies whose runs take a tenth of a second, rows that nobody ran, and how they are kept."""
 
 from __future__ import annotations
 
@@ -20,14 +20,25 @@ title = "Which one swings up?"
 scenarios = ["pendulum_swingup"]
 planners = ["kpiece_fast"]
 """
+SWING = """\
+schema = 1
+title = "A pendulum swings up with nothing in its way"
+[system]
+name = "pendulum"
+[goal]
+theta = 3.141592653589793
+tolerance = 0.5
+"""
+SWINGS = TINY.replace("pendulum_swingup", "swing.toml")  # without a mesh to be verified against
 LIMITED = "[limits]\niterations = 3000\n"
 VERSIONS = json.dumps({"kinolab": "1.2", "python": "3.11"})
 
 
 def study_in(folder: Path, text: str, name: str = "tiny.toml") -> Study:
-    """Write the file of a study, and read it."""
+    """Write the file of a study and a scenario of its own beside it, and read the study."""
     folder.mkdir(parents=True, exist_ok=True)
     (folder / name).write_text(text, encoding="utf-8")
+    (folder / "swing.toml").write_text(SWING, encoding="utf-8")
     return read_study(folder / name)
 
 

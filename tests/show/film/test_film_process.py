@@ -23,8 +23,9 @@ from kinolab.show.film.picture import Picture
 from kinolab.show.film.staging.script import Script
 from kinolab.show.film.staging.script_writing import write_script
 from kinolab.trajectory import Trajectory
-from tests.support import OPEN, environment
+from tests.support import OPEN, environment, problem_of
 
+SMALL = "[render]\nsize = [64, 64]\n"  # pixels, which are drawn at once
 HEAVY = {"sympy", "trimesh", "fcl", "ompl", "pydantic", "matplotlib", "kinolab.dynamics"}
 IMPORTED = "import sys, kinolab.show.film.drawing; print(*sys.modules)"
 LOADED = """
@@ -51,6 +52,12 @@ b"".join(gif_parts(film, SIZE))
 assert loaded() == before, (before, loaded())
 assert before["_draw"] == before["_change"] == 1
 """
+
+
+@pytest.fixture(scope="module")
+def table(tmp_path_factory: pytest.TempPathFactory) -> PlanningTask:
+    """A coin in the open, in small pictures."""
+    return problem_of(tmp_path_factory.mktemp("film"), OPEN + SMALL)
 
 
 @pytest.fixture
@@ -178,7 +185,7 @@ def test_where_memory_is_short_it_says_so_as_ever() -> None:
 @pytest.fixture
 def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A working folder with the table in it."""
-    (tmp_path / "table.toml").write_text(OPEN)
+    (tmp_path / "table.toml").write_text(OPEN + SMALL)
     monkeypatch.chdir(tmp_path)
     return tmp_path / "runs" / "table"
 
