@@ -281,8 +281,8 @@ def test_a_perfect_machine_repeats_its_plan_at_whatever_step_it_was_searched(
     """With gains along the plan and without: nothing is wrong for them to correct.
 
     What is left are the errors of two integrators, up to 1e-9 of a scale in a step, times the
-    growth of errors along a swing-up. A plan as it was searched swings two or three times as long as
-    an optimised one, so that they grow more.
+    growth of errors along a swing-up. A plan as it was searched takes two or three times as long
+    as an optimised one, so that they grow more.
     """
     problem = kinolab.load(written(tmp_path, furuta(), FURUTA))
     found = problem.solve(planner="auto", seed=seed, max_iterations=400_000, optimize=False)
