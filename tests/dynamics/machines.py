@@ -32,6 +32,7 @@ from tests.dynamics.reference import Reference
 TURNS = {"x": rot_x, "y": rot_y, "z": rot_z}
 
 
+@cache
 def random_machine(seed: int) -> System:
     """A random tree of 1 to 5 bodies with one joint each; every joint moves its own mass."""
     rng = np.random.default_rng(seed)
@@ -212,6 +213,12 @@ CONSTRAINED = {
 @cache
 def compiled_random(seed: int) -> Model:
     return random_machine(seed).model()
+
+
+@cache
+def reference_of(seed: int) -> Reference:
+    """The same random machine by other means; what it compiles serves all laws."""
+    return Reference(compiled_random(seed).system)
 
 
 @cache

@@ -484,21 +484,22 @@ def test_compiled_motions_satisfy_the_equations_that_sympy_derives(
     monkeypatch.setattr(equations_module, "SIMPLIFICATION_SECONDS", 0.5)
     made, u = model(name), inputs(name)
     equations = made.equations()
-    multipliers = sp.symbols(f"lambda_1:{len(system(name).constraints) + 1}", real=True)
+    count = len(system(name).constraints)
+    multipliers = sp.symbols(f"lambda_1:{count + 1}", real=True)
     sides = [e.lhs - e.rhs for e in (*equations.balance, *equations.reduced, *equations.further)]
-    slopes = [[sp.diff(side, s) for s in multipliers] for side in sides]
-    rest = [side.xreplace(dict.fromkeys(multipliers, sp.Integer(0))) for side in sides]
-    free = sorted(set().union(*(e.free_symbols for e in rest)), key=str)
-    evaluate = sp.lambdify(free, rest, cse=True)
+    free = set().union(*(e.free_symbols for e in sides)) - {*multipliers}
+    known = sorted(free, key=str)
+    evaluate = sp.lambdify([*known, *multipliers], sides, cse=True)
     (x,) = states(name, 1)
     for at in run(made, x, u, [0.0, 0.15, 0.3]):
         numbers = values_of(name, at, u) | accelerations(name, at, u)
         f = dict(zip(made.state_names, made.f(at, u), strict=True))
         numbers |= {sp.Symbol(f"{s.name}_dot", real=True): f[s.name] for s in system(name).states}
-        gap = np.array(evaluate(*(numbers[symbol] for symbol in free)), dtype=float)
+        values = [numbers[symbol] for symbol in known]
+        gap = np.array(evaluate(*values, *np.zeros(count)), dtype=float)
         scale = 1 + max(abs(value) for value in numbers.values())
-        if multipliers:
-            A = np.array([[float(e.xreplace(numbers)) for e in row] for row in slopes])
+        if multipliers:  # which all sides are linear in
+            A = np.array([evaluate(*values, *unit) for unit in np.eye(count)]).T - gap[:, None]
             gap = gap + A @ np.linalg.lstsq(A, -gap, rcond=None)[0]
         assert np.abs(gap).max() < 1e-9 * scale  # [N] or [N m], relative to what is added up
 
@@ -597,9 +598,7 @@ def test_a_step_has_its_order_and_keeps_to_the_constraints(name: str, method: st
     exact = run(made, x, u, [end], rtol=1e-13)[0]
 
     def error(count: int) -> float:
-        at = x
-        for _ in range(count):
-            at = made.step(at, u, end / count, method=method)
+        at = made.steps(x, np.tile(u, (count, 1)), np.full(count, end / count), method=method)[-1]
         check_on_constraints(name, at)
         return float(np.abs(at - exact).max())
 

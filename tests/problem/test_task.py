@@ -294,7 +294,7 @@ position = [0.9, 0.43589, 0.0]
 tolerance = 0.1
 """
     problem = problem_of(tmp_path, text)
-    found = problem.solve(seed=1, max_iterations=20_000)
+    found = problem.solve(seed=1, max_iterations=20_000, optimize=False)
     assert found.status == "solved"
     assert found.trajectory is not None
     theta = found.trajectory.x[-1, 0]
@@ -393,11 +393,11 @@ def test_the_ompl_objects_outlive_the_bridge(table: PlanningTask) -> None:
 @pytest.mark.parametrize("name", ["rrt", "est", pytest.param("syclop_rrt", marks=pytest.mark.long)])
 def test_thirty_solves_leave_nothing_behind(table: PlanningTask, name: str) -> None:
     for seed in range(1, 4):  # whatever is kept once is kept by now
-        table.solve(planner=name, seed=seed, max_iterations=100)
+        table.solve(planner=name, seed=seed, max_iterations=20)
     gc.collect()
     objects, resident = len(gc.get_objects()), _resident()
     for seed in range(1, 31):
-        table.solve(planner=name, seed=seed, max_iterations=100)
+        table.solve(planner=name, seed=seed, max_iterations=20)
     gc.collect()
     assert len(gc.get_objects()) - objects < 300  # ten per solve
     assert _resident() - resident < 30  # [MB]; one per solve

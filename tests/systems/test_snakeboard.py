@@ -311,39 +311,48 @@ def test_straight_coasting_decays_at_the_rate_of_both_pairs(model: Model) -> Non
 
 # Gaits
 
+GAITS = {"drive": DRIVE, "turn": TURN, "park": PARK}
+HALF_PERIODS = np.linspace(0.0, 4 * PERIOD, 9)
 
-@pytest.mark.parametrize("gait", [DRIVE, TURN, PARK])
-def test_driven_gait_goes_where_the_momentum_equation_says(model: Model, gait: Gait) -> None:
-    """Torques by inverse dynamics; the board, not the torques, is what is compared."""
-    t = np.linspace(0.0, 4 * PERIOD, 9)
+
+@pytest.fixture(scope="module")
+def driven(model: Model) -> dict[str, Array]:
+    """States of the free board at every half period of four of each gait, driven by torques."""
+    return {name: driven_path(model, gait) for name, gait in GAITS.items()}
+
+
+def driven_path(model: Model, gait: Gait) -> Array:
     start = np.array([0, 0, 0, 0, 0, 0, *gait.shape(0.0)[1]])
     steer = prescribed(model, gait.shape, **FREE)
-    path = run(model, state(model, named(start)), t, steer, **FREE)
-    expected = oracle.follow(gait, t, BOARD)[:, :3]
+    return run(model, state(model, named(start)), HALF_PERIODS, steer, **FREE)
+
+
+@pytest.mark.parametrize("name", GAITS)
+def test_driven_gait_goes_where_the_momentum_equation_says(
+    model: Model, driven: dict[str, Array], name: str
+) -> None:
+    """Torques by inverse dynamics; the board, not the torques, is what is compared."""
+    gait, path = GAITS[name], driven[name]
+    expected = oracle.follow(gait, HALF_PERIODS, BOARD)[:, :3]
     np.testing.assert_allclose(pick(model, path, "x", "y", "theta"), expected, rtol=0, atol=1e-9)
-    shape = np.array([gait.shape(s)[0] for s in t])
+    shape = np.array([gait.shape(s)[0] for s in HALF_PERIODS])
     np.testing.assert_allclose(pick(model, path, "psi", "phi"), shape, rtol=0, atol=1e-9)
 
 
-def driven_end(model: Model, gait: Gait, periods: int, **parameters: float) -> Array:
-    """(x, y, theta) after some periods of a gait, driven by torques."""
-    start = np.array([0, 0, 0, 0, 0, 0, *gait.shape(0.0)[1]])
-    steer = prescribed(model, gait.shape, **parameters)
-    t = np.array([0.0, periods * PERIOD])
-    return pick(
-        model, run(model, state(model, named(start)), t, steer, **parameters)[-1], "x", "y", "theta"
-    )
+def after(model: Model, path: Array, periods: int) -> Array:
+    """(x, y, theta) after some periods of a gait."""
+    return pick(model, path[2 * periods], "x", "y", "theta")
 
 
-def test_the_drive_gait_drives(model: Model) -> None:
+def test_the_drive_gait_drives(model: Model, driven: dict[str, Array]) -> None:
     """1:1, four periods: 3.2 m backwards, the figures being quoted to five places."""
-    end = driven_end(model, DRIVE, 4, **FREE)
+    end = after(model, driven["drive"], 4)
     np.testing.assert_allclose(end, [-3.20325, 0.03246, -1.15059], rtol=0, atol=1e-5)
 
 
-def test_the_turning_gait_turns_on_the_spot(model: Model) -> None:
+def test_the_turning_gait_turns_on_the_spot(model: Model, driven: dict[str, Array]) -> None:
     """2:1: 0.579 rad in each period, all of them about one point within the wheelbase."""
-    first, fourth = (driven_end(model, TURN, n, **FREE) for n in (1, 4))
+    first, fourth = (after(model, driven["turn"], n) for n in (1, 4))
     assert fourth[2] == pytest.approx(4 * first[2], abs=1e-9)
     assert first[2] == pytest.approx(0.57929, abs=1e-5)  # [rad]
     radius = np.linalg.norm(first[:2]) / (2 * np.sin(first[2] / 2))  # of the circle of poses
@@ -351,9 +360,9 @@ def test_the_turning_gait_turns_on_the_spot(model: Model) -> None:
     assert np.linalg.norm(fourth[:2]) < 2 * radius
 
 
-def test_the_parking_gait_moves_sideways_only(model: Model) -> None:
+def test_the_parking_gait_moves_sideways_only(model: Model, driven: dict[str, Array]) -> None:
     """3:2: 7 cm to the right in each period, neither forwards nor turned."""
-    first, fourth = (driven_end(model, PARK, n, **FREE) for n in (1, 4))
+    first, fourth = (after(model, driven["park"], n) for n in (1, 4))
     np.testing.assert_allclose(first[[0, 2]], 0.0, atol=1e-9)
     np.testing.assert_allclose(fourth[[0, 2]], 0.0, atol=1e-9)
     assert first[1] == pytest.approx(-0.07067, abs=1e-5)  # [m]

@@ -131,7 +131,7 @@ def test_dry_friction_is_told_where_it_has_a_strength(
     name: str, dry: dict[str, float], places: int
 ) -> None:
     """It is a smooth law, so that no state sticks; without a strength there is nothing to tell."""
-    found = describe(systems.get(name, **dry) if dry else machine(name))
+    found = describe(systems.get(name, **dry)) if dry else described(name)
     why = found.generalisations[5].why
     assert not found.generalisations[5].shown
     assert ("dry friction" in why) == (places > 0)
@@ -312,7 +312,8 @@ def test_an_unknown_machine_is_refused(capsys: pytest.CaptureFixture[str]) -> No
 def test_a_controller_that_must_not_rest_says_nothing_of_where_its_machine_can() -> None:
     """The coin stands on its rim without torque; its controller wants at least 1.2 m/s."""
     disk = systems.get("falling_disk")
-    controlled, alone = map(description_to_json, map(describe, (disk, disk.with_feedback(None))))
+    found = described("falling_disk"), describe(disk.with_feedback(None))
+    controlled, alone = map(description_to_json, found)
     modes, modes_alone = controlled.pop("modes"), alone.pop("modes")
     assert controlled == alone
     differing = [a["name"] for a, b in zip(modes, modes_alone, strict=True) if a != b]

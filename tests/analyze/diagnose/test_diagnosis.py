@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 import kinolab
 from kinolab import cli, planners
 from kinolab.analyze.diagnose import diagnosis
+from kinolab.analyze.diagnose.narrow_passage import passage as narrow_passage
 from kinolab.analyze.diagnose.verification_summary import verification_sentences
 from kinolab.errors import KinolabError
 from kinolab.problem import PlanningTask
@@ -35,22 +36,26 @@ every_planner = pytest.mark.parametrize(
         for name in planners.names()
     ],
 )
-LONGEST = 35.0  # [s]: 30 more than is given, for a machine that does other things too
+LONGEST = 31.0  # [s]: 30 more than is given, for a machine that does other things too
 
 
 @pytest.fixture
 def hurried(monkeypatch: pytest.MonkeyPatch) -> None:
     """Leave little time to the looks that take long; they have tests of their own."""
-    monkeypatch.setattr(diagnosis, "PASSAGE_SECONDS", 0.5)
-    monkeypatch.setattr(diagnosis, "TOTAL_SECONDS", 1.5)
+    monkeypatch.setattr(diagnosis, "PASSAGE_SECONDS", 0.1)
+    monkeypatch.setattr(diagnosis, "TOTAL_SECONDS", 0.8)
+
+
+FEW = {"prm": 10, "potential_field": 10, "shooting": 2}  # iterations of those that take long ones
 
 
 @every_planner
 @pytest.mark.usefixtures("hurried")
 def test_every_planner_is_told_what_was_in_its_way(name: str, tmp_path: Path) -> None:
     problem = problem_of(tmp_path, ring(1.0), "start.x=-1.5", "goal.tolerance=0.3")
-    found = problem.solve(planner=name, seed=1, time_limit=2.0, max_iterations=1000)
-    why = kinolab.diagnose(problem, found)
+    most = FEW.get(name, 1000)
+    found = problem.solve(planner=name, seed=1, time_limit=2.0, max_iterations=most)
+    why = kinolab.diagnose(problem, found, max_iterations=20)
     assert found.status in {"approximate", "not_found"}
     assert why.passage is not None
     assert not why.passage.open
@@ -72,11 +77,16 @@ def test_a_plan_that_was_found_needs_no_diagnosis(name: str, table: kinolab.Prob
 
 
 def test_the_narrow_door_comes_first(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The look for a way ends by its number of looks here, for the machine may be busy."""
+    """The look for a way ends by its number of looks here, for the machine may be busy.
+
+    Three ways of a robot that is 4 cm narrower are enough to find a door that lacks 2 cm.
+    """
+    monkeypatch.setattr(narrow_passage, "SLIMMER", {80: 3})
+    monkeypatch.setattr(narrow_passage, "MAX_CHECKS", 10_000)
     monkeypatch.setattr(diagnosis, "PASSAGE_SECONDS", 120.0)
     monkeypatch.setattr(diagnosis, "TOTAL_SECONDS", 1.0)  # nothing is tried again after it
     problem = problem_of(tmp_path, door(0.35))
-    found = problem.solve(seed=1, time_limit=1.0)
+    found = problem.solve(seed=1, max_iterations=1000)
     said: list[str] = []
     why = kinolab.diagnose(problem, found, progress=said.append)
     assert why.sentences[0].startswith("The way is about 2 cm too narrow: ")
@@ -144,11 +154,11 @@ def test_what_means_nothing_to_a_diagnosis_is_refused_with_what_would_work(
 
 
 def test_a_diagnosis_ends_in_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A third of the time that it has: its searches alone would take longer."""
-    monkeypatch.setattr(diagnosis, "PASSAGE_SECONDS", 3.0)
-    monkeypatch.setattr(diagnosis, "TOTAL_SECONDS", 5.0)
+    """A fifteenth of the time that it has: its searches alone would take longer."""
+    monkeypatch.setattr(diagnosis, "PASSAGE_SECONDS", 0.6)
+    monkeypatch.setattr(diagnosis, "TOTAL_SECONDS", 1.0)
     problem = problem_of(tmp_path, door(0.35))
-    why = kinolab.diagnose(problem, problem.solve(seed=1, time_limit=0.5))
+    why = kinolab.diagnose(problem, problem.solve(seed=1, time_limit=0.1))
     assert why.seconds < LONGEST
     assert why.passage is not None
     assert not why.passage.open
@@ -232,7 +242,7 @@ def test_the_data_are_plain_and_finite(tmp_path: Path) -> None:
 
 # --- on the command line ---
 
-FEW = ["--max-iterations", "100", "--no-animation", "--quiet"]
+SPARING = ["--max-iterations", "100", "--no-animation", "--quiet"]
 
 
 @pytest.fixture
@@ -244,7 +254,7 @@ def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 @pytest.mark.usefixtures("hurried")
 def test_the_findings_are_printed_and_on_file(home: Path, capsys: Capture) -> None:
-    assert cli.run(["ring.toml", *FEW]) in {3, 4}
+    assert cli.run(["ring.toml", *SPARING]) in {3, 4}
     out = capsys.readouterr().out
     report = json.loads((home / "runs" / "ring" / "report.json").read_text())
     sentences = report["diagnosis"]["sentences"]
@@ -256,14 +266,14 @@ def test_the_findings_are_printed_and_on_file(home: Path, capsys: Capture) -> No
 
 @pytest.mark.usefixtures("hurried")
 def test_the_findings_are_part_of_the_json(home: Path, capsys: Capture) -> None:
-    cli.run(["ring.toml", *FEW, "--json"])
+    cli.run(["ring.toml", *SPARING, "--json"])
     printed = json.loads(capsys.readouterr().out)
     report = json.loads((home / "runs" / "ring" / "report.json").read_text())
     assert {"folder": printed["folder"], **report} == printed
 
 
 def test_the_diagnosis_can_be_left_out(home: Path, capsys: Capture) -> None:
-    cli.run(["ring.toml", *FEW, "--no-diagnosis"])
+    cli.run(["ring.toml", *SPARING, "--no-diagnosis"])
     report = json.loads((home / "runs" / "ring" / "report.json").read_text())
     assert set(report["diagnosis"]) == {"rejections"}
     assert "refused" not in capsys.readouterr().out
@@ -288,9 +298,19 @@ def test_progress_is_told_on_stderr(capsys: Capture, monkeypatch: pytest.MonkeyP
     assert "trying again" not in printed.out
 
 
-@pytest.mark.parametrize("word", ["looking at start", "looking for a way", "trying again"])
-def test_130_an_interrupted_diagnosis_leaves_the_run_whole(word: str, home: Path) -> None:
-    process = started("ring.toml", "--max-iterations", "100", "--no-animation", cwd=home)
+@pytest.mark.parametrize(
+    ("word", "change"),
+    [
+        ("looking at start", ()),
+        ("looking for a way", ()),
+        ("trying again", ("--set", "world.obstacle=[]")),  # with no way to look for before
+    ],
+    ids=["looking at start", "looking for a way", "trying again"],
+)
+def test_130_an_interrupted_diagnosis_leaves_the_run_whole(
+    word: str, change: tuple[str, ...], home: Path
+) -> None:
+    process = started("ring.toml", "--max-iterations", "100", "--no-animation", *change, cwd=home)
     seconds, _, err = interrupted(process, word, 0.0)  # what follows takes a moment only
     assert process.returncode == 130, err
     assert seconds < 5.0  # [s]; about 1 on a machine that does nothing else

@@ -22,8 +22,7 @@ from kinolab.dynamics import (
     rot_z,
     toward,
 )
-from tests.dynamics.machines import compiled_random
-from tests.dynamics.reference import Reference
+from tests.dynamics.machines import compiled_random, reference_of
 
 Array = NDArray[np.float64]
 SEEDS = range(40)
@@ -38,7 +37,7 @@ def sample(seed: int, count: int = 2) -> list[tuple[Array, Array]]:
 @pytest.mark.parametrize("seed", SEEDS)
 def test_accelerations_are_those_of_point_masses(seed: int) -> None:
     model = compiled_random(seed)
-    reference = Reference(model.system)
+    reference = reference_of(seed)
     for x, u in sample(seed):
         q, v = x[: model.nq], x[model.nq :]
         q_ddot, _ = reference.multiplier_form(q, v, u)
@@ -51,7 +50,7 @@ def test_accelerations_are_those_of_point_masses(seed: int) -> None:
 @pytest.mark.parametrize("seed", SEEDS)
 def test_mass_matrix_energy_and_frames_are_those_of_point_masses(seed: int) -> None:
     model = compiled_random(seed)
-    reference = Reference(model.system)
+    reference = reference_of(seed)
     for x, _ in sample(seed):
         q, v = x[: model.nq], x[model.nq :]
         M = model.mass_matrix(q)
@@ -75,7 +74,7 @@ def test_mass_matrix_energy_and_frames_are_those_of_point_masses(seed: int) -> N
 def test_energy_changes_by_the_power_of_the_inputs(seed: int) -> None:
     """G2 at a point: dE/dt along f, by central differences, is u . (B^T q_dot)."""
     model = compiled_random(seed)
-    reference = Reference(model.system)
+    reference = reference_of(seed)
     for x, u in sample(seed):
         f, h = model.f(x, u), 1e-5
         ends = [sum(model.energy(x + s * f)) for s in (-h, h, -2 * h, 2 * h)]
@@ -89,7 +88,7 @@ def test_energy_changes_by_the_power_of_the_inputs(seed: int) -> None:
 def test_energy_is_the_work_done_along_a_run(seed: int) -> None:
     """G2 along DOP853: E(t) - E(0) is the integral of the inputs' power."""
     model = compiled_random(seed)
-    reference = Reference(model.system)
+    reference = reference_of(seed)
     x, u = sample(seed, 1)[0]
 
     def rates(_: float, both: Array) -> Array:
@@ -119,7 +118,7 @@ def test_velocity_terms_are_quadratic(seed: int) -> None:
 @pytest.mark.parametrize("seed", range(12))
 def test_forces_enter_linearly_and_with_the_inverse_of_the_mass(seed: int) -> None:
     model = compiled_random(seed)
-    B = Reference(model.system).input_matrix
+    B = reference_of(seed).input_matrix
     for x, u in sample(seed):
         change = model.f(x, u)[model.nq :] - model.f(x)[model.nq :]
         expected = B(x[: model.nq]) @ u

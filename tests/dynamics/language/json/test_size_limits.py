@@ -13,6 +13,7 @@ import sympy
 
 import kinolab
 from kinolab.dynamics import Model
+from kinolab.dynamics.lagrange import equations as equations_module
 from kinolab.dynamics.lagrange.equations import equations_of
 from kinolab.dynamics.language.json.machine_file import (
     FEEDBACK_FILE,
@@ -70,7 +71,7 @@ def coordinates(count: int) -> dict[str, Any]:
 
 
 LARGE: dict[str, tuple[dict[str, Any], str]] = {
-    "50 000 terms": (with_potential(terms(50_000)), "5000 are the most. Shorten it."),
+    "6 000 terms": (with_potential(terms(6_000)), "5000 are the most. Shorten it."),
     "a power of powers of powers": (with_potential(powers(5)), "more than 4 powers are nested"),
     "a tower of powers": (
         with_potential(nested(lambda tree: ["pow", ["add", tree, 1], tree], 5)),
@@ -80,7 +81,7 @@ LARGE: dict[str, tuple[dict[str, Any], str]] = {
         with_potential(sines(80)),
         "nested too deeply, more than 60",
     ),
-    "10 000 bodies": (bodies(10_000), "machine.json bodies: these are 10000 bodies"),
+    "1 000 bodies": (bodies(1_000), "machine.json bodies: these are 1000 bodies"),
     "65 coordinates": (coordinates(65), "coordinates: these are 65 coordinates, and a machine may"),
 }
 
@@ -99,12 +100,16 @@ def test_all_that_is_too_large_is_said_at_once() -> None:
     assert len(list(size_mistakes(data))) == 3  # bodies, values in all, one expression
 
 
-@pytest.mark.parametrize("tree", [powers(3), powers(4), sines(8), sines(20)], ids=str)
-def test_equations_of_what_is_allowed_are_derived_and_right(tree: Any) -> None:
+@pytest.mark.parametrize("tree", [powers(3), powers(4), sines(7), sines(20)], ids=str)
+def test_equations_of_what_is_allowed_are_derived_and_right(
+    tree: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """They used to be expanded to hundreds of powers, or searched for identities without end.
 
+    Half a second is enough to see that the search ends, as it does after four by default.
     m l^2 theta'' + dV/dtheta = torque; the derivative is compared with a central difference.
     """
+    monkeypatch.setattr(equations_module, "SIMPLIFICATION_SECONDS", 0.5)
     with within(60):
         (equation,) = equations_of(machine_from_json(json.dumps(with_potential(tree)))).balance
     side = equation.lhs
