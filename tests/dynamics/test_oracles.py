@@ -498,9 +498,10 @@ def test_compiled_motions_satisfy_the_equations_that_sympy_derives(
         values = [numbers[symbol] for symbol in known]
         gap = np.array(evaluate(*values, *np.zeros(count)), dtype=float)
         scale = 1 + max(abs(value) for value in numbers.values())
-        if multipliers:  # which all sides are linear in
+        if multipliers:
             A = np.array([evaluate(*values, *unit) for unit in np.eye(count)]).T - gap[:, None]
-            gap = gap + A @ np.linalg.lstsq(A, -gap, rcond=None)[0]
+            solved = np.linalg.lstsq(A, -gap, rcond=None)[0]
+            gap = np.array(evaluate(*values, *solved), dtype=float)
         assert np.abs(gap).max() < 1e-9 * scale  # [N] or [N m], relative to what is added up
 
 
