@@ -22,8 +22,10 @@ from kinolab.scenario import builtin_scenarios
 
 HERE = Path(__file__).parent
 RECORD = HERE / "durations.json"
-SEARCH, LONG = 0.5, 60.0  # [s], on the computer that recorded them
+SEARCH, LONG = 0.3, 60.0  # [s], on the computer that recorded them
 UNMARKED = 3.0  # [s]: what takes longer and has no marker is named at the end of a full run
+
+MARKED, FIXTURE = "marked", "fixture"  # what a test tells the process that handed it out
 
 MARKERS = {
     "search": f"took more than {SEARCH:g} s, as whole searches do",
@@ -61,7 +63,7 @@ def pytest_configure(config: pytest.Config) -> None:
 
 @pytest.hookimpl(tryfirst=True)  # before pytest deselects by markers
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    recorded = json.loads(RECORD.read_text(encoding="utf-8"))
+    recorded = _recorded()
     others = further(items)
     for item in items:
         folder, fixtures = item.path.relative_to(HERE).parts[0], _fixtures(item)
@@ -75,6 +77,8 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         }
         for mark in (mark for mark, wanted in marks.items() if wanted):
             item.add_marker(mark)
+        if any(item.get_closest_marker(mark) for mark in MARKERS):
+            item.user_properties.append((MARKED, True))
     if config.getoption("remaining"):
         passed = set(config.cache.get("kinolab/passed", []))
         config.hook.pytest_deselected(items=[item for item in items if item.nodeid in passed])
@@ -97,7 +101,7 @@ def pytest_fixture_setup(
 def pytest_runtest_setup(item: pytest.Item) -> Generator[None, None, None]:
     _made.clear()
     yield
-    item.user_properties += [("fixture", spent) for spent in _made]
+    item.user_properties += [(FIXTURE, spent) for spent in _made]
 
 
 _made: list[tuple[str, float]] = []  # fixtures that the setup of a test has made, with their time
@@ -143,15 +147,15 @@ class Recorder:
         self._passed: set[str] = set()
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
-        own = report.duration
-        for key, (name, seconds) in report.user_properties if report.when == "setup" else ():
-            if key == "fixture":
+        spent = report.duration
+        if report.when == "setup":
+            for name, seconds in (value for key, value in report.user_properties if key == FIXTURE):
                 self._seconds[name] = max(self._seconds[name], seconds)
-                own -= seconds
-        self._seconds[report.nodeid] += max(own, 0.0)
+                spent -= seconds
+        self._seconds[report.nodeid] += max(spent, 0.0)
         if report.when == "call" and report.passed:
             self._passed.add(report.nodeid)
-        if not MARKERS.keys().isdisjoint(report.keywords):
+        if MARKED in dict(report.user_properties):
             self._marked.add(report.nodeid)
 
     def pytest_sessionfinish(self) -> None:
@@ -162,8 +166,15 @@ class Recorder:
             RECORD.write_text(json.dumps(slow, indent=0) + "\n", encoding="utf-8")
 
     def pytest_terminal_summary(self, terminalreporter: pytest.TerminalReporter) -> None:
-        slow = {n: s for n, s in self._seconds.items() if s > UNMARKED and n not in self._marked}
+        known = self._marked | _recorded().keys()
+        slow = {n: s for n, s in self._seconds.items() if s > UNMARKED and n not in known}
         if slow and self._marked:  # a full run: by default nothing that is marked runs
             terminalreporter.section(f"more than {UNMARKED:g} s, and no marker")
             for name, seconds in sorted(slow.items(), key=lambda entry: -entry[1]):
                 terminalreporter.write_line(f"{seconds:.1f} s  {name}")
+
+
+def _recorded() -> dict[str, float]:
+    """Return seconds by test or fixture."""
+    found: dict[str, float] = json.loads(RECORD.read_text(encoding="utf-8"))
+    return found
