@@ -2,8 +2,8 @@
 
 A test is marked ``search`` or ``long`` by the time that it took when ``--record-durations`` last
 wrote ``durations.json``, ``process`` by the fixtures that it asks for or by its folder, ``docs`` by
-its folder, and ``every`` if a law is stated for many registered machines or planners and others
-stand for this one. All of them but ``long`` run with ``-m "not long"``.
+its folder, and ``every`` if a law is stated for many registered machines, planners or seeds and
+others stand for this one. All of them but ``long`` run with ``-m "not long"``.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ MARKERS = {
     "search": f"took more than {SEARCH:g} s, as whole searches do",
     "process": "starts processes: the command line, browsers",
     "docs": "looks at pages of the documentation, or executes them",
-    "every": "a law for a registered machine or planner that others stand for by default",
+    "every": "a law for a registered machine, planner or seed that others stand for by default",
     "long": f"took more than {LONG:g} s",
 }
 PROCESS_FOLDERS = {"cli", "first_afternoon"}
@@ -43,6 +43,7 @@ REPRESENTATIVES = {  # of which names there are
     tuple(builtin_scenarios()): {name for name in builtin_scenarios() if name.startswith(MACHINES)},
     planners.names(): {"rrt", "rrt_fast", "sst", "prm"},
 }
+SEEDS = 6  # of a law for many of them
 OTHERS = {name for names, stand_in in REPRESENTATIVES.items() for name in set(names) - stand_in}
 
 
@@ -119,17 +120,19 @@ def _name(fixturedef: Any) -> str:
 
 
 def further(items: Iterable[pytest.Item]) -> set[str]:
-    """Return the names of tests of a law for machines or planners that others stand for."""
+    """Return the names of tests of a law for machines, planners or seeds that others stand for."""
+    found = set()
     by_law: dict[Any, list[tuple[str, str]]] = defaultdict(list)
     for item in items:
         call = getattr(item, "callspec", None)
         for argument, value in call.params.items() if call else ():
-            if isinstance(value, str):
+            if argument == "seed" and value >= SEEDS:
+                found.add(item.nodeid)
+            elif isinstance(value, str):
                 law = (item.path, getattr(item, "originalname", ""), argument)
                 by_law[law].append(
                     (item.nodeid, value.partition(",")[0])
                 )  # "biped, left": one mode
-    found = set()
     for stated in by_law.values():
         names = {name for _, name in stated}
         if any(names & representatives for representatives in REPRESENTATIVES.values()):

@@ -50,6 +50,12 @@ def test_of_a_law_for_many_machines_a_few_run() -> None:
     }
 
 
+def test_of_a_law_for_many_seeds_the_first_ones_run() -> None:
+    items = law("holds", "a", "b")
+    items[0].callspec.params, items[1].callspec.params = {"seed": 5}, {"seed": 6}
+    assert selection.further(items) == {"b"}
+
+
 def test_a_law_for_machines_that_nobody_stands_for_runs_for_all_of_them() -> None:
     assert selection.further(law("is_flat", "crane", "helicopter")) == set()
 

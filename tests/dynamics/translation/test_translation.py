@@ -94,6 +94,7 @@ def test_the_test_in_c_finds_a_wrong_sign(tmp_path: Path) -> None:
     assert "f 0, entry 1" in told.stdout
 
 
+@needs("casadi")
 def test_machines_with_modes_or_feedback_are_refused() -> None:
     with pytest.raises(InputError, match="it has modes"):
         systems.get("biped").to_c()

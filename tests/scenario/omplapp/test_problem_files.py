@@ -19,6 +19,7 @@ from kinolab.numerics.arrays import Array
 from kinolab.robots import overhang
 from kinolab.robots.kinematic_tree import PlacedShape
 from tests.scenario.omplapp.cad_files import collada, geometry, nested, obj, written
+from tests.support import needs
 
 # A bar of 2 x 1 x 0.5, of which OMPL.app takes (11, 20.5, 5.25) for the centre.
 BAR = obj(((10.0, 20.0, 5.0), (12.0, 21.0, 5.5)))
@@ -208,6 +209,7 @@ def test_collada_is_where_assimp_has_it(up: str, tmp_path: Path) -> None:
     assert (centres + halves).max(axis=0) == pytest.approx(np.subtract(high, mean), abs=SINGLE)
 
 
+@needs("collada")
 def test_without_a_word_on_it_y_is_up_and_the_unit_a_metre(tmp_path: Path) -> None:
     box = geometry("box", (0, 0, 0), (1, 2, 3))
     whole = collada([box], '<node><instance_geometry url="#box"/></node>')
