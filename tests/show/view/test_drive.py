@@ -48,11 +48,11 @@ def driven(coin: Any) -> Any:
 
 
 def drive(page: Any, presses: Sequence[tuple[str, float]]) -> None:
-    """Hold one key after another, each until a time in [s], then pause; four times as fast.
+    """Hold one key after another, each until a time in [s], then pause; twice as fast.
 
     However rarely pictures come, no more than half a second passes between two of them.
     """
-    page.evaluate("kinolab.speed = 4")
+    page.evaluate("kinolab.speed = 2")
     for key, until in presses:
         page.keyboard.down(key)
         reach(page, until)
