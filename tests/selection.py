@@ -87,9 +87,7 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 
 
 @pytest.hookimpl(wrapper=True)
-def pytest_fixture_setup(
-    fixturedef: Any,
-) -> Generator[None, Any, Any]:
+def pytest_fixture_setup(fixturedef: Any) -> Generator[None, Any, Any]:
     """Note how long a fixture of many tests took: which of them makes it is a matter of order."""
     begun = time.perf_counter()
     made = yield

@@ -189,11 +189,8 @@ def test_in_its_plane_it_is_the_planar_vertical_take_off_machine(model: Model, t
 
 
 def test_it_flies_over_the_sill_and_under_the_bridge() -> None:
-    """Heights where the script of the canyon puts both; it ends in hover.
-
-    It starts 4 m before the sill, where the first bend is behind it: what is before is no matter.
-    """
-    problem = kinolab.load("helicopter_canyon", overrides=["start.x=6.0"])
+    """Heights where the script of the canyon puts both; it ends in hover."""
+    problem = kinolab.load("helicopter_canyon")
     plan = problem.solve(seed=1, optimize=False)
     assert plan.exit_code == 0
     assert plan.trajectory is not None
