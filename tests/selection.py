@@ -160,7 +160,7 @@ class Recorder:
             self._marked.add(report.nodeid)
 
     def pytest_sessionfinish(self) -> None:
-        if not self._config.getoption("remaining"):
+        if not (self._config.getoption("remaining") or self._config.getoption("collectonly")):
             self._config.cache.set("kinolab/passed", sorted(self._passed))
         if self._config.getoption("record_durations"):
             slow = {name: round(s, 1) for name, s in sorted(self._seconds.items()) if s >= SEARCH}
