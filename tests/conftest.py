@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import json
 import os
+import pickle
 import shutil
 import signal
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, Protocol, TypeVar
 
 import pytest
 
@@ -31,6 +32,8 @@ from tests.selection import (  # noqa: F401  # hooks of pytest
     pytest_runtest_setup,
 )
 from tests.support import OPEN, plan, problem_of
+
+Made = TypeVar("Made")
 
 SLOWEST = 600.0  # [s]: the same search on the slowest machine; it ends by its seed, not by time
 
@@ -75,11 +78,17 @@ def _signals_are_heard() -> Iterator[None]:
 
 
 @pytest.fixture(scope="session")
-def solved() -> Solver:
+def solved(tmp_path_factory: pytest.TempPathFactory) -> Solver:
+    home = _shared(tmp_path_factory, "solved")
+
     @cache
     def solve(name: str) -> Solved:
         problem = kinolab.load(name, overrides=["planner.improve=0"])
-        return _solved(problem, problem.solve(time_limit=SLOWEST, optimize=False))
+
+        def search() -> PlanResult:
+            return problem.solve(time_limit=SLOWEST, optimize=False)
+
+        return _solved(problem, _once(home / name, search))
 
     return solve
 
@@ -139,20 +148,30 @@ def _shared(factory: pytest.TempPathFactory, name: str) -> Path:
 
 
 def _finished(home: Path, *arguments: str) -> Finished:
-    """Return the run of a command, which the first process that asks for it makes."""
-    kept, lock = home / "finished.json", FileLock(home / "lock")
-    lock.acquire()
-    try:
-        if not kept.exists():
-            done = plan(*arguments, cwd=home)
-            kept.write_text(json.dumps([done.stdout, done.stderr, done.returncode]))
-    finally:
-        lock.release()
-    out, err, code = json.loads(kept.read_text())
+    """Return the run of a command."""
+
+    def run() -> tuple[str, str, int]:
+        done = plan(*arguments, cwd=home)
+        return done.stdout, done.stderr, done.returncode
+
+    out, err, code = _once(home / "finished", run)
     folders = list((home / "runs").glob("*"))
     assert len(folders) == 1, err
     report = json.loads((folders[0] / "report.json").read_text(encoding="utf-8"))
     return Finished(folders[0], report, out, err, code)
+
+
+def _once(kept: Path, make: Callable[[], Made]) -> Made:
+    """Return what the first process that asks for it makes, and keeps in a file for the others."""
+    lock = FileLock(kept.with_suffix(".lock"))
+    lock.acquire()
+    try:
+        if not kept.exists():
+            kept.write_bytes(pickle.dumps(make()))
+    finally:
+        lock.release()
+    made: Made = pickle.loads(kept.read_bytes())
+    return made
 
 
 POST = """\

@@ -23,7 +23,7 @@ LONGER = [pytest.param(name, marks=pytest.mark.long) for name in ("potential_fie
 @pytest.mark.parametrize("name", [*KINDS, *LONGER])
 def test_a_thousand_solves_add_less_than_20_megabytes(name: str, tmp_path: Path) -> None:
     """Extrapolated from 20 solves: a leak shows in every quarter, an allocator's step in some."""
-    options = ["--solves", "20", "--warm-up", "8", "--json", "figures.json"]
+    options = ["--solves", "20", "--json", "figures.json"]
     subprocess.run(
         [sys.executable, str(SCRIPT), name, *options],
         cwd=tmp_path,

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
-import kinolab
 from kinolab import systems
 from kinolab.dynamics import Model
+from tests.conftest import Solver
 from tests.oracles import helicopter as oracle
 from tests.oracles.rigid_body import Top
 
@@ -188,13 +188,11 @@ def test_in_its_plane_it_is_the_planar_vertical_take_off_machine(model: Model, t
 # Through the canyon
 
 
-def test_it_flies_over_the_sill_and_under_the_bridge() -> None:
+def test_it_flies_over_the_sill_and_under_the_bridge(solved: Solver) -> None:
     """Heights where the script of the canyon puts both; it ends in hover."""
-    problem = kinolab.load("helicopter_canyon")
-    plan = problem.solve(seed=1, optimize=False)
-    assert plan.exit_code == 0
-    assert plan.trajectory is not None
-    model, path = problem.model, plan.trajectory.x
+    found = solved("helicopter_canyon")
+    assert found.plan.exit_code == 0
+    model, path = found.problem.model, found.trajectory.x
     places = pick(model, path, "x", "y", "z")
     for (x, y), low, high in (((10.1, 1.6), 1.3, 5.6), ((21.4, 6.9), 0.0, 2.75)):
         near = places[np.linalg.norm(places[:, :2] - [x, y], axis=1) < 2.0]

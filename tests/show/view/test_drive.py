@@ -121,7 +121,7 @@ def test_a_controller_is_driven_by_its_references_and_may_be_left_out(
     assert near(end, done_again(problem, page))
     page.locator("#drive label", has_text="Controller").locator("input").uncheck()
     page.keyboard.press("Space")
-    drive(page, [("ArrowUp", LONG + 0.6)])
+    drive(page, [("ArrowUp", page.evaluate("kinolab.drive.time") + 0.6)])
     log = page.evaluate("kinolab.drive.log")
     assert log[-1]["closed"] is False
     assert len(log[-1]["inputs"]) == problem.model.plant.nu

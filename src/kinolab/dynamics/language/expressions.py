@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from fractions import Fraction
 from numbers import Real
 from typing import Any
@@ -52,3 +53,23 @@ def as_written(value: float) -> sympy.Rational | sympy.Float:
     if float(near) == value:
         return sympy.Rational(near.numerator, near.denominator)
     return sympy.Float(value)
+
+
+def parts_of(expressions: Iterable[sympy.Expr]) -> dict[sympy.Basic, int]:
+    """Return how often each part of expressions occurs in others, after those that it contains.
+
+    Where parts are shared, as in laws of feedback, this takes the time of one look at each; SymPy's
+    ``free_symbols`` looks at a part as often as it occurs in what is written out.
+    """
+    uses: dict[sympy.Basic, int] = {}
+
+    def visit(part: sympy.Basic) -> None:
+        if part not in uses:
+            for argument in part.args:
+                visit(argument)
+            uses[part] = 0
+        uses[part] += 1
+
+    for expression in expressions:
+        visit(expression)
+    return uses

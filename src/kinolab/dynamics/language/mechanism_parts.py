@@ -11,7 +11,7 @@ import sympy
 from kinolab.dynamics.language.auxiliary_states import State
 from kinolab.dynamics.language.bodies import Body, Cable
 from kinolab.dynamics.language.constraints import Constraint, Requirement
-from kinolab.dynamics.language.expressions import exact
+from kinolab.dynamics.language.expressions import exact, parts_of
 from kinolab.dynamics.language.feedback import Feedback, Regulator
 from kinolab.dynamics.language.flatness import Flat
 from kinolab.dynamics.language.forces import Effort, Gravity
@@ -147,7 +147,7 @@ def state_symbols(
 def atoms_of(part: Any) -> Iterator[sympy.Symbol | Attitude]:
     """Yield every symbol and attitude in a tree of dataclasses, tuples and expressions."""
     if isinstance(part, sympy.Basic):
-        yield from part.free_symbols
+        yield from (entry for entry in parts_of((part,)) if isinstance(entry, sympy.Symbol))
     elif isinstance(part, tuple):
         for entry in part:
             yield from atoms_of(entry)

@@ -70,23 +70,6 @@ def expression_to_tree(expression: Any, named: Mapping[sympy.Basic, str] = NOTHI
     raise InputError([Mistake(str(expression), what)])
 
 
-def repeated_parts(expressions: Iterable[sympy.Expr]) -> list[sympy.Basic]:
-    """Return the parts that occur in others more than once, each after those that it contains."""
-    uses: dict[sympy.Basic, int] = {}
-    order: list[sympy.Basic] = []
-
-    def visit(part: sympy.Basic) -> None:
-        uses[part] = uses.get(part, 0) + 1
-        if uses[part] == 1:
-            for argument in part.args:
-                visit(argument)
-            order.append(part)
-
-    for expression in expressions:
-        visit(expression)
-    return [part for part in order if uses[part] > 1 and part.args]
-
-
 def expanded_size(expressions: Iterable[sympy.Expr]) -> int:
     """Return the number of names, numbers and operations if nothing is written only once."""
     known: dict[sympy.Basic, int] = {}
@@ -133,8 +116,13 @@ def _real(made: Any) -> Any:
     """Reject what is no finite real number in double range: 1/0, sqrt(-1), NaN, 10^400."""
     if made.is_Rational and max(made.p.bit_length(), made.q.bit_length()) > MAX_BITS:
         raise ValueError("a number has too many digits")
-    unreal = made is sympy.nan or made.is_finite is False or made.is_real is False
-    if made.is_number and (unreal or (made.is_Float and not math.isfinite(float(made)))):
+    # Asked of numbers alone: for a long expression SymPy takes long to tell.
+    if made.is_number and (
+        made is sympy.nan
+        or made.is_finite is False
+        or made.is_real is False
+        or (made.is_Float and not math.isfinite(float(made)))
+    ):
         raise ValueError(f"{made} is no finite real number")
     return made
 

@@ -19,6 +19,7 @@ from kinolab.dynamics.language.constraints import (
     Requirement,
     VelocityConstraint,
 )
+from kinolab.dynamics.language.expressions import parts_of
 from kinolab.dynamics.language.feedback import Feedback, Reference, Regulator
 from kinolab.dynamics.language.flatness import FlatOutputs, PlaneCurves, output_symbols
 from kinolab.dynamics.language.forces import (
@@ -37,7 +38,6 @@ from kinolab.dynamics.language.inputs import Control, Drive, Force, Pull, Rate, 
 from kinolab.dynamics.language.json.expression_tree import (
     expanded_size,
     expression_to_tree,
-    repeated_parts,
     tree_to_expression,
 )
 from kinolab.dynamics.language.json.machine_folder import FEEDBACK_FILE, MACHINE_FILE
@@ -151,11 +151,12 @@ def feedback_to_tree(feedback: Feedback | Regulator) -> dict[str, Any]:
 
 
 def _with_shared(feedback: Feedback, law: Sequence[sympy.Expr]) -> dict[str, Any]:
-    taken = {symbol.name for expression in law for symbol in expression.free_symbols}
+    parts = parts_of(law)
+    taken = {part.name for part in parts if isinstance(part, sympy.Symbol)}
     names = (name for name in (f"shared_{k}" for k in count(1)) if name not in taken)
     named: dict[sympy.Basic, str] = {}
     shared = []
-    for part in repeated_parts(law):
+    for part in (part for part, uses in parts.items() if uses > 1 and part.args):
         tree = {"expression": expression_to_tree(part, named)}
         named[part] = next(names)
         shared.append([named[part], tree])
