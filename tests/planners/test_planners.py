@@ -90,9 +90,7 @@ def test_equal_seeds_give_the_same_bits_and_others_do_not(name: str, table: Plan
         return bits(found), found.iterations
 
     first = {seed: made(seed) for seed in SEEDS}
-    assert made(SEEDS[-1]) == first[SEEDS[-1]]
-    np.random.default_rng(0).normal(size=10)
-    for seed in SEEDS:
+    for seed in (SEEDS[-1], SEEDS[0]):
         assert made(seed) == first[seed], f"seed {seed}"
     different = {motion for motion, _ in first.values()}
     assert len(different) == len(SEEDS) or name == "potential_field"
