@@ -71,7 +71,7 @@ class Telling(RRT):
         told = budget.progress
 
         def progress(iterations, seconds):
-            if iterations > 10:
+            if iterations > 1000:  # by then one motion came nearer to the goal
                 print("growing", file=sys.stderr, flush=True)
             if told:
                 told(iterations, seconds)
