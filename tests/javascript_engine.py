@@ -11,14 +11,12 @@ import pytest
 from kinolab.dynamics import Model
 from kinolab.dynamics.javascript import javascript_of
 
-MiniRacer = pytest.importorskip("py_mini_racer").MiniRacer
-
 
 class Engine:
     """One engine for many machines; numbers go in and out as JSON, which is exact for float64."""
 
     def __init__(self) -> None:
-        self._context = MiniRacer()
+        self._context = pytest.importorskip("py_mini_racer").MiniRacer()
         self._places: dict[int, str] = {}
         self._models: list[Model] = []  # kept, so that none of their identities is used again
         self._context.eval("var machines = []")
