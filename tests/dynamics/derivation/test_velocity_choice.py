@@ -4,6 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+import sympy
 from scipy.integrate import solve_ivp
 
 from kinolab import systems
@@ -142,6 +143,27 @@ def test_regular_coordinate_rates_remain_the_velocities(name: str) -> None:
     model = systems.get(name).model()
     assert not model.quasi_velocities
     assert set(model.velocity_names) <= set(model.rate_names)
+
+
+@pytest.mark.parametrize(("begin", "swing", "turns"), [(0.7, 1.58, 2), (1.0, 2.18, 4)])
+def test_where_every_choice_is_singular_somewhere_the_farthest_from_it_is_made(
+    begin: float, swing: float, turns: int
+) -> None:
+    """A blade at the angle a = begin + swing sin(turns theta) in its body.
+
+    The velocity along the body's x axis determines the motion where cos a is not zero, the one
+    along y where sin a is not; each is zero at some heading. Which one is better says the mean of
+    its logarithm over a turn.
+    """
+    x, y, theta = length("x"), length("y"), angle("theta")
+    frame = move(x, y) @ rot_z(theta)
+    v, a = velocity(frame), begin + swing * sympy.sin(turns * theta)
+    across = zero(v.y * sympy.cos(a) - v.x * sympy.sin(a), "no sideslip")
+    blade = Body("blade", frame, mass=1.0, inertia=(0.1, 0.1, 0.1))
+    model = System("blade", bodies=[blade], constraints=[across]).model()
+    at = begin + swing * np.sin(turns * np.linspace(0.0, 2 * np.pi, 100_000, endpoint=False))
+    means = {"V_x": np.log(np.abs(np.cos(at))).mean(), "V_y": np.log(np.abs(np.sin(at))).mean()}
+    assert model.velocity_names == (max(means, key=lambda name: means[name]), "theta_dot")
 
 
 def test_a_sleigh_is_as_fast_as_its_coordinates_may_be() -> None:
