@@ -28,6 +28,16 @@ def goal_of(problem: PlanningTask) -> np.ndarray:
     return x
 
 
+@pytest.mark.parametrize("at", np.linspace(-0.5, 0.5, 11).round(1).tolist())
+def test_a_thin_wall_anywhere_across_a_long_way_separates_its_ends(
+    at: float, tmp_path: Path
+) -> None:
+    """Of 9 m, a robot that is 0.4 m long: twelve looks would be 0.8 m apart."""
+    wall = f"[[world.obstacle]]\nbox = [0.01, 10.0, 1.0]\nposition = [{at}, 0.0, 0.5]\n"
+    problem = scene(tmp_path, "drive", "start.x=-4.5", "goal.x=4.5", text=wall)
+    assert not configurations(problem).joined(problem.start, goal_of(problem))
+
+
 @pytest.mark.parametrize(
     ("machine", "free"),
     [
