@@ -104,13 +104,15 @@ class Joint:
         axis: Unit vector in the child's frame, shape (3,).
         lower, upper: Limits of its position.
         speed: Largest magnitude of its rate.
-        damping: Viscous friction in [N m s/rad] or [N s/m].
+        damping: Viscous friction: coefficients of v, v |v|, v^3, …; the first in [N m s/rad] or
+            [N s/m].
         friction: Coulomb friction in [N m] or [N].
         mimics: Which joint it follows, if any.
         anchor: Point of the child's frame that an axis passes through, shape (3,), in [m].
         zero: Position in which the child's frame is at ``pose``.
         armature: Inertia of its motor's rotor, as the joint feels it, in [kg m^2] or [kg].
-        stiffness, rest: Of a spring, in [N m/rad] or [N/m], and where that is at rest.
+        stiffness, rest: Of a spring: coefficients of x, x^2, x^3, …, the first in [N m/rad] or
+            [N/m], and where x = 0.
     """
 
     name: str
@@ -122,13 +124,13 @@ class Joint:
     lower: float = -math.inf
     upper: float = math.inf
     speed: float = math.inf
-    damping: float = 0.0
+    damping: tuple[float, ...] = ()
     friction: float = 0.0
     mimics: Mimicked | None = None
     anchor: Array = field(default_factory=lambda: np.zeros(3))
     zero: float = 0.0
     armature: float = 0.0
-    stiffness: float = 0.0
+    stiffness: tuple[float, ...] = ()
     rest: float = 0.0
 
 

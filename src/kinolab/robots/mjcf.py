@@ -7,7 +7,7 @@ forces, equality constraints).
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -40,6 +40,13 @@ from kinolab.robots.kinematic_tree import (
     pose_of,
     usable_name,
 )
+from kinolab.robots.mjcf_fields import (
+    apply_flags,
+    disabled,
+    not_finite,
+    not_looked_at,
+    unknown_flags,
+)
 from kinolab.robots.robot_machine import assembled
 from kinolab.robots.tree_mistakes import tree_mistakes
 from kinolab.world.shape_surfaces import Faces
@@ -60,9 +67,10 @@ def read_mjcf(
     """Read a robot from an MJCF file as a machine.
 
     Bodies without joints are fixed to their parents. A motor's limit is that of its control, times
-    gain and gear, or that of its force; servos become motors with their force limit. Springs,
-    damping, friction losses and rotors (``armature``) count; contacts between bodies do not push,
-    as in all of kinolab. Bodies that are connected or welded to others close loops, exactly instead
+    gain and gear, or that of its force or of its joint's; servos become motors with their force
+    limit. Springs, damping, friction losses and rotors (``armature``) of hinges and slides count;
+    contacts between bodies do not push, as in all of kinolab. Flags that disable forces, limits or
+    actuators do so. Bodies that are connected or welded to others close loops, exactly instead
     of softly. Geoms that collide count, or those that are drawn where a body has none;
     meshes and ellipsoids are enclosed in boxes and capsules.
 
@@ -78,7 +86,8 @@ def read_mjcf(
 
     Raises:
         InputError: With everything in the file that cannot be represented, such as tendons, muscles
-            or a fluid, unless ``partial``.
+            or a fluid, unless ``partial``, and with numbers that are not finite. All of MuJoCo's
+            model is looked at, so that nothing is left out in silence.
     """
     require_fit("read_mjcf path", str | Path, path)
     require_fit("read_mjcf locked", Mapping[str, float] | None, locked)
@@ -125,7 +134,16 @@ class _ModelReader:
         self._model = model = _compiled(self._mujoco, path)
         self._bodies = self._names("BODY", model.nbody, "body")
         self._joints = self._names("JOINT", model.njnt, "joint")
-        self._motors = self._names("ACTUATOR", model.nu, "motor")
+        self._geom_names = self._names("GEOM", model.ngeom, "geom")
+        # before MuJoCo 4 every actuator had one control and one output
+        self._actuators = int(getattr(model, "nactuator", model.nu))
+        self._control: Sequence[int] = getattr(model, "actuator_ctrladr", range(model.nu))
+        self._output: Sequence[int] = getattr(model, "actuator_outadr", range(model.nu))
+        self._motors = self._names("ACTUATOR", self._actuators, "motor")
+        self._disabled = disabled(self._mujoco, model)
+        apply_flags(self._mujoco, model)
+        if broken := [Mistake(path.name, what) for what in not_finite(self._mujoco, model)]:
+            raise InputError(broken)
 
     def _names(self, kind: str, count: int, word: str) -> list[str]:
         """Return the names of things; those without one are numbered."""
@@ -150,14 +168,15 @@ class _ModelReader:
         self._note_what_is_left_out()
         name = model.names.split(b"\0", 1)[0].decode(errors="replace")
         x, y, z = map(float, model.opt.gravity)
-        motors = tuple(motor for k in range(model.nu) for motor in self._motor(k))
+        acting = [*self._acting()]
+        motors = tuple(motor for k in acting for motor in self._motor(k, acting))
         return KinematicTree(
             name or self._path.stem,
             tuple(links),
             tuple(joints),
             motors,
             (x, y, z),
-            thrusters=tuple(entry for k in range(model.nu) for entry in self._thruster(k)),
+            thrusters=tuple(entry for k in acting for entry in self._thruster(k)),
             closures=tuple(self._closures()),
         )
 
@@ -198,9 +217,7 @@ class _ModelReader:
         }
         kind = kinds[types(int(model.jnt_type[k]))]
         if kind in ("floating", "ball"):
-            own = slice(dof, dof + (6 if kind == "floating" else 3))
-            if model.dof_armature[own].any() or model.dof_damping[own].any():
-                self._cannot(f"the {kind} joint {name} has armature or damping.")
+            self._check_rates(k, kind, dof)
             return Joint(name, kind, parent, child, pose, anchor=np.array(model.jnt_pos[k]))
         lower, upper = -math.inf, math.inf
         if model.jnt_limited[k]:
@@ -214,15 +231,40 @@ class _ModelReader:
             np.array(model.jnt_axis[k]),
             lower,
             upper,
-            damping=float(model.dof_damping[dof]),
+            damping=self._powers("dof_damping", dof),
             friction=float(model.dof_frictionloss[dof]),
             mimics=follows.get(name),
             anchor=np.array(model.jnt_pos[k]) if kind == "revolute" else np.zeros(3),
             zero=float(model.qpos0[at]),
             armature=float(model.dof_armature[dof]),
-            stiffness=float(np.ravel(model.jnt_stiffness[k])[0]),
+            stiffness=self._powers("jnt_stiffness", k),
             rest=float(model.qpos_spring[at]),
         )
+
+    def _powers(self, name: str, k: int) -> tuple[float, ...]:
+        """Return the coefficients of the first, second, … power; zeros at the end are left out."""
+        fields = (getattr(self._model, one, None) for one in (name, f"{name}poly"))
+        found = [float(c) for rows in fields if rows is not None for c in np.ravel(rows[k])]
+        while found and not found[-1]:
+            found.pop()
+        return tuple(found)
+
+    def _check_rates(self, k: int, kind: JointKind, dof: int) -> None:
+        """Name what a joint with several rates has and only one with a single rate may have."""
+        model = self._model
+        rates = range(dof, dof + (6 if kind == "floating" else 3))
+        has = {
+            "range": bool(model.jnt_limited[k]),
+            "stiffness": bool(self._powers("jnt_stiffness", k)),
+            "damping": any(self._powers("dof_damping", one) for one in rates),
+            "armature": bool(model.dof_armature[rates].any()),
+            "frictionloss": bool(model.dof_frictionloss[rates].any()),
+        }
+        for attribute, there in has.items():
+            if there:
+                word = "free" if kind == "floating" else kind
+                what = f"the {word} joint {self._joints[k]} has {attribute}."
+                self._cannot(what, "Only hinges and slides may have it.")
 
     def _inertial(self, body: int) -> Inertial | None:
         model = self._model
@@ -306,10 +348,18 @@ class _ModelReader:
         if kind in (types.mjGEOM_BOX, types.mjGEOM_ELLIPSOID):
             return Box(2 * a, 2 * b, 2 * c)
         if kind != types.mjGEOM_PLANE:
-            self._cannot(f"geom {g + 1} is a {kind.name.removeprefix('mjGEOM_').lower()}.")
+            word = kind.name.removeprefix("mjGEOM_").lower()
+            self._cannot(f"geom {self._geom_names[g]} is a {word}.")
         return None
 
-    def _motor(self, k: int) -> Iterator[Motor]:
+    def _acting(self) -> Iterator[int]:
+        """Yield the actuators that neither a flag nor their group disables."""
+        model = self._model
+        for k in range(0 if "ACTUATION" in self._disabled else self._actuators):
+            if not (int(model.opt.disableactuator) >> max(int(model.actuator_group[k]), 0)) & 1:
+                yield k
+
+    def _motor(self, k: int, acting: Sequence[int]) -> Iterator[Motor]:
         """Yield an actuator as a motor."""
         model, mujoco, name = self._model, self._mujoco, self._motors[k]
         if self._pushes(k):
@@ -322,28 +372,80 @@ class _ModelReader:
         if mujoco.mjtJoint(int(model.jnt_type[joint])) not in single:
             self._cannot(f"actuator {name} acts on a joint with several rates.")
             return
-        ends = self._force_limits(k)
-        if ends is None:
+        if why := self._no_motor(k):
+            self._cannot(f"actuator {name} is no motor: {why}.")
             return
-        lower, upper = np.sort(float(model.actuator_gear[k, 0]) * ends).tolist()
-        if not lower < upper:
-            return
-        turns = mujoco.mjtJoint(int(model.jnt_type[joint])) == single[0]
-        name = self._input_name(k, "torque" if turns else "force")
-        yield Motor(name, self._joints[joint], lower, upper)
+        ends = self._within_joint(joint, k, acting)
+        if self._are_limits(k, ends):
+            turns = mujoco.mjtJoint(int(model.jnt_type[joint])) == single[0]
+            name = self._input_name(k, "torque" if turns else "force")
+            yield Motor(name, self._joints[joint], *ends.tolist())
+
+    def _within_joint(self, joint: int, k: int, acting: Sequence[int]) -> Array:
+        """Return the limits (2,) of an actuator's force on its joint, which may limit all of it."""
+        model, own = self._model, self._on_joint(k)
+        if not model.jnt_actfrclimited[joint]:
+            return own
+        low, high = map(float, model.jnt_actfrcrange[joint])
+        on_joint = int(self._mujoco.mjtTrn.mjTRN_JOINT)
+        others = [
+            self._on_joint(a)
+            for a in acting
+            if a != k
+            and int(model.actuator_trntype[a]) == on_joint
+            and int(model.actuator_trnid[a, 0]) == joint
+        ]
+        least, most = sum(others, own)
+        if others and not low <= least <= most <= high:
+            self._cannot(
+                f"joint {self._joints[joint]} has actuatorfrcrange {low:g} {high:g}, which limits "
+                "the sum of several actuators.",
+                "Give them limits whose sum is within it.",
+            )
+        return np.clip(own, low, high)
+
+    def _on_joint(self, k: int) -> Array:
+        """Return the limits (2,) of an actuator's force on its joint, infinite ones if none."""
+        gear = float(self._model.actuator_gear[self._output[k], 0])
+        return np.sort(gear * self._force_limits(k)) if gear else np.zeros(2)
+
+    def _are_limits(self, k: int, ends: Array) -> bool:
+        """Whether an input may have limits (2,); none needs to be there that is always 0."""
+        name = self._motors[k]
+        if not np.isfinite(ends).all():
+            what = f"actuator {name} has no limit of its force."
+            self._cannot(what, "Give it a ctrlrange or a forcerange.")
+            return False
+        if ends[0] == ends[1] != 0.0:
+            self._cannot(f"actuator {name} always has the force {ends[0]:g}, which is no input.")
+        return bool(ends[0] < ends[1])
 
     def _thruster(self, k: int) -> Iterator[Thruster]:
         """Yield an actuator that acts on a site as a thruster."""
         model, name = self._model, self._input_name(k, "thrust")
-        ends = self._force_limits(k) if self._pushes(k) else None
-        if ends is None:
+        if not self._pushes(k):
             return
-        lower, upper = np.sort(ends).tolist()
-        if lower < upper:
-            site, gear = int(model.actuator_trnid[k, 0]), np.array(model.actuator_gear[k])
+        site = int(model.actuator_trnid[k, 0])
+        body = int(model.site_bodyid[site])
+        if why := self._no_motor(k) or self._limit_above(body):
+            self._cannot(f"actuator {self._motors[k]} is no thruster: {why}.")
+            return
+        ends = self._force_limits(k)
+        if self._are_limits(k, ends):
+            gear = np.array(model.actuator_gear[self._output[k]])
             pose = pose_of(np.array(model.site_pos[site]), self._turn(model.site_quat[site]))
-            link = self._bodies[int(model.site_bodyid[site])]
-            yield Thruster(name, link, pose, gear[:3], gear[3:], lower, upper)
+            yield Thruster(name, self._bodies[body], pose, gear[:3], gear[3:], *ends.tolist())
+
+    def _limit_above(self, body: int) -> str:
+        """Return which joint that moves a body limits the force of all actuators, if any does."""
+        model = self._model
+        while body != WORLD_BODY:
+            first = int(model.body_jntadr[body])
+            for joint in range(first, first + int(model.body_jntnum[body])):
+                if model.jnt_actfrclimited[joint]:
+                    return f"joint {self._joints[joint]} has actuatorfrcrange"
+            body = int(model.body_parentid[body])
+        return ""
 
     def _pushes(self, k: int) -> bool:
         """Whether an actuator acts on a site alone, in the site's axes."""
@@ -356,30 +458,43 @@ class _ModelReader:
         name = usable_name(self._motors[k])
         return f"{name}_{word}" if name in map(usable_name, self._joints) else name
 
-    def _force_limits(self, k: int) -> Array | None:
-        """Return the limits (2,) of an actuator's force before its gear; None if it has none."""
+    def _no_motor(self, k: int) -> str:
+        """Return why an actuator is neither a motor nor a servo, if so."""
         model, mujoco = self._model, self._mujoco
-        fixed = (
-            int(model.actuator_gaintype[k]) == int(mujoco.mjtGain.mjGAIN_FIXED)
-            and int(model.actuator_biastype[k]) == int(mujoco.mjtBias.mjBIAS_NONE)
-            and int(model.actuator_dyntype[k]) == int(mujoco.mjtDyn.mjDYN_NONE)
-        )
-        ends: Array | None = None
-        if fixed and model.actuator_ctrllimited[k]:
-            ends = float(model.actuator_gainprm[k, 0]) * np.array(model.actuator_ctrlrange[k])
+        for word, kinds, wanted in (
+            ("dyntype", mujoco.mjtDyn, ("none",)),
+            ("gaintype", mujoco.mjtGain, ("fixed",)),
+            ("biastype", mujoco.mjtBias, ("none", "affine")),
+        ):
+            kind = kinds(int(getattr(model, f"actuator_{word}")[k])).name.split("_")[-1].lower()
+            if kind not in wanted:
+                return f"its {word} is {kind}"
+        gain, (constant, kp, kv) = float(model.actuator_gainprm[k, 0]), self._bias(k)
+        if not (constant or kp or kv):
+            return ""
+        # a servo of positions has gain (ctrl - q) - kv v, one of rates gain (ctrl - v)
+        servo = gain and not constant and -gain == (kp or kv)
+        return "" if servo else "its bias is not a servo's"
+
+    def _bias(self, k: int) -> Array:
+        """Return constant, factors of length and of velocity of an actuator's bias, shape (3,)."""
+        affine = int(self._mujoco.mjtBias.mjBIAS_AFFINE)
+        counts = int(self._model.actuator_biastype[k]) == affine
+        return np.array(self._model.actuator_biasprm[k, :3]) if counts else np.zeros(3)
+
+    def _force_limits(self, k: int) -> Array:
+        """Return the limits (2,) of an actuator's force before its gear, infinite ones if none."""
+        model, at = self._model, self._control[k]
+        gain, ends = float(model.actuator_gainprm[k, 0]), np.array([-math.inf, math.inf])
+        if not gain or (model.actuator_ctrllimited[at] and not self._bias(k).any()):
+            ends = np.sort(gain * np.array(model.actuator_ctrlrange[at]))
         if model.actuator_forcelimited[k]:
-            low, high = map(float, model.actuator_forcerange[k])
-            ends = np.array([low, high]) if ends is None else np.clip(np.sort(ends), low, high)
-        if ends is None:
-            what = f"actuator {self._motors[k]} has no limit of its force."
-            self._cannot(what, "Give it a ctrlrange or a forcerange.")
+            ends = np.clip(ends, *model.actuator_forcerange[k])
         return ends
 
     def _equalities(self) -> Iterator[tuple[int, str]]:
         """Yield the equality constraints that hold, with their kinds in lower case."""
         model, mujoco = self._model, self._mujoco
-        if model.opt.disableflags & int(mujoco.mjtDisableBit.mjDSBL_EQUALITY):
-            return
         for k in np.flatnonzero(model.eq_active0).tolist():
             yield k, mujoco.mjtEq(int(model.eq_type[k])).name.removeprefix("mjEQ_").lower()
 
@@ -393,6 +508,9 @@ class _ModelReader:
             polynomial = np.array(model.eq_data[k, :5])
             if kind == "joint" and second >= 0 and not polynomial[2:].any():
                 own, leader = self._joints[first], self._joints[second]
+                if own in found:
+                    self._cannot(f"equality constraint {k + 1}: joint {own} follows two others.")
+                    continue
                 # q1 - q1(0) = a + b (q2 - q2(0))
                 zeros = [float(model.qpos0[model.jnt_qposadr[j]]) for j in (first, second)]
                 factor = float(polynomial[1])
@@ -425,20 +543,18 @@ class _ModelReader:
             else:  # the second body's anchor comes first, then its pose in the first one's axes
                 poses = [pose_of(data[3:6], self._turn(data[6:10])), pose_of(data[:3], np.eye(3))]
             ends = self._bodies[first], self._bodies[second]
+            roots = (int(model.body_rootid[body]) for body in (first, second))
+            if any(int(model.body_mocapid[root]) >= 0 for root in roots):
+                what = f"equality constraint {names[k]} holds {ends[0]} and {ends[1]} together"
+                self._cannot(f"{what}, of which one is a mocap body, moved from outside.")
+                continue
             yield Closure(names[k], "pose" if welded else "point", *ends, *poses)
 
     def _note_what_is_left_out(self) -> None:
-        """Name forces that the machine would lack."""
-        model = self._model
-        if model.opt.density or model.opt.viscosity:
-            self._cannot("its bodies move in a fluid (option density or viscosity).")
-        if np.any(model.opt.wind):
-            self._cannot("there is wind (option wind).")
-        for k in range(model.ntendon):
-            if any(
-                np.any(getattr(model, f"tendon_{part}")[k])
-                for part in ("stiffness", "damping", "frictionloss", "armature", "limited")
-            ):
-                self._cannot(f"tendon {k + 1} pulls.")
-        if np.any(model.body_gravcomp):
-            self._cannot("gravity is compensated for (gravcomp).")
+        """Name what the machine would lack."""
+        for told in (unknown_flags, not_looked_at):
+            for what in told(self._mujoco, self._model):
+                self._cannot(what)
+        if "CONTACT" in self._disabled and self._shapes:
+            what = "its bodies pass through each other, since a flag disables contacts."
+            self._cannot(what, "Without the flag they keep apart; shapes=False reads none.")

@@ -265,13 +265,15 @@ class _Assembly:
             return
         leader, factor, _ = self._led(joint)
         own = factor * rate(leader) if joint.mimics else rate(leader)
-        if joint.damping > 0.0:
-            self._efforts.append(Viscous(own, joint.damping))
+        if joint.damping:
+            terms = (c * sympy.Abs(own) ** k for k, c in enumerate(joint.damping) if c)
+            self._efforts.append(Viscous(own, sympy.Add(*terms)))
         if joint.friction > 0.0:
             self._efforts.append(Coulomb(own, joint.friction))
         at = self._position(joint)
-        if joint.stiffness > 0.0:
-            self._efforts.append(Potential(joint.stiffness * (at - joint.rest) ** 2 / 2))
+        if joint.stiffness:
+            x, terms = at - joint.rest, enumerate(joint.stiffness, start=2)
+            self._efforts.append(Potential(sympy.Add(*(c * x**k / k for k, c in terms if c))))
         if joint.armature > 0.0:
             self._bodies.append(self._rotor(joint, at))
         assert part.body is not None

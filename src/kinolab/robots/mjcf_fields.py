@@ -1,0 +1,253 @@
+"""What of MuJoCo's compiled model is read, and what may be passed over; anything else is told.
+
+Every field of ``mjModel`` and ``mjOption`` is read, has no effect where nothing touches, or must be
+neutral. One that a later MuJoCo adds is in no table, and must be zero.
+
+Source: MuJoCo's documentation, chapter Computation; mjmodel.h.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterator, Sequence
+from itertools import islice
+from typing import Any
+
+import numpy as np
+
+from kinolab.numerics.arrays import Array
+
+
+def _fields_of(table: str) -> frozenset[str]:
+    """Return the fields of a table with lines "prefix: names", or "name:"."""
+    lines = (line.partition(":") for line in re.sub(r"\n {8}", " ", table.strip()).split("\n"))
+    return frozenset(
+        f"{prefix.strip()}{name}" for prefix, _, names in lines for name in names.split() or [""]
+    )
+
+
+READ = _fields_of("""
+    body_: parentid rootid weldid mocapid jntnum jntadr geomnum geomadr pos quat ipos iquat
+        mass inertia
+    jnt_: type qposadr dofadr bodyid limited actfrclimited pos axis stiffness stiffnesspoly
+        range actfrcrange
+    dof_: jntid frictionloss armature damping dampingpoly
+    geom_: type contype conaffinity bodyid dataid matid size pos quat rgba
+    mesh_: vertadr vertnum faceadr facenum vert face
+    mat_: rgba
+    site_: bodyid pos quat
+    eq_: type obj1id obj2id objtype active0 data
+    actuator_: trntype dyntype gaintype biastype trnid gainprm biasprm ctrllimited ctrlrange
+        gear forcelimited forcerange group
+    qpos_: spring
+    opt_: gravity disableflags enableflags disableactuator
+    qpos0:
+""")
+# Of contacts, solvers and pictures; what MuJoCo derives of other fields; of tendons, whose forces,
+# limits and motors are refused; of actuators that trntype, dyntype and gaintype refuse; counts.
+WITHOUT_EFFECT = _fields_of("""
+    body_: dofnum dofadr treeid simple sameframe subtreemass invweight0 margin user contype
+        conaffinity bvhadr bvhnum
+    jnt_: actuatorid group plasticadr solref solimp margin user
+    dof_: bodyid parentid treeid Madr simplenum solref solimp invweight0 M0 length
+    geom_: condim group priority sameframe castshadow solmix solref solimp aabb rbound
+        friction margin gap fluid user
+    site_: type dataid matid group sameframe size user rgba
+    eq_: solimp solref
+    pair_: dim geom1 geom2 signature solref solreffriction solimp margin gap friction
+    tendon_: type adr num matid actuatorid group plasticadr treenum treeid actfrclimited
+        actfrcrange width solref_lim solimp_lim solref_fri solimp_fri range margin
+        lengthspring length0 invweight0 user rgba
+    actuator_: ctrladr ctrlnum ctrlspec outadr outnum actadr actnum cranklength dynprm
+        actlimited actrange actearly history historyadr user acc0 length0 lengthrange
+    flg_: gravcomp surfacevel adhesion
+    ten_: J_rownnz J_rowadr J_colind
+    opt_: timestep impratio tolerance ls_tolerance noslip_tolerance ccd_tolerance
+        sleep_tolerance magnetic o_margin o_solref o_solimp o_friction integrator cone
+        jacobian solver iterations ls_iterations noslip_iterations ccd_iterations
+        sdf_initpoints sdf_iterations apirate mpr_tolerance mpr_iterations
+    n: B C D Jfe Jmom Jten M a actuator arena body buffer bvh bvhdynamic bvhstatic cam conmax
+        efm0L efm0dof efmCvert emax eq exclude flex flexbending flexedge flexelem flexelemdata
+        flexelemedge flexnode flexshelldata flexstiffness flextexcoord flexvert geom gravcomp
+        hfield hfielddata history jmax jnt key light mat mesh meshdegmax meshface meshgraph
+        meshnormal meshpoly meshpolymap meshpolyvert meshtexcoord meshvert mocap names
+        names_map numeric numericdata oct out pair paths plastic plugin pluginattr pluginstate
+        polygonmax q sensor sensordata site skin skinbone skinbonevert skinface skintexvert
+        skinvert tendon tex texdata text textdata tree tuple tupledata u user_actuator
+        user_body user_cam user_geom user_jnt user_sensor user_site user_tendon userdata v
+        wrap
+    plugin:
+    vis:
+    stat:
+    names:
+    names_map:
+    paths:
+    signature:
+    opt:
+""")
+# Whole elements; flexes, plugins and height fields are refused where they are used.
+ELEMENTS_WITHOUT_EFFECT = re.compile(
+    "(bvh|oct|cam|light|tex|mat|mesh|skin|hfield|sensor|numeric|text|tuple|key|name|exclude|wrap"
+    "|tree|plugin|flex|flexedge|B|C|D|M|efm0|efmC)_.*|map.2."
+)
+NONE = -1  # of an address or number: there is none
+NEUTRAL = {"body_plugin": NONE, "geom_plugin": NONE, "actuator_plugin": NONE}
+SPELLED = {
+    "jnt_actfrcrange": "actuatorfrcrange",
+    "jnt_actgravcomp": "actuatorgravcomp",
+    "jnt_limited": "range",
+    "jnt_stiffnesspoly": "stiffness",
+    "dof_dampingpoly": "damping",
+    "tendon_limited": "range",
+    "tendon_stiffnesspoly": "stiffness",
+    "tendon_dampingpoly": "damping",
+    "actuator_dampingpoly": "damping",
+    "actuator_gainprm": "gain",
+    "actuator_biasprm": "bias",
+    "qpos0": "ref",
+    "qpos_spring": "springref",
+}  # as MJCF spells what mjModel calls otherwise
+ELEMENTS = {
+    "body": "BODY",
+    "jnt": "JOINT",
+    "dof": "JOINT",
+    "geom": "GEOM",
+    "site": "SITE",
+    "eq": "EQUALITY",
+    "tendon": "TENDON",
+    "actuator": "ACTUATOR",
+    "pair": "PAIR",
+    "mesh": "MESH",
+}  # names of types of objects, by prefix
+
+# Which fields a flag <flag name="disable"/> sets to nothing.
+FLAGS = {
+    "EQUALITY": "eq_active0",
+    "FRICTIONLOSS": "dof_frictionloss tendon_frictionloss",
+    "LIMIT": "jnt_limited tendon_limited",
+    "SPRING": "jnt_stiffness jnt_stiffnesspoly tendon_stiffness tendon_stiffnesspoly",
+    "DAMPER": "dof_damping dof_dampingpoly tendon_damping tendon_dampingpoly",
+    "GRAVITY": "opt_gravity body_gravcomp",
+    "CLAMPCTRL": "actuator_ctrllimited",
+}
+CONSTRAINTS = ("EQUALITY", "FRICTIONLOSS", "LIMIT", "CONTACT")  # of the flag "constraint"
+OTHER_FLAGS = """CONSTRAINT CONTACT ACTUATION WARMSTART FILTERPARENT REFSAFE SENSOR MIDPHASE
+    EULERDAMP AUTORESET NATIVECCD ISLAND MULTICCD"""  # applied elsewhere, or without effect
+ENABLING = "OVERRIDE ENERGY FWDINV INVDISCRETE SLEEP DIAGEXACT IPC SPECULATIVE"  # without effect
+MOST_SHOWN = 3  # elements of which one message tells
+
+
+def disabled(mujoco: Any, model: Any) -> set[str]:
+    """Return the flags that a model disables, those that others imply, too."""
+    flags = int(model.opt.disableflags)
+    found = {
+        name.removeprefix("mjDSBL_")
+        for name, bit in mujoco.mjtDisableBit.__members__.items()
+        if name.startswith("mjDSBL_") and flags & int(bit)
+    }
+    return found | set(CONSTRAINTS) if "CONSTRAINT" in found else found
+
+
+def apply_flags(mujoco: Any, model: Any) -> None:
+    """Set to nothing what a model's flags disable."""
+    for flag in disabled(mujoco, model) & FLAGS.keys():
+        for name in FLAGS[flag].split():
+            values = _value(model, name)
+            if values is not None:
+                values[...] = 0
+
+
+def unknown_flags(mujoco: Any, model: Any) -> Iterator[str]:
+    """Yield what is said of flags that are in no table."""
+    kinds = {"disable": (mujoco.mjtDisableBit, "mjDSBL_", f"{' '.join(FLAGS)} {OTHER_FLAGS}"),
+             "enable": (mujoco.mjtEnableBit, "mjENBL_", ENABLING)}  # fmt: skip
+    for word, (bits, prefix, known) in kinds.items():
+        flags = int(getattr(model.opt, f"{word}flags"))
+        for name, bit in bits.__members__.items():
+            flag = name.removeprefix(prefix)
+            if name.startswith(prefix) and flags & int(bit) and flag not in known.split():
+                yield f'the flag {flag.lower()}="{word}" has no counterpart.'
+
+
+def not_looked_at(mujoco: Any, model: Any) -> Iterator[str]:
+    """Yield what is said of fields that are not read and differ from their neutral values."""
+    for name in _fields(model):
+        known = name in READ | WITHOUT_EFFECT or ELEMENTS_WITHOUT_EFFECT.fullmatch(name)
+        if not known:
+            values = _rows(model, name)
+            wrong = (values != NEUTRAL.get(name, 0)).any(axis=1)
+            yield from _told(mujoco, model, name, values, wrong)
+    for k in range(model.nflex):
+        yield f"flex {element_name(mujoco, model, 'FLEX', k)} is deformable."
+
+
+def not_finite(mujoco: Any, model: Any) -> Iterator[str]:
+    """Yield what is said of fields that are read and have no finite values."""
+    for name in _fields(model):
+        if name not in READ:
+            continue
+        values = _rows(model, name)
+        wrong = ~np.isfinite(values).all(axis=1)
+        yield from _told(mujoco, model, name, values, wrong, "is not finite")
+
+
+def element_name(mujoco: Any, model: Any, kind: str, k: int) -> str:
+    """Return the name of an element of a type such as ``"JOINT"``, or its number from 1 on."""
+    name = mujoco.mj_id2name(model, getattr(mujoco.mjtObj, f"mjOBJ_{kind}"), k)
+    return str(name or k + 1)
+
+
+def _told(
+    mujoco: Any,
+    model: Any,
+    name: str,
+    rows: Array,
+    wrong: Sequence[bool] | Array,
+    why: str = "has no counterpart",
+) -> Iterator[str]:
+    """Yield an element's attribute and its value, for the first elements of which it is wrong."""
+    prefix, _, rest = name.partition("_")
+    attribute = SPELLED.get(name, rest or name)
+    if name.endswith("_limited"):  # it is more telling to show the range
+        rows = _rows(model, name.replace("_limited", "_range"))
+    for k in islice(np.flatnonzero(wrong).tolist(), MOST_SHOWN):
+        values = " ".join(f"{float(value):g}" for value in rows[k][:6])
+        if prefix == "opt":
+            yield f"option {attribute} is {values}, which {why}."
+        elif prefix in ELEMENTS and len(rows) == _count(model, prefix):
+            at = int(model.dof_jntid[k]) if prefix == "dof" else k
+            kind = ELEMENTS[prefix]
+            who = f"{kind.lower()} {element_name(mujoco, model, kind, at)}"
+            yield f"{who} has {attribute} {values}, which {why}."
+        else:
+            yield f"its {attribute} is {values}, which {why}."
+
+
+def _count(model: Any, prefix: str) -> int:
+    counts = {"dof": "nv", "eq": "neq", "actuator": "nactuator"}
+    return int(getattr(model, counts.get(prefix, f"n{prefix}"), model.nu))
+
+
+def _fields(model: Any) -> Iterator[str]:
+    """Yield the names of the fields of a model, then of its options, as opt_name."""
+    for prefix, whole in (("", model), ("opt_", model.opt)):
+        for name in dir(whole):
+            if not name.startswith("_") and not callable(getattr(whole, name)):
+                yield prefix + name
+
+
+def _value(model: Any, name: str) -> Any:
+    """Return a field of a model or, as opt_name, of its options; None before MuJoCo had it."""
+    owner, own = (model.opt, name[4:]) if name.startswith("opt_") else (model, name)
+    return getattr(owner, own, None)
+
+
+def _rows(model: Any, name: str) -> Array:
+    """Return a field's values, one row for each element."""
+    values = np.asarray(_value(model, name))
+    if values.dtype.kind not in "biuf":  # what has no number says something
+        return np.ones((1, 1))
+    single = values.ndim == 0 or name.startswith("opt_")
+    shape = (1, values.size) if single else (len(values), math.prod(values.shape[1:]))
+    return values.astype(np.float64).reshape(shape)

@@ -1,0 +1,288 @@
+"""What a model of MuJoCo's says counts, or is refused by name: forces, limits, flags, actuators."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from kinolab.errors import InputError
+from kinolab.robots import mjcf_fields, read_mjcf
+
+mujoco: Any = pytest.importorskip("mujoco")
+
+AGREE = 1e-9  # relative to the largest acceleration
+ARM = """<mujoco>
+  <compiler angle="radian"/>
+  <option gravity="0.5 0 -9.81">{option}</option>
+  {extra}
+  <worldbody>
+    <body name="arm" pos="0 0 1">
+      <joint name="hip" axis="0 1 0" {hip}/>
+      <geom name="bone" type="capsule" fromto="0 0 0 0.4 0 0" size="0.03" mass="1" {bone}/>
+      <body name="shin" pos="0.4 0 0" {shin}>
+        <joint name="knee" type="slide" axis="1 0 0.2" {knee}/>
+        <geom type="box" size="0.1 0.05 0.05" mass="0.7"/>
+        <site name="tip" pos="0.1 0 0"/>
+      </body>
+    </body>
+    {world}
+  </worldbody>
+  {after}
+</mujoco>"""
+PARTS = dict.fromkeys(("option", "extra", "hip", "knee", "bone", "shin", "world", "after"), "")
+SPRINGS = {
+    "hip": 'stiffness="4 3 10" damping="0.5 0.3 0.2" springref="0.2"',
+    "knee": 'stiffness="-2 0 6" damping="0.1" ref="0.1"',
+}
+
+
+def written(tmp_path: Path, **parts: str) -> Path:
+    """Return a file with an arm, and parts of it."""
+    file = tmp_path / "arm.xml"
+    file.write_text(ARM.format(**PARTS | parts))
+    return file
+
+
+def agree(file: Path) -> None:
+    """Compare accelerations with MuJoCo's at random states, both without inputs."""
+    own = read_mjcf(file).model()
+    model: Any = mujoco.MjModel.from_xml_path(str(file))
+    model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_LIMIT)
+    data, generator = mujoco.MjData(model), np.random.default_rng(2)
+    for _ in range(5):
+        data.qpos[:], data.qvel[:] = generator.normal(size=2), generator.normal(size=2)
+        mujoco.mj_forward(model, data)
+        ours = own.f(np.concatenate([data.qpos, data.qvel]), np.zeros(own.nu))[2:]
+        theirs = np.array(data.qacc)
+        assert np.abs(ours - theirs).max() <= AGREE * max(1.0, np.abs(theirs).max())
+
+
+def refused(file: Path, *words: str, **options: Any) -> None:
+    """Check that a file is refused with some words, and read without them."""
+    with pytest.raises(InputError) as caught:
+        read_mjcf(file, **options)
+    said = str(caught.value)
+    assert all(word in said for word in words), said
+
+
+def test_springs_and_friction_of_higher_powers(tmp_path: Path) -> None:
+    """A negative stiffness, which an unstable joint has, counts like any other."""
+    agree(written(tmp_path, **SPRINGS))
+
+
+def test_a_stiffening_spring_as_calculated_by_hand(tmp_path: Path) -> None:
+    """-(4 q + 10 q^3) - (0.5 + 0.3 |v|) v at q = 0.5, v = 1 and an inertia of 1 kg m^2."""
+    file = tmp_path / "arm.xml"
+    file.write_text("""<mujoco><option gravity="0 0 0"/><worldbody><body>
+      <joint name="hip" axis="0 1 0" stiffness="4 0 10" damping="0.5 0.3"/>
+      <inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/></body></worldbody></mujoco>""")
+    model = read_mjcf(file).model()
+    assert abs(model.f([0.5, 1.0], [])[1] + 4.05) < 1e-12
+    assert abs(model.f([0.5, -1.0], [])[1] + 2.45) < 1e-12  # friction is odd in the rate
+
+
+@pytest.mark.parametrize(
+    "flags",
+    ['gravity="disable"', 'spring="disable"', 'damper="disable"',
+     'spring="disable" damper="disable"', 'gravity="disable" damper="disable"',
+     'warmstart="disable" energy="enable" island="disable"'],
+)  # fmt: skip
+def test_flags_disable_forces_as_in_mujoco(tmp_path: Path, flags: str) -> None:
+    agree(written(tmp_path, option=f"<flag {flags}/>", **SPRINGS))
+
+
+MOTOR = '<actuator><motor name="m" joint="hip" group="3" ctrlrange="-2 2"/></actuator>'
+
+
+@pytest.mark.parametrize("flag", ["limit", "constraint"])
+def test_a_flag_disables_limits(tmp_path: Path, flag: str) -> None:
+    option = f'<flag {flag}="disable"/>'
+    file = written(tmp_path, option=option, hip='range="-1 1" frictionloss="3"')
+    hip = read_mjcf(file, shapes=False).coordinates[0]
+    assert (hip.lower, hip.upper) == (-math.inf, math.inf)
+
+
+@pytest.mark.parametrize("flag", ["frictionloss", "constraint"])
+def test_a_flag_disables_dry_friction(tmp_path: Path, flag: str) -> None:
+    with_it = read_mjcf(written(tmp_path, hip='frictionloss="3"'))
+    assert len(with_it.efforts) == 1
+    option = f'<flag {flag}="disable"/>'
+    without = written(tmp_path, option=option, hip='frictionloss="3"')
+    assert not read_mjcf(without, shapes=False).efforts
+
+
+@pytest.mark.parametrize(
+    ("attributes", "option", "count"),
+    [("", "", 1), ("", '<flag actuation="disable"/>', 0), ('actuatorgroupdisable="3"', "", 0),
+     ('actuatorgroupdisable="0 2"', "", 1)],
+)  # fmt: skip
+def test_actuators_are_disabled_by_flag_and_group(
+    tmp_path: Path, attributes: str, option: str, count: int
+) -> None:
+    file = written(tmp_path, option=option, after=MOTOR)
+    file.write_text(file.read_text().replace("<option ", f"<option {attributes} "))
+    assert len(read_mjcf(file).inputs) == count
+
+
+def test_a_motor_whose_control_is_not_clamped_has_no_limit(tmp_path: Path) -> None:
+    file = written(tmp_path, option='<flag clampctrl="disable"/>', after=MOTOR)
+    refused(file, "actuator m has no limit of its force")
+
+
+@pytest.mark.parametrize("flag", ["contact", "constraint"])
+def test_bodies_that_pass_through_each_other_are_refused(tmp_path: Path, flag: str) -> None:
+    file = written(tmp_path, option=f'<flag {flag}="disable"/>')
+    refused(file, "pass through each other", "shapes=False")
+    assert not any(body.shapes for body in read_mjcf(file, shapes=False).bodies)
+
+
+LIMITED = 'actuatorfrcrange="-5 8"'
+
+
+@pytest.mark.parametrize(
+    ("actuators", "limits"),
+    [
+        ('<motor name="a" joint="hip" ctrlrange="-20 20"/>', [(-5.0, 8.0)]),
+        ('<motor name="a" joint="hip" gear="-2" ctrlrange="-1 20"/>', [(-5.0, 2.0)]),
+        ('<motor name="a" joint="hip"/>', [(-5.0, 8.0)]),
+        ('<position name="a" joint="hip" kp="100" kv="3"/>', [(-5.0, 8.0)]),
+        ('<velocity name="a" joint="hip" kv="4" forcerange="-6 6"/>', [(-5.0, 6.0)]),
+        ('<motor joint="hip" ctrlrange="-2 3"/><motor joint="hip" ctrlrange="-3 4"/>',
+         [(-2.0, 3.0), (-3.0, 4.0)]),
+        ('<position name="a" joint="hip" kp="0" forcerange="-6 6"/>', []),
+    ],
+)  # fmt: skip
+def test_a_joint_limits_the_force_of_its_actuators(
+    tmp_path: Path, actuators: str, limits: list[tuple[float, float]]
+) -> None:
+    file = written(tmp_path, hip=LIMITED, after=f"<actuator>{actuators}</actuator>")
+    assert [entry.limit for entry in read_mjcf(file).inputs] == limits
+
+
+def test_a_limit_of_a_sum_of_forces_is_refused(tmp_path: Path) -> None:
+    two = '<motor joint="hip" ctrlrange="-4 4"/><motor joint="hip" ctrlrange="-3 3"/>'
+    file = written(tmp_path, hip=LIMITED, after=f"<actuator>{two}</actuator>")
+    refused(file, "joint hip has actuatorfrcrange -5 8", "sum of several actuators")
+    jet = '<motor name="jet" site="tip" gear="0 0 1 0 0 0" ctrlrange="0 3"/>'
+    file = written(tmp_path, hip=LIMITED, after=f"<actuator>{jet}</actuator>")
+    refused(file, "actuator jet is no thruster", "joint hip has actuatorfrcrange")
+
+
+LIMITS = 'ctrlrange="-1 1" forcerange="-1 1"'
+
+
+@pytest.mark.parametrize(
+    ("actuator", "why"),
+    [
+        ('<damper name="a" joint="hip" kv="2" ctrlrange="0 1" forcerange="-1 1"/>', "gaintype"),
+        (f'<muscle name="a" joint="hip" lengthrange="0 1" {LIMITS}/>', "muscle"),
+        (f'<cylinder name="a" joint="hip" {LIMITS}/>', "dyntype"),
+        (f'<intvelocity name="a" joint="hip" actrange="-1 1" {LIMITS}/>', "integrator"),
+        (f'<position name="a" joint="hip" kp="3" timeconst="0.1" {LIMITS}/>', "filter"),
+        (f'<general name="a" joint="hip" dyntype="filter" dynprm="1" {LIMITS}/>', "dyntype"),
+        (f'<general name="a" joint="hip" biastype="affine" biasprm="0 0 -3" {LIMITS}/>', "servo"),
+        (f'<general name="a" joint="hip" biastype="affine" biasprm="2 -1 0" {LIMITS}/>', "servo"),
+        (f'<general name="a" joint="hip" gaintype="affine" gainprm="1 2" {LIMITS}/>', "affine"),
+        ('<dcmotor name="a" joint="hip" motorconst="1" resistance="1"/>', "dcmotor"),
+        (f'<motor name="a" joint="hip" delay="0.1" nsample="9" {LIMITS}/>', "delay"),
+        (f'<motor name="a" joint="hip" damping="0.1" {LIMITS}/>', "damping"),
+        (f'<motor name="a" joint="hip" armature="0.1" {LIMITS}/>', "armature"),
+        ('<motor name="a" joint="hip" ctrlrange="2 2.5" forcerange="-1 1"/>', "always"),
+        ('<adhesion name="a" body="arm" ctrlrange="0 1"/>', "does not act on a joint"),
+    ],
+)  # fmt: skip
+def test_actuators_that_are_no_motors_are_refused(tmp_path: Path, actuator: str, why: str) -> None:
+    refused(written(tmp_path, after=f"<actuator>{actuator}</actuator>"), "actuator a ", why)
+
+
+BALL = '<body pos="0 0 3"><joint name="socket" type="ball" {}/><geom size="0.05"/></body>'
+FREE = '<body pos="0 0 3"><joint name="socket" type="free" {}/><geom size="0.05"/></body>'
+
+
+@pytest.mark.parametrize("body", [BALL, FREE])
+@pytest.mark.parametrize(
+    ("attribute", "value"),
+    [("stiffness", "4"), ("stiffness", "0 0 3"), ("damping", "1"), ("damping", "0 2"),
+     ("frictionloss", "1"), ("armature", "0.1"), ("range", "0 1")],
+)  # fmt: skip
+def test_what_is_read_of_joints_with_one_rate_alone_is_refused_of_others(
+    tmp_path: Path, body: str, attribute: str, value: str
+) -> None:
+    if body is FREE and attribute == "range":
+        pytest.skip("a free joint has no range")
+    text = body.format(f'{attribute}="{value}"')
+    refused(written(tmp_path, world=text), "joint socket", attribute)
+
+
+TENDON = '<tendon><fixed name="cord" {}><joint joint="hip" coef="1"/></fixed></tendon>'
+
+
+@pytest.mark.parametrize(
+    ("parts", "words"),
+    [
+        ({"hip": 'stiffness="1" springyield="0.3"'}, ("joint hip", "springyield")),
+        ({"shin": 'gravcomp="1"'}, ("body shin", "gravcomp 1")),
+        ({"bone": 'adhesion="2"'}, ("geom bone", "adhesion 2")),
+        ({"bone": 'surfacevel="1 0 0 0 0 0"'}, ("geom bone", "surfacevel 1")),
+        ({"after": TENDON.format('stiffness="3"')}, ("tendon cord", "stiffness 3")),
+        ({"after": TENDON.format('stiffness="0 0 3"')}, ("tendon cord", "stiffness 0 3")),
+        ({"after": TENDON.format('damping="2"')}, ("tendon cord", "damping 2")),
+        ({"after": TENDON.format('range="-1 1" limited="true"')}, ("tendon cord", "range -1 1")),
+        ({"after": TENDON.format('frictionloss="1"')}, ("tendon cord", "frictionloss 1")),
+        ({"after": TENDON.format('armature="1"')}, ("tendon cord", "armature 1")),
+        ({"extra": '<option wind="1 0 0"/>'}, ("option wind is 1 0 0",)),
+        ({"extra": '<option viscosity="0.1"/>'}, ("option viscosity is 0.1",)),
+        ({"hip": 'pos="inf 0 0"'}, ("joint hip", "pos inf", "not finite")),
+        ({"hip": 'range="-inf inf"'}, ("joint hip", "range -inf", "not finite")),
+        ({"knee": 'stiffness="nan"'}, ("joint knee", "stiffness nan", "not finite")),
+        ({"knee": 'armature="inf"'}, ("joint knee", "armature inf", "not finite")),
+        ({"after": '<actuator><motor name="a" joint="hip" gear="inf"/></actuator>'},
+         ("actuator a", "gear inf")),
+        ({"after": '<actuator><motor name="a" joint="hip" ctrlrange="-inf 1"/></actuator>'},
+         ("actuator a", "ctrlrange -inf 1")),
+        ({"world": '<body name="hand" mocap="true"/>',
+          "after": '<equality><weld name="grip" body1="hand" body2="shin"/></equality>'},
+         ("equality constraint grip", "hand", "mocap")),
+        ({"world": '<flexcomp name="cloth" type="grid" count="3 3 1" spacing="0.1 0.1 0.1"/>'},
+         ("flex cloth",)),
+        ({"after": '<equality><joint joint1="knee" joint2="hip"/><joint joint1="knee" joint2="hip" '
+          'polycoef="0 2 0 0 0"/></equality>'}, ("joint knee follows two",)),
+    ],
+)  # fmt: skip
+def test_what_has_no_counterpart_is_named(
+    tmp_path: Path, parts: dict[str, str], words: tuple[str, ...]
+) -> None:
+    refused(written(tmp_path, **parts), *words)
+
+
+def test_names_pictures_and_solvers_have_no_effect(tmp_path: Path) -> None:
+    extra = """<option timestep="0.001" integrator="RK4" iterations="7" magnetic="0 1 0"/>
+      <visual><map znear="0.1"/></visual><statistic extent="3"/><size nuser_jnt="1"/>
+      <asset><texture name="t" type="2d" builtin="flat" width="4" height="4"/>
+      <material name="m" texture="t" reflectance="0.3"/></asset>
+      <custom><numeric name="n" data="1 2"/><text name="w" data="word"/></custom>"""
+    world = '<camera pos="0 0 3"/><light pos="0 0 3"/>'
+    after = """<sensor><jointpos joint="hip" noise="0.1"/></sensor>
+      <keyframe><key qpos="0.3 0.1"/></keyframe>"""
+    bone = 'friction="0.3" solref="0.01 1" material="m"'
+    knee = 'user="3" solimplimit="0.8 0.9 0.001 0.5 2" group="2"'
+    agree(written(tmp_path, extra=extra, world=world, after=after, bone=bone, knee=knee))
+
+
+def test_a_field_that_nobody_has_looked_at_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As one would be that a later MuJoCo adds: here rotors and gear ratios stand for it."""
+    later = {"dof_armature", "actuator_gear"}
+    monkeypatch.setattr(mjcf_fields, "READ", mjcf_fields.READ - later)
+    file = written(tmp_path, knee='armature="0.2"', after=MOTOR)
+    refused(file, "joint knee", "armature 0.2", "actuator m", "gear 1")
+    assert read_mjcf(file, partial=True).model().nv == 2
+
+
+def test_every_field_is_in_one_table() -> None:
+    assert not mjcf_fields.READ & mjcf_fields.WITHOUT_EFFECT
