@@ -75,12 +75,23 @@ class Link:
     """A rigid part of a robot; one without mass is only a frame or a shape.
 
     What is visible is drawn instead of its solids, which collide.
+
+    Attributes:
+        name: Its name.
+        inertial: Its mass properties.
+        solids: What collides.
+        visible: What is drawn, if that is not its solids.
+        stands: Whether it is part of the surroundings, fixed to the world: nothing that moves may
+            touch it, but what rests on it or turns about it.
+        hidden: Whether its solids are not drawn.
     """
 
     name: str
     inertial: Inertial | None = None
     solids: tuple[PlacedShape, ...] = ()
     visible: tuple[VisibleMesh, ...] = ()
+    stands: bool = False
+    hidden: bool = False
 
 
 @dataclass(frozen=True)

@@ -53,6 +53,8 @@ from kinolab.world.shape_surfaces import Faces
 
 WORLD_BODY = 0
 CLOSING = ("connect", "weld")  # equality constraints that close loops
+DEEP = 2000.0  # [m], edges of the cube that stands for the half-space behind a plane
+LEVEL = 1e-9  # of a plane's normal, and of its height in [m]: less is rounding
 
 
 def read_mjcf(
@@ -70,9 +72,11 @@ def read_mjcf(
     gain and gear, or that of its force or of its joint's; servos become motors with their force
     limit. Springs, damping, friction losses and rotors (``armature``) of hinges and slides count;
     contacts between bodies do not push, as in all of kinolab. Flags that disable forces, limits or
-    actuators do so. Bodies that are connected or welded to others close loops, exactly instead
-    of softly. Geoms that collide count, or those that are drawn where a body has none;
-    meshes and ellipsoids are enclosed in boxes and capsules.
+    actuators do so; solids keep apart all the same where a flag disables contacts. What is fixed to
+    the world is not touched, but by what rests on it or turns about it; planes are walls and
+    floors, except the ground z = 0, which a scenario has or not. Bodies that are connected or
+    welded to others close loops, exactly instead of softly. Geoms that collide count, or those that
+    are drawn where a body has none; meshes and ellipsoids are enclosed in boxes and capsules.
 
     Args:
         path: The file.
@@ -140,6 +144,8 @@ class _ModelReader:
         self._control: Sequence[int] = getattr(model, "actuator_ctrladr", range(model.nu))
         self._output: Sequence[int] = getattr(model, "actuator_outadr", range(model.nu))
         self._motors = self._names("ACTUATOR", self._actuators, "motor")
+        self._placed = self._mujoco.MjData(model)
+        self._mujoco.mj_kinematics(model, self._placed)
         self._disabled = disabled(self._mujoco, model)
         apply_flags(self._mujoco, model)
         if broken := [Mistake(path.name, what) for what in not_finite(self._mujoco, model)]:
@@ -183,16 +189,19 @@ class _ModelReader:
     def _hung(self, body: int, follows: Mapping[str, Mimicked]) -> tuple[list[Link], list[Joint]]:
         """Return the links and joints of a body: one link for every joint, the last one it."""
         model, name = self._model, self._bodies[body]
-        solids = tuple(self._geoms(body)) if self._shapes else ()
+        solids = tuple(s for g in self._solid_geoms(body) for s in self._solids(g))
         visible = tuple(self._visible(body)) if self._shapes else ()
-        link = Link(name, self._inertial(body), solids, visible)
+        link, around = Link(name, self._inertial(body), solids, visible), self._standing(body)
+        if around:
+            link = replace(link, solids=())
+        held = [Joint(f"{one.name} fixed", "fixed", name, one.name) for one in around]
         if body == WORLD_BODY:
-            return [link], []
+            return [link, *around], held
         parent = self._bodies[int(model.body_parentid[body])]
         pose = pose_of(model.body_pos[body], self._turn(model.body_quat[body]))
         first, count = int(model.body_jntadr[body]), int(model.body_jntnum[body])
         if not count:
-            return [link], [Joint(f"{name} fixed", "fixed", parent, name, pose)]
+            return [link, *around], [Joint(f"{name} fixed", "fixed", parent, name, pose), *held]
         links, joints = [link], []
         for k in range(first, first + count):
             last = k == first + count - 1
@@ -280,22 +289,71 @@ class _ModelReader:
         self._mujoco.mju_quat2Mat(turn, quaternion)
         return turn.reshape(3, 3)
 
-    def _geoms(self, body: int) -> Iterator[PlacedShape]:
-        """Yield the shapes that collide, or those that are drawn where none does."""
+    def _standing(self, body: int) -> list[Link]:
+        """Return what collides of a body that is fixed to the world, each in a link of its own."""
+        model, above = self._model, body
+        while above != WORLD_BODY and not model.body_jntnum[above]:
+            above = int(model.body_parentid[above])
+        if above != WORLD_BODY:
+            return []
+        plane, drawn = int(self._mujoco.mjtGeom.mjGEOM_PLANE), any(self._visible(body))
+        return [
+            Link(
+                f"{self._bodies[body]} {self._geom_names[g]}{f' {k + 1}' if k else ''}",
+                solids=(solid,),
+                stands=True,
+                hidden=drawn or int(model.geom_type[g]) == plane,
+            )
+            for g in self._solid_geoms(body)
+            if self._collides(g)
+            for k, solid in enumerate(self._solids(g))
+        ]
+
+    def _collides(self, g: int) -> bool:
+        return bool(self._model.geom_contype[g] or self._model.geom_conaffinity[g])
+
+    def _solid_geoms(self, body: int) -> list[int]:
+        """Return the geoms that collide, or those that are drawn where none does."""
+        first = int(self._model.body_geomadr[body])
+        own = range(first, first + int(self._model.body_geomnum[body])) if self._shapes else ()
+        return [g for g in own if self._collides(g)] or [*own]
+
+    def _solids(self, g: int) -> Iterator[PlacedShape]:
+        """Yield the shapes of a geom."""
+        model, types = self._model, self._mujoco.mjtGeom
+        pose = pose_of(model.geom_pos[g], self._turn(model.geom_quat[g]))
+        red, green, blue, _ = map(float, model.geom_rgba[g])
+        kind = int(model.geom_type[g])
+        if kind == int(types.mjGEOM_MESH):
+            solids = self._around_mesh(int(model.geom_dataid[g]))
+        elif kind == int(types.mjGEOM_PLANE):
+            solids = self._behind_plane(g) if self._collides(g) else []
+        else:
+            shape = self._shape(g)
+            solids = [] if shape is None else [PlacedShape(shape, np.eye(4))]
+        for solid in solids:
+            yield replace(solid, pose=pose @ solid.pose, color=(red, green, blue))
+
+    def _behind_plane(self, g: int) -> list[PlacedShape]:
+        """Return the solid behind a plane, in its frame; none of the ground, of scenarios."""
+        if self._is_ground(g):
+            return []
         model = self._model
-        first = int(model.body_geomadr[body])
-        own = range(first, first + int(model.body_geomnum[body]))
-        colliding = [g for g in own if model.geom_contype[g] or model.geom_conaffinity[g]]
-        for g in colliding or own:
-            pose = pose_of(model.geom_pos[g], self._turn(model.geom_quat[g]))
-            red, green, blue, _ = map(float, model.geom_rgba[g])
-            if model.geom_type[g] == int(self._mujoco.mjtGeom.mjGEOM_MESH):
-                solids = self._around_mesh(int(model.geom_dataid[g]))
-            else:
-                shape = self._shape(g)
-                solids = [] if shape is None else [PlacedShape(shape, np.eye(4))]
-            for solid in solids:
-                yield replace(solid, pose=pose @ solid.pose, color=(red, green, blue))
+        turn = self._placed.geom_xmat[g].reshape(3, 3)
+        centre = np.array([0.0, 0.0, -DEEP / 2])
+        grounded = any(
+            self._collides(one) and self._is_ground(one)
+            for one in np.flatnonzero(model.geom_type == int(self._mujoco.mjtGeom.mjGEOM_PLANE))
+        )
+        if grounded and abs(turn[2, 2]) < LEVEL:  # a wall stands on the ground
+            up = DEEP / 2 - float(self._placed.geom_xpos[g, 2])
+            centre += up * turn[2]
+        return [PlacedShape(Box(DEEP, DEEP, DEEP), pose_of(centre, np.eye(3)))]
+
+    def _is_ground(self, plane: int) -> bool:
+        """Whether a plane is that of the world's ground: z = 0, from above."""
+        level = float(self._placed.geom_xmat[plane, 8]) > 1.0 - LEVEL
+        return level and abs(float(self._placed.geom_xpos[plane, 2])) < LEVEL
 
     def _visible(self, body: int) -> Iterator[VisibleMesh]:
         """Yield the meshes that are drawn: those that do not collide, where there are any."""
@@ -335,7 +393,7 @@ class _ModelReader:
             return [enclosing_shape(vertices)]
 
     def _shape(self, g: int) -> Shape | None:
-        """Return a geom's shape, not of a mesh; None for a plane, the ground."""
+        """Return a geom's shape, neither of a mesh nor of a plane; None where it has none."""
         model, types = self._model, self._mujoco.mjtGeom
         a, b, c = map(float, model.geom_size[g])
         kind = types(int(model.geom_type[g]))
@@ -347,9 +405,8 @@ class _ModelReader:
             return Cylinder(a, 2 * b)
         if kind in (types.mjGEOM_BOX, types.mjGEOM_ELLIPSOID):
             return Box(2 * a, 2 * b, 2 * c)
-        if kind != types.mjGEOM_PLANE:
-            word = kind.name.removeprefix("mjGEOM_").lower()
-            self._cannot(f"geom {self._geom_names[g]} is a {word}.")
+        word = kind.name.removeprefix("mjGEOM_").lower()
+        self._cannot(f"geom {self._geom_names[g]} is a {word}.")
         return None
 
     def _acting(self) -> Iterator[int]:
@@ -555,6 +612,3 @@ class _ModelReader:
         for told in (unknown_flags, not_looked_at):
             for what in told(self._mujoco, self._model):
                 self._cannot(what)
-        if "CONTACT" in self._disabled and self._shapes:
-            what = "its bodies pass through each other, since a flag disables contacts."
-            self._cannot(what, "Without the flag they keep apart; shapes=False reads none.")

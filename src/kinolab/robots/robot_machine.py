@@ -48,7 +48,12 @@ from kinolab.robots.kinematic_tree import (
     usable_name,
 )
 from kinolab.robots.loop_closures import closed_positions, closing_constraints
-from kinolab.robots.self_collisions import SAMPLES, NamedShape, kept_apart
+from kinolab.robots.self_collisions import (
+    SAMPLES,
+    NamedShape,
+    kept_apart,
+    kept_from_surroundings,
+)
 from kinolab.robots.tree_mistakes import inertia_mistake, massless_joints
 from kinolab.robots.visible_meshes import drawn_meshes
 from kinolab.world.geometry import lowest_z
@@ -160,10 +165,11 @@ class _Assembly:
             efforts=self._efforts,
             gravity=_gravity(tree.gravity),
         )
-        if not (self_collisions and self._shapes):
-            return made
-        positions = [self._positions(values) for values in closed_positions(made, SAMPLES)]
-        return made.changed(collisions=kept_apart(tree, self._shapes, positions))
+        pairs = kept_from_surroundings(tree, self._shapes)
+        if self_collisions and self._shapes:
+            positions = [self._positions(values) for values in closed_positions(made, SAMPLES)]
+            pairs += kept_apart(tree, self._shapes, positions)
+        return made.changed(collisions=pairs) if pairs else made
 
     def _positions(self, values: Mapping[str, float]) -> dict[str, float]:
         """Return the positions of joints by their own names."""
@@ -251,7 +257,7 @@ class _Assembly:
                 self._shapes.append(NamedShape(link.name, link.name, own))
         look: dict[str, Any] = {"touches_ground": still, "color": color}
         frame = part.frame @ constant_frame(pose)
-        drawn = self._drawn.get(link.name)
+        drawn = () if link.hidden else self._drawn.get(link.name)
         self._bodies.append(Body(link.name, frame, shape=aligned, drawn=drawn, **look))
         look |= {} if drawn is None else {"drawn": ()}
         for k, solid in enumerate(turned):

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from itertools import combinations
+from itertools import combinations, product
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -84,6 +84,37 @@ def kept_apart(
     ]
 
 
+def kept_from_surroundings(
+    tree: KinematicTree, shapes: Sequence[NamedShape]
+) -> list[tuple[str, str]]:
+    """Return the pairs of what stands around a robot and a body that must not touch it, by name.
+
+    All that moves counts, the world's neighbours included, but for what touches where the robot
+    rests. What moves freely rests nowhere.
+    """
+    standing = {link.name for link in tree.links if link.stands}
+    part, free = _parts(tree), _free(tree)
+    places = _places(tree, _rest(tree))
+    solids = [_convex(entry, places[entry.link]) for entry in shapes]
+    apart: dict[tuple[str, str], bool] = {}
+    for i, j in product(range(len(shapes)), repeat=2):
+        wall, other = shapes[i], shapes[j]
+        if wall.link in standing and part[other.link] != tree.root.name:
+            pair = wall.body, other.body
+            separate = other.link in free or separation(solids[i], solids[j]) > 0.0
+            apart[pair] = apart.get(pair, True) and separate
+    return [pair for pair, separate in apart.items() if separate]
+
+
+def _free(tree: KinematicTree) -> set[str]:
+    """Return the links that hang from a joint that moves freely."""
+    found: set[str] = set()
+    for joint in from_the_root(tree):
+        if joint.kind == "floating" or joint.parent in found:
+            found.add(joint.child)
+    return found
+
+
 def _mesh(solid: PlacedShape) -> trimesh.Trimesh:
     """Return a shape's surface; of what is in it the convex hull."""
     import trimesh
@@ -110,8 +141,11 @@ def _candidates(tree: KinematicTree, shapes: Sequence[NamedShape]) -> Iterator[t
         if joint.kind != "fixed"
     }
     joined |= {frozenset((part[loop.first], part[loop.second])) for loop in tree.closures}
+    standing = {link.name for link in tree.links if link.stands}
     for i, j in combinations(range(len(shapes)), 2):
         a, b = part[shapes[i].link], part[shapes[j].link]
+        if standing & {shapes[i].link, shapes[j].link}:
+            continue
         if a != b and frozenset((a, b)) not in joined:
             yield i, j
 

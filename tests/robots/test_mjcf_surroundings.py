@@ -1,0 +1,135 @@
+"""What stands around a robot in an MJCF file is in its way, planes included."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import kinolab
+from kinolab.errors import EndpointError
+from kinolab.problem.task import PlanningTask
+from kinolab.robots import read_mjcf
+
+pytest.importorskip("mujoco")
+
+RADIUS = 0.1  # [m], of the puck
+NEAR = 1e-4  # [m], more than a collision check's reserve
+PUCK = """<mujoco>
+  <compiler angle="radian"/>
+  <worldbody>
+    {}
+    <body name="puck" pos="0 0 0.5">
+      <joint name="x" type="slide" axis="1 0 0" range="-3 3"/>
+      <joint name="z" type="slide" axis="0 0 1" range="-3 3"/>
+      <geom type="sphere" size="0.1" mass="1"/>
+    </body>
+  </worldbody>
+  <actuator><motor name="px" joint="x" ctrlrange="-50 50"/>
+    <motor name="pz" joint="z" ctrlrange="-50 50"/></actuator>
+</mujoco>"""
+GROUND = '<geom type="plane" size="2 2 0.1"/>'
+
+
+def task(folder: Path, geoms: str, world: str = "") -> PlanningTask:
+    """Return the problem of a puck among some geoms."""
+    (folder / "puck.xml").write_text(PUCK.format(geoms))
+    text = 'schema = 1\ntitle = "A puck"\n[system]\nfile = "puck.xml"\n[goal]\nx = 0.001\n'
+    bounds = "[bounds]\nx_dot = [-2, 2]\nz_dot = [-2, 2]\n"
+    (folder / "puck.toml").write_text(text + bounds + world)
+    return kinolab.load(folder / "puck.toml")
+
+
+def touches(problem: PlanningTask, x: float, z: float) -> bool:
+    """Whether the puck touches anything, moved from 0.5 m above the origin."""
+    state = np.zeros(problem.model.nx)
+    names = problem.model.state_names
+    state[names.index("x")], state[names.index("z")] = x, z
+    return bool(problem.checker().collides(*problem.placement(state)))
+
+
+@pytest.mark.parametrize(
+    ("plane", "point", "normal"),
+    [
+        ('pos="1 0 0" zaxis="-1 0 0"', (1, 0, 0), (-1, 0, 0)),
+        ('pos="-0.7 3 9" zaxis="1 0 0"', (-0.7, 0, 0), (1, 0, 0)),
+        ('pos="0 0 -0.4"', (0, 0, -0.4), (0, 0, 1)),  # a floor that is not at z = 0
+        ('pos="0 0 2" zaxis="0 0 -1"', (0, 0, 2), (0, 0, -1)),  # a ceiling
+        ('pos="0 0 -1" zaxis="-1 0 2"', (0, 0, -1), (-1 / 5**0.5, 0, 2 / 5**0.5)),  # a ramp
+        ('pos="0.9 0 0" zaxis="-3 4 0"', (0.9, 0, 0), (-0.6, 0.8, 0)),
+    ],
+)
+def test_a_plane_stops_a_ball_where_it_touches_it(
+    tmp_path: Path,
+    plane: str,
+    point: tuple[float, float, float],
+    normal: tuple[float, float, float],
+) -> None:
+    """The ball's centre is n . (c - p) above a plane through p with the normal n."""
+    problem = task(tmp_path, f'<geom type="plane" size="1 1 0.1" {plane}/>')
+    n, p, c = (np.array(entry, dtype=float) for entry in (normal, point, (0.0, 0.0, 0.5)))
+    gap = float(n @ (c - p)) - RADIUS
+    along = -n[[0, 2]] / (n[0] ** 2 + n[2] ** 2)  # moves nearer by 1 m for each metre of the gap
+    assert gap > 0.0
+    assert not touches(problem, *(along * (gap - NEAR)))
+    assert touches(problem, *(along * (gap + NEAR)))
+    assert touches(problem, *(along * (gap + 1.0)))
+
+
+@pytest.mark.parametrize(
+    "geom",
+    ['<geom type="box" pos="1.05 0 0" size="0.05 2 2"/>',
+     '<body pos="0 0 1"><geom type="box" pos="1.05 0 0" size="0.05 2 2"/></body>',
+     '<geom type="box" pos="0 0 0.2" size="0.1 0.1 0.2"/><geom type="box" pos="1.05 0 0" '
+     'size="0.05 2 2"/>',  # the puck rests on the first one
+     '<body euler="0 0 0.7854"><body euler="0 0 -0.7854"><geom type="plane" pos="1 0 0" '
+     'zaxis="-1 0 0" size="1 1 1"/></body></body>'],
+)  # fmt: skip
+def test_what_is_fixed_to_the_world_stops_bodies_whose_joints_hang_from_it(
+    tmp_path: Path, geom: str
+) -> None:
+    problem = task(tmp_path, geom)
+    assert not touches(problem, 0.9 - NEAR, 0.0)
+    assert touches(problem, 0.9 + NEAR, 0.0)
+
+
+def test_surroundings_count_without_self_collisions(tmp_path: Path) -> None:
+    file = tmp_path / "puck.xml"
+    file.write_text(PUCK.format('<geom name="wall" type="box" pos="1 0 0" size="0.05 2 2"/>'))
+    system = read_mjcf(file, self_collisions=False)
+    assert system.collisions == (("world wall", "puck"),)
+
+
+def test_what_moves_freely_keeps_apart_from_a_floor_at_its_origin(tmp_path: Path) -> None:
+    """A free body's coordinates are 0 at the world's origin, wherever its file begins."""
+    file = tmp_path / "free.xml"
+    file.write_text("""<mujoco><worldbody><geom name="slab" type="box" size="1 1 0.1"/>
+      <body name="ball" pos="0 0 1"><freejoint/><geom size="0.1"/></body></worldbody></mujoco>""")
+    assert read_mjcf(file).collisions == (("world slab", "ball"),)
+
+
+def test_the_ground_is_the_scenario_s_and_walls_stand_on_it(tmp_path: Path) -> None:
+    wall = '<geom type="plane" pos="1 0 0" zaxis="-1 0 0" size="1 1 1"/>'
+    without = task(tmp_path, GROUND + wall)
+    assert not touches(without, 0.0, -0.4 - NEAR)
+    with_ground = task(tmp_path, GROUND + wall, '[world]\nground = "plane"\n')
+    assert touches(with_ground, 0.0, -0.4 - NEAR)
+    assert not touches(with_ground, 0.9 - NEAR, 0.0)
+    assert touches(with_ground, 0.9 + NEAR, 0.0)
+
+
+def test_planes_that_do_not_collide_are_pictures(tmp_path: Path) -> None:
+    plane = '<geom type="plane" pos="1 0 0" zaxis="-1 0 0" size="1 1 1" {}/>'
+    drawn = plane.format('contype="0" conaffinity="0"')
+    assert not touches(task(tmp_path, drawn), 2.0, 0.0)
+    assert touches(task(tmp_path, plane.format('contype="2"')), 2.0, 0.0)
+
+
+def test_a_goal_behind_a_wall_is_refused(tmp_path: Path) -> None:
+    wall = '<geom name="wall" type="plane" pos="1 0 0" zaxis="-1 0 0" size="2 2 .1"/>'
+    task(tmp_path, wall)
+    text = (tmp_path / "puck.toml").read_text().replace("x = 0.001", "x = 2.0")
+    (tmp_path / "far.toml").write_text(text)
+    with pytest.raises(EndpointError, match="world wall touches puck"):
+        kinolab.load(tmp_path / "far.toml").solve(seed=1, time_limit=1.0)
