@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
 from typing import Literal, TypeAlias
 
 import numpy as np
@@ -224,6 +224,43 @@ def pose_of(xyz: Array, turn: Array) -> Array:
     pose = np.eye(4)
     pose[:3, :3], pose[:3, 3] = turn, xyz
     return pose
+
+
+def led(joint: Joint, joints: Mapping[str, Joint]) -> tuple[str, float, float]:
+    """Return the joint that another one follows in the end, itself if none, factor and offset."""
+    factor, offset = 1.0, 0.0
+    while joint.mimics is not None:
+        follows = joint.mimics
+        factor, offset = factor * follows.factor, offset + factor * follows.offset
+        joint = joints[follows.joint]
+    return joint.name, factor, offset
+
+
+def bound_by_followers(tree: KinematicTree) -> KinematicTree:
+    """Return a tree whose leaders have the limits of their followers, too.
+
+    A follower at f q + o within [a, b] keeps q between (a - o) / f and (b - o) / f, and its speed
+    that of q. The lower limit of a leader is above the upper one if it has no position left.
+    """
+    joints = {joint.name: joint for joint in tree.joints}
+    bound = dict(joints)
+    for joint in tree.joints:
+        name, factor, offset = led(joint, joints)
+        leader = bound[name]
+        if joint.mimics is None:
+            continue
+        if factor == 0.0:  # it stays where it is, which its limits allow or not
+            ends = (-math.inf, math.inf) if joint.lower <= offset <= joint.upper else (1.0, -1.0)
+        else:
+            ends = ((joint.lower - offset) / factor, (joint.upper - offset) / factor)
+            ends = min(ends), max(ends)
+        bound[name] = replace(
+            leader,
+            lower=max(leader.lower, ends[0]),
+            upper=min(leader.upper, ends[1]),
+            speed=min(leader.speed, joint.speed / abs(factor) if factor else math.inf),
+        )
+    return replace(tree, joints=tuple(bound.values()))
 
 
 def moved_to(joint: Joint, at: float) -> Array:

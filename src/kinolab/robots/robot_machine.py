@@ -42,7 +42,9 @@ from kinolab.robots.kinematic_tree import (
     Link,
     PlacedShape,
     Thruster,
+    bound_by_followers,
     from_the_root,
+    led,
     moved_to,
     pose_of,
     usable_name,
@@ -54,7 +56,7 @@ from kinolab.robots.self_collisions import (
     kept_apart,
     kept_from_surroundings,
 )
-from kinolab.robots.tree_mistakes import inertia_mistake, massless_joints
+from kinolab.robots.tree_mistakes import follower_mistakes, inertia_mistake, massless_joints
 from kinolab.robots.visible_meshes import drawn_meshes
 from kinolab.world.geometry import lowest_z
 
@@ -100,6 +102,10 @@ def assembled(
     Raises:
         InputError: With everything that the machine cannot have.
     """
+    mistakes = [*follower_mistakes(tree, where)]
+    if mistakes:
+        raise InputError(mistakes)
+    tree = bound_by_followers(tree)
     tree = replace(tree, joints=tuple(_with_locked(tree, locked or {})))
     mistakes = [*massless_joints(tree, where)]
     if mistakes:
@@ -205,13 +211,8 @@ class _Assembly:
 
     def _led(self, joint: Joint) -> tuple[Coordinate, float, float]:
         """Return the coordinate that a joint's position is linear in, factor and offset."""
-        joints = {entry.name: entry for entry in self._tree.joints}
-        factor, offset = 1.0, 0.0
-        while joint.mimics is not None:
-            follows = joint.mimics
-            factor, offset = factor * follows.factor, offset + factor * follows.offset
-            joint = joints[follows.joint]
-        return self._coordinates[joint.name], factor, offset
+        name, factor, offset = led(joint, {entry.name: entry for entry in self._tree.joints})
+        return self._coordinates[name], factor, offset
 
     def _add_bodies(self, part: _Part, *, still: bool) -> None:
         """Add the links of a part as bodies in their own frames, and one with the mass of all."""
@@ -446,6 +447,8 @@ def _locked_at(
     if joint.name in locked:
         return locked[joint.name]
     if joint.mimics is not None:
+        if joint.mimics.factor == 0.0:
+            return joint.mimics.offset
         at = _locked_at(joints[joint.mimics.joint], joints, locked)
         return None if at is None else joint.mimics.factor * at + joint.mimics.offset
     return joint.lower if joint.lower == joint.upper else None

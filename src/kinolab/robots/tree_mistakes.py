@@ -9,7 +9,14 @@ import numpy as np
 
 from kinolab.errors import Mistake, unknown_name
 from kinolab.robots.constant_frames import ROUNDING
-from kinolab.robots.kinematic_tree import Inertial, KinematicTree, from_the_root, usable_name
+from kinolab.robots.kinematic_tree import (
+    Inertial,
+    KinematicTree,
+    bound_by_followers,
+    from_the_root,
+    led,
+    usable_name,
+)
 
 INDEFINITE = 1e-9  # of the largest entry of an inertia matrix, which may be rounded
 
@@ -41,11 +48,29 @@ def tree_mistakes(
             yield Mistake(where, f"the joints {' and '.join(same)} would both be called {name}.")
     yield from _shape_mistakes(tree, where)
     yield from _no_tree(tree, where)
+    leaders = {joint.name: joint.mimics.joint for joint in tree.joints if joint.mimics}
     for name, at in locked.items():
         if name not in movable:
             yield unknown_name("joint", name, known=sorted(movable), where=f"{where} locked")
         elif not math.isfinite(at):
             yield Mistake(f"{where} locked {name}".strip(), f"{at} is no position.")
+        elif name in leaders:
+            what = f"it follows {leaders[name]}, which would move without it."
+            yield Mistake(f"{where} locked {name}".strip(), what, f"Lock {leaders[name]}.")
+
+
+def follower_mistakes(tree: KinematicTree, where: str) -> Iterator[Mistake]:
+    """Yield the joints whose followers leave them no position, in a tree without mistakes."""
+    joints = {joint.name: joint for joint in tree.joints}
+    for joint in bound_by_followers(tree).joints:
+        if joint.lower > joint.upper:
+            following = [
+                one.name for one in tree.joints if one.mimics and led(one, joints)[0] == joint.name
+            ]
+            shown = ", ".join(following)
+            what = f"its limits and those of {shown}, which it leads, exclude each other."
+            remedy = "Some position must be within all of them, by factors and offsets."
+            yield Mistake(f"{where} joint {joint.name!r}".strip(), what, remedy)
 
 
 def massless_joints(tree: KinematicTree, where: str) -> Iterator[Mistake]:
