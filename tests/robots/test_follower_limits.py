@@ -109,7 +109,7 @@ def test_limits_of_followers_bind_their_leader(
 
 
 def test_speeds_of_followers_bind_their_leader(tmp_path: Path) -> None:
-    """The first turns -4 times as fast, at 2 rad/s at most; the second half as fast as the first."""
+    """The first turns -4 times as fast, at 2 rad/s at most; the second half as fast as that."""
     first = Hinge("b", (-9, 9), ("a", -4, 1), speed=2.0)
     second = Hinge("c", (-9, 9), ("b", 0.5, 0), speed=0.5)
     (leader,) = from_urdf(tmp_path, [Hinge("a", (-2, 2), speed=3.0), first]).coordinates

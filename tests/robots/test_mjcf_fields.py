@@ -285,5 +285,41 @@ def test_a_field_that_nobody_has_looked_at_is_refused(
     assert read_mjcf(file, partial=True).model().nv == 2
 
 
+def test_inertia_without_mass_counts(tmp_path: Path) -> None:
+    """Of a part that is fixed to one that moves, such as a flywheel's."""
+    wheel = '<body><inertial pos="0 0 0" mass="0" diaginertia="0.2 0.3 0.1"/></body>'
+    file = written(tmp_path, **SPRINGS)
+    file.write_text(file.read_text().replace('<body name="shin"', f'{wheel}<body name="shin"'))
+    agree(file)
+
+
 def test_every_field_is_in_one_table() -> None:
     assert not mjcf_fields.READ & mjcf_fields.WITHOUT_EFFECT
+
+
+def test_fields_without_effect_have_none_in_mujoco(tmp_path: Path) -> None:
+    """MuJoCo's accelerations and forces do not change if such a number does."""
+    after = f"""{TENDON.format("")}<actuator><motor joint="knee" ctrlrange="-2 2"/>
+      <position joint="hip" kp="30" kv="1" forcerange="-3 3"/>
+      <motor site="tip" gear="1 2 3 4 5 6" ctrlrange="-1 1"/></actuator>"""
+    world = '<body pos="0 0 3"><freejoint/><geom type="box" size="0.1 0.2 0.3"/></body>'
+    option = '<flag contact="disable"/>'
+    file = written(tmp_path, option=option, world=world, after=after, **SPRINGS)
+
+    def forces(model: Any) -> Any:
+        data, generator = mujoco.MjData(model), np.random.default_rng(3)
+        data.qpos[:2], data.ctrl[:] = generator.normal(size=2), generator.normal(size=3)
+        data.qvel[:] = generator.normal(size=model.nv)
+        mujoco.mj_forward(model, data)
+        return np.concatenate([data.qacc, data.qfrc_passive, data.qfrc_bias, data.qfrc_actuator])
+
+    unchanged = forces(mujoco.MjModel.from_xml_path(str(file)))
+    for name in sorted(mjcf_fields.WITHOUT_EFFECT - {"dof_M0"}):  # dof_M0: of masses and armature
+        model = mujoco.MjModel.from_xml_path(str(file))
+        owner, own = (model.opt, name[4:]) if name.startswith("opt_") else (model, name)
+        value = getattr(owner, own, None)
+        if isinstance(value, float):
+            setattr(owner, own, value + 0.37)
+        elif isinstance(value, np.ndarray) and value.dtype.kind == "f":
+            value += 0.37
+        assert np.abs(forces(model) - unchanged).max() < 1e-9, name

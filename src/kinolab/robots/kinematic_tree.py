@@ -115,15 +115,15 @@ class Joint:
         axis: Unit vector in the child's frame, shape (3,).
         lower, upper: Limits of its position.
         speed: Largest magnitude of its rate.
-        damping: Viscous friction: coefficients of v, v |v|, v^3, …; the first in [N m s/rad] or
-            [N s/m].
+        damping: Viscous friction in [N m s/rad] or [N s/m].
         friction: Coulomb friction in [N m] or [N].
         mimics: Which joint it follows, if any.
         anchor: Point of the child's frame that an axis passes through, shape (3,), in [m].
         zero: Position in which the child's frame is at ``pose``.
         armature: Inertia of its motor's rotor, as the joint feels it, in [kg m^2] or [kg].
-        stiffness, rest: Of a spring: coefficients of x, x^2, x^3, …, the first in [N m/rad] or
-            [N/m], and where x = 0.
+        stiffness, rest: Of a spring, in [N m/rad] or [N/m], and where that is at rest.
+        higher_damping: Coefficients of v |v|, v^3, …, in SI units.
+        higher_stiffness: Coefficients of x^2, x^3, …, where x = 0 is at rest, in SI units.
     """
 
     name: str
@@ -135,14 +135,16 @@ class Joint:
     lower: float = -math.inf
     upper: float = math.inf
     speed: float = math.inf
-    damping: tuple[float, ...] = ()
+    damping: float = 0.0
     friction: float = 0.0
     mimics: Mimicked | None = None
     anchor: Array = field(default_factory=lambda: np.zeros(3))
     zero: float = 0.0
     armature: float = 0.0
-    stiffness: tuple[float, ...] = ()
+    stiffness: float = 0.0
     rest: float = 0.0
+    higher_damping: tuple[float, ...] = ()
+    higher_stiffness: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -231,6 +231,7 @@ class _ModelReader:
         lower, upper = -math.inf, math.inf
         if model.jnt_limited[k]:
             lower, upper = map(float, model.jnt_range[k])
+        damping, stiffness = self._powers("dof_damping", dof), self._powers("jnt_stiffness", k)
         return Joint(
             name,
             kind,
@@ -240,23 +241,22 @@ class _ModelReader:
             np.array(model.jnt_axis[k]),
             lower,
             upper,
-            damping=self._powers("dof_damping", dof),
+            damping=damping[0],
             friction=float(model.dof_frictionloss[dof]),
             mimics=follows.get(name),
             anchor=np.array(model.jnt_pos[k]) if kind == "revolute" else np.zeros(3),
             zero=float(model.qpos0[at]),
             armature=float(model.dof_armature[dof]),
-            stiffness=self._powers("jnt_stiffness", k),
+            stiffness=stiffness[0],
             rest=float(model.qpos_spring[at]),
+            higher_damping=damping[1:],
+            higher_stiffness=stiffness[1:],
         )
 
     def _powers(self, name: str, k: int) -> tuple[float, ...]:
-        """Return the coefficients of the first, second, … power; zeros at the end are left out."""
+        """Return the coefficients of the first, second, … power."""
         fields = (getattr(self._model, one, None) for one in (name, f"{name}poly"))
-        found = [float(c) for rows in fields if rows is not None for c in np.ravel(rows[k])]
-        while found and not found[-1]:
-            found.pop()
-        return tuple(found)
+        return tuple(float(c) for rows in fields if rows is not None for c in np.ravel(rows[k]))
 
     def _check_rates(self, k: int, kind: JointKind, dof: int) -> None:
         """Name what a joint with several rates has and only one with a single rate may have."""
@@ -264,8 +264,8 @@ class _ModelReader:
         rates = range(dof, dof + (6 if kind == "floating" else 3))
         has = {
             "range": bool(model.jnt_limited[k]),
-            "stiffness": bool(self._powers("jnt_stiffness", k)),
-            "damping": any(self._powers("dof_damping", one) for one in rates),
+            "stiffness": any(self._powers("jnt_stiffness", k)),
+            "damping": any(any(self._powers("dof_damping", one)) for one in rates),
             "armature": bool(model.dof_armature[rates].any()),
             "frictionloss": bool(model.dof_frictionloss[rates].any()),
         }
@@ -277,7 +277,7 @@ class _ModelReader:
 
     def _inertial(self, body: int) -> Inertial | None:
         model = self._model
-        if body == WORLD_BODY or not model.body_mass[body]:
+        if body == WORLD_BODY or not (model.body_mass[body] or model.body_inertia[body].any()):
             return None
         turn = self._turn(model.body_iquat[body])
         inertia = turn @ np.diag(model.body_inertia[body]) @ turn.T
@@ -343,7 +343,8 @@ class _ModelReader:
         centre = np.array([0.0, 0.0, -DEEP / 2])
         grounded = any(
             self._collides(one) and self._is_ground(one)
-            for one in np.flatnonzero(model.geom_type == int(self._mujoco.mjtGeom.mjGEOM_PLANE))
+            for one in range(model.ngeom)
+            if int(model.geom_type[one]) == int(self._mujoco.mjtGeom.mjGEOM_PLANE)
         )
         if grounded and abs(turn[2, 2]) < LEVEL:  # a wall stands on the ground
             up = DEEP / 2 - float(self._placed.geom_xpos[g, 2])
@@ -413,7 +414,8 @@ class _ModelReader:
         """Yield the actuators that neither a flag nor their group disables."""
         model = self._model
         for k in range(0 if "ACTUATION" in self._disabled else self._actuators):
-            if not (int(model.opt.disableactuator) >> max(int(model.actuator_group[k]), 0)) & 1:
+            group = int(model.actuator_group[k])
+            if group < 0 or not int(model.opt.disableactuator) >> group & 1:
                 yield k
 
     def _motor(self, k: int, acting: Sequence[int]) -> Iterator[Motor]:

@@ -10,11 +10,12 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from itertools import islice
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from kinolab.numerics.arrays import Array
 
@@ -188,7 +189,7 @@ def not_finite(mujoco: Any, model: Any) -> Iterator[str]:
         if name not in READ:
             continue
         values = _rows(model, name)
-        wrong = ~np.isfinite(values).all(axis=1)
+        wrong = (~np.isfinite(values)).any(axis=1)
         yield from _told(mujoco, model, name, values, wrong, "is not finite")
 
 
@@ -203,7 +204,7 @@ def _told(
     model: Any,
     name: str,
     rows: Array,
-    wrong: Sequence[bool] | Array,
+    wrong: NDArray[np.bool_],
     why: str = "has no counterpart",
 ) -> Iterator[str]:
     """Yield an element's attribute and its value, for the first elements of which it is wrong."""

@@ -272,15 +272,17 @@ class _Assembly:
             return
         leader, factor, _ = self._led(joint)
         own = factor * rate(leader) if joint.mimics else rate(leader)
-        if joint.damping:
-            terms = (c * sympy.Abs(own) ** k for k, c in enumerate(joint.damping) if c)
+        damping = joint.damping, *joint.higher_damping
+        if any(damping):
+            terms = (c * sympy.Abs(own) ** k for k, c in enumerate(damping) if c)
             self._efforts.append(Viscous(own, sympy.Add(*terms)))
         if joint.friction > 0.0:
             self._efforts.append(Coulomb(own, joint.friction))
         at = self._position(joint)
-        if joint.stiffness:
-            x, terms = at - joint.rest, enumerate(joint.stiffness, start=2)
-            self._efforts.append(Potential(sympy.Add(*(c * x**k / k for k, c in terms if c))))
+        stiffness = joint.stiffness, *joint.higher_stiffness
+        if any(stiffness):
+            x, springs = at - joint.rest, enumerate(stiffness, start=2)
+            self._efforts.append(Potential(sympy.Add(*(c * x**k / k for k, c in springs if c))))
         if joint.armature > 0.0:
             self._bodies.append(self._rotor(joint, at))
         assert part.body is not None

@@ -325,7 +325,7 @@ class _LinkReader:
             lower,
             upper,
             speed if speed > 0.0 else math.inf,
-            (_number(friction.damping),) if friction is not None else (),
+            _number(friction.damping) if friction is not None else 0.0,
             _number(friction.friction) if friction is not None else 0.0,
             None
             if mimic is None
