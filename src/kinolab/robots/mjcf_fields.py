@@ -177,7 +177,7 @@ def not_looked_at(mujoco: Any, model: Any) -> Iterator[str]:
         known = name in READ | WITHOUT_EFFECT or ELEMENTS_WITHOUT_EFFECT.fullmatch(name)
         if not known:
             values = _rows(model, name)
-            wrong = (values != NEUTRAL.get(name, 0)).any(axis=1)
+            wrong = np.any(values != NEUTRAL.get(name, 0), axis=1)
             yield from _told(mujoco, model, name, values, wrong)
     for k in range(model.nflex):
         yield f"flex {element_name(mujoco, model, 'FLEX', k)} is deformable."
@@ -189,7 +189,7 @@ def not_finite(mujoco: Any, model: Any) -> Iterator[str]:
         if name not in READ:
             continue
         values = _rows(model, name)
-        wrong = (~np.isfinite(values)).any(axis=1)
+        wrong = np.any(~np.isfinite(values), axis=1)
         yield from _told(mujoco, model, name, values, wrong, "is not finite")
 
 
