@@ -141,6 +141,15 @@ def test_joints_of_every_kind_with_springs_and_rotors(tmp_path: Path) -> None:
     agree(file, read_mjcf(file))
 
 
+@pytest.mark.parametrize(
+    "attributes", ['damping="0.4"', 'armature="0.3"', 'damping="0.4 0.3 0.2" armature="0.1"']
+)
+def test_friction_and_rotors_of_ball_joints(tmp_path: Path, attributes: str) -> None:
+    text = EVERYTHING.replace("<position", "<motor").replace('kp="50"', "")
+    file = written(tmp_path, text.replace('type="ball"', f'type="ball" {attributes}'))
+    agree(file, read_mjcf(file))
+
+
 def test_locked_joints_stay_where_mujoco_puts_them(tmp_path: Path) -> None:
     """One that turns about an axis beside its body's origin, from a reference that is not zero."""
     file = written(tmp_path, EVERYTHING)

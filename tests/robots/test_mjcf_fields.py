@@ -204,19 +204,31 @@ BALL = '<body pos="0 0 3"><joint name="socket" type="ball" {}/><geom size="0.05"
 FREE = '<body pos="0 0 3"><joint name="socket" type="free" {}/><geom size="0.05"/></body>'
 
 
-@pytest.mark.parametrize("body", [BALL, FREE])
 @pytest.mark.parametrize(
-    ("attribute", "value"),
-    [("stiffness", "4"), ("stiffness", "0 0 3"), ("damping", "1"), ("damping", "0 2"),
-     ("frictionloss", "1"), ("armature", "0.1"), ("range", "0 1")],
+    ("body", "attribute", "value"),
+    [(BALL, "stiffness", "4"), (BALL, "stiffness", "0 0 3"), (BALL, "range", "0 1"),
+     (FREE, "stiffness", "4"), (FREE, "damping", "1"), (FREE, "damping", "0 2"),
+     (FREE, "frictionloss", "1"), (FREE, "armature", "0.1")],
 )  # fmt: skip
-def test_what_is_read_of_joints_with_one_rate_alone_is_refused_of_others(
+def test_what_ball_and_free_joints_may_not_have_is_refused(
     tmp_path: Path, body: str, attribute: str, value: str
 ) -> None:
-    if body is FREE and attribute == "range":
-        pytest.skip("a free joint has no range")
     text = body.format(f'{attribute}="{value}"')
     refused(written(tmp_path, world=text), "joint socket", attribute)
+
+
+def test_dry_friction_of_a_ball_joint_slows_each_rate(tmp_path: Path) -> None:
+    """-f tanh(w / 0.01) of each rate in the body's axes, with an inertia of 0.2 kg m^2."""
+    file = tmp_path / "arm.xml"
+    file.write_text("""<mujoco><option gravity="0 0 0"/><worldbody><body>
+      <joint name="socket" type="ball" frictionloss="0.5"/>
+      <inertial pos="0 0 0" mass="1" diaginertia="0.2 0.2 0.2"/></body></worldbody></mujoco>""")
+    model = read_mjcf(file).model()
+    state = np.array(model.rest())
+    rates = [model.state_names.index(f"socket_w{axis}") for axis in "xyz"]
+    state[rates] = w = np.array([0.01, -2.0, 0.004])
+    expected = -0.5 * np.tanh(w / 0.01) / 0.2
+    assert np.allclose(np.array(model.f(state, []))[rates], expected, rtol=1e-12)
 
 
 TENDON = '<tendon><fixed name="cord" {}><joint joint="hip" coef="1"/></fixed></tendon>'

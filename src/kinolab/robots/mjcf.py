@@ -70,13 +70,14 @@ def read_mjcf(
 
     Bodies without joints are fixed to their parents. A motor's limit is that of its control, times
     gain and gear, or that of its force or of its joint's; servos become motors with their force
-    limit. Springs, damping, friction losses and rotors (``armature``) of hinges and slides count;
-    contacts between bodies do not push, as in all of kinolab. Flags that disable forces, limits or
-    actuators do so; solids keep apart all the same where a flag disables contacts. What is fixed to
-    the world is not touched, but by what rests on it or turns about it; planes are walls and
-    floors, except the ground z = 0, which a scenario has or not. Bodies that are connected or
-    welded to others close loops, exactly instead of softly. Geoms that collide count, or those that
-    are drawn where a body has none; meshes and ellipsoids are enclosed in boxes and capsules.
+    limit. Springs of hinges and slides count, and friction and rotors (``armature``) of ball
+    joints, too; contacts between bodies do not push, as in all of kinolab. Flags that disable
+    forces, limits or actuators do so; solids keep apart all the same where a flag disables
+    contacts. What is fixed to the world is not touched, but by what rests on it or turns about it;
+    planes are walls and floors, except the ground z = 0, which a scenario has or not. Bodies that
+    are connected or welded to others close loops, exactly instead of softly. Geoms that collide
+    count, or those that are drawn where a body has none; meshes and ellipsoids are enclosed in
+    boxes and capsules.
 
     Args:
         path: The file.
@@ -227,11 +228,12 @@ class _ModelReader:
         kind = kinds[types(int(model.jnt_type[k]))]
         if kind in ("floating", "ball"):
             self._check_rates(k, kind, dof)
-            return Joint(name, kind, parent, child, pose, anchor=np.array(model.jnt_pos[k]))
+            joint = Joint(name, kind, parent, child, pose, anchor=np.array(model.jnt_pos[k]))
+            return joint if kind == "floating" else replace(joint, **self._losses(dof))
         lower, upper = -math.inf, math.inf
         if model.jnt_limited[k]:
             lower, upper = map(float, model.jnt_range[k])
-        damping, stiffness = self._powers("dof_damping", dof), self._powers("jnt_stiffness", k)
+        stiffness = self._powers("jnt_stiffness", k)
         return Joint(
             name,
             kind,
@@ -241,17 +243,24 @@ class _ModelReader:
             np.array(model.jnt_axis[k]),
             lower,
             upper,
-            damping=damping[0],
-            friction=float(model.dof_frictionloss[dof]),
             mimics=follows.get(name),
             anchor=np.array(model.jnt_pos[k]) if kind == "revolute" else np.zeros(3),
             zero=float(model.qpos0[at]),
-            armature=float(model.dof_armature[dof]),
             stiffness=stiffness[0],
             rest=float(model.qpos_spring[at]),
-            higher_damping=damping[1:],
             higher_stiffness=stiffness[1:],
+            **self._losses(dof),
         )
+
+    def _losses(self, dof: int) -> dict[str, Any]:
+        """Return friction and rotor of a joint, those of its first rate."""
+        damping = self._powers("dof_damping", dof)
+        return {
+            "damping": damping[0],
+            "higher_damping": damping[1:],
+            "friction": float(self._model.dof_frictionloss[dof]),
+            "armature": float(self._model.dof_armature[dof]),
+        }
 
     def _powers(self, name: str, k: int) -> tuple[float, ...]:
         """Return the coefficients of the first, second, … power."""
@@ -259,21 +268,24 @@ class _ModelReader:
         return tuple(float(c) for rows in fields if rows is not None for c in np.ravel(rows[k]))
 
     def _check_rates(self, k: int, kind: JointKind, dof: int) -> None:
-        """Name what a joint with several rates has and only one with a single rate may have."""
+        """Name what a joint with several rates has and may not have."""
         model = self._model
-        rates = range(dof, dof + (6 if kind == "floating" else 3))
         has = {
             "range": bool(model.jnt_limited[k]),
             "stiffness": any(self._powers("jnt_stiffness", k)),
-            "damping": any(any(self._powers("dof_damping", one)) for one in rates),
-            "armature": bool(model.dof_armature[rates].any()),
-            "frictionloss": bool(model.dof_frictionloss[rates].any()),
         }
+        if kind == "floating":
+            rates = range(dof, dof + 6)
+            has |= {
+                "damping": any(any(self._powers("dof_damping", one)) for one in rates),
+                "armature": bool(model.dof_armature[rates].any()),
+                "frictionloss": bool(model.dof_frictionloss[rates].any()),
+            }
         for attribute, there in has.items():
             if there:
                 word = "free" if kind == "floating" else kind
                 what = f"the {word} joint {self._joints[k]} has {attribute}."
-                self._cannot(what, "Only hinges and slides may have it.")
+                self._cannot(what, "Hinges and slides may have it.")
 
     def _inertial(self, body: int) -> Inertial | None:
         model = self._model

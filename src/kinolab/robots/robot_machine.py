@@ -25,7 +25,7 @@ from kinolab.dynamics.language.forces import (
 from kinolab.dynamics.language.frames import WORLD, Axis, Frame, move, orient
 from kinolab.dynamics.language.inputs import Control, Force, Input, Torque
 from kinolab.dynamics.language.shapes import Box, Capsule, Cylinder, Shape, Sphere
-from kinolab.dynamics.language.symbols import Coordinate, angle, length, rate, rotation
+from kinolab.dynamics.language.symbols import Coordinate, angle, length, rate, rotation, turn_rate
 from kinolab.errors import InputError, Mistake
 from kinolab.numerics.arrays import Array
 from kinolab.robots.constant_frames import (
@@ -124,6 +124,11 @@ class _Assembly:
             for joint in tree.joints
             if joint.kind in ("revolute", "prismatic") and joint.mimics is None
         }
+        self._attitudes = {
+            joint.name: rotation(usable_name(joint.name), speed=joint.speed)
+            for joint in tree.joints
+            if joint.kind == "ball"
+        }
         self._inputs: list[Input] = []
         self._efforts: list[Effort] = []
         self._bodies: list[Body] = []
@@ -185,7 +190,7 @@ class _Assembly:
         """Return how a joint moves, as a frame."""
         if joint.kind == "ball":
             there, back = (move(*(sign * joint.anchor).tolist()) for sign in (1.0, -1.0))
-            turn = orient(rotation(usable_name(joint.name), speed=joint.speed))
+            turn = orient(self._attitudes[joint.name])
             return there @ turn @ back if joint.anchor.any() else turn
         if joint.kind == "floating":
             return _floating(joint.name, f"{usable_name(joint.name)}_at_")
@@ -268,16 +273,16 @@ class _Assembly:
 
     def _add_forces(self, joint: Joint, parent: _Part, part: _Part, before: Frame) -> None:
         """Add a joint's motor and friction."""
+        if joint.kind == "ball":
+            turn = self._attitudes[joint.name]
+            self._add_friction(joint, turn_rate(turn))
+            if joint.armature > 0.0:
+                rotor = Body(f"{joint.name} rotor", orient(turn), inertia=(joint.armature,) * 3)
+                self._bodies.append(rotor)
         if joint.kind not in ("revolute", "prismatic"):
             return
         leader, factor, _ = self._led(joint)
-        own = factor * rate(leader) if joint.mimics else rate(leader)
-        damping = joint.damping, *joint.higher_damping
-        if any(damping):
-            terms = (c * sympy.Abs(own) ** k for k, c in enumerate(damping) if c)
-            self._efforts.append(Viscous(own, sympy.Add(*terms)))
-        if joint.friction > 0.0:
-            self._efforts.append(Coulomb(own, joint.friction))
+        self._add_friction(joint, [factor * rate(leader) if joint.mimics else rate(leader)])
         at = self._position(joint)
         stiffness = joint.stiffness, *joint.higher_stiffness
         if any(stiffness):
@@ -298,6 +303,16 @@ class _Assembly:
                 if joint.kind == "revolute"
                 else Force(motor.name, on=part.body, along=axis, limit=limit, reacts_on=reacts_on)
             )
+
+    def _add_friction(self, joint: Joint, rates: Sequence[sympy.Expr]) -> None:
+        """Add a joint's friction along each of its rates."""
+        damping = joint.damping, *joint.higher_damping
+        for own in rates:
+            if any(damping):
+                terms = (c * sympy.Abs(own) ** k for k, c in enumerate(damping) if c)
+                self._efforts.append(Viscous(own, sympy.Add(*terms)))
+            if joint.friction > 0.0:
+                self._efforts.append(Coulomb(own, joint.friction))
 
     def _add_thruster(self, thruster: Thruster, place: Frame) -> None:
         """Add an input that pushes what a frame is fixed to, and a body without mass for it."""
