@@ -94,6 +94,27 @@ def test_what_is_fixed_to_the_world_stops_bodies_whose_joints_hang_from_it(
     assert touches(problem, 0.9 + NEAR, 0.0)
 
 
+@pytest.mark.parametrize(
+    ("joints", "floor", "kept"),
+    [
+        ('axis="1 0 0"', 'type="box" size="5 5 0.1" pos="0 0 0.3"', False),
+        ('axis="0 0 1"', 'type="box" size="5 5 0.1" pos="0 0 0.3"', True),
+        ('axis="0 0 1"', 'type="plane" size="1 1 1" pos="0 0 0.4"', True),
+        ('axis="1 0 0"', 'type="plane" size="1 1 1" pos="0 0 0.4"', False),
+        ('axis="0 0 1"', 'type="box" size="0.05 0.05 0.1" pos="0 0 0.5"', False),
+    ],
+)
+def test_what_rests_on_a_floor_may_slide_on_it_and_not_sink_in(
+    tmp_path: Path, joints: str, floor: str, kept: bool
+) -> None:
+    """The last one is a pedestal inside of it, which it never was apart from."""
+    file = tmp_path / "puck.xml"
+    file.write_text(f"""<mujoco><worldbody><geom name="floor" {floor}/>
+      <body name="puck" pos="0 0 0.5"><joint name="j" type="slide" {joints}/>
+      <geom type="sphere" size="0.1" mass="1"/></body></worldbody></mujoco>""")
+    assert (("world floor", "puck") in read_mjcf(file).collisions) is kept
+
+
 def test_surroundings_count_without_self_collisions(tmp_path: Path) -> None:
     file = tmp_path / "puck.xml"
     file.write_text(PUCK.format('<geom name="wall" type="box" pos="1 0 0" size="0.05 2 2"/>'))

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from itertools import combinations, product
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -26,11 +27,14 @@ from kinolab.robots.kinematic_tree import (
 )
 from kinolab.world.collision.gjk import Convex, separation
 from kinolab.world.geometry import sizes
+from kinolab.world.shrinking import shrunk_shape
 
 if TYPE_CHECKING:
     import trimesh
 
 SAMPLES = 300  # random positions of all joints
+ROUNDED = 1e-6  # [m], a gap that is none but for rounding of a file's numbers
+RESTING = 1e-3  # [m] by which a shape may be in what it rests on, since files round
 MOSTLY = 0.5  # of them, in which a pair must be apart
 UNLIMITED = math.pi  # what is drawn from where a joint has no limits
 
@@ -89,8 +93,8 @@ def kept_from_surroundings(
 ) -> list[tuple[str, str]]:
     """Return the pairs of what stands around a robot and a body that must not touch it, by name.
 
-    All that moves counts, the world's neighbours included, but for what touches where the robot
-    rests. What moves freely rests nowhere.
+    All that moves counts, the world's neighbours included, but for what is in the surroundings
+    where the robot rests, or rests on them and never sinks in. What moves freely rests nowhere.
     """
     standing = {link.name for link in tree.links if link.stands}
     part, free = _parts(tree), _free(tree)
@@ -101,9 +105,22 @@ def kept_from_surroundings(
         wall, other = shapes[i], shapes[j]
         if wall.link in standing and part[other.link] != tree.root.name:
             pair = wall.body, other.body
-            separate = other.link in free or separation(solids[i], solids[j]) > 0.0
+            separate = other.link in free or separation(solids[i], solids[j]) > ROUNDED
+            separate = separate or _sinks(tree, wall, other)
             apart[pair] = apart.get(pair, True) and separate
     return [pair for pair, separate in apart.items() if separate]
+
+
+def _sinks(tree: KinematicTree, wall: NamedShape, other: NamedShape) -> bool:
+    """Whether what rests on a solid, not in it, is in it at other positions of the joints."""
+    core = replace(other.shape, shape=shrunk_shape(other.shape.shape, RESTING))
+    generator = np.random.default_rng(0)
+    for k in range(SAMPLES + 1):
+        places = _places(tree, _random_positions(tree, generator) if k else _rest(tree))
+        inner = _convex(other._replace(shape=core), places[other.link])
+        if separation(_convex(wall, places[wall.link]), inner) <= 0.0:
+            return k > 0
+    return False
 
 
 def _free(tree: KinematicTree) -> set[str]:
