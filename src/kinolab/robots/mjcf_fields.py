@@ -104,8 +104,6 @@ SPELLED = {
     "tendon_stiffnesspoly": "stiffness",
     "tendon_dampingpoly": "damping",
     "actuator_dampingpoly": "damping",
-    "actuator_gainprm": "gain",
-    "actuator_biasprm": "bias",
     "qpos0": "ref",
     "qpos_spring": "springref",
 }  # as MJCF spells what mjModel calls otherwise
