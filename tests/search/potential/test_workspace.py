@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import kinolab
+from kinolab.dynamics import WORLD, Body, Force, System, Torque, angle, length, move, rot_z
 from kinolab.dynamics.language.shapes import Box, Capsule, Cylinder, Sphere
 from kinolab.problem import PlanningTask
 from kinolab.search.potential.control_points import ControlPoint, control_points, place
@@ -57,6 +58,25 @@ def test_the_goals_of_points_are_where_the_goal_puts_them() -> None:
     front, back = control_points(kinolab.load("diffdrive_warehouse"))
     assert front.goal[:2] == pytest.approx([12.6 - 0.03 + 0.1, 8.6], abs=1e-9)
     assert back.goal[:2] == pytest.approx([12.6 - 0.03 - 0.1, 8.6], abs=1e-9)
+
+
+def test_a_ball_as_wide_as_a_plank_fits_around_either_end() -> None:
+    """2 m long, 0.6 m wide and 0.2 m thick: its control points are 1 - 0.3 m from its middle."""
+    x, y = (length(name, -5.0, 5.0, speed=1.0) for name in "xy")
+    psi = angle("psi", speed=1.0)
+    frame = move(x, y, 0.5) @ rot_z(psi)
+    plank = Body("plank", frame, mass=1.0, inertia=(1.0, 1.0, 1.0), shape=Box(2.0, 0.6, 0.2))
+    pushes = [
+        Force("along", on=plank, along=WORLD.x, limit=1.0),
+        Force("across", on=plank, along=WORLD.y, limit=1.0),
+        Torque("turn", on=plank, about=WORLD.z, limit=1.0),
+    ]
+    goal = {"x": 3.0, "y": 1.0, "psi": np.pi / 2}
+    system = System("plank", bodies=[plank], inputs=pushes)
+    front, back = control_points(kinolab.load({"title": "A plank", "system": system, "goal": goal}))
+    assert front.at == pytest.approx([0.7, 0.0, 0.0])
+    assert back.at == pytest.approx([-0.7, 0.0, 0.0])
+    assert front.goal == pytest.approx([3.0, 1.7, 0.5])
 
 
 def test_a_goal_s_point_is_pulled_itself(tmp_path: Path) -> None:
