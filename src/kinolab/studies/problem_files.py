@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 import hashlib
-import shutil
+import logging
+import os
 import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
-from kinolab.files import write_whole
+from kinolab.errors import printable
+from kinolab.files import is_file_with, only_writer, write_whole
 from kinolab.problem import PlanningTask
 from kinolab.runs.assets import assets_of, portable_scenario
 from kinolab.scenario import write_scenario
 
 SCENARIO = "scenario.toml"
+LOG = logging.getLogger("kinolab")
 
 
 @dataclass(frozen=True)
@@ -43,30 +46,43 @@ class ProblemFiles:
         return sum(map(len, self.files.values()))
 
     def written(self, root: Path) -> Path:
-        """Write the files into a folder of their own below ``root`` unless they are there.
+        """Write the files into a folder of their own below ``root`` unless exactly they are there.
 
-        Several processes may do so at once: the folder appears once it is complete.
+        A folder of that name may come from elsewhere, as part of somebody's results; one that has
+        anything else in it is replaced. Several processes may do so at once: the folder appears
+        once it is complete.
 
         Returns:
             The folder.
         """
         folder = root / self.key
-        if folder.is_dir():
-            return folder
         root.mkdir(parents=True, exist_ok=True)
-        draft = Path(tempfile.mkdtemp(prefix=f".{self.key}.", dir=root))
-        try:
+        with only_writer(root):
+            if not self._are_all_of(folder):
+                self._replace(folder)
+        return folder
+
+    def _are_all_of(self, folder: Path) -> bool:
+        """Whether a folder has these files, no others, and no links to what may change."""
+        if folder.is_symlink() or not folder.is_dir():
+            return False
+        found = [path for path in folder.rglob("*") if path.is_symlink() or not path.is_dir()]
+        return {path.relative_to(folder).as_posix() for path in found} == {*self.files} and all(
+            not path.is_symlink() and is_file_with(path, self.files[name])
+            for name, path in ((name, folder / name) for name in self.files)
+        )
+
+    def _replace(self, folder: Path) -> None:
+        with tempfile.TemporaryDirectory(prefix=f".{self.key}.", dir=folder.parent) as beside:
+            draft = Path(beside, "files")
             for name, content in self.files.items():
                 (draft / name).parent.mkdir(parents=True, exist_ok=True)
                 write_whole(draft / name, content)
-            try:
-                draft.rename(folder)
-            except OSError:
-                if not folder.is_dir():  # unless another process was first
-                    raise
-        finally:
-            shutil.rmtree(draft, ignore_errors=True)
-        return folder
+            if os.path.lexists(folder):
+                told = "warning: %s is of another content than its name says; it is replaced."
+                LOG.warning(told, printable(str(folder)))
+                folder.rename(Path(beside, "replaced"))
+            draft.rename(folder)
 
 
 def files_of(problem: PlanningTask) -> ProblemFiles:
