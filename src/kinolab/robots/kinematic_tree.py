@@ -17,7 +17,9 @@ from kinolab.world.shape_surfaces import Faces
 
 MOST_BYTES = 20_000_000  # of a robot's file, those that it includes apart
 MOST_LINKS = 1000
+SIZES = ("x", "y", "z", "radius", "length")  # that shapes of robots may have, in [m]
 
+FREE = ("ball", "planar", "floating")  # kinds of joints with several coordinates
 JointKind: TypeAlias = Literal["fixed", "revolute", "prismatic", "ball", "planar", "floating"]
 
 
@@ -286,6 +288,27 @@ def from_the_root(tree: KinematicTree) -> Iterator[Joint]:
         for joint in below.get(waiting.pop(0), []):
             yield joint
             waiting.append(joint.child)
+
+
+def link_poses(tree: KinematicTree, at: Mapping[str, float]) -> dict[str, Array]:
+    """Return the poses (4, 4) of all links at positions of the joints with one of their own.
+
+    Joints that are neither revolute nor prismatic are where the file has them.
+    """
+    joints = {joint.name: joint for joint in tree.joints}
+    poses = {tree.root.name: np.eye(4)}
+    for joint in from_the_root(tree):
+        moves = joint.kind in ("revolute", "prismatic")
+        moved = moved_to(joint, _position(joint, joints, at)) if moves else np.eye(4)
+        poses[joint.child] = poses[joint.parent] @ joint.pose @ moved
+    return poses
+
+
+def _position(joint: Joint, joints: Mapping[str, Joint], at: Mapping[str, float]) -> float:
+    if joint.mimics is None:
+        return at[joint.name]
+    follows = joint.mimics
+    return follows.factor * _position(joints[follows.joint], joints, at) + follows.offset
 
 
 def usable_name(text: str) -> str:

@@ -34,6 +34,7 @@ from kinolab.robots.constant_frames import (
     constant_frame,
     onto_z,
 )
+from kinolab.robots.joint_inertia import reach, without_noise
 from kinolab.robots.kinematic_tree import (
     Closure,
     Inertial,
@@ -221,8 +222,9 @@ class _Assembly:
 
     def _add_bodies(self, part: _Part, *, still: bool) -> None:
         """Add the links of a part as bodies in their own frames, and one with the mass of all."""
-        inertial = _together(part.links)
-        if not still and (mistake := inertia_mistake(part.name, inertial, self._where)):
+        length = reach(part.links)
+        inertial = without_noise(_together(part.links), length)
+        if not still and (mistake := inertia_mistake(part.name, inertial, length, self._where)):
             self._mistakes.append(mistake)
         inherit = {joint.parent for joint in self._tree.joints}
         color = next((s.color for link, _ in part.links for s in link.solids if s.color), None)

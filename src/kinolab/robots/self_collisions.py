@@ -23,7 +23,7 @@ from kinolab.robots.kinematic_tree import (
     KinematicTree,
     PlacedShape,
     from_the_root,
-    moved_to,
+    link_poses,
 )
 from kinolab.world.collision.gjk import Convex, separation
 from kinolab.world.geometry import sizes
@@ -72,12 +72,12 @@ def kept_apart(
     generator, touching = np.random.default_rng(0), Counter[tuple[int, int]]()
     samples = closed or [_random_positions(tree, generator) for _ in range(SAMPLES)]
     for positions in samples:
-        places = _places(tree, positions)
+        places = link_poses(tree, positions)
         for k, entry in enumerate(shapes):
             manager.set_transform(str(k), places[entry.link] @ entry.shape.pose)
         _, found = manager.in_collision_internal(return_names=True)
         touching.update((min(pair), max(pair)) for pair in (tuple(map(int, p)) for p in found))
-    places = _places(tree, _rest(tree))
+    places = link_poses(tree, _rest(tree))
     solids = [_convex(entry, places[entry.link]) for entry in shapes]
     return [
         bodies
@@ -197,24 +197,6 @@ def _rest(tree: KinematicTree) -> dict[str, float]:
         joint.name: min(max(joint.zero if tree.closures else 0.0, joint.lower), joint.upper)
         for joint in _movable(tree)
     }
-
-
-def _places(tree: KinematicTree, at: Mapping[str, float]) -> dict[str, Array]:
-    """Return the poses (4, 4) of all links at positions of the joints."""
-    joints = {joint.name: joint for joint in tree.joints}
-    places = {tree.root.name: np.eye(4)}
-    for joint in from_the_root(tree):
-        moves = joint.kind in ("revolute", "prismatic")
-        moved = moved_to(joint, _position(joint, joints, at)) if moves else np.eye(4)
-        places[joint.child] = places[joint.parent] @ joint.pose @ moved
-    return places
-
-
-def _position(joint: Joint, joints: Mapping[str, Joint], at: Mapping[str, float]) -> float:
-    if joint.mimics is None:
-        return at[joint.name]
-    follows = joint.mimics
-    return follows.factor * _position(joints[follows.joint], joints, at) + follows.offset
 
 
 def _convex(entry: NamedShape, link: Array) -> Convex:

@@ -9,7 +9,10 @@ import numpy as np
 
 from kinolab.errors import Mistake, unknown_name
 from kinolab.robots.constant_frames import ROUNDING
+from kinolab.robots.joint_inertia import NOISE, without_resistance
 from kinolab.robots.kinematic_tree import (
+    FREE,
+    SIZES,
     Inertial,
     KinematicTree,
     bound_by_followers,
@@ -74,7 +77,8 @@ def follower_mistakes(tree: KinematicTree, where: str) -> Iterator[Mistake]:
 
 
 def massless_joints(tree: KinematicTree, where: str) -> Iterator[Mistake]:
-    """Yield the joints that move nothing with mass: their acceleration would be infinite."""
+    """Yield the joints that move nothing with inertia: their acceleration would be infinite."""
+    idle = {joint.name for joint in without_resistance(tree)}
     links = {link.name: link for link in tree.links}
     below: dict[str, float] = {}
     for joint in reversed([*from_the_root(tree)]):
@@ -82,16 +86,29 @@ def massless_joints(tree: KinematicTree, where: str) -> Iterator[Mistake]:
         moved = 0.0 if own is None else own.mass + float(np.abs(own.inertia).max())
         moved += sum(below[one.child] for one in tree.joints if one.parent == joint.child)
         below[joint.child] = moved
-        if joint.kind != "fixed" and joint.mimics is None and moved <= ROUNDING:
+        place = f"{where} joint {joint.name!r}".strip()
+        if joint.name in idle and moved > ROUNDING:
+            what = f"it turns {joint.child} about its axis, about which that has no inertia."
+            remedy = f"Give {joint.child} one beside rounding, or lock the joint."
+            yield Mistake(place, what, remedy)
+        elif joint.name in idle or (joint.kind in FREE and moved <= ROUNDING):
             what = f"it moves {joint.child}, which has no inertia, and nothing else."
             remedy = f"Give {joint.child} an inertia, or lock the joint."
-            yield Mistake(f"{where} joint {joint.name!r}".strip(), what, remedy)
+            yield Mistake(place, what, remedy)
 
 
-def inertia_mistake(name: str, inertial: Inertial, where: str) -> Mistake | None:
-    """Return what is wrong with the mass properties of links that move together, if anything."""
+def inertia_mistake(name: str, inertial: Inertial, length: float, where: str) -> Mistake | None:
+    """Return what is wrong with the mass properties of links that move together, if anything.
+
+    Args:
+        name: Of the first one.
+        inertial: Their mass properties, ``without_noise``.
+        length: How far they reach, in [m].
+        where: What mistakes are reported for.
+    """
     least = float(np.linalg.eigvalsh(inertial.inertia).min())
-    if least >= -INDEFINITE * max(float(np.abs(inertial.inertia).max()), ROUNDING):
+    rounded = INDEFINITE * float(np.abs(inertial.inertia).max())
+    if least >= -max(rounded, NOISE * inertial.mass * length**2):
         return None
     what = f"its inertia has a negative principal moment, {least:.3g} kg m^2."
     remedy = "No body has; look at ixx, iyy, izz and the signs of the others."
@@ -121,9 +138,7 @@ def _shape_mistakes(tree: KinematicTree, where: str) -> Iterator[Mistake]:
     for link in tree.links:
         for solid in link.solids:
             sizes = [
-                float(getattr(solid.shape, name))
-                for name in ("x", "y", "z", "radius", "length")
-                if hasattr(solid.shape, name)
+                float(getattr(solid.shape, name)) for name in SIZES if hasattr(solid.shape, name)
             ]
             if not all(math.isfinite(size) and size > 0.0 for size in sizes):
                 kind = type(solid.shape).__name__.lower()
