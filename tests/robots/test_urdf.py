@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 import sys
 from pathlib import Path
 
@@ -206,6 +207,37 @@ def test_what_is_wrong_is_said(change: tuple[str, str], said: str, tmp_path: Pat
     with pytest.raises(InputError) as caught:
         read_urdf(written(tmp_path, ARM.replace(*change)))
     assert said in str(caught.value)
+
+
+FOLLOWER = """<link name="f"><inertial><mass value="1.5"/>
+  <inertia ixx="0.3" iyy="0.3" izz="0.3" ixy="0" ixz="0" iyz="0"/></inertial>
+  <visual><geometry><sphere radius="0.125"/></geometry>
+  <material name="nan"><color rgba="0.1 0.2 0.3 1.0"/></material></visual></link>
+<joint name="inf" type="revolute"><parent link="tip"/><child link="f"/><axis xyz="1 0 0"/>
+  <limit lower="-1.25" upper="1.5" velocity="1.75" effort="7"/>
+  <dynamics friction="0.375" damping="0.4"/>
+  <mimic joint="shoulder-pan" multiplier="2.5" offset="0.0625"/></joint></robot>"""
+WITH_FOLLOWER = ARM.replace("</robot>", FOLLOWER)
+
+
+@pytest.mark.parametrize("word", ["nan", "-inf", "1e999"])
+@pytest.mark.parametrize(
+    "attribute",
+    [
+        'mass value="2.0"', 'origin xyz="0 0 0.5"', 'rpy="0.3 0 0"', 'cylinder radius="0.05"',
+        'length="0.9"', 'box size="0.1 0.2 0.3"', 'sphere radius="0.125"', 'axis xyz="0 2 0"',
+        'lower="-1.25"', 'upper="1.5"', 'velocity="1.75"', 'effort="7"', 'effort="10"',
+        'friction="0.375"', 'damping="0.4"', 'multiplier="2.5"', 'offset="0.0625"',
+        'rgba="0.1 0.2 0.3 1.0"', 'ixx="0.3"', 'ixy="0"',
+    ],
+)  # fmt: skip
+def test_a_number_that_is_not_finite_is_refused(attribute: str, word: str, tmp_path: Path) -> None:
+    """Wherever it stands; names may be what they like."""
+    changed = re.sub(r'"[^ "]+', f'"{word}', attribute)  # the first number of it
+    assert WITH_FOLLOWER.count(attribute)
+    with pytest.raises(InputError, match=rf"'{word}.*' is not finite"):
+        read_urdf(written(tmp_path, WITH_FOLLOWER.replace(attribute, changed)))
+    read_urdf(written(tmp_path, WITH_FOLLOWER))
 
 
 def test_a_joint_that_moves_nothing_is_refused(tmp_path: Path) -> None:

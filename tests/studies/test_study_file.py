@@ -76,6 +76,15 @@ def refused_before_runs(folder: Path, text: str) -> list[str]:
             "[sobol]\npoints = 0\nranges.a = { low = 0, to = 1 }",
             "tiny.toml sobol.points: 0 does not fit here. How many; a power of 2 is best.",
         ),
+        ("[sweep]\na = [1.0, nan]", "tiny.toml sweep.a.2: nan does not fit here."),
+        (
+            "[sweep]\na = [[1.0, inf]]",
+            "tiny.toml sweep.a.1: [1.0, inf] does not fit here.",
+        ),
+        (
+            "[settings]\na = { b = [0, [-1e999]] }",
+            "tiny.toml settings.a: { b = [0, [-inf]] } does not fit here.",
+        ),
     ],
 )
 def test_a_mistake_is_told_with_its_place_and_what_would_work(

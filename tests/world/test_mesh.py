@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 import json
+import re
 import struct
 from collections.abc import Callable
 from contextlib import suppress
@@ -44,6 +45,33 @@ def test_every_format_gives_the_same_box(suffix: str, tmp_path: Path) -> None:
     )  # which such files say, and are believed
     assert mesh_obstacle("box", file.name, tmp_path, up=up).warnings == ()
     np.testing.assert_array_equal(np.ptp(loaded.vertices, axis=0), [1, 2, 4])
+
+
+@needs("collada")
+@pytest.mark.parametrize("word", ["nan", "INF", "-inf", "1e999"])
+@pytest.mark.parametrize(
+    ("place", "said"),
+    [
+        (rb"(<float_array[^>]*>)\s*\S+", "a number in <float_array> that is not finite"),
+        (rb"(<node [^>]*>)()", "a number in <translate> that is not finite"),
+        (rb'(<unit meter=")[^"]*', "its unit is"),
+    ],
+)
+def test_collada_with_numbers_that_are_not_finite_is_refused(
+    place: bytes, said: str, word: str, tmp_path: Path
+) -> None:
+    """pycollada reads others in their place."""
+    unit = b'<asset><unit meter="0.001" name="mm"/>'
+    content = _bytes(trimesh.creation.box((1, 2, 4)), "dae").replace(b"<asset>", unit)
+    (tmp_path / "box.dae").write_bytes(content)
+    assert len(load_mesh("box.dae", root=tmp_path).faces) == 12
+    wrong = word.encode()
+    if b"node" in place:
+        wrong = b"<translate>0 " + wrong + b" 0</translate>"
+    changed = re.sub(place, lambda found: found[1] + wrong, content, count=1)
+    assert changed != content
+    (tmp_path / "box.dae").write_bytes(changed)
+    assert said in refused("box.dae", tmp_path)
 
 
 def _bytes(box: trimesh.Trimesh, kind: str) -> bytes:

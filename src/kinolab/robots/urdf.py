@@ -10,6 +10,7 @@ import logging
 import math
 import re
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, get_args
@@ -47,6 +48,11 @@ from kinolab.world.shape_surfaces import Faces
 LOG = logging.getLogger("kinolab")
 COMMENTS = re.compile(rb"<!--.*?-->", re.DOTALL)
 LARGEST_LINK = 20.0  # [m] across: beyond that a mesh is likely to be in millimetres
+# Attributes that are numbers, of what is read in links and joints.
+PLACES = {"xyz", "rpy", "scale", "rgba"}
+SIZES_AND_MASSES = {"size", "radius", "length", "value", "ixx", "ixy", "ixz", "iyy", "iyz", "izz"}
+LIMITS = {"lower", "upper", "effort", "velocity", "damping", "friction", "multiplier", "offset"}
+NUMBERS = PLACES | SIZES_AND_MASSES | LIMITS
 KINDS: Mapping[str, JointKind] = {
     "fixed": "fixed",
     "revolute": "revolute",
@@ -124,7 +130,10 @@ def _parsed(path: Path) -> Any:
         raise InputError([Mistake(path.name, "it is a xacro template, not a URDF.", remedy)])
     xml = library_of("robots", "lxml.etree", "URDF files are read by yourdfpy and lxml")
     try:
-        xml.fromstring(content, xml.XMLParser(resolve_entities=False))  # yourdfpy guesses instead
+        # yourdfpy guesses where this fails
+        document = xml.fromstring(content, xml.XMLParser(resolve_entities=False))
+        if mistakes := [*_not_finite(document, path.name)]:
+            raise InputError(mistakes)
         robot = library.URDF.load(
             io.BytesIO(content),
             build_scene_graph=False,
@@ -132,6 +141,8 @@ def _parsed(path: Path) -> Any:
             build_collision_scene_graph=False,
             load_collision_meshes=False,
         ).robot
+    except InputError:
+        raise
     except Exception as error:  # of lxml and yourdfpy, of many kinds
         told = f"there is no {error}" if isinstance(error, KeyError) else str(error).strip()
         what = f"it is not a URDF file ({told or type(error).__name__})."
@@ -141,6 +152,24 @@ def _parsed(path: Path) -> Any:
     if len(robot.links) > MOST_LINKS:
         raise InputError([Mistake(path.name, f"it has more than {MOST_LINKS} links.")])
     return robot
+
+
+def _not_finite(document: Any, where: str) -> Iterator[Mistake]:
+    """Yield the numbers of links and joints that are not finite, wherever they stand in these."""
+    for part in document.iterchildren("link", "joint"):
+        for element in part.iter("*"):
+            for name in sorted(set(element.keys()) & NUMBERS):
+                text = element.get(name)
+                if any(not math.isfinite(number) for number in _numbers(text)):
+                    place = f"{where} {part.tag} {part.get('name', '')!r} <{element.tag}> {name}"
+                    what = f"{printable(text)!r} is not finite."
+                    yield Mistake(place, what, "Give a number, or leave it out.")
+
+
+def _numbers(text: str) -> Iterator[float]:
+    for word in text.split():
+        with suppress(ValueError):  # yourdfpy tells what is no number
+            yield float(word)
 
 
 class _LinkReader:
@@ -224,9 +253,6 @@ class _LinkReader:
         pose = np.eye(4) if given.origin is None else np.asarray(given.origin, dtype=float)
         own = np.zeros((3, 3)) if given.inertia is None else np.asarray(given.inertia, dtype=float)
         mass = float(given.mass)
-        if not (math.isfinite(mass) and np.isfinite(own).all() and np.isfinite(pose).all()):
-            self._wrong("link", entry.name, "its inertial has numbers that are not finite.")
-            return None
         if mass < 0.0:
             self._wrong("link", entry.name, f"its mass is {mass:g} kg.")
         centre = pose[:3, 3]
@@ -294,11 +320,11 @@ class _LinkReader:
             kind = "fixed"
         pose = np.eye(4) if entry.origin is None else np.asarray(entry.origin, dtype=float)
         axis = np.array([1.0, 0.0, 0.0]) if entry.axis is None else np.asarray(entry.axis, float)
-        if axis.shape != (3,) or not np.isfinite(axis).all():
+        if axis.shape != (3,):
             self._wrong("joint", entry.name, "its axis is not made of three numbers.")
             axis = np.array([1.0, 0.0, 0.0])
         size = float(np.linalg.norm(axis))
-        if kind != "fixed" and not (math.isfinite(size) and size > 0.0):
+        if kind != "fixed" and not (0.0 < size < math.inf):
             self._wrong("joint", entry.name, "its axis has no direction.")
             axis, size = np.array([1.0, 0.0, 0.0]), 1.0
         limit, friction, mimic = entry.limit, entry.dynamics, entry.mimic

@@ -9,7 +9,15 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal, get_args
 
-from pydantic import BaseModel, ConfigDict, Field, PrivateAttr, ValidationError, model_validator
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    ConfigDict,
+    Field,
+    PrivateAttr,
+    ValidationError,
+    model_validator,
+)
 from pydantic_core import ErrorDetails
 
 from kinolab.errors import InputError, Mistake, unknown_name
@@ -40,7 +48,20 @@ NAMED_ELSEWHERE = {  # keys of a scenario that a study names by keys of its own
 }
 
 Positive = Annotated[float, Field(gt=0.0)]
-Value = bool | int | float | str | list[Any] | dict[str, Any]
+
+
+def _finite(held: Any) -> Any:
+    """Refuse lists and tables that hold numbers which are not finite."""
+    inside = held.values() if isinstance(held, dict) else held
+    for value in inside if isinstance(held, dict | list) else ():
+        if isinstance(value, float) and not math.isfinite(value):
+            raise ValueError("it holds a number that is not finite")
+        _finite(value)
+    return held
+
+
+Holder = Annotated[list[Any] | dict[str, Any], AfterValidator(_finite)]
+Value = bool | int | float | str | Holder
 
 
 class Table(BaseModel):

@@ -8,11 +8,13 @@ memory for each of its own, and a DAE 90. The largest sizes keep them all below
 from __future__ import annotations
 
 import io
+import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from typing import Any
 
-from kinolab.errors import InputError, Mistake
+from kinolab.errors import InputError, Mistake, printable
 from kinolab.untrusted import json_of
 
 MAX_BYTES = 200_000_000
@@ -25,6 +27,8 @@ MAX_SCENE_BYTES = 20_000_000  # of the JSON in a GLB
 MAX_EMPTY_BYTES = 100_000_000  # of a GLB's arrays that are not in the file: they are zero
 COMPONENTS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
 COMPONENT_BYTES = 4  # at most
+COLLADA_NUMBERS = ("float_array", "lookat", "matrix", "rotate", "scale", "skew", "translate")
+COLLADA_UNREAD = ("library_animations", "library_controllers")
 MATERIAL = re.compile(rb"^[ \t]*+usemtl([^\r\n]*+)", re.MULTILINE)
 
 
@@ -52,8 +56,10 @@ def require_size(where: str, kind: str, content: bytes) -> None:
         raise InputError([Mistake(where, what, "Join them, or save it as binary STL.")])
     if kind == "obj" and _has_many_materials(content):
         raise _too_many(where, MAX_MATERIALS, "materials")
-    if kind == "dae" and unfolded_nodes(content) > MAX_NODES:
-        raise _too_many(where, MAX_NODES, "nodes")
+    if kind == "dae":
+        if unfolded_nodes(content) > MAX_NODES:
+            raise _too_many(where, MAX_NODES, "nodes")
+        _require_finite(where, content)
 
 
 def _too_large(where: str, most: int, why: str = "") -> InputError:
@@ -103,6 +109,45 @@ def unfolded_nodes(content: bytes) -> int:
         count += 1
         left += held.get(left.pop(), ())
     return count + len(left)
+
+
+def _require_finite(where: str, content: bytes) -> None:
+    """Refuse a DAE with numbers that are not finite, for which pycollada takes others.
+
+    What moves and bends is not read, and may have any.
+
+    Raises:
+        InputError: If there is one.
+        ValueError: If a place of numbers has something else.
+    """
+    from xml.etree import ElementTree  # late, as above
+
+    unread = 0
+    for event, element in ElementTree.iterparse(io.BytesIO(content), ("start", "end")):
+        name = str(element.tag).rpartition("}")[2]
+        unread += (event == "start") - (event == "end") if name in COLLADA_UNREAD else 0
+        if event == "start":
+            continue
+        numbers = (element.text or "").split() if name in COLLADA_NUMBERS and not unread else ()
+        if not all(map(math.isfinite, map(float, numbers))):
+            what = f"has a number in <{name}> that is not finite."
+            raise InputError([Mistake(where, what, "Export it again.")])
+        if name == "unit":
+            _require_unit(where, element.get("meter", "1"))
+        element.clear()
+
+
+def _require_unit(where: str, text: str) -> None:
+    """Refuse a unit of length that is none.
+
+    Raises:
+        InputError: If it is no positive, finite number.
+    """
+    with suppress(ValueError):
+        if 0.0 < float(text) < math.inf:
+            return
+    what = f"says that its unit is {printable(text)!r} m."
+    raise InputError([Mistake(where, what, "Give a positive number, such as 0.001 for 1 mm.")])
 
 
 def _require_small_scene(where: str, content: bytes) -> None:
