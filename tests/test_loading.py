@@ -437,3 +437,19 @@ def test_another_planner_has_settings_of_its_own(tmp_path: Path) -> None:
 def test_what_is_typed_beside_another_planner_must_fit_it(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="no setting of est is called 'intermediate_states'"):
         problem_of(tmp_path, OPEN, "planner.name=est", "planner.intermediate_states=true")
+
+
+@pytest.mark.parametrize("value", ["1e300", "1e-300", "-1e61"])
+@pytest.mark.parametrize("name", ["m", "R"])
+def test_a_parameter_whose_products_overflow_is_refused(
+    name: str, value: str, tmp_path: Path
+) -> None:
+    """m R^2 w^2 with numbers beyond 1e60 is no double any more, or 0."""
+    path = tmp_path / "disk.toml"
+    path.write_text(
+        'schema = 1\ntitle = "t"\n[system]\nname = "rolling_disk"\n'
+        f"parameters = {{ {name} = {value} }}\n"
+        "[world]\nbounds = { x = [0, 10], y = [0, 10] }\n[goal]\nx = 9.0\ntolerance = 0.1\n"
+    )
+    with pytest.raises(InputError, match=rf"parameters.{name}: {name} = .* than can be computed"):
+        kinolab.load(path)

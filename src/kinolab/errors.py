@@ -7,6 +7,19 @@ import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
+LONGEST_QUOTE = 200  # characters of what was given that a message repeats
+# What a message quotes: between quotation marks, in brackets, or one word.
+_QUOTE = re.compile(
+    r"""(?s:(?<!\w)'(?:[^'\\]|\\.){N,}'|"(?:[^"\\]|\\.){N,}"|\([^()]{N,}\)|\S{N,})""".replace(
+        "N", str(LONGEST_QUOTE - 1)
+    )
+)
+
+
+def shortened_quotes(text: str) -> str:
+    """Return a message of which each quote is at most ``LONGEST_QUOTE`` characters long."""
+    return _QUOTE.sub(lambda found: f"{found[0][: LONGEST_QUOTE - 2]}…{found[0][-1]}", text)
+
 
 @dataclass(frozen=True)
 class Mistake:
@@ -15,6 +28,11 @@ class Mistake:
     where: str  # a file and key, or the name of a body, constraint, …; may be empty
     what: str  # a sentence
     remedy: str = ""  # a sentence: what would work
+
+    def __post_init__(self) -> None:
+        """Shorten what is quoted of the input, whoever wrote the sentences."""
+        for name in ("where", "what", "remedy"):
+            object.__setattr__(self, name, shortened_quotes(getattr(self, name)))
 
     def __str__(self) -> str:
         sentence = f"{self.what} {self.remedy}".rstrip()
@@ -28,6 +46,10 @@ class KinolabError(Exception):
     """
 
     exit_code = 2
+
+    def __str__(self) -> str:
+        """Return the message, without long quotes of what was given."""
+        return shortened_quotes(super().__str__())
 
 
 class InputError(KinolabError):

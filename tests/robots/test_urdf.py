@@ -198,6 +198,7 @@ def test_all_mistakes_of_a_file_are_named_at_once(tmp_path: Path) -> None:
         (('type="revolute"', 'type="screw"'), "its type is 'screw'"),
         (('radius="0.05"', 'radius="0"'), "Give positive ones."),
         (('axis xyz="0 2 0"', 'axis xyz="200"'), "its axis is not made of three numbers"),
+        (('mass value="2.0"', 'mass value="1e300"'), "1e+300 is a mass or an inertia beyond 1e+60"),
         (("</robot>", ""), "it is not a URDF file"),
         (("<robot", "<!DOCTYPE r [<!ENTITY a 'b'>]><robot"), "XML entities"),
         (("2.0", "${mass}"), "xacro robot.xacro > robot.urdf"),
@@ -218,6 +219,25 @@ FOLLOWER = """<link name="f"><inertial><mass value="1.5"/>
   <dynamics friction="0.375" damping="0.4"/>
   <mimic joint="shoulder-pan" multiplier="2.5" offset="0.0625"/></joint></robot>"""
 WITH_FOLLOWER = ARM.replace("</robot>", FOLLOWER)
+
+
+@pytest.mark.parametrize(
+    "joints",
+    [
+        [("upper", "upper")],  # beside the one from the base
+        [("tip", "upper")],
+        [("tip", "tip")],
+        [("tip", "base")],
+    ],
+)
+def test_links_that_go_round_are_refused(joints: list[tuple[str, str]], tmp_path: Path) -> None:
+    added = "".join(
+        f'<joint name="further {k}" type="continuous"><parent link="{parent}"/>'
+        f'<child link="{child}"/><limit effort="1" velocity="1"/></joint>'
+        for k, (parent, child) in enumerate(joints)
+    )
+    with pytest.raises(InputError, match=r"two joints|to itself|every link has one"):
+        read_urdf(written(tmp_path, ARM.replace("</robot>", f"{added}</robot>")))
 
 
 @pytest.mark.parametrize("word", ["nan", "-inf", "1e999"])

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import json
 import socket
-from collections.abc import Callable
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import suppress
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -34,7 +36,43 @@ def refused(address: str) -> str:
     "address", ["local:0", "local:x", "local:", "local:-1", "local:²", f"local:{'9' * 5000}"]
 )
 def test_an_address_that_is_no_cluster_is_refused(address: str) -> None:
-    assert refused(address) == f"--dask: {address!r} is no cluster. Write local:8, for 8 workers."
+    told = refused(address)
+    assert told.startswith("--dask: 'local:")
+    assert told.endswith("' is no cluster. Write local:8, for 8 workers.")
+
+
+@pytest.fixture
+def server(request: pytest.FixtureRequest) -> Iterator[str]:
+    """A port at which nobody says anything, or only what is no Dask."""
+    with socket.create_server(("127.0.0.1", 0)) as listening:
+        answer: bytes = request.param
+
+        def serve() -> None:
+            with suppress(OSError):
+                while True:
+                    connection, _ = listening.accept()
+                    connection.sendall(answer)
+                    held.append(connection)
+
+        held: list[socket.socket] = []
+        threading.Thread(target=serve, daemon=True).start()
+        yield f"127.0.0.1:{listening.getsockname()[1]}"
+        for connection in held:
+            connection.close()
+
+
+WEB = b"HTTP/1.1 400 Bad Request\r\nContent-Length: 0\r\n\r\n"
+
+
+@pytest.mark.parametrize("server", [b"", WEB, b"SSH-2.0-x\r\n"], indirect=True)
+def test_a_server_of_something_else_is_told(server: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(dask_engine, "CONNECT_SECONDS", 0.3)
+    assert refused(f"tcp://{server}").startswith("--dask: no scheduler answers at tcp://127.0.0.1:")
+
+
+@pytest.mark.parametrize("address", ["foo://127.0.0.1:1", "http://127.0.0.1:1", "inproc://1"])
+def test_a_scheme_without_a_scheduler_is_told(address: str) -> None:
+    assert refused(address).startswith(f"--dask: no scheduler answers at {address} (")
 
 
 def test_a_scheduler_that_does_not_answer_is_told(monkeypatch: pytest.MonkeyPatch) -> None:

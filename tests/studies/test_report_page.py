@@ -34,7 +34,8 @@ class Page(HTMLParser):
 
 def report(folder: Path, rows: list[Row], title: str = "Which one?") -> tuple[str, str]:
     """Return the page and the text of rows."""
-    study = study_in(folder, TINY.replace('"Which one swings up?"', f"'{title}'"))
+    quote = '"' if "\\" in title else "'"
+    study = study_in(folder, TINY.replace('"Which one swings up?"', f"{quote}{title}{quote}"))
     page, text = write_report(folder, study, rows)
     return page.read_text(encoding="utf-8"), text.read_text(encoding="utf-8")
 
@@ -107,6 +108,17 @@ def test_a_title_is_text(tmp_path: Path) -> None:
     assert SCRIPT not in text
     assert SCRIPT in Page(text).text
     assert not any(tag == "script" for tag, _ in Page(text).tags)
+
+
+ESCAPES = "A \\u001b[2J title\\u202e"  # as TOML has them
+
+
+def test_control_characters_are_in_no_page(tmp_path: Path) -> None:
+    """Of titles, names and messages: a terminal would obey them."""
+    rows = [row(0, planner="\x1b[31mred"), row(1, status="error", message="\x1b]0;t\x07 \x9b1m")]
+    text, markdown = report(tmp_path, rows, ESCAPES)
+    for page in (text, markdown):
+        assert not re.search(r"[\x00-\x09\x0b-\x1f\x7f-\x9f\u202e]", page)
 
 
 def test_kinds_of_computers_bring_a_warning_and_are_not_compared(tmp_path: Path) -> None:

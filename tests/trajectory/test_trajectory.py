@@ -241,3 +241,12 @@ def test_a_motion_is_written_where_it_is_told(tmp_path: Path) -> None:
 
 def test_a_motion_is_shown_in_a_line() -> None:
     assert repr(sampled(0.5)) == "<Trajectory of 2.00 s, 5 knots of x, y, x_dot>"
+
+
+def test_a_table_of_too_many_knots_is_refused(tmp_path: Path) -> None:
+    """48 MB of rows would be looked at for many minutes."""
+    path = tmp_path / "trajectory.csv"
+    rows = "".join(f"{k / 100},0.0,0.0\n" for k in range(100_001))
+    path.write_text(f"t,x,u\n{rows}")
+    with pytest.raises(InputError, match="more than 100000 knots"):
+        read_csv(path, ("x",), ("u",))

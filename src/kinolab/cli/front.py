@@ -16,7 +16,7 @@ import click
 
 from kinolab.cli.interrupts import INTERRUPTS
 from kinolab.cli.terminal import say
-from kinolab.errors import KinolabError
+from kinolab.errors import KinolabError, shortened_quotes
 
 COMMANDS = (
     "scenario", "check", "execute", "bench", "plot", "video", "gallery", "view", "list",
@@ -78,7 +78,7 @@ def execute(arguments: list[str]) -> int:
     except click.ClickException as error:
         told = io.StringIO()  # it has what was typed, and a pattern types names of files
         error.show(told)
-        say(told.getvalue().rstrip("\n"), err=True)
+        say(shortened_quotes(told.getvalue().rstrip("\n")), err=True)
         return USAGE
     except KinolabError as error:
         return _explain(error)
@@ -91,7 +91,7 @@ def execute(arguments: list[str]) -> int:
         sys.stdout = open(os.devnull, "w")  # noqa: SIM115  # the reader is gone
         return 0
     except OSError as error:
-        say(f"error: {error}", err=True)
+        say(shortened_quotes(f"error: {error}"), err=True)
         return USAGE
     except Exception:
         INTERRUPTS.raise_if_seen()  # a library's reaction to Ctrl-C

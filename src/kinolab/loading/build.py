@@ -21,6 +21,7 @@ from kinolab.loading.well_posed import (
     limit_issues,
     mesh_issues,
     name_mistakes,
+    parameter_issues,
     planner_issues,
 )
 from kinolab.problem import PlanningTask
@@ -156,6 +157,8 @@ def _parts(
         if wrong and (further := machine.quasi_velocities()):
             wrong = name_mistakes(scenario, machine.facts, further)
         mistakes += wrong
+        issues = parameter_issues(machine.facts)
+        mistakes += [mistake_at(issue, scenario.origin) for issue in issues]
     if planner:
         mistakes += [mistake_at(issue, scenario.origin) for issue in planner_issues(scenario)]
     return machine, obstacles

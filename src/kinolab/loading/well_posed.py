@@ -20,6 +20,8 @@ from kinolab.world.meshes.mesh_hints import FAR_TOO_LARGE, likely_scale
 
 MAX_LIMIT = 1e9  # of a limit, in its own unit: beyond it nothing in the world has a size
 MIN_STEP = 1e-6  # [s]
+# In SI units: products of five such numbers are doubles, which reach from 1e-308 to 1e308.
+PARAMETERS = (1e-60, 1e60)
 
 
 def name_mistakes(
@@ -39,6 +41,17 @@ def name_mistakes(
 def chosen_names(machine: MachineFacts) -> list[str]:
     """Return the names of inputs, and of the references of feedback."""
     return [entry.name for entry in (*machine.inputs, *(machine.references or ()))]
+
+
+def parameter_issues(machine: MachineFacts) -> Iterator[Issue]:
+    """Yield parameters whose products are no numbers of a computer; 0 is one."""
+    least, largest = PARAMETERS
+    for name, value in machine.parameters:
+        if value and not least <= abs(value) <= largest:
+            beyond = "more" if abs(value) > largest else "less"
+            what = f"{name} = {value:g} is {beyond} than can be computed with."
+            remedy = f"Give 0, or a size from {least:g} to {largest:g}."
+            yield Issue(("system", "parameters", name), what, remedy)
 
 
 def planner_issues(scenario: Scenario) -> Iterator[Issue]:

@@ -21,6 +21,7 @@ from kinolab.robots.kinematic_tree import (
     usable_name,
 )
 
+LARGEST = 1e60  # [kg], [kg m^2]: products of five such numbers are the largest that doubles hold
 INDEFINITE = 1e-9  # of the largest entry of an inertia matrix, which may be rounded
 
 
@@ -38,6 +39,8 @@ def tree_mistakes(
         for end, name in (("parent", joint.parent), ("child", joint.child)):
             if name not in links:
                 yield unknown_name("link", name, known=sorted(links), where=f"{place} {end}")
+        if joint.parent == joint.child:
+            yield Mistake(place, f"it joins {joint.child} to itself.", "Give another parent.")
         if joint.mimics is not None and joint.mimics.joint not in movable:
             known = sorted(movable)
             yield unknown_name("joint", joint.mimics.joint, known=known, where=f"{place} mimic")
@@ -50,6 +53,7 @@ def tree_mistakes(
         if len(same) > 1:
             yield Mistake(where, f"the joints {' and '.join(same)} would both be called {name}.")
     yield from _shape_mistakes(tree, where)
+    yield from _mass_mistakes(tree, where)
     yield from _no_tree(tree, where)
     leaders = {joint.name: joint.mimics.joint for joint in tree.joints if joint.mimics}
     for name, at in locked.items():
@@ -146,12 +150,23 @@ def _shape_mistakes(tree: KinematicTree, where: str) -> Iterator[Mistake]:
                 yield Mistake(f"{where} link {link.name!r}".strip(), what, "Give positive ones.")
 
 
+def _mass_mistakes(tree: KinematicTree, where: str) -> Iterator[Mistake]:
+    """Yield masses and inertias whose products are no numbers of a computer."""
+    for link in tree.links:
+        given = [] if link.inertial is None else [link.inertial.mass, *link.inertial.inertia.flat]
+        for value in sorted({value for value in given if abs(value) > LARGEST}):
+            what = f"{value:g} is a mass or an inertia beyond {LARGEST:g}."
+            yield Mistake(f"{where} link {link.name!r}".strip(), what, "Give it in kg and metres.")
+
+
 def _no_tree(tree: KinematicTree, where: str) -> Iterator[Mistake]:
     """Yield what keeps the links from hanging from one root."""
     children = [joint.child for joint in tree.joints]
     for name in sorted({name for name in children if children.count(name) > 1}):
         what = "it is the child of two joints; a loop cannot be written that way."
         yield Mistake(f"{where} link {name!r}".strip(), what)
+    if len({*children}) < len(children):  # what hangs below them may go round
+        return
     roots = [link.name for link in tree.links if link.name not in children]
     if len(roots) != 1:
         shown = f"{', '.join(roots[:5])} have none" if roots else "every link has one"

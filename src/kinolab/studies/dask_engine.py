@@ -5,6 +5,7 @@ Files travel by content, once to each worker, also to those that come later (a w
 
 from __future__ import annotations
 
+import asyncio
 import json
 import logging
 import re
@@ -28,7 +29,7 @@ if TYPE_CHECKING:
 LOCAL = "local:"
 CLOSE_SECONDS = 10.0  # [s] for a cluster to end
 HURRY_SECONDS = 0.2  # [s] the same after Ctrl-C; the rest ends with this process
-CONNECT_SECONDS = 10.0  # [s] for a scheduler to answer
+CONNECT_SECONDS = 4.0  # [s] for a scheduler to answer, and again to take a client
 PATIENCE = 10.0  # [s] without a scheduler before it is given up
 SETTINGS = {  # of Dask, for clusters on this computer: what watches workers takes their processors
     "distributed.scheduler.allowed-failures": 50,  # with one order; the engine counts anew
@@ -90,11 +91,12 @@ class DaskEngine(AbstractEngine):
             )
             address = self._cluster.scheduler_address
         try:
+            _require_scheduler(address)  # which a client waits for beyond any limit
             client: Client = distributed.Client(
                 address, timeout=CONNECT_SECONDS, set_as_default=False
             )
             return client
-        except (OSError, TimeoutError, ValueError) as error:
+        except Exception as error:  # of sockets, Dask, and what other servers answer
             reason = str(error).splitlines()[0] if str(error) else type(error).__name__
             what = f"no scheduler answers at {address} ({reason})."
             remedy = "`dask scheduler` starts one, `dask worker ADDRESS` its workers; or local:8."
@@ -170,3 +172,37 @@ class DaskEngine(AbstractEngine):
         if self._cluster is not None:
             with suppress(Exception):
                 self._cluster.close(timeout=5)
+
+
+def _require_scheduler(address: str) -> None:
+    """Have a scheduler say who it is; in a thread, which is left where that takes too long.
+
+    Raises:
+        Exception: Of any kind, if there is none.
+    """
+    from distributed.core import connect
+
+    async def ask() -> str:
+        comm = await connect(address, timeout=CONNECT_SECONDS)
+        try:
+            await comm.write({"op": "identity", "reply": True})
+            return str((await comm.read())["type"])
+        finally:
+            comm.abort()
+
+    answers: list[str | Exception] = []
+
+    def told() -> None:
+        try:
+            answers.append(asyncio.run(asyncio.wait_for(ask(), CONNECT_SECONDS)))
+        except Exception as error:
+            answers.append(error)
+
+    asking = threading.Thread(target=told, daemon=True)
+    asking.start()
+    asking.join(CONNECT_SECONDS + 1.0)
+    answer = answers[0] if answers else TimeoutError("it says nothing")
+    if isinstance(answer, Exception):
+        raise answer
+    if answer != "Scheduler":
+        raise ValueError(f"it is a {answer}")

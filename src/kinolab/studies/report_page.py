@@ -112,16 +112,16 @@ def page_of(
 ) -> str:
     """Return the report as a page that needs nothing else."""
     several = len({group.computer for group in groups}) > 1
-    body = [f"<h1>{html.escape(study.title)}</h1>"]
+    body = [f"<h1>{_escaped(study.title)}</h1>"]
     for k, sentence in enumerate(sentences(study, rows)):
         kind = "warning" if several and k == 0 else "note"
         body.append(f'<p class="{kind}">{_inline(sentence)}</p>')
     body += [_html(summary(groups)), f'<p class="note">{_inline(LEGEND)}</p>']
-    body += [f'<p class="warning">{html.escape(text)}</p>' for text in _messages(rows)]
+    body += [f'<p class="warning">{_escaped(text)}</p>' for text in _messages(rows)]
     for place in dict.fromkeys((group.scenario, group.computer) for group in groups):
         own = [group for group in groups if (group.scenario, group.computer) == place]
         title = place[0] + (f", on {place[1]}" if several else "")
-        body += [f"<h2>{html.escape(title)}</h2>", *_figures(own, title)]
+        body += [f"<h2>{_escaped(title)}</h2>", *_figures(own, title)]
         compared = [pair for pair in pairs if pair.first in own]
         if compared:
             body += [_html(comparison_table(compared)), f'<p class="note">{_inline(COMPARED)}</p>']
@@ -132,7 +132,7 @@ def page_of(
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
         '<meta http-equiv="Content-Security-Policy" content="default-src \'none\'; '
         "style-src 'unsafe-inline'; base-uri 'none'; form-action 'none'\">\n"
-        f"<title>{html.escape(study.title)}</title><style>{STYLE}</style></head>\n"
+        f"<title>{_escaped(study.title)}</title><style>{STYLE}</style></head>\n"
         "<body>\n" + "\n".join(body) + "\n</body></html>\n"
     )
 
@@ -297,16 +297,21 @@ def _label(text: str) -> str:
 
 
 def _html(table: Table) -> str:
-    heading = "".join(f"<th>{html.escape(cell)}</th>" for cell in table[0])
+    heading = "".join(f"<th>{_escaped(cell)}</th>" for cell in table[0])
     rows = "".join(
         f"<tr>{''.join(f'<td>{_inline(cell)}</td>' for cell in row)}</tr>\n" for row in table[1:]
     )
     return f"<table><thead><tr>{heading}</tr></thead><tbody>\n{rows}</tbody></table>"
 
 
+def _escaped(text: str) -> str:
+    """Return text as HTML, without characters that a page or an editor would obey."""
+    return html.escape(printable(text))
+
+
 def _inline(text: str) -> str:
     """Return text as HTML; what Markdown marks by stars is emphasised."""
-    escaped = html.escape(text)
+    escaped = _escaped(text)
     for stars, tag in (("**", "strong"), ("*", "em")):
         parts = escaped.split(stars)
         if len(parts) % 2:
@@ -449,5 +454,5 @@ def _figure_html(figure: Figure, caption: str) -> str:
     svg = out.getvalue()
     svg = svg[svg.index("<svg") :].replace("<svg ", '<svg role="img" ', 1)
     svg = re.sub(r' xmlns(:\w+)?="[^"]*"', "", svg, count=2)  # HTML knows its names
-    said = html.escape(caption)
+    said = _escaped(caption)
     return f"<figure>{svg}<figcaption>{said}</figcaption></figure>"

@@ -23,6 +23,7 @@ from kinolab.trajectory.interpolation import states_at
 from kinolab.untrusted import text_file, why
 
 MOST_TOLD = 10  # mistakes of a file
+MOST_KNOTS = 100_000  # of a motion that is read: steps of 10 ms for a quarter of an hour
 
 
 class Moment(NamedTuple):
@@ -275,6 +276,8 @@ def _rows(lines: Iterable[list[str]], width: int) -> list[list[str]]:
     """Return the rows below a header, up to the last one of another width that is told of."""
     rows, others = [], 0
     for row in lines:
+        if len(rows) == MOST_KNOTS:
+            raise csv.Error(f"it has more than {MOST_KNOTS} knots")
         rows.append(row)
         others += len(row) != width
         if others == MOST_TOLD:
