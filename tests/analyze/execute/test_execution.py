@@ -317,3 +317,41 @@ def test_a_problem_of_discrete_steps_is_carried_out_in_them(
     (alone,) = execute(stepped, plan, Conditions(tracked=False), runs=1).runs
     k = np.arange(11)
     assert np.allclose(alone.x[:11, 0], 0.01 * k * (k - 1) / 2, atol=1e-12)
+
+
+def _slider(*, gain: object = 1.0) -> System:
+    x = length("x", -5.0, 5.0, speed=5.0)
+    frame = move(x, 0, 0)
+    body = Body("slider", frame, mass=1.0)
+    push = Force("push", on=body, along=frame.x, limit=1.0)
+    return System("slider", bodies=[body], inputs=[push], efforts=[Viscous(rate(x), gain)])
+
+
+def _on_rails(system: System, folder: Path) -> tuple[PlanningTask, Trajectory]:
+    (folder / "machine.json").write_text(machine_to_json(system))
+    (folder / "s.toml").write_text(
+        'schema = 1\ntitle = "t"\n[system]\nfile = "machine.json"\n'
+        "[goal]\nx = 0.1\ntolerance = 0.5\n[integration]\nstep = 0.1\n"
+    )
+    motion = Trajectory(
+        t=np.array([0.0, 0.1]), x=np.zeros((2, 2)), u=np.zeros((1, 1)),
+        state_names=("x", "x_dot"), control_names=("push",),
+    )  # fmt: skip
+    return kinolab.load(folder / "s.toml"), motion
+
+
+@pytest.mark.parametrize("damping", [1.0, parameter("c", 0.0, "N s/m")])
+def test_where_no_parameter_can_vary_nothing_is_run(damping: object, tmp_path: Path) -> None:
+    """A machine of numbers has none, and a share of 0 is 0: all runs would reach the goal."""
+    problem, motion = _on_rails(_slider(gain=damping), tmp_path)
+    with pytest.raises(InputError, match="--parameters: slider has no parameter to vary"):
+        execute(problem, motion, Conditions(parameters=0.5), runs=3)
+    assert sum(execute(problem, motion, Conditions(noise=0.01), runs=3).counts.values()) == 3
+
+
+def test_a_parameter_that_is_built_otherwise_varies(tmp_path: Path) -> None:
+    problem, motion = _on_rails(_slider(gain=parameter("c", 0.0, "N s/m")), tmp_path)
+    conditions = Conditions(parameters=0.5, built={"c": 2.0})
+    drawn = {run.parameters["c"] for run in execute(problem, motion, conditions, runs=5).runs}
+    assert len(drawn) == 5
+    assert all(1.0 <= c <= 3.0 for c in drawn)

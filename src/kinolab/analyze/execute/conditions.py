@@ -51,6 +51,26 @@ class Conditions:
         if mistakes:
             raise InputError(mistakes)
 
+    def require_something_to_vary(self, problem: PlanningTask) -> None:
+        """Refuse perturbations of what the machine does not have: all runs would be the same.
+
+        Raises:
+            InputError: If it has no parameters that differ from 0, or no inputs with a range.
+        """
+        system, mistakes = problem.system, list[Mistake]()
+        if self.parameters and not any(
+            system.with_parameters(**self.built).parameter_values.values()
+        ):
+            what = f"{system.name} has no parameter to vary, or they are all 0."
+            remedy = "Describe the machine in Python, or vary --noise or --disturbance."
+            mistakes.append(Mistake("--parameters", what, remedy))
+        plant = (problem.whole or problem.model).plant
+        if self.disturbance and not np.ptp(plant.control_bounds, axis=1).any():
+            what = f"{system.name} has no input with a range."
+            mistakes.append(Mistake("--disturbance", what, "Vary --parameters or --noise."))
+        if mistakes:
+            raise InputError(mistakes)
+
     def machine(self, system: Mechanism, generator: np.random.Generator) -> Mechanism:
         """Return a machine with perturbed parameters.
 

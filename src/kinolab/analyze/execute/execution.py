@@ -130,7 +130,7 @@ class Executor:
         large: As of ``execute``.
 
     Raises:
-        InputError: If the plan has no steps.
+        InputError: If the plan has no steps, or the machine nothing that the conditions vary.
     """
 
     def __init__(
@@ -144,6 +144,7 @@ class Executor:
     ) -> None:
         if not len(trajectory.u):
             raise InputError([Mistake("trajectory", "it has no steps.", "Give a plan that moves.")])
+        conditions.require_something_to_vary(problem)
         self._problem, self._conditions, self._seed = problem, conditions, seed
         self._plan = unwrapped(problem, trajectory)
         self._tracker = Tracker.along(problem, self._plan, large=large)
