@@ -3,15 +3,46 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import combinations
 
 from kinolab.dynamics.codegen.state_space import TURN
+from kinolab.dynamics.language.mechanism_parts import atoms_of
 from kinolab.problem import PlanningTask
 from kinolab.problem.static_holding import rest_warnings
+from kinolab.scenario.values import ROBOT_FORMATS
+
+MOST_NAMED = 5  # pairs of bodies in a warning
 
 
 def problem_warnings(problem: PlanningTask) -> tuple[str, ...]:
     """Return what may not be meant as it is written, and where the machine cannot rest."""
-    return (*problem.world.warnings, *_degrees(problem), *rest_warnings(problem))
+    return (
+        *problem.world.warnings,
+        *_degrees(problem),
+        *_unwatched(problem),
+        *rest_warnings(problem),
+    )
+
+
+def _unwatched(problem: PlanningTask) -> Iterator[str]:
+    """Yield which bodies of a robot from a file may touch each other, other machines name them."""
+    file = problem.scenario.system.file
+    if file is None or not file.endswith(ROBOT_FORMATS):
+        return
+    moved_by = {
+        body.name: {*map(str, atoms_of(body.frame))}
+        for body in problem.system.bodies
+        if body.shapes
+    }
+    watched = {frozenset(pair) for pair in problem.system.collisions}
+    pairs = [
+        f"{a} and {b}"
+        for a, b in combinations(moved_by, 2)
+        if moved_by[a] != moved_by[b] and frozenset((a, b)) not in watched
+    ]
+    if pairs:
+        rest = f", and {len(pairs) - MOST_NAMED} further pairs" if len(pairs) > MOST_NAMED else ""
+        yield f"These bodies may touch each other unnoticed: {'; '.join(pairs[:MOST_NAMED])}{rest}."
 
 
 def _degrees(problem: PlanningTask) -> Iterator[str]:

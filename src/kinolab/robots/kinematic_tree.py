@@ -206,6 +206,7 @@ class KinematicTree:
     """Links and the joints between them; exactly one link, the root, has no parent.
 
     Closures make loops of branches of the tree. Gravity is a vector of the world, in [m/s^2].
+    ``allowed`` are the pairs of links, by name, that a file lets touch each other.
     """
 
     name: str
@@ -215,6 +216,7 @@ class KinematicTree:
     gravity: tuple[float, float, float] = (0.0, 0.0, -9.81)
     thrusters: tuple[Thruster, ...] = ()
     closures: tuple[Closure, ...] = ()
+    allowed: frozenset[frozenset[str]] = frozenset()
 
     @property
     def root(self) -> Link:

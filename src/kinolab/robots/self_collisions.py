@@ -1,8 +1,8 @@
 """Which bodies of a robot may not touch each other.
 
-Neighbours always touch, and solids around meshes are too large where links meet. Pairs count whose
-meshes touch in some positions and not in most, and whose solids are apart where the robot rests:
-as MoveIt's setup assistant finds them.
+All that can touch, but for neighbours, which always do, and pairs that a file lets touch. Solids
+around meshes are too large where links meet: pairs of one robot whose solids touch where it rests,
+or whose meshes do in most positions, are not watched, and ``plan`` says so.
 """
 
 from __future__ import annotations
@@ -12,13 +12,14 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import combinations, product
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 import numpy as np
 
 from kinolab.dynamics.language.shapes import Box, Capsule, Cylinder, Sphere
 from kinolab.numerics.arrays import Array
 from kinolab.robots.kinematic_tree import (
+    SIZES,
     Joint,
     KinematicTree,
     PlacedShape,
@@ -60,7 +61,10 @@ def kept_apart(
         closed: Random positions of the joints in which its loops are closed, if it has loops.
     """
     asked: dict[tuple[str, str], list[tuple[int, int]]] = {}
+    spheres, tops = _spheres(tree, shapes), _robots(tree)
     for i, j in _candidates(tree, shapes):
+        if not _can_touch(spheres[i], spheres[j]):
+            continue
         asked.setdefault((shapes[i].body, shapes[j].body), []).append((i, j))
     if not asked:
         return []
@@ -82,9 +86,11 @@ def kept_apart(
     return [
         bodies
         for bodies, pairs in asked.items()
-        if any(touching[pair] for pair in pairs)
-        and all(touching[pair] <= (1.0 - MOSTLY) * len(samples) for pair in pairs)
-        and all(separation(solids[i], solids[j]) > 0.0 for i, j in pairs)
+        if tops[shapes[pairs[0][0]].link] != tops[shapes[pairs[0][1]].link]
+        or (
+            all(touching[pair] <= (1.0 - MOSTLY) * len(samples) for pair in pairs)
+            and all(separation(solids[i], solids[j]) > 0.0 for i, j in pairs)
+        )
     ]
 
 
@@ -163,8 +169,62 @@ def _candidates(tree: KinematicTree, shapes: Sequence[NamedShape]) -> Iterator[t
         a, b = part[shapes[i].link], part[shapes[j].link]
         if standing & {shapes[i].link, shapes[j].link}:
             continue
-        if a != b and frozenset((a, b)) not in joined:
+        named = frozenset((shapes[i].link, shapes[j].link))
+        if a != b and frozenset((a, b)) not in joined and named not in tree.allowed:
             yield i, j
+
+
+_Spheres: TypeAlias = Mapping[str, tuple[Array, float]]  # centre and radius, by the link it is in
+
+
+def _spheres(tree: KinematicTree, shapes: Sequence[NamedShape]) -> list[_Spheres]:
+    """Return, for each shape and each link that it hangs from, a sphere that it never leaves."""
+    above = {joint.child: joint for joint in tree.joints}
+    joints = {joint.name: joint for joint in tree.joints}
+    found: list[_Spheres] = []
+    for entry in shapes:
+        x, y, z, r, length = (float(getattr(entry.shape.shape, name, 0.0)) for name in SIZES)
+        centre, radius = entry.shape.pose[:3, 3], math.hypot(x, y, z) / 2 + r + length / 2
+        own, link = {entry.link: (centre, radius)}, entry.link
+        while link in above:
+            joint = above[link]
+            if joint.kind in ("revolute", "ball"):
+                radius += float(np.linalg.norm(centre - joint.anchor))
+                centre = joint.anchor
+            elif joint.kind == "prismatic":
+                radius += max(abs(at - joint.zero) for at in _range(joint, joints))
+            elif joint.kind != "fixed":
+                radius = math.inf
+            centre, link = joint.pose[:3, :3] @ centre + joint.pose[:3, 3], joint.parent
+            own[link] = centre, radius
+        found.append(own)
+    return found
+
+
+def _range(joint: Joint, joints: Mapping[str, Joint]) -> tuple[float, float]:
+    """Return between which positions a joint moves, with the one that it follows."""
+    if joint.mimics is None:
+        return joint.lower, joint.upper
+    low, high = _range(joints[joint.mimics.joint], joints)
+    factor, offset = joint.mimics.factor, joint.mimics.offset
+    return (factor * low + offset, factor * high + offset) if factor else (offset, offset)
+
+
+def _can_touch(first: _Spheres, second: _Spheres) -> bool:
+    """Whether spheres meet in the last link that both shapes hang from."""
+    link = next(name for name in first if name in second)
+    (a, r), (b, s) = first[link], second[link]
+    return float(np.linalg.norm(a - b)) <= r + s
+
+
+def _robots(tree: KinematicTree) -> Mapping[str, str]:
+    """Return of every link the robot that it belongs to: several may stand in one world."""
+    root = tree.root
+    found = {root.name: root.name}
+    for joint in from_the_root(tree):
+        stands = joint.parent == root.name and root.inertial is None and joint.kind != "fixed"
+        found[joint.child] = joint.child if stands else found[joint.parent]
+    return {name: "" if top == root.name else top for name, top in found.items()}
 
 
 def _parts(tree: KinematicTree) -> Mapping[str, str]:

@@ -88,8 +88,9 @@ def read_urdf(
         locked: Positions of joints that do not move, by name, in [rad] or [m].
         packages: Folders of ``package://`` by name; otherwise they are looked for above the file.
         shapes: Whether to read shapes at all.
-        self_collisions: Whether links may not touch each other: those that are not neighbours, do
-            not touch at rest, and do not touch in most other positions.
+        self_collisions: Whether links may not touch each other: those that are not neighbours, can
+            touch, but do not at rest or in most other positions. An SRDF of the same name beside
+            the file says which may.
         convex_parts: How many parts a mesh may be divided into, each with a box or capsule of its
             own, instead of one around the whole.
 
@@ -108,7 +109,8 @@ def read_urdf(
     reader = _LinkReader(path, packages or {}, shapes=shapes, convex_parts=convex_parts)
     links = tuple(reader.link(entry) for entry in robot.links)
     joints = tuple(reader.joint(entry) for entry in robot.joints)
-    tree = KinematicTree(str(robot.name or path.stem), links, joints, tuple(reader.motors))
+    name, motors = str(robot.name or path.stem), tuple(reader.motors)
+    tree = KinematicTree(name, links, joints, motors, allowed=_allowed(path.with_suffix(".srdf")))
     mistakes = [*reader.mistakes, *tree_mistakes(tree, locked or {}, path.name)]
     if mistakes:
         raise InputError(mistakes)
@@ -152,6 +154,24 @@ def _parsed(path: Path) -> Any:
     if len(robot.links) > MOST_LINKS:
         raise InputError([Mistake(path.name, f"it has more than {MOST_LINKS} links.")])
     return robot
+
+
+def _allowed(path: Path) -> frozenset[frozenset[str]]:
+    """Return the pairs of links that an SRDF, of MoveIt, lets touch each other; none without it.
+
+    Raises:
+        InputError: If it is no XML.
+    """
+    if not is_file(path):
+        return frozenset()
+    xml = library_of("robots", "lxml.etree", "SRDF files are read by lxml")
+    content = bytes(read_ordinary(path, MOST_BYTES))
+    try:
+        document = xml.fromstring(content, xml.XMLParser(resolve_entities=False))
+    except xml.XMLSyntaxError as error:
+        raise InputError([Mistake(path.name, f"it is not an SRDF file ({error}).")]) from error
+    pairs = document.iter("disable_collisions")
+    return frozenset(frozenset((one.get("link1", ""), one.get("link2", ""))) for one in pairs)
 
 
 def _not_finite(document: Any, where: str) -> Iterator[Mistake]:

@@ -1,0 +1,99 @@
+"""Which bodies of a robot are watched: all that can touch, but for neighbours."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+import kinolab
+from kinolab.problem.warnings import problem_warnings
+from kinolab.robots import read_mjcf, read_urdf
+from tests.support import needs
+
+pytestmark = needs("yourdfpy")
+
+LIMIT = '<limit lower="{}" upper="{}" effort="1" velocity="1"/>'
+
+
+def link(name: str, at: str = "0 0 0", size: float = 0.1) -> str:
+    box = f'<collision><origin xyz="{at}"/><geometry><box size="{size} {size} {size}"/></geometry>'
+    moments = 'ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"'
+    mass = f'<inertial><mass value="1"/><inertia {moments}/></inertial>'
+    return f'<link name="{name}">{mass}{box}</collision></link>'
+
+
+def joint(parent: str, child: str, at: str, kind: str, low: float, high: float) -> str:
+    return (
+        f'<joint name="to_{child}" type="{kind}"><parent link="{parent}"/><child link="{child}"/>'
+        f'<origin xyz="{at}"/><axis xyz="1 0 0"/>{LIMIT.format(low, high)}</joint>'
+    )
+
+
+def sliders(folder: Path, low: float, high: float, between: str = "") -> Path:
+    """Two boxes of 0.1 m on one rail, 3 m apart, each on a base of its own."""
+    path = folder / "sliders.urdf"
+    path.write_text(
+        '<robot name="sliders">' + link("base", "0 0 -5") + link("a") + link("b")
+        + joint("base", "a", "0 0 0", "prismatic", low, high)
+        + joint("base", "b", "3 0 0", "prismatic", -0.5, 0.5) + between + "</robot>"
+    )  # fmt: skip
+    return path
+
+
+@pytest.mark.parametrize(("high", "meet"), [(2.0, False), (2.41, True), (40.0, True)])
+def test_what_meets_within_the_limits_is_watched(high: float, meet: bool, tmp_path: Path) -> None:
+    """Faces 2.9 m apart, of which b takes 0.5 m: with 40 m of rail few random positions touch."""
+    found = read_urdf(sliders(tmp_path, -high, high)).collisions
+    assert (("a", "b") in found) is meet
+
+
+@pytest.mark.parametrize(("reach", "meet"), [(0.3, False), (1.5, True)])
+def test_arms_that_cannot_reach_each_other_are_not(
+    reach: float, meet: bool, tmp_path: Path
+) -> None:
+    """Two arms 3 m apart meet only where both are stretched towards each other."""
+    parts = "".join(
+        link(name, f"0 0 {reach}")
+        + joint("base", name, f"0 {y} 0", "revolute", -3.1, 3.1)
+        for name, y in (("a", 0), ("b", 3))
+    )  # fmt: skip
+    path = tmp_path / "arms.urdf"
+    path.write_text(f'<robot name="arms">{link("base", "0 0 -9")}{parts}</robot>')
+    assert (("a", "b") in read_urdf(path).collisions) is meet
+
+
+def test_an_srdf_says_which_may_touch(tmp_path: Path) -> None:
+    path = sliders(tmp_path, -3.0, 3.0)
+    assert ("a", "b") in read_urdf(path).collisions
+    path.with_suffix(".srdf").write_text(
+        '<robot name="sliders"><disable_collisions link1="b" link2="a" reason="Never"/></robot>'
+    )
+    assert ("a", "b") not in read_urdf(path).collisions
+
+
+@needs("mujoco")
+@pytest.mark.parametrize("apart", [0.3, 3.0, 300.0])
+def test_two_robots_of_one_file_are_watched(apart: float, tmp_path: Path) -> None:
+    """However far: their joints have no limits. At 0.3 m they touch where they rest."""
+    bodies = "".join(
+        f'<body name="{name}" pos="{x} 0 0"><joint name="{name}x" type="slide" axis="1 0 0"/>'
+        f'<joint name="{name}y" type="slide" axis="0 1 0"/>'
+        '<geom type="cylinder" size=".2 .1" mass="2"/></body>'
+        for name, x in (("A", 0), ("B", apart))
+    )
+    (tmp_path / "two.xml").write_text(f"<mujoco><worldbody>{bodies}</worldbody></mujoco>")
+    assert read_mjcf(tmp_path / "two.xml").collisions == (("A", "B"),)
+
+
+def test_what_is_not_watched_is_said(tmp_path: Path) -> None:
+    path = sliders(tmp_path, -1.0, 1.0)
+    (tmp_path / "s.toml").write_text(
+        'schema = 1\ntitle = "t"\n[system]\nfile = "sliders.urdf"\n[goal]\nto_a = 0.5\n'
+    )
+    (told,) = (one for one in problem_warnings(kinolab.load(tmp_path / "s.toml")) if "touch" in one)
+    start = "These bodies may touch each other unnoticed: "
+    assert told == f"{start}base and a; base and b; a and b."  # neighbours, and out of reach
+    path.write_text(path.read_text().replace('lower="-1.0" upper="1.0"', 'lower="-4" upper="4"'))
+    (told,) = (one for one in problem_warnings(kinolab.load(tmp_path / "s.toml")) if "touch" in one)
+    assert told == f"{start}base and a; base and b."
