@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import json
 import re
+from dataclasses import asdict
 from math import cos
 from pathlib import Path
 from typing import Any
@@ -13,7 +13,8 @@ import pytest
 from kinolab.dynamics import Body, System, angle, length, move, parameter, rot_y, toward
 from kinolab.errors import InputError
 from kinolab.testing import check
-from kinolab.testing.exercises import exercises
+from kinolab.testing.answers_from_afar import judging
+from kinolab.testing.exercises import Mark, exercises, judged
 from tests.support import ROOT
 
 CHAPTERS = sorted((ROOT / "docs" / "course").glob("[0-9]*.md"))
@@ -75,12 +76,21 @@ def test_an_unknown_exercise_names_those_that_there_are() -> None:
         check("3.9", 1.0)
 
 
-def test_verdicts_are_recorded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("KINOLAB_GRADES", str(tmp_path / "grades"))
-    check("3.3", 2.0)
-    check("3.3", 1.5)
-    lines = [json.loads(line) for line in (tmp_path / "grades").read_text().splitlines()]
-    assert [(line["exercise"], line["points"]) for line in lines] == [("3.3", 1), ("3.3", 0)]
+def test_a_grader_judges_and_keeps_the_marks(monkeypatch: pytest.MonkeyPatch) -> None:
+    kept: list[Mark] = []
+
+    def judge(name: str, answer: Any) -> dict[str, Any]:
+        kept.append(judged(exercises()[name], answer))
+        return asdict(kept[-1])
+
+    with judging(judge) as address:
+        monkeypatch.setenv("KINOLAB_GRADES", address)
+        told = [check("3.3", 2.0), check("3.3", 1.5), check("3.1", energies), check("3.1", ...)]
+        for name in exercises():
+            for answer in NONSENSE:
+                assert not check(name, answer), (name, answer)
+    assert [mark.points for mark in kept[:4]] == [1, 0, 2, 0]
+    assert told == kept[:4]
 
 
 def test_where_solutions_are_shown_they_must_be_right(monkeypatch: pytest.MonkeyPatch) -> None:

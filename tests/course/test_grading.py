@@ -4,17 +4,22 @@ from __future__ import annotations
 
 import csv
 import io
-import json
+import os
+import signal
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from kinolab import cli
 from kinolab.cli.commands.plan_course import write_course
 from kinolab.errors import InputError
-from kinolab.testing import grade, grade_class
-from kinolab.testing.exercises import Mark
-from kinolab.testing.grading import recorded_marks
+from kinolab.testing import grade, grade_class, grading
+from kinolab.testing.answers_from_afar import processes_with
 from tests.support import OPEN
 
 nbformat = pytest.importorskip("nbformat")
@@ -144,11 +149,113 @@ def test_grades_from_the_command_line(tmp_path: Path, capsys: pytest.CaptureFixt
     assert "1 of 6 points" in capsys.readouterr().out
 
 
-def test_what_a_notebook_writes_into_its_record_is_a_mark_or_nothing(tmp_path: Path) -> None:
-    record = tmp_path / "grades.jsonl"
-    assert recorded_marks(record) == {}
-    sound = {"exercise": "1.1", "points": 1, "of": 2, "reason": "it is 3."}
-    lines = [sound, {**sound, "points": 2}, [1], {**sound, "points": "3"}, {"exercise": "1.2"}]
-    text = "\n".join([*map(json.dumps, lines), "[" * 10**5, "\udcff"])
-    record.write_bytes(text.encode(errors="surrogateescape"))
-    assert recorded_marks(record) == {"1.1": Mark("1.1", 2, 2, "it is 3.")}
+PATCH = """
+import kinolab.testing.exercises as e, kinolab.testing.judging as j
+e.judged = lambda exercise, answer: e.Mark(exercise.name, 10**9, 10**9)
+j.Exercise.judge = lambda *_: None
+for one in e.exercises().values():
+    object.__setattr__(one, "judge", lambda _: None)
+    object.__setattr__(one, "points", 10**9)
+check("3.3", 1.5)
+"""
+FORGED = """
+import json, os
+from multiprocessing.connection import Client
+for text in ('{"mark": {"exercise": "3.3", "points": 9, "of": 9, "reason": ""}}', "[", "[]",
+             '{"exercise": "3.3", "points": 9, "answer": 1.5}', '{"exercise": "9.9", "answer": 2}'):
+    with Client(os.environ["KINOLAB_GRADES"], "AF_UNIX") as line:
+        line.send_bytes(text.encode())
+        try:
+            print(line.recv_bytes())
+        except EOFError:
+            pass
+"""
+WRITTEN = """
+import os
+try:
+    os.remove(os.environ["KINOLAB_GRADES"])
+    open(os.environ["KINOLAB_GRADES"], "w").write('{"exercise": "3.3", "points": 9, "of": 9}')
+except OSError:
+    pass
+"""
+PRETENDING = """
+class Two(float):
+    def __float__(self): return 2.0
+    def __eq__(self, other): return True
+    def __sub__(self, other): return 0.0
+check("3.2", Two(7)); check("3.3", Two(7))
+"""
+
+
+@pytest.mark.parametrize("code", [PATCH, FORGED, WRITTEN, PRETENDING])
+def test_a_notebook_cannot_give_itself_marks(code: str, tmp_path: Path) -> None:
+    """They are made in another process, of data, and by its own exercises."""
+    report = grade(handed_in(tmp_path / "eve.ipynb", CHECK + 'check("3.1", ...)', code))
+    assert [(mark.points, mark.of) for mark in report.marks] == [(0, 2), (0, 3), (0, 1)]
+
+
+def test_what_a_notebook_has_started_is_ended(tmp_path: Path) -> None:
+    """Also what is in a session of its own."""
+    start = """
+import subprocess, sys
+code = "import os, time; open('PLACE', 'w').write(str(os.getpid())); time.sleep(600)"
+subprocess.Popen([sys.executable, "-c", code], start_new_session=True)
+import time, pathlib
+while not (pathlib.Path("PLACE").exists() and pathlib.Path("PLACE").read_text()): time.sleep(0.05)
+""".replace("PLACE", str(tmp_path / "pid"))
+    grade(handed_in(tmp_path / "eve.ipynb", CHECK + 'check("3.3", 2.0)', start))
+    process = int((tmp_path / "pid").read_text())
+    psutil = pytest.importorskip("psutil")
+    assert not psutil.pid_exists(process) or psutil.Process(process).status() == "zombie"
+
+
+@pytest.mark.parametrize("count", [1, 300])
+def test_what_is_printed_without_end_is_not_kept(
+    count: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """At once, or in many pieces; what follows still counts."""
+    monkeypatch.setattr(grading, "MOST_OUTPUT", 100_000)
+    code = f"for _ in range({count}):\n    print('x' * ({300_000 // count}), flush=True)"
+    work = handed_in(tmp_path / "eve.ipynb", CHECK + 'check("3.3", 2.0)', code)
+    report = grade(work)
+    assert report.points == 1
+    if count > 1:
+        assert any("It prints more than" in error for error in report.errors)
+
+
+def test_a_notebook_has_a_time_limit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(grading, "NOTEBOOK_SECONDS", 12.0)
+    forever = "import time\ntime.sleep(600)"
+    report = grade(handed_in(tmp_path / "eve.ipynb", CHECK + 'check("3.3", 2.0)', forever))
+    assert report.points == 1
+    assert any("what was left has not run" in error for error in report.errors)
+
+
+def test_grading_that_is_interrupted_leaves_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    places: list[str] = []
+    made = grading.judging
+
+    @contextmanager
+    def noted(judge: Any) -> Iterator[str]:
+        with made(judge) as address:
+            places.append(address)
+            yield address
+
+    monkeypatch.setattr(grading, "judging", noted)
+    there = tmp_path / "there"
+    code = f"open({str(there)!r}, 'w').close()\nimport time\ntime.sleep(600)"
+    work = handed_in(tmp_path / "eve.ipynb", CHECK + 'check("3.3", 2.0)', code)
+
+    def interrupt() -> None:
+        while not there.exists():
+            time.sleep(0.05)
+        os.kill(os.getpid(), signal.SIGINT)
+
+    threading.Thread(target=interrupt, daemon=True).start()
+    with pytest.raises(KeyboardInterrupt):
+        grade(work)
+    (address,) = places
+    assert not Path(address).parent.exists()
+    assert processes_with("KINOLAB_GRADES", address) == []

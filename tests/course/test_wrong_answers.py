@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import partial
 from math import (
     acosh,
@@ -62,7 +62,8 @@ from kinolab.dynamics import (
     zero,
 )
 from kinolab.testing import check
-from kinolab.testing.exercises import exercises
+from kinolab.testing.answers_from_afar import judging, mark_from_afar
+from kinolab.testing.exercises import exercises, judged
 
 MACHINES = ("2.3", "4.3", "11.2", "12.2")  # their answers are described when their turn comes
 REASONS = {  # patterns of why most wrong answers are refused, where it is not a value
@@ -1274,6 +1275,18 @@ def test_a_right_answer_in_another_form_is_accepted(exercise: str, answer: Any) 
     mark = check(exercise, handed_in(exercise, answer))
     assert mark, mark
     assert mark.points == mark.of
+
+
+@pytest.mark.parametrize(("exercise", "answer"), cases(RIGHT))
+def test_a_right_answer_is_right_in_another_process(exercise: str, answer: Any) -> None:
+    """As numbers, texts of machines, and functions that are called there."""
+
+    def judge(name: str, given: Any) -> dict[str, Any]:
+        return asdict(judged(exercises()[name], given))
+
+    with judging(judge) as address:
+        mark = mark_from_afar(address, exercise, handed_in(exercise, answer))
+    assert mark["reason"] == ""
 
 
 @pytest.mark.parametrize(("exercise", "answer"), cases(WRONG))

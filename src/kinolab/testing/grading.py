@@ -6,25 +6,33 @@ import asyncio
 import csv
 import io
 import os
+import signal
 import tempfile
+import threading
+import time
 from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import TimeoutError as FutureTimeoutError
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
 from kinolab.arguments import require_fit
 from kinolab.errors import InputError, KinolabError, Mistake
-from kinolab.files import read_ordinary
 from kinolab.problem import PlanningTask
-from kinolab.testing.exercises import RECORD, Mark, exercises
-from kinolab.untrusted import MOST_LINE_BYTES, json_of
+from kinolab.testing.answers_from_afar import judging, processes_with
+from kinolab.testing.exercises import RECORD, Mark, exercises, judged
 
 CELL_SECONDS = 300  # [s] for each cell of a notebook
+NOTEBOOK_SECONDS = 1800  # [s] for all of them
+MOST_OUTPUT = 10_000_000  # [bytes] of all that a notebook prints, and of one message of it
 SOUND, RICH, SOLVED, PROVED, NEAR = 4, 2, 3, 2, 1  # points of a project
 PLAN_FOUND, PROOF, CENTRE = "a plan is found", "it is proved", "it ends in the goal's centre"
 CENTRE_WIDTH = 1e-3  # in SI units
+POLL = 0.1  # [s] between looks at a notebook
+
+_interrupted = threading.Event()  # whether somebody who grades a class has given up
 
 
 @dataclass(frozen=True)
@@ -66,8 +74,9 @@ def grade(work: str | Path) -> Report:
     answer to each exercise of its chapter counts. A project is a scenario; its machine must obey
     the laws of mechanics, do more than the upright rolling disk, and be planned for with a proof.
 
-    The code is somebody else's, and runs with your rights: grade only the work of people you trust,
-    or on a computer with nothing to lose.
+    Answers are judged in this process, which the notebook's can send data only: it cannot write
+    marks. But its code is somebody else's, and runs with your rights: grade only the work of people
+    you trust, or on a computer with nothing to lose.
 
     Args:
         work: A notebook (``.ipynb``), or what ``plan`` takes: a scenario's file or name.
@@ -93,7 +102,13 @@ def grade_class(works: Sequence[str | Path], jobs: int = 1) -> str:
     require_fit("grade_class works", Sequence[str | Path], works)
     require_fit("grade_class jobs", int, jobs)
     with ThreadPoolExecutor(max(jobs, 1)) as pool:  # each notebook runs in a process of its own
-        reports = list(pool.map(_whatever_happens, works))
+        try:
+            reports = list(pool.map(_whatever_happens, works))
+        except KeyboardInterrupt:
+            _interrupted.set()
+            pool.shutdown(wait=True, cancel_futures=True)
+            _interrupted.clear()
+            raise
     names = list(dict.fromkeys(v.exercise for report in reports for v in report.marks))
     table = io.StringIO()
     writer = csv.writer(table, lineterminator="\n")
@@ -116,8 +131,9 @@ def _whatever_happens(work: str | Path) -> Report:
 def _notebook(path: Path) -> Report:
     try:
         import nbformat
-        from nbclient import NotebookClient
         from nbclient.exceptions import CellTimeoutError, DeadKernelError
+
+        from kinolab.testing.notebook_client import client_of
     except ImportError as error:
         remedy = "Install them by pip install 'kinolab[course]'."
         what = "notebooks are run by nbclient, which is absent."
@@ -132,52 +148,77 @@ def _notebook(path: Path) -> Report:
         what, remedy = "no cell has a check(…).", "Grade a notebook that plan course has written."
         raise InputError([Mistake(str(path), what, remedy)])
     errors: list[str] = []
-    with tempfile.TemporaryDirectory() as folder:
-        record = Path(folder) / "grades.jsonl"
-        client = NotebookClient(
-            notebook, timeout=CELL_SECONDS, allow_errors=True,
-            resources={"metadata": {"path": folder}}, kernel_name="python3",
-        )  # fmt: skip
+    last: dict[str, Mark] = {}
+
+    def judge(name: str, answer: Any) -> dict[str, Any]:
         try:
-            _execute(client, {**os.environ, RECORD: str(record), "MPLBACKEND": "Agg"})
+            mark = judged(exercises()[name], answer)
+        except Exception as error:  # of an answer that its exercise did not expect
+            told = f"{type(error).__name__}: {error}"
+            mark = Mark(name, 0, exercises()[name].points, f"it cannot be judged ({told}).")
+        last[name] = mark
+        return asdict(mark)
+
+    with tempfile.TemporaryDirectory() as folder, judging(judge) as address:
+        client = client_of(notebook, folder)
+        try:
+            _execute(client, {**os.environ, RECORD: address, "MPLBACKEND": "Agg"})
         except CellTimeoutError:
             errors.append(f"A cell took more than {CELL_SECONDS} s; nothing after it has run.")
+        except TimeoutError:
+            errors.append(f"It took more than {NOTEBOOK_SECONDS} s; what was left has not run.")
         except DeadKernelError:
             errors.append("Its process ended before the last cell.")
-        last = recorded_marks(record)
+        finally:
+            _end_all_of(address)
+    if client.printed > MOST_OUTPUT:
+        errors.append(f"It prints more than {MOST_OUTPUT // 10**6} MB, which nobody has kept.")
     missing = "it was not reached, or its check was removed."
     marks = [last.get(name, Mark(name, 0, exercises()[name].points, missing)) for name in wanted]
     return Report(str(path), tuple(marks), (*errors, *_failures(notebook)))
 
 
-def recorded_marks(record: Path) -> dict[str, Mark]:
-    """Return the last mark of each exercise; whatever else a notebook wrote there is none."""
-    try:
-        lines = bytes(read_ordinary(record, MOST_LINE_BYTES)).splitlines()
-    except OSError:
-        return {}
-    last = {}
-    for line in lines:
-        with suppress(ValueError, RecursionError):
-            match json_of(line):
-                case {
-                    "exercise": str(name),
-                    "points": int(points),
-                    "of": int(of),
-                    "reason": str(why),
-                }:
-                    last[name] = Mark(name, points, of, why)
-    return last
-
-
 def _execute(client: Any, environment: dict[str, str]) -> None:
-    """Run a notebook in a thread, whose event loop is closed; the caller may have a loop itself."""
+    """Run a notebook in a thread, whose event loop is closed; the caller may have a loop itself.
+
+    Whatever ends the waiting, such as Ctrl-C, ends the notebook.
+    """
 
     async def run() -> None:
-        await client.async_execute(env=environment)
+        held.append((asyncio.get_running_loop(), asyncio.current_task()))
+        async with asyncio.timeout(NOTEBOOK_SECONDS) as limit:
+            try:
+                await client.async_execute(env=environment)
+            except Exception as error:  # nbclient takes the limit for the end of the process
+                if limit.expired():
+                    raise TimeoutError from error
+                raise
 
+    held: list[tuple[asyncio.AbstractEventLoop, Any]] = []
     with ThreadPoolExecutor(1) as thread:
-        thread.submit(asyncio.run, run()).result()
+        waiting = thread.submit(asyncio.run, run())
+        try:
+            while True:
+                with suppress(FutureTimeoutError):
+                    waiting.result(POLL)
+                    return
+                if waiting.done():  # by a limit of its own
+                    waiting.result()
+                if _interrupted.is_set():
+                    raise KeyboardInterrupt
+        except KeyboardInterrupt:
+            for loop, task in held:
+                loop.call_soon_threadsafe(task.cancel)
+            raise
+
+
+def _end_all_of(address: str) -> None:
+    """End what a notebook has started, whatever session it is in."""
+    while left := processes_with(RECORD, address):
+        for process in left:
+            with suppress(OSError):
+                os.kill(process, signal.SIGKILL)
+        time.sleep(POLL)
 
 
 def _exercises_in(notebook: Any) -> list[str]:

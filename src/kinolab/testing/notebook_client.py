@@ -1,0 +1,48 @@
+"""What runs a notebook and keeps little of what it prints."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import zmq
+from nbclient import NotebookClient
+
+from kinolab.testing import grading
+
+
+class ThriftyClient(NotebookClient):
+    """Keeps outputs up to a size, and takes no message beyond it.
+
+    Attributes:
+        printed: Size of all outputs so far, in bytes.
+    """
+
+    printed = 0
+
+    async def async_start_new_kernel_client(self) -> Any:
+        """Start a client that hangs up on messages which are too large."""
+        assert self.km is not None
+        make = self.km.client
+
+        def client(**options: Any) -> Any:
+            made = make(**options)
+            made.context.setsockopt(zmq.MAXMSGSIZE, grading.MOST_OUTPUT)
+            return made
+
+        self.km.client = client
+        return await super().async_start_new_kernel_client()
+
+    def output(self, outs: Any, msg: Any, display_id: Any, cell_index: int) -> Any:
+        """Add an output to those of a cell, unless there have been enough."""
+        self.printed += len(repr(msg["content"]))
+        if self.printed > grading.MOST_OUTPUT and msg["msg_type"] != "error":
+            return None
+        return super().output(outs, msg, display_id, cell_index)
+
+
+def client_of(notebook: Any, folder: str) -> ThriftyClient:
+    """Return a client that runs a notebook in a folder."""
+    return ThriftyClient(
+        notebook, timeout=grading.CELL_SECONDS, allow_errors=True,
+        resources={"metadata": {"path": folder}}, kernel_name="python3",
+    )  # fmt: skip
