@@ -98,7 +98,8 @@ def _is_noise(led: _Led, poses: Mapping[str, Array]) -> bool:
             pose, (turn, slide) = poses[link.name], np.split(rate, 2)
             centre, own = pose[:3] @ [*link.inertial.centre, 1.0], pose[:3, :3].T @ turn
             speed = slide + np.cross(turn, centre)
-            inertia += link.inertial.mass * speed @ speed + own @ link.inertial.inertia @ own
+            inertia += link.inertial.mass * float(speed @ speed)
+            inertia += float(own @ link.inertial.inertia @ own)
     return bool(inertia <= NOISE * scale)
 
 
@@ -115,8 +116,8 @@ def _moving_together(joints: Mapping[str, Joint]) -> dict[str, list[tuple[Joint,
     found: dict[str, list[tuple[Joint, float]]] = {}
     for joint in joints.values():
         leader, factor = joint, 1.0
-        while leader.mimics is not None:
-            leader, factor = joints[leader.mimics.joint], factor * leader.mimics.factor
+        while (follows := leader.mimics) is not None:
+            leader, factor = joints[follows.joint], factor * follows.factor
         if joint.kind in ("revolute", "prismatic"):
             found.setdefault(leader.name, []).append((joint, factor))
     return found

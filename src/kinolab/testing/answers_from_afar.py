@@ -152,7 +152,7 @@ def judging(judge: Callable[[str, Any], dict[str, Any]]) -> Iterator[str]:
                 while not ended.is_set():
                     with suppress(OSError, EOFError), listener.accept() as connection:
                         if not ended.is_set():
-                            _judge_one(connection, judge)
+                            judge_one(connection, judge)
 
             threading.Thread(target=judge_all, daemon=True).start()
             yield address
@@ -161,7 +161,8 @@ def judging(judge: Callable[[str, Any], dict[str, Any]]) -> Iterator[str]:
                 Client(address, "AF_UNIX").close()  # accept() waits for somebody
 
 
-def _judge_one(connection: Connection, judge: Callable[[str, Any], dict[str, Any]]) -> None:
+def judge_one(connection: Connection, judge: Callable[[str, Any], dict[str, Any]]) -> None:
+    """Judge the answer that comes by a connection, and tell its mark."""
     peer = _Peer(connection)
     with suppress(Exception):  # a notebook may send anything: then it has no mark
         asked = peer.receive()

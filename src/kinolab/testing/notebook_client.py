@@ -21,15 +21,15 @@ class ThriftyClient(NotebookClient):
 
     async def async_start_new_kernel_client(self) -> Any:
         """Start a client that hangs up on messages which are too large."""
-        assert self.km is not None
-        make = self.km.client
+        manager: Any = self.km
+        make = manager.client
 
         def client(**options: Any) -> Any:
             made = make(**options)
             made.context.setsockopt(zmq.MAXMSGSIZE, grading.MOST_OUTPUT)
             return made
 
-        self.km.client = client
+        manager.client = client
         return await super().async_start_new_kernel_client()
 
     def output(self, outs: Any, msg: Any, display_id: Any, cell_index: int) -> Any:

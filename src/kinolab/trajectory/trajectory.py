@@ -274,7 +274,8 @@ def reference_column(name: str) -> str:
 
 def _rows(lines: Iterable[list[str]], width: int) -> list[list[str]]:
     """Return the rows below a header, up to the last one of another width that is told of."""
-    rows, others = [], 0
+    rows: list[list[str]] = []
+    others = 0
     for row in lines:
         if len(rows) == MOST_KNOTS:
             raise csv.Error(f"it has more than {MOST_KNOTS} knots")
