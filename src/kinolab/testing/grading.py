@@ -160,7 +160,7 @@ def _notebook(path: Path) -> Report:
         return asdict(mark)
 
     with tempfile.TemporaryDirectory() as folder, judging(judge) as address:
-        client = client_of(notebook, folder)
+        client = client_of(notebook, folder, CELL_SECONDS, MOST_OUTPUT)
         try:
             _execute(client, {**os.environ, RECORD: address, "MPLBACKEND": "Agg"})
         except CellTimeoutError:

@@ -7,16 +7,16 @@ from typing import Any
 import zmq
 from nbclient import NotebookClient
 
-from kinolab.testing import grading
-
 
 class ThriftyClient(NotebookClient):
     """Keeps outputs up to a size, and takes no message beyond it.
 
     Attributes:
+        most: Largest size of all outputs, and of one message, in bytes.
         printed: Size of all outputs so far, in bytes.
     """
 
+    most = 0
     printed = 0
 
     async def async_start_new_kernel_client(self) -> Any:
@@ -26,7 +26,7 @@ class ThriftyClient(NotebookClient):
 
         def client(**options: Any) -> Any:
             made = make(**options)
-            made.context.setsockopt(zmq.MAXMSGSIZE, grading.MOST_OUTPUT)
+            made.context.setsockopt(zmq.MAXMSGSIZE, self.most)
             return made
 
         manager.client = client
@@ -35,14 +35,23 @@ class ThriftyClient(NotebookClient):
     def output(self, outs: Any, msg: Any, display_id: Any, cell_index: int) -> Any:
         """Add an output to those of a cell, unless there have been enough."""
         self.printed += len(repr(msg["content"]))
-        if self.printed > grading.MOST_OUTPUT and msg["msg_type"] != "error":
+        if self.printed > self.most and msg["msg_type"] != "error":
             return None
         return super().output(outs, msg, display_id, cell_index)
 
 
-def client_of(notebook: Any, folder: str) -> ThriftyClient:
-    """Return a client that runs a notebook in a folder."""
-    return ThriftyClient(
-        notebook, timeout=grading.CELL_SECONDS, allow_errors=True,
+def client_of(notebook: Any, folder: str, seconds: int, most: int) -> ThriftyClient:
+    """Return a client that runs a notebook in a folder.
+
+    Args:
+        notebook: As nbformat reads it.
+        folder: In which it runs.
+        seconds: Limit of each cell, in [s].
+        most: Size of all outputs that are kept, in bytes.
+    """
+    client = ThriftyClient(
+        notebook, timeout=seconds, allow_errors=True,
         resources={"metadata": {"path": folder}}, kernel_name="python3",
     )  # fmt: skip
+    client.most = most
+    return client
