@@ -6,7 +6,6 @@ from collections.abc import Iterator
 from itertools import combinations
 
 from kinolab.dynamics.codegen.state_space import TURN
-from kinolab.dynamics.language.mechanism_parts import atoms_of
 from kinolab.problem import PlanningTask
 from kinolab.problem.static_holding import rest_warnings
 from kinolab.scenario.values import ROBOT_FORMATS
@@ -29,6 +28,8 @@ def _unwatched(problem: PlanningTask) -> Iterator[str]:
     file = problem.scenario.system.file
     if file is None or not file.endswith(ROBOT_FORMATS):
         return
+    from kinolab.dynamics.language.mechanism_parts import atoms_of  # late: it needs SymPy
+
     moved_by = {
         body.name: {*map(str, atoms_of(body.frame))}
         for body in problem.system.bodies
