@@ -104,7 +104,7 @@ def kept_from_surroundings(
     """
     standing = {link.name for link in tree.links if link.stands}
     part, free = _parts(tree), _free(tree)
-    places = _places(tree, _rest(tree))
+    places = link_poses(tree, _rest(tree))
     solids = [_convex(entry, places[entry.link]) for entry in shapes]
     apart: dict[tuple[str, str], bool] = {}
     for i, j in product(range(len(shapes)), repeat=2):
@@ -122,7 +122,7 @@ def _sinks(tree: KinematicTree, wall: NamedShape, other: NamedShape) -> bool:
     core = replace(other.shape, shape=shrunk_shape(other.shape.shape, RESTING))
     generator = np.random.default_rng(0)
     for k in range(SAMPLES + 1):
-        places = _places(tree, _random_positions(tree, generator) if k else _rest(tree))
+        places = link_poses(tree, _random_positions(tree, generator) if k else _rest(tree))
         inner = _convex(other._replace(shape=core), places[other.link])
         if separation(_convex(wall, places[wall.link]), inner) <= 0.0:
             return k > 0
