@@ -9,9 +9,10 @@ folders of runs. The study then draws random faults in them: states, inputs, tim
 changed by 1e-4 to 1 of their scale, rows dropped, doubled and swapped, goals missed by 1.01
 tolerances, obstacles moved into the way by the distance and a millimetre, walls of a millimetre
 between two rows, parameters and gains off by 1 %, modes skipped, limits passed between rows, a rope
-that pushes, edited files. Whether a plan is false then is decided without kinolab: by the fault's
-size, or by equations of motion written by hand (``tests/oracles``) and SciPy's integrator, or by
-closed forms of bodies. As many good plans must be accepted, whole turns and signs included.
+that pushes, requirements of nested terms that a narrow place breaks, edited files. Whether a plan
+is false then is decided without kinolab: by the fault's size, or by equations of motion written by
+hand (``tests/oracles``) and SciPy's integrator, or by closed forms of bodies. As many good plans
+must be accepted, whole turns and signs included.
 
 Records are appended to files in ``--results``; started again, it goes on with what is missing. It
 prints Markdown tables and writes them and a JSON summary there. Returns 1 if anything false was

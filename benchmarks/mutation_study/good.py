@@ -14,6 +14,7 @@ import numpy as np
 from kinolab.runs import read_run
 from kinolab.trajectory import Trajectory
 
+from . import nested
 from .faults import NEAR, Case, Fault, Generator
 from .judge import DEFECT, WALKS, Verdict, graded, worst
 from .machines import ANYWHERE, EMPTY, hopped
@@ -208,4 +209,5 @@ KINDS: dict[str, Good] = {
     "made by the judge": made_by_the_judge,
     "17 digits, elsewhere": rewritten,
     "hops by closed forms": hops,
+    "requirement of nested terms": nested.kept,
 }

@@ -19,7 +19,7 @@ from kinolab.world import World
 from tests.oracles.hopper import Hopper
 from tests.switching_machines import hopper
 
-from . import by_hand
+from . import by_hand, nested
 from .faults import Array, Case, Fault, Generator, Kind
 from .judge import LIMIT, WALKS, Judge, Verdict, graded, law_of, worst
 from .worlds import like
@@ -359,4 +359,5 @@ KINDS: dict[str, Kind] = {
     "workspace left": room,
     "string in compression": compressed,
     "own parts touch": touching,
+    "requirement of nested terms": nested.broken,
 }

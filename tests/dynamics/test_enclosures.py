@@ -36,7 +36,7 @@ def test_speeds_requirements_and_velocities_are_inside(name: str) -> None:
     bounds = Enclosures(model)
     with np.errstate(all="ignore"):
         speed, margins, rates = (
-            bounds.speed(box, u), bounds.requirements(box, u), bounds.velocities(box, u)
+            bounds.speed(box, u), bounds.requirements(box, u)[0], bounds.velocities(box, u)
         )  # fmt: skip
     close = 1e-12
     for x in inside:

@@ -6,6 +6,7 @@ All motions are straight and even, x = v t, so that what must be found is known.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -206,20 +207,81 @@ def test_a_requirement_that_is_just_met_is_met(room: sympy.Expr, tmp_path: Path)
     assert certificate.passed, str(certificate)
 
 
-def test_two_that_keep_their_distance_keep_it(tmp_path: Path) -> None:
-    """Of 1 m exactly, over 4 m: the two places cancel, and their intervals do not."""
+def notch(width: float) -> sympy.Expr:
+    """Return what is 1 at one place and nothing farther from it than a width."""
+    return sympy.Max(0, 1 - abs(x - PLACE) / width)
+
+
+def smaller(one: sympy.Expr, other: sympy.Expr) -> sympy.Expr:
+    return -sympy.Max(-one, -other)
+
+
+# What is 1 at the place, and at most 0.4 elsewhere or farther from it than a few widths.
+NESTED = {
+    "max": notch,
+    "min": lambda w: smaller(notch(2 * w), sympy.Max(0, 1 + (x - PLACE) / w)),
+    "abs": lambda w: abs(abs(smaller(abs(x - PLACE) / w, 1)) - 1),
+    "square": lambda w: sympy.Max(0, 1 - ((x - PLACE) / w) ** 2),
+    "power": lambda w: notch(w) ** 3,
+    "product": lambda w: notch(w) * notch(2 * w),
+    "two sides": lambda w: sympy.Max(0, (PLACE + w - x) * (x - PLACE + w) / w**2),
+    "exp": lambda w: sympy.exp(-abs(x - PLACE) / w),
+    "exp of max": lambda w: sympy.exp(notch(w) * sympy.log(3.0)) / 2 - 0.5,
+    "sign": lambda w: (sympy.sign(x - PLACE + w) - sympy.sign(x - PLACE - w)) / 2,
+    "quotient": lambda w: 1 / (1 + ((x - PLACE) / w) ** 2),
+    "root": lambda w: 1 - sympy.sqrt(smaller(1, abs(x - PLACE) / w)),
+}
+
+
+@pytest.mark.parametrize("width", [1e-1, 1e-3, 1e-5, 1e-7, 1e-9])
+@pytest.mark.parametrize("kind", NESTED)
+@pytest.mark.parametrize(("room", "passes"), [(0.5, False), (1.0, True), (1.01, True)])
+def test_a_requirement_of_nested_terms_is_met_or_not(
+    kind: str, width: float, room: float, passes: bool, tmp_path: Path
+) -> None:
+    """It is short by 0.5 at the place, or just met there, whatever its terms are elsewhere."""
+    problem = lane(tmp_path, cart(requirement=room - NESTED[kind](width)))
+    certificate = verify(problem, even(problem))
+    assert failed(certificate) == (set() if passes else {"requirements"})
+
+
+@pytest.mark.parametrize("steep", [1e2, 1e5, 1e9])
+@pytest.mark.parametrize(
+    "shape", [abs, lambda d: d**2, lambda d: sympy.Max(d, -d), lambda d: d * sympy.sign(d)]
+)
+def test_large_terms_elsewhere_excuse_nothing_where_they_vanish(
+    steep: float, shape: Callable[[sympy.Expr], sympy.Expr], tmp_path: Path
+) -> None:
+    """It is -1 at the place, and very large where the motion begins and ends."""
+    problem = lane(tmp_path, cart(requirement=shape(steep * (x - PLACE)) - 1))
+    assert failed(verify(problem, even(problem))) == {"requirements"}
+
+
+@pytest.mark.parametrize("steep", [1e2, 1e4, 1e6])
+def test_a_root_of_what_is_large_elsewhere_has_no_value_where_that_is_negative(
+    steep: float, tmp_path: Path
+) -> None:
+    problem = lane(tmp_path, cart(requirement=sympy.sqrt(steep * abs(x - PLACE) - 1) + 1))
+    assert failed(verify(problem, even(problem))) == {"requirements"}
+
+
+@pytest.mark.parametrize(("start", "apart"), [(0.0, 1.0), (-2.0, 1.0), (-2.0, 0.0), (-1.7, 0.0)])
+def test_two_that_keep_their_distance_keep_it(start: float, apart: float, tmp_path: Path) -> None:
+    """Over 4 m: the two places cancel, and their intervals do not, even where both are nothing."""
     y = length("y", -10, 10, speed=3.0)
     machine = System(
         "pair",
         bodies=[Body("one", move(x, 0, 0)), Body("other", move(y, 1, 0))],
         inputs=[Rate("v", on=x, limit=2.0), Rate("w", on=y, limit=2.0)],
-        requirements=[require(y - x - 1.0, "distance")],
+        requirements=[require(y - x - apart, "distance")],
     )
     (tmp_path / "own.json").write_text(machine_to_json(machine))
-    text = 'schema = 1\ntitle = "A pair"\n[system]\nfile = "own.json"\n[goal]\nx = 4.0\n'
-    problem = problem_of(tmp_path, text, "start.y=1.0")
+    text = 'schema = 1\ntitle = "A pair"\n[system]\nfile = "own.json"\n[goal]\nx = 2.0\n'
+    problem = problem_of(
+        tmp_path, text, f"start.x={start}", f"start.y={start + apart}", "goal.tolerance=9.0"
+    )
     names = problem.model.state_names, problem.model.control_names
-    states = np.array([[0.0, 1.0], [4.0, 5.0]])
+    states = start + np.array([[0.0, apart], [4.0, 4.0 + apart]])
     certificate = verify(
         problem, Trajectory(np.array([0.0, 4.0]), states, np.array([[1.0, 1.0]]), *names)
     )

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import kinolab
-from benchmarks.mutation_study import faults, files, good, machines, worlds
+from benchmarks.mutation_study import faults, files, good, machines, nested, worlds
 from benchmarks.mutation_study.attacks import answer
 from benchmarks.mutation_study.faults import Case
 from benchmarks.mutation_study.judge import Judge
@@ -90,6 +90,7 @@ OF_COINS = {
     **worlds.KINDS,
     "parameter": machines.parameter,
     "limit passed": machines.limit,
+    "requirement of nested terms": nested.broken,
 }
 
 
@@ -107,7 +108,10 @@ def test_a_quaternion_that_is_changed_is_refused(telescope: Case) -> None:
     assert {judged(telescope, faults.quaternion, seed) for seed in range(TRIES)} == {"false"}
 
 
-@pytest.mark.parametrize("kind", ["whole turns", "piece", "rows between", "made by the judge"])
+@pytest.mark.parametrize(
+    "kind",
+    ["whole turns", "piece", "rows between", "made by the judge", "requirement of nested terms"],
+)
 def test_good_plans_pass_however_they_are_written(
     coin: Case, telescope: Case, leaning: Case, kind: str
 ) -> None:

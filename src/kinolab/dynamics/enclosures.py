@@ -52,35 +52,30 @@ class Enclosures:
         jumps = np.any(np.sign(signs.low) != np.sign(signs.high), axis=1)
         return np.where(jumps, np.inf, bounds.max(axis=1, initial=0.0))
 
-    def requirements(self, x: IntervalArray, u: Array) -> IntervalArray:
-        """Return the machine's requirements over boxes, shape (m, number of requirements).
+    def requirements(self, x: IntervalArray, u: Array) -> tuple[IntervalArray, Array]:
+        """Return the machine's requirements over boxes, and how large their terms are at least.
 
         Args:
             x: As ``speed``.
             u: As ``speed``.
+
+        Returns:
+            Enclosures, from minus infinity where one may be undefined, and sizes, each of shape
+            (m, number of requirements).
         """
-        return self._enclosed(lambda mode: mode.requirements, x, u, undefined=True)
+        shape = len(u), len(self._modes[0].requirements.ends)
+        low, high, sizes = (np.zeros(shape) for _ in range(3))
+        for mode, rows in self._by_mode(x.low):
+            found = mode.requirements.enclose_with_sizes(self._values(mode, x, u, rows))
+            for i, (one, size) in enumerate(zip(*found, strict=True)):
+                low[rows, i], high[rows, i], sizes[rows, i] = one.low, one.high, size
+        return IntervalArray(low, high), sizes
 
     @property
     def encloses_requirements(self) -> bool:
         """Whether the requirements are short enough for their bounds to mean anything."""
         longest = max(len(mode.requirements.operations) for mode in self._modes)
         return longest <= MOST_OPERATIONS
-
-    def requirement_sizes(self, x: Array, u: Array) -> Array:
-        """Return how large the terms of the requirements are, shape (m, number of requirements).
-
-        Args:
-            x: States, shape (m, nx).
-            u: Inputs, shape (m, nu).
-        """
-        sizes = np.empty((len(u), len(self._modes[0].requirements.ends)))
-        box = IntervalArray(x, x)
-        for mode, rows in self._by_mode(x):
-            values = {name: one.low for name, one in self._values(mode, box, u, rows).items()}
-            for i, size in enumerate(mode.requirements.sizes(values)):
-                sizes[rows, i] = size
-        return sizes
 
     def frames(self, x: IntervalArray, u: Array) -> IntervalArray:
         """Return the rows of [R | p] of all bodies over boxes, shape (m, bodies, 12).
@@ -102,24 +97,14 @@ class Enclosures:
         return self._enclosed(lambda mode: mode.velocities, x, u)
 
     def _enclosed(
-        self,
-        which: Callable[[ModeFormulas], Formulas],
-        x: IntervalArray,
-        u: Array,
-        *,
-        undefined: bool = False,
+        self, which: Callable[[ModeFormulas], Formulas], x: IntervalArray, u: Array
     ) -> IntervalArray:
-        """Enclose formulas over boxes; from minus infinity where they may be ``undefined``."""
+        """Enclose formulas over boxes."""
         count = max(len(which(mode).ends) for mode in self._modes)
         low, high = np.zeros((len(u), count)), np.zeros((len(u), count))
         for mode, rows in self._by_mode(x.low):
-            gaps: list[NDArray[np.bool_]] = []
-            values = self._values(mode, x, u, rows)
-            found = which(mode).enclose(values, gaps if undefined else None)
-            for i, one in enumerate(found):
+            for i, one in enumerate(which(mode).enclose(self._values(mode, x, u, rows))):
                 low[rows, i], high[rows, i] = one.low, one.high
-            for gap in gaps:
-                low[rows[np.broadcast_to(gap, len(rows))]] = -np.inf
         return IntervalArray(low, high)
 
     def _by_mode(self, x: Array) -> Iterator[tuple[ModeFormulas, NDArray[np.intp]]]:

@@ -41,6 +41,11 @@ class IntervalArray:
         """The largest magnitude in each."""
         return np.maximum(np.abs(self.low), np.abs(self.high))
 
+    @property
+    def mignitude(self) -> Array:
+        """The smallest magnitude in each."""
+        return np.maximum(np.maximum(self.low, -self.high), 0.0)
+
 
 def point(value: Array | float) -> IntervalArray:
     """Return intervals of one number each, of the shape (...) of ``value``."""
@@ -152,9 +157,7 @@ def sqrt(a: IntervalArray) -> IntervalArray:
 
 def fabs(a: IntervalArray) -> IntervalArray:
     """Return the magnitude."""
-    inside = (a.low <= 0) & (a.high >= 0)
-    least = np.where(inside, 0.0, np.minimum(np.abs(a.low), np.abs(a.high)))
-    return IntervalArray(least, a.magnitude)
+    return IntervalArray(a.mignitude, a.magnitude)
 
 
 def maximum(a: IntervalArray, b: IntervalArray) -> IntervalArray:

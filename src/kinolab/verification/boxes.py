@@ -12,9 +12,9 @@ from kinolab.simulation.motion_pieces import MotionPieces
 
 MAX_PIECES = 200_000  # that are halved before a motion counts as too wild to be checked
 PIECES_PER_BATCH = 4000
-# Of a step of the integrator, into parts of a billionth. What has no bound even there, such as the
+# Of a step of the integrator, into parts of 1e-12. What has no bound even there, such as the
 # quotient of two numbers that pass zero together, is judged by what it is at both ends.
-MAX_HALVINGS = 30
+MAX_HALVINGS = 40
 
 # boxes (m, nx), held inputs (m, nu) -> by how much limits are passed at most, (m, limits)
 MostExcess = Callable[[IntervalArray, Array], Array]
@@ -53,6 +53,8 @@ def hidden_excess(
             return None
         passed = _most(pieces, u, most)
         pieces, passed = _left(pieces, passed)
+        if (sure := at_ends(pieces)).max(initial=0.0) > 0.0:
+            return _worst(pieces, sure)
         last = ~pieces.divisible
         if last.any() and (found := _judged(pieces.part(last), passed[last], at_ends)):
             return found

@@ -54,7 +54,7 @@ def bounded_speeds(
         kept.append((pieces.part(~wide), bounds[~wide]))
         pieces = pieces.part(wide).halves()
         bounds = _bounds(enclosures, pieces, u)
-    else:  # in a billionth of a step
+    else:  # in 1e-12 of a step
         usual = close[pieces.step]
         jumps = ~(moved(pieces) <= usual * (pieces.end - pieces.begin) + JUMP)
         bounds = np.where(np.isfinite(bounds) | jumps, bounds, usual)

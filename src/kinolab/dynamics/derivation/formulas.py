@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinolab.dynamics.derivation.expression_graph import ExpressionGraph, Node, Operation
 from kinolab.numerics import intervals
@@ -21,9 +20,9 @@ ON_ARRAYS: dict[str, np.ufunc] = {
 }
 
 
-# Of its upper end: how far below zero the lower end of an interval may be before its root counts as
-# undefined. What cancels in numbers does not in intervals.
-ROOM_BELOW_ZERO = 1e-2
+# Of the size of its terms, below which a sum counts as nothing: a root of what is that far below
+# zero is undefined, and a quotient by it has no bound. What cancels in numbers may not in boxes.
+CANCELLED = 1e-2
 
 
 @dataclass(frozen=True)
@@ -63,55 +62,34 @@ class Formulas:
                 found.append(ON_ARRAYS[operation.name](*operands))
         return [found[k] for k in self.ends]
 
-    def sizes(self, values: Mapping[str, Array]) -> list[Array]:
-        """Return how large the terms are that each is made of, at values of the variables.
+    def enclose(self, values: Mapping[str, IntervalArray]) -> list[IntervalArray]:
+        """Enclose what they are over boxes of the variables; a constant's has shape ()."""
+        found = self._enclosed(values)
+        return [found[k] for k in self.ends]
 
-        Where a sum is small because its terms cancel, this is what it is small beside.
+    def enclose_with_sizes(
+        self, values: Mapping[str, IntervalArray]
+    ) -> tuple[list[IntervalArray], list[Array]]:
+        """Enclose over boxes, with how large in them the terms are at least that each is made of.
+
+        Where a sum is small because its terms cancel, these are what it is small beside. From minus
+        infinity where a root or a logarithm may have no value.
         """
-        found: list[tuple[Array, Array]] = []  # each with its value
+        found = self._enclosed(values)
+        sizes, gap = self._least_sizes(found, values), np.asarray(False)
         for operation in self.operations:
-            name, given = operation.name, [found[k] for k in operation.operands]
-            sizes, operands = [size for size, _ in given], [value for _, value in given]
-            if name == "const":
-                value = np.asarray(operation.value)
-            elif name == "variable":
-                value = np.asarray(values[operation.label], float)
-            else:
-                value = ON_ARRAYS[name](*operands)
-            match name:
-                case "add" | "sub":
-                    size = sizes[0] + sizes[1]
-                case "mul":
-                    size = sizes[0] * sizes[1]
-                case "div":
-                    size = sizes[0] / np.abs(operands[1])
-                case "fmax":
-                    size = np.maximum(*sizes)
-                case "neg" | "fabs":
-                    size = sizes[0]
-                case "sqrt":
-                    size = np.sqrt(sizes[0])
-                case "sin" | "cos" | "tanh" | "atan" | "sign":
-                    size = np.ones_like(value)
-                case _:
-                    size = np.abs(value)
-            found.append((size, value))
-        return [found[k][0] for k in self.ends]
+            if operation.name in ("sqrt", "log"):
+                (k,) = operation.operands
+                gap = gap | (found[k].low < -CANCELLED * sizes[k])
+        ends = [found[k] for k in self.ends]
+        ends = [IntervalArray(np.where(gap, -np.inf, one.low), one.high) for one in ends]
+        return ends, [sizes[k] for k in self.ends]
 
-    def enclose(
-        self, values: Mapping[str, IntervalArray], undefined: list[NDArray[np.bool_]] | None = None
-    ) -> list[IntervalArray]:
-        """Enclose what they are over boxes of the variables; a constant's has shape ().
-
-        Args:
-            values: The boxes.
-            undefined: Takes where a root or a logarithm may have no value, for each of them.
-        """
+    def _enclosed(self, values: Mapping[str, IntervalArray]) -> list[IntervalArray]:
+        """Enclose all operations."""
         found: list[IntervalArray] = []
         for operation in self.operations:
             operands = [found[k] for k in operation.operands]
-            if undefined is not None and operation.name in ("sqrt", "log"):
-                undefined.append(operands[0].low < -ROOM_BELOW_ZERO * np.abs(operands[0].high))
             if operation.name == "const":
                 found.append(intervals.point(operation.value))
             elif operation.name == "variable":
@@ -120,4 +98,41 @@ class Formulas:
                 found.append(intervals.square(operands[0]))
             else:
                 found.append(ON_INTERVALS[operation.name](*operands))
-        return [found[k] for k in self.ends]
+        return found
+
+    def _least_sizes(
+        self, found: Sequence[IntervalArray], values: Mapping[str, IntervalArray]
+    ) -> list[Array]:
+        """Return the least sizes of all operations, given what encloses them.
+
+        Terms are those of sums, and of their multiples, 0 / 0 included. All else is a term itself,
+        as large as its value: where ``|x - a|`` or ``(x - a)^2`` is nothing, ``a`` excuses nothing.
+        """
+        sizes: list[Array] = []
+        fixed: list[bool] = []  # does it not depend on what varies in the boxes?
+        for operation, enclosed in zip(self.operations, found, strict=True):
+            name, of = operation.name, operation.operands
+            if name == "variable":
+                box = values[operation.label]
+                fixed.append(np.array_equal(box.low, box.high))
+            else:
+                fixed.append(all(fixed[k] for k in of))
+            size = enclosed.mignitude
+            match name:
+                case "add" | "sub":
+                    size = sizes[of[0]] + sizes[of[1]]
+                case "neg":
+                    size = sizes[of[0]]
+                case "mul" if fixed[of[0]]:
+                    size = found[of[0]].mignitude * sizes[of[1]]
+                case "mul" if fixed[of[1]]:
+                    size = sizes[of[0]] * found[of[1]].mignitude
+                case "div":
+                    over = found[of[1]]
+                    cancels = over.mignitude < CANCELLED * sizes[of[1]]
+                    multiple = sizes[of[0]] / over.magnitude
+                    size = np.where(fixed[of[1]] | cancels, multiple, size)
+                case "sin" | "cos" | "tanh" | "atan":
+                    size = np.ones_like(size)
+            sizes.append(size)
+        return sizes

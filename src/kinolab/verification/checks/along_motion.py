@@ -79,9 +79,9 @@ def _unmet_in_an_instant(context: CheckContext, pieces: MotionPieces) -> Violati
     names = [requirement.name for requirement in context.problem.machine.requirements]
 
     def most(x: IntervalArray, u: Array) -> Array:
-        sizes = dense.enclosures.requirement_sizes(0.5 * (x.low + x.high), u)
+        margins, sizes = dense.enclosures.requirements(x, u)
         slack = LIMIT_TOLERANCE + LEFT_TO_SAMPLES * np.where(np.isfinite(sizes), sizes, 0.0)
-        return np.asarray(-dense.enclosures.requirements(x, u).low - slack)
+        return np.asarray(-margins.low - slack)
 
     yield from _hidden(context, pieces, names, most, excess)
 
