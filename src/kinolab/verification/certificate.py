@@ -10,7 +10,10 @@ import math
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 
+import numpy as np
+
 from kinolab.arguments import require_fit
+from kinolab.errors import InputError, KinolabError, Mistake
 from kinolab.problem import PlanningTask
 from kinolab.simulation.reference import MAX_ERROR_AMPLIFICATION, DivergedError, ReferenceMotion
 from kinolab.trajectory import Trajectory
@@ -26,6 +29,9 @@ from kinolab.verification.checks import (
 from kinolab.verification.checks.contacts import collision
 from kinolab.verification.clearance_margin import ClearanceMargin, least_clearance
 from kinolab.verification.clearance_search import Told
+from kinolab.verification.dense_motion import TooFastError
+
+MOST_QUOTED = 200  # characters of what was given
 
 
 @dataclass(frozen=True)
@@ -34,8 +40,8 @@ class Certificate:
 
     Attributes:
         checks: In order.
-        margin: Smallest clearance along the motion; None if it collides or cannot be integrated, or
-            if there is nothing to collide with.
+        margin: Smallest clearance along the motion; None if it collides, cannot be integrated or is
+            too fast for it to be found, or if there is nothing to collide with.
         conditions: What the checks depend on.
     """
 
@@ -69,6 +75,8 @@ def verify(
 ) -> Certificate:
     """Check that a trajectory solves a problem: dynamics, limits, goal and collisions.
 
+    No motion raises, whatever its numbers are: what cannot be judged is not true.
+
     Args:
         problem: The problem.
         trajectory: To be checked.
@@ -77,14 +85,15 @@ def verify(
             compiled ones along the whole motion; otherwise they are at a sample of rows.
 
     Raises:
-        InputError: If an argument is something else.
+        InputError: If an argument is something else, or the trajectory of another machine.
     """
     require_fit("verify problem", PlanningTask, problem)
     require_fit("verify trajectory", Trajectory, trajectory)
+    _require_columns(problem, trajectory)
     context = CheckContext.of(problem, trajectory, told, thorough=thorough)
     checks = tuple(_checked(context, CHECKS))
     free = any(check.name == "collision" and check.passed for check in checks)
-    margin = least_clearance(context.clearance_search) if free else None
+    margin = _margin(context) if free else None
     return Certificate(checks, margin, CheckConditions.of(problem))
 
 
@@ -101,7 +110,7 @@ def collision_check(problem: PlanningTask, trajectory: Trajectory) -> Check:
             return check
     try:
         return collision(context)
-    except DivergedError as error:
+    except KinolabError as error:
         return Check("collision", math.inf, 0.0, False, str(error))
 
 
@@ -125,12 +134,37 @@ def _checked(context: CheckContext, selected: Collection[CheckFunction]) -> Iter
         if not (sound or check in PRECONDITIONS):
             return
         try:
-            made = check(context)
+            with np.errstate(all="ignore"):  # numbers of a false motion may be of any size
+                made = check(context)
         except DivergedError as error:
             limit = MAX_ERROR_AMPLIFICATION
             yield Check("error growth", math.inf, limit, False, str(error))
             yield Check("motion", math.inf, 0.0, False, str(error))
             return
+        except (KinolabError, TooFastError) as error:  # no equations, no law, no samples
+            name = check.__name__.replace("_", " ")
+            made = Check(name, math.inf, 0.0, False, str(error))
         if made is not None:
             sound = sound and (made.passed or check not in PRECONDITIONS)
             yield made
+
+
+def _margin(context: CheckContext) -> ClearanceMargin | None:
+    """Return the smallest clearance; None if the motion is too fast for it to be found."""
+    try:
+        with np.errstate(all="ignore"):
+            return least_clearance(context.clearance_search)
+    except TooFastError:
+        return None
+
+
+def _require_columns(problem: PlanningTask, trajectory: Trajectory) -> None:
+    """Raise if a trajectory's columns are not those of the machine."""
+    model, plant = problem.model, problem.model.plant
+    references = () if plant is model else model.control_names
+    wanted = (*model.state_names, *plant.control_names, *references)
+    found = (*trajectory.state_names, *trajectory.control_names, *trajectory.reference_names)
+    if tuple(found) != wanted:
+        what = f"its columns are {', '.join(found)[:MOST_QUOTED]}, of another machine"
+        remedy = f"Give one with the columns {', '.join(wanted)}."
+        raise InputError([Mistake("verify trajectory", f"{what}.", remedy)])

@@ -108,7 +108,8 @@ class CheckContext:
         """Return what is needed to check a trajectory, with scales of the size of its states."""
         sizes = np.maximum(np.abs(trajectory.x).max(axis=0), 1.0)
         sizes = np.where(problem.circular, np.pi, sizes)  # however many turns are added
-        scales = np.fmin(problem.scales, MAX_SCALE * sizes)
+        with np.errstate(over="ignore"):  # infinite, and then the problem's own are smaller
+            scales = np.fmin(problem.scales, MAX_SCALE * sizes)
         if (scales < problem.scales).any():
             problem = replace(problem, scales=scales)
         return cls(problem, trajectory, told=told, thorough=thorough)

@@ -63,7 +63,8 @@ class ClearanceSearch:
     Attributes:
         least: Smallest clearance so far, in [m]; ``time`` and ``x`` are where it occurs.
         contact: When the earliest known contact is, in [s]; infinite where there is none. What
-            comes later is not searched.
+            comes later is not searched. ``touching`` is the state there: where the motion jumps at
+            a knot, its time alone does not say which.
         count: Samples so far.
 
     Raises:
@@ -75,7 +76,7 @@ class ClearanceSearch:
     ) -> None:
         self.dense, self.checker, self.told = dense, checker, told
         self.least, self.time, self.x = math.inf, 0.0, dense.motion.x[0]
-        self.contact, self.count = math.inf, 0
+        self.contact, self.touching, self.count = math.inf, self.x, 0
         steps = dense.steps
         self._slope = steps.speed
         times = np.append(steps.begin, dense.motion.t[-1])
@@ -186,7 +187,7 @@ class ClearanceSearch:
                 break
             poses, ends = place
             if judge.collides(poses[k], ends[k] if len(ends) else ends):
-                self.contact = float(times[k])
+                self.contact, self.touching = float(times[k]), states[k]
             else:  # it grazes something
                 gaps[k] = GRAZE
         return np.where(gaps > 0.0, np.maximum(gaps, GRAZE), 0.0)

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from kinolab.numerics.arrays import Array
 from kinolab.verification.check import Check, CheckContext, judged
 from kinolab.verification.clearance_search import ClearanceSearch
@@ -27,10 +25,8 @@ def _first_contact(search: ClearanceSearch) -> str:
     search.narrow(lambda: 0.0)
     if not math.isfinite(search.contact):
         return ""
-    motion = search.dense.motion
-    k = max(int(np.searchsorted(motion.t, search.contact)) - 1, 0)
-    x = motion.between(k, np.array([search.contact]))[0] if len(motion.t) > 1 else motion.x[0]
-    return _described(search.checker, search.dense.problem.placement(x), search.contact)
+    placement = search.dense.problem.placement(search.touching)
+    return _described(search.checker, placement, search.contact)
 
 
 def _sinking(dense: DenseMotion) -> str:
@@ -48,5 +44,7 @@ def _sinking(dense: DenseMotion) -> str:
 
 
 def _described(checker: CollisionChecker, placement: tuple[Array, Array], time: float) -> str:
-    contact = checker.contacts(*placement)[0]
-    return f"at t = {time:.6g} s {contact.body} {contact.kind} {contact.obstacle}"
+    """Say what touches; a pose that cannot be judged counts as touching, and nothing is named."""
+    found = checker.contacts(*placement)
+    what = f"{found[0].body} {found[0].kind} {found[0].obstacle}" if found else "something touches"
+    return f"at t = {time:.6g} s {what}"

@@ -13,11 +13,17 @@ FEEDBACK_TOLERANCE = 1e-9  # of an input's range: allowed deviation from the fee
 
 
 def numbers(context: CheckContext) -> Check:
-    """Check that all numbers are finite; the value counts those that are not."""
+    """Check that all numbers are finite and all modes exist; the value counts those that do not."""
     tables = {name: getattr(context.stored, name) for name in ("t", "x", "u", "references")}
     broken = [name for name, table in tables.items() if not np.isfinite(table).all()]
     count = sum(int((~np.isfinite(table)).sum()) for table in tables.values())
-    return judged("numbers", float(count), 0.0, f"not finite: {', '.join(broken)}")
+    detail = f"not finite: {', '.join(broken)}"
+    modes = context.problem.machine.modes
+    lost = np.flatnonzero(~np.isin(context.stored.x[:, -1], range(len(modes)))) if modes else ()
+    if not broken and len(lost):
+        most = len(modes) - 1
+        detail = f"row {lost[0]} is in mode {context.stored.x[lost[0], -1]:g}; they are 0 to {most}"
+    return judged("numbers", float(count + len(lost)), 0.0, detail)
 
 
 def times(context: CheckContext) -> Check:
