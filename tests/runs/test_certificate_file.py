@@ -5,16 +5,18 @@ from __future__ import annotations
 import hashlib
 import json
 import shutil
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+import kinolab
 from kinolab.errors import InputError
 from kinolab.runs import check_run, read_run
 from kinolab.runs.certificate_file import certificate_to_json, proved
 from kinolab.verification import Certificate, Check
+from kinolab.verification.check_conditions import CheckConditions
 from tests.conftest import Finished
 
 CERTIFIED = ("scenario.toml", "trajectory.csv", "assets/machine.json")
@@ -49,6 +51,25 @@ def test_it_says_what_the_checks_depend_on(maze_run: Finished) -> None:
     )  # a maze, three things, a coin
     assert found["goal_tolerances"]["x"] > 0
     assert found["scales"]["psi"] == 1.0
+    assert (found["parameters"], found["requirements"]) == ({"R": 0.25}, ["the rim grips"])
+
+
+@pytest.mark.parametrize(
+    ("scenario", "override", "key", "name", "value"),
+    [
+        ("rolling_disk_maze", "system.parameters.R=0.2", "parameters", "R", 0.2),
+        ("two_cranes", "system.parameters.g=1.6", "parameters", "g", 1.6),
+        ("pendulum_swingup", "bounds.theta_dot=[-4, 5]", "bounds", "theta_dot", [-4.0, 5.0]),
+        ("rolling_disk_maze", "bounds.drive=[-1.5, 1]", "bounds", "drive", [-1.5, 1.0]),
+    ],
+)
+def test_it_names_what_the_scenario_changes_of_the_machine(
+    scenario: str, override: str, key: str, name: str, value: Any
+) -> None:
+    conditions = CheckConditions.of(kinolab.load(scenario, overrides=[override]))
+    found = json.loads(json.dumps(asdict(conditions)))
+    assert found[key][name] == value
+    assert f"{name} " in str(conditions)
 
 
 def test_a_run_without_a_goal_is_not_checked(run_copy: Path) -> None:

@@ -236,6 +236,23 @@ def test_a_number_that_is_not_finite_fails_and_never_raises(
     assert not certificate.passed
 
 
+@pytest.mark.parametrize("off", [2e-7, 5e-7, 9e-7])
+@pytest.mark.parametrize("side", [-1.0, 1.0])
+def test_a_last_row_outside_the_goal_fails_it_though_the_motion_ends_inside(
+    off: float, side: float, lane: PlanningTask
+) -> None:
+    """The row is off by less than a defect may be, and the goal's edge lies between both."""
+    motion = straight()
+    x = motion.x.copy()
+    x[-1, 0] += side * off
+    tolerance = 1e-7
+    goal = replace(lane.goal, targets=motion.x[-1, :2], tolerances=np.full(2, tolerance))
+    certificate = verify(replace(lane, goal=goal), replace(motion, x=x))
+    assert failed(certificate) == {"goal"}
+    assert detail(certificate, "goal").startswith(f"the last row: x is off by {off:.1g}"[:30])
+    assert verify(replace(lane, goal=goal), motion).passed
+
+
 def test_a_motion_cut_short_fails_the_goal_and_says_by_how_much(lane: PlanningTask) -> None:
     certificate = verify(lane, straight(steps=8))  # ends at x = -0.6, the goal begins at -0.5
     assert failed(certificate) == {"goal"}

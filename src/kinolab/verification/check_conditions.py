@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from kinolab.problem import PlanningTask
@@ -19,6 +19,9 @@ class CheckConditions:
         obstacles: How many there are.
         bodies_with_shapes: How many bodies can touch anything.
         scales: Of the entries of the state: differences are small beside them.
+        parameters: Of the machine, those that the scenario sets.
+        bounds: Limits of inputs, coordinates and rates that the scenario sets, lower and upper.
+        requirements: Names of what the machine demands of a plan.
     """
 
     truth: str
@@ -27,23 +30,31 @@ class CheckConditions:
     obstacles: int
     bodies_with_shapes: int
     scales: dict[str, float]
+    parameters: dict[str, float]
+    bounds: dict[str, tuple[float, float]]
+    requirements: tuple[str, ...]
 
     @classmethod
     def of(cls, problem: PlanningTask) -> CheckConditions:
         """Return the conditions of a problem."""
+        scenario = problem.scenario
         tolerances = zip(_targets(problem), problem.goal.error_tolerances.tolist(), strict=True)
         return cls(
-            truth=problem.scenario.integration.truth,
+            truth=scenario.integration.truth,
             goal_tolerances=dict(tolerances),
             clearance=problem.world.clearance,
             obstacles=len(problem.world.obstacles),
             bodies_with_shapes=sum(bool(body.shapes) for body in problem.bodies),
             scales=dict(zip(problem.model.state_names, problem.scales.tolist(), strict=True)),
+            parameters=dict(scenario.system.parameters),
+            bounds=dict(scenario.bounds),
+            requirements=tuple(one.name for one in problem.machine.requirements),
         )
 
     def __str__(self) -> str:
         """Say all of them in a few lines."""
         shaped, obstacles = self.bodies_with_shapes, self.obstacles
+        limits = {name: "{:g} to {:g}".format(*pair) for name, pair in self.bounds.items()}
         return "\n".join(
             [
                 f"truth: {self.truth}",
@@ -51,12 +62,16 @@ class CheckConditions:
                 f"clearance of {self.clearance:g} m asked for; obstacles: {obstacles}; bodies with "
                 f"shapes: {shaped}",
                 f"scales: {_listed(self.scales)}",
+                f"parameters set: {_listed(self.parameters)}",
+                f"bounds set: {_listed(limits)}",
+                f"requirements of the machine: {', '.join(self.requirements) or 'none'}",
             ]
         )
 
 
-def _listed(values: dict[str, float]) -> str:
-    return ", ".join(f"{name} {value:g}" for name, value in values.items())
+def _listed(values: Mapping[str, float | str]) -> str:
+    each = (value if isinstance(value, str) else f"{value:g}" for value in values.values())
+    return ", ".join(map(" ".join, zip(values, each, strict=True))) or "none"
 
 
 def _targets(problem: PlanningTask) -> Iterator[str]:
