@@ -156,6 +156,9 @@ def test_mistakes_in_overrides_and_in_the_file_are_told_together(tmp_path: Path)
     [
         ("start.x_dot=1", "x_dot follows from the other rates"),
         ("goal.y_dot=0", "y_dot follows from the other rates"),
+        ("goal.tolerance={ x_dot = 0.1 }", "Give one of psi_dot, phi_dot instead"),
+        ("goal.tolerance={ x = 0.1, y_dot = 1e-9 }", "y_dot follows from the other rates"),
+        ("metric.x_dot=2", "x_dot follows from the other rates"),
         ("start.psi=[0, 0, 0, 1]", "psi is a single number"),
         ("start.q=1", "'q'"),
         ("bounds.thetta=[0, 1]", "'thetta'"),

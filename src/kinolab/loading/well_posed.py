@@ -124,7 +124,10 @@ def unlimited_sentences(model: Model, name: str) -> tuple[str, str]:
 
 
 def endpoint_issues(scenario: Scenario, model: Model) -> Iterator[Issue]:
-    """Yield values in start and goal that are not free, dependent rates, and wrong kinds."""
+    """Yield what start and goal cannot have: dependent rates, wrong kinds.
+
+    Nor can tolerances and weights of dependent rates count: they are no part of the state.
+    """
     for name in model.attitudes:
         if name in scenario.bounds:
             what = f"{name} is a rotation, which has no limits."
@@ -145,6 +148,13 @@ def endpoint_issues(scenario: Scenario, model: Model) -> Iterator[Issue]:
                 named = (f"{k} for {mode}" for k, mode in enumerate(modes[name]))
                 what = f"{value} is no mode of {model.machine.name}."
                 yield Issue((section, name), what, f"Give {', '.join(named)}.")
-            elif name in model.rate_names and name not in model.state_names:
+    tolerances = scenario.goal.tolerance if isinstance(scenario.goal.tolerance, dict) else {}
+    tables: dict[tuple[str, ...], Any] = {
+        (section,): values for section, values in sections.items()
+    }
+    tables |= {("goal", "tolerance"): tolerances, ("metric",): scenario.metric}
+    for place, table in tables.items():
+        for name in table:
+            if name in model.rate_names and name not in model.state_names:
                 what = f"{name} follows from the other rates by the constraints."
-                yield Issue((section, name), what, f"Give one of {free} instead.")
+                yield Issue((*place, name), what, f"Give one of {free} instead.")

@@ -18,6 +18,7 @@ def problem_warnings(problem: PlanningTask) -> tuple[str, ...]:
     return (
         *problem.world.warnings,
         *_degrees(problem),
+        *_tolerances_of_nothing(problem),
         *_unwatched(problem),
         *rest_warnings(problem),
     )
@@ -62,3 +63,15 @@ def _degrees(problem: PlanningTask) -> Iterator[str]:
                     f"[{section}] {name} = {value:g} is in rad, more than a whole turn; "
                     f'"{value:g} deg" is in degrees.'
                 )
+
+
+def _tolerances_of_nothing(problem: PlanningTask) -> Iterator[str]:
+    """Yield tolerances of what the goal leaves free."""
+    section, names = problem.scenario.goal, problem.model.state_names
+    wanted = {*(names[i] for i in problem.goal.indices), *section.values}
+    for name in section.tolerance if isinstance(section.tolerance, dict) else ():
+        if name not in wanted:
+            yield (
+                f"[goal] tolerance.{name} counts for nothing, since the goal leaves {name} free; "
+                f"write {name} = value below [goal]."
+            )
