@@ -47,6 +47,9 @@ from kinolab.errors import InputError, Mistake
 # fraction of a coordinate's own inertia that remains when the others move along
 MASS_TOLERANCE = 1e-12
 REGULARISATION = 1e-8  # relative to the constraints' compliance; makes redundant ones solvable
+# The same for accelerations, of each row's own compliance: above its rounding, and small beside the
+# ratio of masses, the share that a heavy part has in the compliance of a light one.
+ROW_REGULARISATION = 1e-12
 # refinement steps, after which the regularisation no longer affects the motion (measured)
 ITERATIVE_REFINEMENTS = 3
 
@@ -256,7 +259,8 @@ class _Derivation:
     def _accelerations_by_multipliers(self) -> list[Node]:
         """Solve M nu_dot = F + A^T lambda with A nu_dot = -A_dot nu.
 
-        Redundant constraints make A M^-1 A^T singular; the least-norm multipliers are taken.
+        Redundant constraints make A M^-1 A^T singular, but not the accelerations. What these lack
+        is looked at after each refinement: forces on light parts cancel in it, not in multipliers.
         """
         tape = self.tape
         mechanics = self._along(self.chart, self.chart.accelerations)
@@ -266,10 +270,33 @@ class _Derivation:
         free, *compliant = solve_definite(
             tape, M, [self._loads(mechanics), *covectors], self.guards
         )
-        short = [tape.neg(tape.add(row.bias, tape.dot(row.covector, free))) for row in self.rows]
-        (multipliers,) = self._solve_compliance(covectors, compliant, [short])
-        push = combine(self.binding, compliant, multipliers)
-        return [tape.add(a, b) for a, b in zip(free, push, strict=True)]
+        firm = self._firm_compliance(covectors, compliant)
+        accelerations = list(free)
+        for _ in range(ITERATIVE_REFINEMENTS):
+            short = [
+                tape.neg(tape.add(row.bias, tape.dot(row.covector, accelerations)))
+                for row in self.rows
+            ]
+            (multipliers,) = solve_definite(tape, firm, [short], Guards())
+            push = combine(self.binding, compliant, multipliers)
+            accelerations = [tape.add(a, b) for a, b in zip(accelerations, push, strict=True)]
+        return accelerations
+
+    def _firm_compliance(
+        self, covectors: Sequence[Sequence[Node]], compliant: Sequence[Sequence[Node]]
+    ) -> list[list[Node]]:
+        """Return A M^-1 A^T, regular also where rows are redundant.
+
+        Each row is stiffened by its own compliance: that of a light part is many times larger than
+        that of a heavy one, and would be taken for a redundant one otherwise.
+        """
+        tape, size = self.tape, len(covectors)
+        G = [[tape.dot(a, c) for c in compliant] for a in covectors]
+        whole = tape.mul(tape.constant(ROW_REGULARISATION), tape.sum(G[i][i] for i in range(size)))
+        for i in range(size):  # a row that vanishes has none of its own
+            own = tape.mul(tape.constant(ROW_REGULARISATION), tape.add(G[i][i], whole))
+            G[i][i] = tape.add(G[i][i], own)
+        return G
 
     def _solve_compliance(
         self,
