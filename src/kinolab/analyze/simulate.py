@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kinolab.dynamics import Model
+from kinolab.dynamics.analysis.consistent_states import CONSTRAINT_TOLERANCE
 from kinolab.errors import InputError, Mistake, UnknownNameError
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
@@ -61,6 +62,27 @@ def simulate(
     times, rows = read_inputs(inputs, model)
     held = np.clip(np.searchsorted(times, t[:-1] + 1e-9, side="right") - 1, 0, None)
     return resimulate(problem, t, rows[held])
+
+
+def drifting_constraints(problem: PlanningTask, motion: Trajectory) -> tuple[str, ...]:
+    """Return sentences about constraints that a motion leaves, by which its equations are inexact.
+
+    Args:
+        problem: Provides the machine.
+        motion: Of the machine.
+    """
+    plant, u = problem.model.plant, motion.u
+    if not problem.machine.constraints or not len(u):
+        return ()
+    residual = np.abs(plant.constraint_residual(motion.x, np.vstack([u, u[-1:]])))
+    latest = residual.argmax(axis=0)
+    return tuple(
+        f"{plant.residual_names[i]} is off by {residual[k, i]:.3g} at t = {motion.t[k]:.6g} s, "
+        f"more than the {CONSTRAINT_TOLERANCE:g} that a plan may be: masses or lengths may differ "
+        "by too many orders of magnitude."
+        for i, k in enumerate(latest)
+        if not residual[k, i] <= CONSTRAINT_TOLERANCE
+    )
 
 
 def _under_policy(problem: PlanningTask, t: Array, policy: Policy) -> Trajectory:

@@ -1,6 +1,6 @@
 """``plan examine``: laws of mechanics checked on a machine, and what looks wrong about it."""
 
-from kinolab.analyze.examine.examination import examine
+from kinolab.analyze.examine.examination import examine, modes_alone
 from kinolab.analyze.examine.law_check import LawCheck
 
-__all__ = ["LawCheck", "examine"]
+__all__ = ["LawCheck", "examine", "modes_alone"]

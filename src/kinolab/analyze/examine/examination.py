@@ -17,6 +17,7 @@ from kinolab.analyze.examine.energy_sources import energy_sources
 from kinolab.analyze.examine.law_check import LawCheck
 from kinolab.dynamics import Model, System
 from kinolab.dynamics.derivation.singularity import singularity_of
+from kinolab.dynamics.mode_derivations import in_mode
 from kinolab.errors import KinolabError, NoDynamicsError
 from kinolab.loading.well_posed import unlimited_sentences
 from kinolab.scenario.schema import IntegrationSection
@@ -45,6 +46,7 @@ def examine(system: System, integration: IntegrationSection | None = None) -> It
     if system.constraints:
         yield _constraints(model, states, inputs)
         yield _velocities(system)
+    yield from modes_alone(model)
     try:
         yield from _mass_matrix(model, states)
         yield _energy(model, states[0], inputs)
@@ -100,6 +102,31 @@ def _constraints(model: Model, states: NDArray[np.float64], u: NDArray[np.float6
         1e-9,
         f"independent: {free or 'nothing but the inputs'}{repeated}",
     )
+
+
+def modes_alone(model: Model) -> Iterator[LawCheck]:
+    """Compare each mode with the machine that has no other: by multipliers, and without."""
+    for number in range(len(model.machine.modes)):
+        yield _mode(model, random_states(model), number)
+
+
+def _mode(model: Model, states: NDArray[np.float64], number: int) -> LawCheck:
+    name = model.machine.modes[number]
+    own = System.of(in_mode(model.system, name)).model()
+    law = f"in mode {name!r} it moves as the machine that has no other mode"
+    x = states.copy()
+    x[:, -1] = number
+    for _ in range(20):
+        x = model.project(x)
+    u = model.null_control()
+    entries = [model.state_names.index(entry) for entry in own.state_names]
+    held = u[[model.control_names.index(entry) for entry in own.control_names]]
+    try:
+        whole, alone = model.f(x, u)[:, entries], own.f(x[:, entries], held)
+    except KinolabError as error:
+        return LawCheck(law, 0.0, 0.0, f"not compared: {error}")
+    gap = float(np.abs(whole - alone).max() / max(1.0, float(np.abs(alone).max())))
+    return LawCheck(law, gap, 1e-8, "masses that differ by many orders of magnitude cost digits")
 
 
 def _velocities(system: System) -> LawCheck:

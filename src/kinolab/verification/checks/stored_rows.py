@@ -19,11 +19,15 @@ def numbers(context: CheckContext) -> Check:
     count = sum(int((~np.isfinite(table)).sum()) for table in tables.values())
     detail = f"not finite: {', '.join(broken)}"
     modes = context.problem.machine.modes
-    lost = np.flatnonzero(~np.isin(context.stored.x[:, -1], range(len(modes)))) if modes else ()
-    if not broken and len(lost):
+    lost = (
+        np.flatnonzero(~np.isin(context.stored.x[:, -1], range(len(modes))))
+        if modes
+        else np.zeros(0, np.intp)
+    )
+    if not broken and lost.size:
         most = len(modes) - 1
         detail = f"row {lost[0]} is in mode {context.stored.x[lost[0], -1]:g}; they are 0 to {most}"
-    return judged("numbers", float(count + len(lost)), 0.0, detail)
+    return judged("numbers", float(count + lost.size), 0.0, detail)
 
 
 def times(context: CheckContext) -> Check:

@@ -13,13 +13,17 @@ from kinolab.cli.terminal import say
 def command(what: str) -> int:
     """Check the laws of mechanics on WHAT, and its steps, and say what is odd."""
     from kinolab.analyze.describe import in_each_mode
-    from kinolab.analyze.examine import examine
+    from kinolab.analyze.examine import examine, modes_alone
     from kinolab.dynamics import System
     from kinolab.loading import find_scenario, find_system
 
     scenario = find_scenario(what)
-    holds = True
-    for title, machine in in_each_mode(System.of(find_system(scenario))):
+    system, holds = System.of(find_system(scenario)), True
+    if system.modes:
+        findings = list(modes_alone(system.model()))
+        say("\n".join([system.name, *map(str, findings)]))
+        holds = all(finding.holds for finding in findings)
+    for title, machine in in_each_mode(system):
         findings = list(examine(machine, scenario.integration))
         say("\n".join([*([title] if title else []), *map(str, findings)]))
         holds = holds and all(finding.holds for finding in findings)

@@ -46,7 +46,7 @@ def command(
 
     Obstacles do not stop it.
     """
-    from kinolab.analyze.simulate import simulate
+    from kinolab.analyze.simulate import drifting_constraints, simulate
     from kinolab.loading import build_problem, find_scenario
     from kinolab.runs import write_run, written_at
     from kinolab.solve import PlanResult
@@ -72,6 +72,8 @@ def command(
     progress.close()
     place = f"{folder}{replaced(earlier)}"
     say(f"simulated: {trajectory.duration:g} s\n  written to {place}")
+    for sentence in drifting_constraints(problem, trajectory):
+        say(f"warning: {sentence}", err=True)
     return moved.exit_code
 
 
