@@ -24,6 +24,9 @@ import numpy as np
 from kinolab.dynamics.lagrange.hyper_dual import Evaluation, HyperDual, Instruction
 from kinolab.numerics.arrays import Array
 
+REFINEMENTS = 3  # of solutions, by what they leave of the right-hand side
+EQUILIBRATIONS = 12  # each halves the decades that a largest entry is away from 1
+
 
 @dataclass(frozen=True)
 class ImposedVelocity:
@@ -229,9 +232,32 @@ def _directions(entries: Sequence[Array]) -> Array:
 
 
 def _solved(A: Array, b: Array) -> Array:
-    """Return the least-norm solutions of m systems A x = b, shape (m, n)."""
+    """Return the least-norm solutions of m systems A x = b, shape (m, n), once equilibrated.
+
+    Masses of a milligram and constraints in radians stand in one matrix; what is small for its unit
+    alone must not count as nothing.
+    """
     sound = np.isfinite(A).all(axis=(1, 2)) & np.isfinite(b).all(axis=1)
     x = np.full((len(b), A.shape[2]), np.nan)
     for k in np.flatnonzero(sound):
-        x[k] = np.linalg.lstsq(A[k], b[k], rcond=None)[0]
+        rows, columns = _equilibration(A[k])
+        scaled, x[k] = rows[:, None] * A[k] * columns, 0.0
+        for _ in range(REFINEMENTS):
+            missing = rows * (b[k] - A[k] @ x[k])
+            x[k] += columns * np.linalg.lstsq(scaled, missing, rcond=None)[0]
     return x
+
+
+def _equilibration(A: Array) -> tuple[Array, Array]:
+    """Return factors of the rows and columns of A (m, n) that make their largest entries 1.
+
+    Source: Ruiz, A scaling algorithm to equilibrate both rows and columns norms in matrices,
+    RAL-TR-2001-034, 2001.
+    """
+    rows, columns = np.ones(A.shape[0]), np.ones(A.shape[1])
+    for _ in range(EQUILIBRATIONS):
+        sizes = np.abs(rows[:, None] * A * columns)
+        tallest, widest = sizes.max(axis=1, initial=0.0), sizes.max(axis=0, initial=0.0)
+        rows /= np.sqrt(np.where(tallest > 0, tallest, 1.0))
+        columns /= np.sqrt(np.where(widest > 0, widest, 1.0))
+    return rows, columns
