@@ -11,10 +11,10 @@ import trimesh
 
 from kinolab.dynamics.language.shapes import Box
 from kinolab.numerics.arrays import Array
-from kinolab.robots.enclosing_solids import MOST_SOLIDS, enclosing_solids
-from kinolab.robots.interior_points import interior_points
 from kinolab.robots.kinematic_tree import PlacedShape
-from kinolab.robots.overhang import overhang
+from kinolab.robots.solids.enclosing_solids import MOST_SOLIDS, enclosing_solids
+from kinolab.robots.solids.interior_points import interior_points
+from kinolab.robots.solids.overhang import overhang
 from tests.robots.test_enclosing import outside
 
 

@@ -10,6 +10,7 @@ import pytest
 
 from kinolab.studies.problem_files import ProblemFiles
 from tests.studies.tiny_study import LIMITED, SWINGS, Row, rows_made, study_in
+from tests.support import needs
 
 FILES = {"scenario.toml": b"schema = 1\n", "assets/machine.json": b"{}"}
 
@@ -94,6 +95,7 @@ def first(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, list[Row]]:
     return folder / "out", rows_made(study_in(folder, SWINGS + LIMITED), folder / "out")
 
 
+@needs("pyarrow")
 @pytest.mark.parametrize("change", [_another_machine, _another_goal])
 @pytest.mark.parametrize("resume", [False, True])
 def test_nothing_of_somebodys_results_is_run(

@@ -110,8 +110,8 @@ def _check_hovering(file: CfgFile, start: CfgPose, table: dict[str, CfgValue]) -
 def _scenario(
     problem: ProblemFile, robot: PlacedMesh, world: PlacedMesh, path: Path, overrides: Sequence[str]
 ) -> Read:
-    from kinolab.robots.interior_points import interior_points
-    from kinolab.robots.overhang import closest_solids
+    from kinolab.robots.solids.interior_points import interior_points
+    from kinolab.robots.solids.overhang import closest_solids
 
     centre = robot.mean.copy()
     if problem.axes == "xy":  # it keeps its height

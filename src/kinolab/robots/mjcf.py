@@ -21,8 +21,6 @@ from kinolab.errors import InputError, Mistake
 from kinolab.files import is_file
 from kinolab.lazy import library_of
 from kinolab.numerics.arrays import Array
-from kinolab.robots.convex_parts import check_parts, enclosing_shapes
-from kinolab.robots.enclosing import enclosing_shape
 from kinolab.robots.kinematic_tree import (
     MOST_BYTES,
     MOST_LINKS,
@@ -48,6 +46,8 @@ from kinolab.robots.mjcf_fields import (
     unknown_flags,
 )
 from kinolab.robots.robot_machine import assembled
+from kinolab.robots.solids.convex_parts import check_parts, enclosing_shapes
+from kinolab.robots.solids.enclosing import enclosing_shape
 from kinolab.robots.tree_mistakes import tree_mistakes
 from kinolab.world.shape_surfaces import Faces
 

@@ -24,7 +24,6 @@ from kinolab.errors import InputError, Mistake, UnknownNameError, printable
 from kinolab.files import is_file, read_ordinary
 from kinolab.lazy import library_of
 from kinolab.numerics.arrays import Array
-from kinolab.robots.convex_parts import check_parts, enclosing_shapes
 from kinolab.robots.kinematic_tree import (
     MOST_BYTES,
     MOST_LINKS,
@@ -41,6 +40,7 @@ from kinolab.robots.kinematic_tree import (
 )
 from kinolab.robots.mesh_files import find_mesh
 from kinolab.robots.robot_machine import Base, assembled
+from kinolab.robots.solids.convex_parts import check_parts, enclosing_shapes
 from kinolab.robots.tree_mistakes import tree_mistakes
 from kinolab.world.meshes.mesh import load_mesh
 from kinolab.world.shape_surfaces import Faces

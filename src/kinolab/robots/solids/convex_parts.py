@@ -25,8 +25,8 @@ from kinolab.errors import InputError, Mistake
 from kinolab.files import keep_last_used, read_sealed, touch, write_sealed
 from kinolab.lazy import library_of
 from kinolab.numerics.arrays import Array
-from kinolab.robots.enclosing import enclosing_shape, volume
 from kinolab.robots.kinematic_tree import PlacedShape
+from kinolab.robots.solids.enclosing import enclosing_shape, volume
 from kinolab.scenario.values import MOST_PARTS
 from kinolab.world.shape_surfaces import Faces
 

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from kinolab.dynamics.language.shapes import Box, Capsule, Shape
 from kinolab.numerics.arrays import Array
-from kinolab.robots.enclosing_solids import enclosing_solids
 from kinolab.robots.kinematic_tree import PlacedShape
+from kinolab.robots.solids.enclosing_solids import enclosing_solids
 from kinolab.world.geometry import triangles as triangles_of
 
 SPACING = 0.01  # of points on surfaces, as a share of the mesh's size

@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.numerics.arrays import Array
-from kinolab.robots.enclosing import enclosing_shape, principal_axes
 from kinolab.robots.kinematic_tree import PlacedShape
+from kinolab.robots.solids.enclosing import enclosing_shape, principal_axes
 
 MOST_SOLIDS = 24  # each is asked about in every pose
 LEAST_SAVING = 0.01  # of the volume of all solids, by every further one

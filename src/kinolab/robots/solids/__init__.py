@@ -1,0 +1,1 @@
+"""Boxes and capsules around the meshes of robots."""
