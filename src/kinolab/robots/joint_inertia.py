@@ -17,6 +17,7 @@ from kinolab.robots.kinematic_tree import (
     KinematicTree,
     Link,
     from_the_root,
+    led,
     link_poses,
 )
 
@@ -115,9 +116,7 @@ def _moving_together(joints: Mapping[str, Joint]) -> dict[str, list[tuple[Joint,
     """Return, by the name of each joint with a position of its own, all that move with it."""
     found: dict[str, list[tuple[Joint, float]]] = {}
     for joint in joints.values():
-        leader, factor = joint, 1.0
-        while (follows := leader.mimics) is not None:
-            leader, factor = joints[follows.joint], factor * follows.factor
         if joint.kind in ("revolute", "prismatic"):
-            found.setdefault(leader.name, []).append((joint, factor))
+            leader, factor, _ = led(joint, joints)
+            found.setdefault(leader, []).append((joint, factor))
     return found

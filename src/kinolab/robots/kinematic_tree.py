@@ -301,16 +301,10 @@ def link_poses(tree: KinematicTree, at: Mapping[str, float]) -> dict[str, Array]
     poses = {tree.root.name: np.eye(4)}
     for joint in from_the_root(tree):
         moves = joint.kind in ("revolute", "prismatic")
-        moved = moved_to(joint, _position(joint, joints, at)) if moves else np.eye(4)
+        leader, factor, offset = led(joint, joints)
+        moved = moved_to(joint, factor * at[leader] + offset) if moves else np.eye(4)
         poses[joint.child] = poses[joint.parent] @ joint.pose @ moved
     return poses
-
-
-def _position(joint: Joint, joints: Mapping[str, Joint], at: Mapping[str, float]) -> float:
-    if joint.mimics is None:
-        return at[joint.name]
-    follows = joint.mimics
-    return follows.factor * _position(joints[follows.joint], joints, at) + follows.offset
 
 
 def usable_name(text: str) -> str:

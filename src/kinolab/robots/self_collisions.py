@@ -24,6 +24,7 @@ from kinolab.robots.kinematic_tree import (
     KinematicTree,
     PlacedShape,
     from_the_root,
+    led,
     link_poses,
 )
 from kinolab.world.collision.gjk import Convex, separation
@@ -103,6 +104,8 @@ def kept_from_surroundings(
     where the robot rests, or rests on them and never sinks in. What moves freely rests nowhere.
     """
     standing = {link.name for link in tree.links if link.stands}
+    if not standing:
+        return []
     part, free = _parts(tree), _free(tree)
     places = link_poses(tree, _rest(tree))
     solids = [_convex(entry, places[entry.link]) for entry in shapes]
@@ -203,10 +206,8 @@ def _spheres(tree: KinematicTree, shapes: Sequence[NamedShape]) -> list[_Spheres
 
 def _range(joint: Joint, joints: Mapping[str, Joint]) -> tuple[float, float]:
     """Return between which positions a joint moves, with the one that it follows."""
-    if joint.mimics is None:
-        return joint.lower, joint.upper
-    low, high = _range(joints[joint.mimics.joint], joints)
-    factor, offset = joint.mimics.factor, joint.mimics.offset
+    name, factor, offset = led(joint, joints)
+    low, high = joints[name].lower, joints[name].upper
     return (factor * low + offset, factor * high + offset) if factor else (offset, offset)
 
 

@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 
 from kinolab.dynamics import System
+from kinolab.errors import LONGEST_QUOTE
 from kinolab.untrusted import MOST_REPORT_BYTES, json_of
 
 
@@ -97,7 +98,7 @@ class _Peer:
             return {"function": len(self._own) - 1}
         with suppress(TypeError, ValueError):  # such as SymPy's numbers
             return float(value)
-        return {"other": repr(value)[:200]}
+        return {"other": repr(value)[:LONGEST_QUOTE]}
 
     def decoded(self, told: Any) -> Any:
         """Return the value that an encoded one stands for; functions call the other end."""

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from kinolab.arguments import require_fit
-from kinolab.errors import InputError, KinolabError, Mistake
+from kinolab.errors import LONGEST_QUOTE, InputError, KinolabError, Mistake
 from kinolab.problem import PlanningTask
 from kinolab.simulation.reference import MAX_ERROR_AMPLIFICATION, DivergedError, ReferenceMotion
 from kinolab.trajectory import Trajectory
@@ -30,8 +30,6 @@ from kinolab.verification.checks.contacts import collision
 from kinolab.verification.clearance_margin import ClearanceMargin, least_clearance
 from kinolab.verification.clearance_search import Told
 from kinolab.verification.dense_motion import TooFastError
-
-MOST_QUOTED = 200  # characters of what was given
 
 
 @dataclass(frozen=True)
@@ -165,6 +163,6 @@ def _require_columns(problem: PlanningTask, trajectory: Trajectory) -> None:
     wanted = (*model.state_names, *plant.control_names, *references)
     found = (*trajectory.state_names, *trajectory.control_names, *trajectory.reference_names)
     if tuple(found) != wanted:
-        what = f"its columns are {', '.join(found)[:MOST_QUOTED]}, of another machine"
+        what = f"its columns are {', '.join(found)[:LONGEST_QUOTE]}, of another machine"
         remedy = f"Give one with the columns {', '.join(wanted)}."
         raise InputError([Mistake("verify trajectory", f"{what}.", remedy)])
