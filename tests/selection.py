@@ -3,7 +3,8 @@
 A test is marked ``search`` or ``long`` by the time that it took when ``--record-durations`` last
 wrote ``durations.json``, ``process`` by the fixtures that it asks for or by its folder, ``docs`` by
 its folder, and ``every`` if a law is stated for many registered machines, planners or seeds and
-others stand for this one. All of them but ``long`` run with ``-m "not long"``.
+others stand for this one. One search of each class runs by default (``SMOKE``). All tests but
+``long`` ones run with ``-m "not long"``.
 """
 
 from __future__ import annotations
@@ -44,6 +45,17 @@ REPRESENTATIVES = {  # of which names there are
     planners.names(): {"rrt", "rrt_fast", "sst", "prm"},
 }
 SEEDS = 6  # of a law for many of them
+SMOKE = {  # one search of each class, however long it takes and whoever stands for it
+    "tests/search/potential/test_trap.py::test_escapes_are_counted_and_then_the_search_ends",
+    *(
+        "tests/search/tree/test_tree.py"
+        f"::test_no_motion_of_a_tree_touches_anything_on_its_way[{planner}-rolling_disk_maze]"
+        for planner in ("ao_rrt", "kpiece_fast", "pdst")
+    ),
+    "tests/solve/test_modes.py"
+    "::test_a_machine_with_one_mode_that_bounces_into_itself_is_planned_for[rrt]",
+    "tests/trajopt/multistart/test_decoupled_motions.py::test_a_snakeboard_parks[0.0-2]",
+}
 OTHERS = {name for names, stand_in in REPRESENTATIVES.items() for name in set(names) - stand_in}
 
 
@@ -76,7 +88,7 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
             "docs": folder in DOCS_FOLDERS,
             "every": item.nodeid in others or item.path.stem.removeprefix("test_") in OTHERS,
         }
-        for mark in (mark for mark, wanted in marks.items() if wanted):
+        for mark in (m for m, wanted in marks.items() if wanted and item.nodeid not in SMOKE):
             item.add_marker(mark)
         if any(item.get_closest_marker(mark) for mark in MARKERS):
             item.user_properties.append((MARKED, True))

@@ -39,6 +39,12 @@ def test_those_that_stand_for_others_exist() -> None:
     assert set(selection.MACHINES) <= set(systems.names())
 
 
+def test_what_takes_long_and_runs_by_default_exists() -> None:
+    for name in selection.SMOKE:
+        file, _, test = name.partition("::")
+        assert f"def {test.partition('[')[0]}(" in (ROOT / file).read_text(encoding="utf-8")
+
+
 def test_of_a_law_for_many_machines_a_few_run() -> None:
     """A mode of a machine is called after it; machines of tests are no registered ones."""
     names = ["pendulum", "biped, left", "marionette, taut", "crane", "four_bar_of_tests"]

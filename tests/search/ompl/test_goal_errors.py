@@ -8,7 +8,10 @@ import pytest
 import kinolab
 from kinolab.search.ompl.goal_errors import GoalErrors
 
-NAMES = ("crane_factory", "rolling_disk_maze", "submarine_corridor", "vehicle_parking")
+NAMES = (
+    *("crane_factory", "rolling_disk_maze", "satellite_pointing", "submarine_corridor"),
+    "vehicle_parking",
+)
 
 
 @pytest.mark.parametrize("name", NAMES)
