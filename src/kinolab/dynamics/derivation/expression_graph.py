@@ -9,9 +9,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from functools import partial
-from typing import Protocol, TypeAlias
+from typing import NamedTuple, Protocol, TypeAlias
 
 Node: TypeAlias = int
 
@@ -32,9 +31,8 @@ UNARY: dict[str, Callable[[float], float]] = {
 MAX_EXPANDED_POWER = 64  # exponent up to which a power is expanded into products
 
 
-@dataclass(frozen=True)
-class Operation:
-    """The operator and operands of one node."""
+class Operation(NamedTuple):
+    """The operator and operands of one node; a tuple, since graphs make and hash many."""
 
     name: str  # "const", "variable", "add", "sub", "mul", "div", "neg", "fmax", … or a UNARY name
     operands: tuple[Node, ...] = ()

@@ -113,15 +113,15 @@ class Kinematics:
         return vector
 
     def _follow(self, motions: tuple[Motion, ...]) -> FrameState:
-        state = self._states.get(motions)
-        if state is None:
-            before, last = self._follow(motions[:-1]), motions[-1]
+        known = next(k for k in range(len(motions), -1, -1) if motions[:k] in self._states)
+        state = self._states[motions[:known]]
+        for k, last in enumerate(motions[known:], start=known + 1):
             state = (
-                self._translate(before, last)
+                self._translate(state, last)
                 if isinstance(last, Translation)
-                else self._turn(before, last)
+                else self._turn(state, last)
             )
-            self._states[motions] = state
+            self._states[motions[:k]] = state
         return state
 
     def _translate(self, before: FrameState, motion: Translation) -> FrameState:
