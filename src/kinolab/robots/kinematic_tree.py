@@ -307,6 +307,16 @@ def link_poses(tree: KinematicTree, at: Mapping[str, float]) -> dict[str, Array]
     return poses
 
 
+def coordinate_names(joint: Joint) -> tuple[str, ...]:
+    """Return the names of a joint's own coordinates; an attitude is the last one."""
+    name = usable_name(joint.name)
+    if joint.kind == "floating":
+        return f"{name}_at_x", f"{name}_at_y", f"{name}_at_z", name
+    if joint.kind == "planar":
+        return f"{name}_x", f"{name}_y", f"{name}_angle"
+    return (name,)
+
+
 def usable_name(text: str) -> str:
     """Return a name for scenarios and equations: other characters become underscores."""
     name = re.sub(r"\W", "_", text.strip())

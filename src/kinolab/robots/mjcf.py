@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from copy import copy
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -21,6 +22,7 @@ from kinolab.errors import InputError, Mistake
 from kinolab.files import is_file
 from kinolab.lazy import library_of
 from kinolab.numerics.arrays import Array
+from kinolab.robots.compared.mujoco_engine import MujocoEngine, quiet
 from kinolab.robots.kinematic_tree import (
     MOST_BYTES,
     MOST_LINKS,
@@ -92,7 +94,8 @@ def read_mjcf(
     Raises:
         InputError: With everything in the file that cannot be represented, such as tendons, muscles
             or a fluid, unless ``partial``, and with numbers that are not finite. All of MuJoCo's
-            model is looked at, so that nothing is left out in silence.
+            model is looked at, so that nothing is left out in silence. With the joint at which the
+            machine moves otherwise than MuJoCo's own model, unless something is left out.
     """
     require_fit("read_mjcf path", str | Path, path)
     require_fit("read_mjcf locked", Mapping[str, float] | None, locked)
@@ -105,7 +108,10 @@ def read_mjcf(
         mistakes += reader.left_out
     if mistakes:
         raise InputError(mistakes)
-    return assembled(tree, locked=locked, self_collisions=self_collisions, where=path.name)
+    engines = () if reader.left_out else (reader.engine(),)  # which leaves nothing out
+    return assembled(
+        tree, locked=locked, self_collisions=self_collisions, where=path.name, engines=engines
+    )
 
 
 def _compiled(mujoco: Any, path: Path) -> Any:
@@ -115,15 +121,12 @@ def _compiled(mujoco: Any, path: Path) -> Any:
     if path.stat().st_size > MOST_BYTES:
         what = f"it is larger than {MOST_BYTES // 10**6} MB."
         raise InputError([Mistake(path.name, what)])
-    before = mujoco.get_mju_user_warning()
-    mujoco.set_mju_user_warning(lambda _: None)  # else they go to a file in the working directory
-    try:
-        model = mujoco.MjModel.from_xml_path(str(path))
-    except Exception as error:  # of its compiler, of several kinds
-        what = f"MuJoCo does not read it ({' '.join(str(error).split())})."
-        raise InputError([Mistake(path.name, what)]) from error
-    finally:
-        mujoco.set_mju_user_warning(before)
+    with quiet(mujoco):
+        try:
+            model = mujoco.MjModel.from_xml_path(str(path))
+        except Exception as error:  # of its compiler, of several kinds
+            what = f"MuJoCo does not read it ({' '.join(str(error).split())})."
+            raise InputError([Mistake(path.name, what)]) from error
     if model.nbody > MOST_LINKS:
         raise InputError([Mistake(path.name, f"it has more than {MOST_LINKS} bodies.")])
     return model
@@ -148,9 +151,14 @@ class _ModelReader:
         self._placed = self._mujoco.MjData(model)
         self._mujoco.mj_kinematics(model, self._placed)
         self._disabled = disabled(self._mujoco, model)
+        self._original = copy(model) if self._disabled else model  # with its flags
         apply_flags(self._mujoco, model)
         if broken := [Mistake(path.name, what) for what in not_finite(self._mujoco, model)]:
             raise InputError(broken)
+
+    def engine(self) -> MujocoEngine:
+        """Return MuJoCo's own model of the file, once all of it is read."""
+        return MujocoEngine(self._mujoco, self._original, self._joints)
 
     def _names(self, kind: str, count: int, word: str) -> list[str]:
         """Return the names of things; those without one are numbered."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal, TypeAlias
 
@@ -28,6 +28,9 @@ from kinolab.dynamics.language.shapes import Box, Capsule, Cylinder, Shape, Sphe
 from kinolab.dynamics.language.symbols import Coordinate, angle, length, rate, rotation, turn_rate
 from kinolab.errors import InputError, Mistake
 from kinolab.numerics.arrays import Array
+from kinolab.robots.compared.disagreements import Correspondence, disagreements
+from kinolab.robots.compared.second_engine import AbstractSecondEngine
+from kinolab.robots.compared.urdf_engines import BASE
 from kinolab.robots.constant_frames import (
     TURNS,
     along_an_axis,
@@ -44,6 +47,7 @@ from kinolab.robots.kinematic_tree import (
     PlacedShape,
     Thruster,
     bound_by_followers,
+    coordinate_names,
     from_the_root,
     led,
     moved_to,
@@ -62,6 +66,7 @@ from kinolab.robots.visible_meshes import drawn_meshes
 from kinolab.world.geometry import lowest_z
 
 Base: TypeAlias = Literal["fixed", "floating"]
+BASE_COORDINATES = "x", "y", "z", BASE  # of a root that moves freely
 
 MOST_LIFTED = 0.05  # [m]
 ALIGNED = 1e-9  # of a rotation's entries: a shape that is turned less is taken along the axes
@@ -90,6 +95,7 @@ def assembled(
     locked: Mapping[str, float] | None = None,
     self_collisions: bool = True,
     where: str = "",
+    engines: Iterable[AbstractSecondEngine] = (),
 ) -> System:
     """Return the machine of a robot.
 
@@ -99,27 +105,44 @@ def assembled(
         locked: Positions of joints that do not move, by name.
         self_collisions: Whether links that are not neighbours may not touch each other.
         where: What mistakes are reported for.
+        engines: Which have read the same file, and with which the machine is compared.
 
     Raises:
-        InputError: With everything that the machine cannot have.
+        InputError: With everything that the machine cannot have, or the joint that moves otherwise
+            in an engine.
     """
     mistakes = [*follower_mistakes(tree, where)]
     if mistakes:
         raise InputError(mistakes)
     tree = bound_by_followers(tree)
-    tree = replace(tree, joints=tuple(_with_locked(tree, locked or {})))
+    joints = {joint.name: joint for joint in tree.joints}
+    held = _held(joints, locked or {})
+    tree = replace(tree, joints=tuple(_fixed_at(joint, held) for joint in tree.joints))
     mistakes = [*massless_joints(tree, where)]
     if mistakes:
         raise InputError(mistakes)
-    return _Assembly(tree, base, where).system(self_collisions=self_collisions)
+    assembly = _Assembly(tree, base, where)
+    made = assembly.system(self_collisions=self_collisions)
+    further = {BASE: BASE_COORDINATES} if base == "floating" else {}
+    corresponding = Correspondence.of(joints, held, further)
+    left_out = assembly.neglected
+    if mistakes := [*disagreements(made, corresponding, engines, where, left_out)]:
+        raise InputError(mistakes)
+    return made
 
 
 class _Assembly:
+    """A robot's machine in the making.
+
+    Attributes:
+        neglected: Moments of inertia that were rounding and are left out, in [kg m^2].
+    """
+
     def __init__(self, tree: KinematicTree, base: Base, where: str) -> None:
-        self._tree, self._where = tree, where
+        self._tree, self._where, self.neglected = tree, where, 0.0
         self._mistakes: list[Mistake] = []
         self._links = {link.name: link for link in tree.links}
-        self._base = WORLD if base == "fixed" else _floating("base", "")
+        self._base = WORLD if base == "fixed" else _floating(BASE_COORDINATES)
         self._coordinates = {
             joint.name: _coordinate(joint)
             for joint in tree.joints
@@ -194,13 +217,13 @@ class _Assembly:
             turn = orient(self._attitudes[joint.name])
             return there @ turn @ back if joint.anchor.any() else turn
         if joint.kind == "floating":
-            return _floating(joint.name, f"{usable_name(joint.name)}_at_")
+            return _floating(coordinate_names(joint))
         if joint.kind == "planar":
-            name = usable_name(joint.name)
+            x, y, about = coordinate_names(joint)
             turned = constant_frame(pose_of(np.zeros(3), onto_z(joint.axis)))
             back = constant_frame(pose_of(np.zeros(3), onto_z(joint.axis).T))
-            slide = move(length(f"{name}_x"), length(f"{name}_y"))
-            return turned @ slide @ TURNS["z"](angle(f"{name}_angle")) @ back
+            slide = move(length(x), length(y))
+            return turned @ slide @ TURNS["z"](angle(about)) @ back
         at: Any = self._position(joint)
         at = at - joint.zero if joint.zero else at
         if joint.kind == "prismatic":
@@ -223,7 +246,9 @@ class _Assembly:
     def _add_bodies(self, part: _Part, *, still: bool) -> None:
         """Add the links of a part as bodies in their own frames, and one with the mass of all."""
         length = reach(part.links)
-        inertial = without_noise(_together(part.links), length)
+        given = _together(part.links)
+        inertial = without_noise(given, length)
+        self.neglected += float(np.abs(given.inertia - inertial.inertia).sum())
         if not still and (mistake := inertia_mistake(part.name, inertial, length, self._where)):
             self._mistakes.append(mistake)
         inherit = {joint.parent for joint in self._tree.joints}
@@ -363,10 +388,10 @@ def _gravity(vector: tuple[float, float, float]) -> Gravity | None:
     return Gravity((x, y, z), exact(strength))
 
 
-def _floating(name: str, prefix: str) -> Frame:
+def _floating(coordinates: tuple[str, ...]) -> Frame:
     """Return a frame that moves freely; an attitude's own entries are called name_x to name_w."""
-    place = move(length(f"{prefix}x"), length(f"{prefix}y"), length(f"{prefix}z"))
-    return place @ orient(rotation(usable_name(name)))
+    *place, attitude = coordinates
+    return move(*map(length, place)) @ orient(rotation(attitude))
 
 
 def _coordinate(joint: Joint) -> Coordinate:
@@ -448,15 +473,19 @@ def along_the_axes(shape: Shape, pose: Array) -> Shape | None:
     return None if along is None else replace(shape, axis=along[0], at=at)
 
 
-def _with_locked(tree: KinematicTree, locked: Mapping[str, float]) -> Iterator[Joint]:
-    """Yield the joints; those that are locked, or have no room between their limits, as fixed."""
-    joints = {joint.name: joint for joint in tree.joints}
-    for joint in tree.joints:
-        at = _locked_at(joint, joints, locked) if joint.kind in ("revolute", "prismatic") else None
-        if at is None:
-            yield joint
-            continue
-        yield replace(joint, kind="fixed", pose=joint.pose @ moved_to(joint, at), mimics=None)
+def _held(joints: Mapping[str, Joint], locked: Mapping[str, float]) -> dict[str, float]:
+    """Return where joints are that are locked, or have no room between their limits."""
+    movable = (one for one in joints.values() if one.kind in ("revolute", "prismatic"))
+    at = {joint.name: _locked_at(joint, joints, locked) for joint in movable}
+    return {name: where for name, where in at.items() if where is not None}
+
+
+def _fixed_at(joint: Joint, held: Mapping[str, float]) -> Joint:
+    """Return a joint as a fixed one, if it is held at a position."""
+    if joint.name not in held:
+        return joint
+    pose = joint.pose @ moved_to(joint, held[joint.name])
+    return replace(joint, kind="fixed", pose=pose, mimics=None)
 
 
 def _locked_at(

@@ -24,6 +24,7 @@ from kinolab.errors import InputError, Mistake, UnknownNameError, printable
 from kinolab.files import is_file, read_ordinary
 from kinolab.lazy import library_of
 from kinolab.numerics.arrays import Array
+from kinolab.robots.compared.urdf_engines import urdf_engines
 from kinolab.robots.kinematic_tree import (
     MOST_BYTES,
     MOST_LINKS,
@@ -96,7 +97,8 @@ def read_urdf(
 
     Raises:
         InputError: With every mistake in the file, in particular of links without inertia, missing
-            meshes, and lengths in millimetres.
+            meshes, and lengths in millimetres; with the joint at which the machine moves otherwise
+            than the model that MuJoCo or Pinocchio, where installed, makes of the same file.
     """
     require_fit("read_urdf path", str | Path, path)
     require_fit("read_urdf locked", Mapping[str, float] | None, locked)
@@ -105,7 +107,7 @@ def read_urdf(
         raise UnknownNameError("base", str(base), known=get_args(Base), where="read_urdf base")
     path = Path(path)
     check_parts(convex_parts, path.name)
-    robot = _parsed(path)
+    robot, document = _parsed(path)
     reader = _LinkReader(path, packages or {}, shapes=shapes, convex_parts=convex_parts)
     links = tuple(reader.link(entry) for entry in robot.links)
     joints = tuple(reader.joint(entry) for entry in robot.joints)
@@ -114,13 +116,19 @@ def read_urdf(
     mistakes = [*reader.mistakes, *tree_mistakes(tree, locked or {}, path.name)]
     if mistakes:
         raise InputError(mistakes)
+    xml = library_of("robots", "lxml.etree", "URDF files are read by yourdfpy and lxml")
     return assembled(
-        tree, base=base, locked=locked, self_collisions=self_collisions, where=path.name
+        tree,
+        base=base,
+        locked=locked,
+        self_collisions=self_collisions,
+        where=path.name,
+        engines=urdf_engines(xml, document, floating=base == "floating"),
     )
 
 
-def _parsed(path: Path) -> Any:
-    """Return yourdfpy's robot."""
+def _parsed(path: Path) -> tuple[Any, Any]:
+    """Return yourdfpy's robot, and the document of lxml."""
     library = library_of("robots", "yourdfpy", "URDF files are read by yourdfpy")
     if not is_file(path):
         raise InputError([Mistake(str(path), "there is no such file.")])
@@ -153,7 +161,7 @@ def _parsed(path: Path) -> Any:
         raise InputError([Mistake(path.name, "it has no links.")])
     if len(robot.links) > MOST_LINKS:
         raise InputError([Mistake(path.name, f"it has more than {MOST_LINKS} links.")])
-    return robot
+    return robot, document
 
 
 def _allowed(path: Path) -> frozenset[frozenset[str]]:

@@ -36,7 +36,6 @@ from kinolab.dynamics.derivation.velocity_coordinates import (
     velocity_coordinates,
 )
 from kinolab.dynamics.language.constraints import PositionConstraint
-from kinolab.dynamics.language.expressions import is_zero
 from kinolab.dynamics.language.inputs import Drive, Rate
 from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.language.mechanism_parts import configuration_symbols, require_one_mode
@@ -130,11 +129,7 @@ def derive(system: Mechanism, *, idle_inputs: bool = False) -> Derivation:
 
 def is_kinematic(system: Mechanism) -> bool:
     """Whether inputs or auxiliary states impose velocities and no body has mass or inertia."""
-    return has_imposed_velocities(system) and all(
-        is_zero(value)
-        for body in system.bodies
-        for value in (body.mass, *body.inertia, *(e for row in body.added_mass for e in row))
-    )
+    return has_imposed_velocities(system) and all(body.massless for body in system.bodies)
 
 
 def has_imposed_velocities(system: Mechanism) -> bool:

@@ -33,15 +33,27 @@ from kinolab.dynamics.language.mechanism import Mechanism
 
 @dataclass(frozen=True)
 class NewtonEuler:
-    """Inertia and forces of a machine, projected onto the directions of its kinematics."""
+    """Inertia and forces of a machine, projected onto the directions of its kinematics.
+
+    Attributes:
+        system: The machine.
+        binding: Its symbols.
+        kinematics: Of its frames.
+        massive: The bodies with mass or inertia; left out, all are gone through.
+    """
 
     system: Mechanism
     binding: SymbolTable
     kinematics: Kinematics
+    massive: Sequence[Body] | None = None
 
     @property
     def _vectors(self) -> Vectors:
         return self.kinematics.vectors
+
+    @property
+    def _bodies(self) -> Sequence[Body]:
+        return self.system.bodies if self.massive is None else self.massive
 
     @property
     def _count(self) -> int:
@@ -51,7 +63,7 @@ class NewtonEuler:
         """Return the sum of J^T I J over the bodies; symmetric by construction."""
         tape, size = self.binding.tape, self._count
         M = [[tape.zero] * size for _ in range(size)]
-        for body in self.system.bodies:
+        for body in self._bodies:
             columns = self.kinematics(body.frame).columns
             momenta = [self._momentum(body, column) for column in columns]
             for i in range(size):
@@ -63,7 +75,7 @@ class NewtonEuler:
         """Return the generalised inertial forces of given accelerations and velocities."""
         tape = self.binding.tape
         total = [tape.zero] * self._count
-        for body in self.system.bodies:
+        for body in self._bodies:
             state = self.kinematics(body.frame)
             wrench = self._inertial_wrench(body, state)
             for i, column in enumerate(state.columns):
@@ -73,7 +85,7 @@ class NewtonEuler:
     def conservative_forces(self) -> list[Node]:
         """Return -dV/dq along each direction: gravity, springs, ropes, buoyancy, potentials."""
         total = [self.binding.tape.zero] * self._count
-        for body in self.system.bodies:
+        for body in self._bodies:
             self._apply(total, body.frame, self._weight(body))
         for effort in self.system.efforts:
             match effort:
@@ -88,15 +100,19 @@ class NewtonEuler:
                     self._apply(total, effort.on.frame, lift, at=self._lower(effort.at))
         return total
 
-    def other_forces(self) -> list[Node]:
-        """Return friction, damping of ropes, wrenches and inputs along each direction."""
+    def other_forces(self, *, dry: bool = True) -> list[Node]:
+        """Return friction, damping of ropes, wrenches and inputs along each direction.
+
+        Args:
+            dry: Whether Coulomb's friction counts.
+        """
         total = [self.binding.tape.zero] * self._count
         for effort in self.system.efforts:
             match effort:
                 case Viscous():
                     strength = self.binding.lower(effort.coefficient * effort.velocity)
                     self._resist(total, effort, effort.velocity, strength)
-                case Coulomb():
+                case Coulomb() if dry:
                     slip = sympy.tanh(effort.velocity / effort.smoothing)
                     strength = self.binding.lower(effort.strength * slip)
                     self._resist(total, effort, effort.velocity, strength)
@@ -117,7 +133,7 @@ class NewtonEuler:
         """Return kinetic and potential energy."""
         tape, lower, vectors = self.binding.tape, self.binding.lower, self._vectors
         kinetic, potential = tape.zero, tape.zero
-        for body in self.system.bodies:
+        for body in self._bodies:
             state = self.kinematics(body.frame)
             momentum = self._momentum(body, state.velocity)
             kinetic = tape.add(kinetic, self._power(momentum, state.velocity))

@@ -9,7 +9,7 @@ from typing import Any, TypeAlias
 import sympy
 
 from kinolab.arguments import checked
-from kinolab.dynamics.language.expressions import exact
+from kinolab.dynamics.language.expressions import exact, is_zero
 from kinolab.dynamics.language.frames import Frame, Number
 from kinolab.dynamics.language.shapes import DrawnMesh, Scalar, Shape
 from kinolab.errors import InputError, Mistake
@@ -82,6 +82,12 @@ class Body:
         }
         for field, value in fields.items():
             object.__setattr__(self, field, value)
+
+    @property
+    def massless(self) -> bool:
+        """Whether it has neither mass nor inertia, those of a fluid included."""
+        fluid = (entry for row in self.added_mass for entry in row)
+        return all(is_zero(value) for value in (self.mass, *self.inertia, *fluid))
 
     @property
     def inertia_matrix(self) -> sympy.Matrix:

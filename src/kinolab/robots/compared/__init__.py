@@ -1,0 +1,1 @@
+"""Robots from files, compared with what other engines read in the same files."""
