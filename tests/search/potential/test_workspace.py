@@ -209,3 +209,24 @@ def test_cells_are_halved_where_they_cut_the_start_off(tmp_path: Path) -> None:
     assert field is not None
     way = field.potential(problem.start[None])[0]
     assert 4.0 < way < 5.0  # [m]; 4.01 m straight, a thousand times more through a wall
+
+
+def test_a_world_may_lie_anywhere(tmp_path: Path) -> None:
+    """A kilometre away the way to the goal is as long."""
+
+    def way(x: float) -> float:
+        bounds = f"{{ x = [{x - 5}, {x + 5}], y = [-5, 5] }}"
+        moved = (f"world.bounds={bounds}", f"start.x={x - 1}", f"goal.x={x}")
+        problem = problem_of(tmp_path, OPEN, *moved)
+        field = navigation_field(
+            Propagator(problem),
+            Repulsion(0.0, 0.3),
+            resolution=0.0,
+            grid_memory=64.0,
+            clearance_cost_radius=0.0,
+            stop=lambda: False,
+        )
+        assert field is not None
+        return float(field.potential(problem.start[None])[0])
+
+    assert way(1000.0) == pytest.approx(way(0.0), rel=1e-6)
