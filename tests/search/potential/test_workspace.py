@@ -212,12 +212,13 @@ def test_cells_are_halved_where_they_cut_the_start_off(tmp_path: Path) -> None:
 
 
 def test_a_world_may_lie_anywhere(tmp_path: Path) -> None:
-    """A kilometre away the way to the goal is as long."""
+    """A kilometre away the way around a wall to the goal is as long."""
 
     def way(x: float) -> float:
         bounds = f"{{ x = [{x - 5}, {x + 5}], y = [-5, 5] }}"
-        moved = (f"world.bounds={bounds}", f"start.x={x - 1}", f"goal.x={x}")
-        problem = problem_of(tmp_path, OPEN, *moved)
+        moved = (f"world.bounds={bounds}", f"start.x={x - 1}", f"goal.x={x + 4.5}")
+        wall = WALL.replace("[3.0,", f"[{x + 3},")
+        problem = problem_of(tmp_path, OPEN + wall, *moved)
         field = navigation_field(
             Propagator(problem),
             Repulsion(0.0, 0.3),
