@@ -1,0 +1,198 @@
+"""Actuators of MJCF files: motors of joints, and thrusters at sites.
+
+Source: MuJoCo's documentation, chapter Computation, section Actuation model.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any
+
+import numpy as np
+
+from kinolab.numerics.arrays import Array
+from kinolab.robots.kinematic_tree import Motor, Thruster, pose_of, usable_name
+from kinolab.robots.mjcf_fields import disabled, names_of, turn_of
+
+WORLD_BODY = 0
+
+
+class ActuatorReader:
+    """Converts the actuators of MuJoCo's model.
+
+    Args:
+        mujoco: The library.
+        model: Its model.
+        joints: Names of the joints.
+        bodies: Names of the bodies.
+        cannot: Is told what cannot be represented, and a remedy or "".
+    """
+
+    def __init__(
+        self,
+        mujoco: Any,
+        model: Any,
+        joints: Sequence[str],
+        bodies: Sequence[str],
+        cannot: Callable[..., None],
+    ) -> None:
+        self._mujoco, self._model, self._cannot = mujoco, model, cannot
+        self._joints, self._bodies = joints, bodies
+        # before MuJoCo 4 every actuator had one control and one output
+        count = int(getattr(model, "nactuator", model.nu))
+        self._control: Sequence[int] = getattr(model, "actuator_ctrladr", range(model.nu))
+        self._output: Sequence[int] = getattr(model, "actuator_outadr", range(model.nu))
+        self._motors = names_of(mujoco, model, "ACTUATOR", count, "motor")
+        off = "ACTUATION" in disabled(mujoco, model)
+        self._acting = [] if off else [k for k in range(count) if self._acts(k)]
+
+    def motors(self) -> Iterator[Motor]:
+        """Yield the motors of joints."""
+        for k in self._acting:
+            yield from self._motor(k)
+
+    def thrusters(self) -> Iterator[Thruster]:
+        """Yield what pushes at sites."""
+        for k in self._acting:
+            yield from self._thruster(k)
+
+    def _acts(self, k: int) -> bool:
+        """Whether the group of an actuator is not disabled."""
+        group = int(self._model.actuator_group[k])
+        return group < 0 or not int(self._model.opt.disableactuator) >> group & 1
+
+    def _motor(self, k: int) -> Iterator[Motor]:
+        """Yield an actuator as a motor."""
+        model, mujoco, name = self._model, self._mujoco, self._motors[k]
+        if self._pushes(k):
+            return
+        if int(model.actuator_trntype[k]) != int(mujoco.mjtTrn.mjTRN_JOINT):
+            self._cannot(f"actuator {name} does not act on a joint.")
+            return
+        joint = int(model.actuator_trnid[k, 0])
+        single = mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE
+        if mujoco.mjtJoint(int(model.jnt_type[joint])) not in single:
+            self._cannot(f"actuator {name} acts on a joint with several rates.")
+            return
+        if why := self._no_motor(k):
+            self._cannot(f"actuator {name} is no motor: {why}.")
+            return
+        ends = self._within_joint(joint, k)
+        if self._are_limits(k, ends):
+            turns = mujoco.mjtJoint(int(model.jnt_type[joint])) == single[0]
+            name = self._input_name(k, "torque" if turns else "force")
+            yield Motor(name, self._joints[joint], *ends.tolist())
+
+    def _within_joint(self, joint: int, k: int) -> Array:
+        """Return the limits (2,) of an actuator's force on its joint, which may limit all of it."""
+        model, own = self._model, self._on_joint(k)
+        if not model.jnt_actfrclimited[joint]:
+            return own
+        low, high = map(float, model.jnt_actfrcrange[joint])
+        on_joint = int(self._mujoco.mjtTrn.mjTRN_JOINT)
+        others = [
+            self._on_joint(a)
+            for a in self._acting
+            if a != k
+            and int(model.actuator_trntype[a]) == on_joint
+            and int(model.actuator_trnid[a, 0]) == joint
+        ]
+        least, most = sum(others, own)
+        if others and not low <= least <= most <= high:
+            self._cannot(
+                f"joint {self._joints[joint]} has actuatorfrcrange {low:g} {high:g}, which limits "
+                "the sum of several actuators.",
+                "Give them limits whose sum is within it.",
+            )
+        return np.clip(own, low, high)
+
+    def _on_joint(self, k: int) -> Array:
+        """Return the limits (2,) of an actuator's force on its joint, infinite ones if none."""
+        gear = float(self._model.actuator_gear[self._output[k], 0])
+        return np.sort(gear * self._force_limits(k)) if gear else np.zeros(2)
+
+    def _are_limits(self, k: int, ends: Array) -> bool:
+        """Whether an input may have limits (2,); none needs to be there that is always 0."""
+        name = self._motors[k]
+        if not np.isfinite(ends).all():
+            what = f"actuator {name} has no limit of its force."
+            self._cannot(what, "Give it a ctrlrange or a forcerange.")
+            return False
+        if ends[0] == ends[1] != 0.0:
+            self._cannot(f"actuator {name} always has the force {ends[0]:g}, which is no input.")
+        return bool(ends[0] < ends[1])
+
+    def _thruster(self, k: int) -> Iterator[Thruster]:
+        """Yield an actuator that acts on a site as a thruster."""
+        model, name = self._model, self._input_name(k, "thrust")
+        if not self._pushes(k):
+            return
+        site = int(model.actuator_trnid[k, 0])
+        body = int(model.site_bodyid[site])
+        if why := self._no_motor(k) or self._limit_above(body):
+            self._cannot(f"actuator {self._motors[k]} is no thruster: {why}.")
+            return
+        ends = self._force_limits(k)
+        if self._are_limits(k, ends):
+            gear = np.array(model.actuator_gear[self._output[k]])
+            pose = pose_of(
+                np.array(model.site_pos[site]), turn_of(self._mujoco, model.site_quat[site])
+            )
+            yield Thruster(name, self._bodies[body], pose, gear[:3], gear[3:], *ends.tolist())
+
+    def _limit_above(self, body: int) -> str:
+        """Return which joint that moves a body limits the force of all actuators, if any does."""
+        model = self._model
+        while body != WORLD_BODY:
+            first = int(model.body_jntadr[body])
+            for joint in range(first, first + int(model.body_jntnum[body])):
+                if model.jnt_actfrclimited[joint]:
+                    return f"joint {self._joints[joint]} has actuatorfrcrange"
+            body = int(model.body_parentid[body])
+        return ""
+
+    def _pushes(self, k: int) -> bool:
+        """Whether an actuator acts on a site alone, in the site's axes."""
+        site = int(self._mujoco.mjtTrn.mjTRN_SITE)
+        ids = self._model.actuator_trnid[k]
+        return int(self._model.actuator_trntype[k]) == site and int(ids[1]) < 0
+
+    def _input_name(self, k: int, word: str) -> str:
+        """Return the name of an actuator's input, with a word to it if a joint has the name."""
+        name = usable_name(self._motors[k])
+        return f"{name}_{word}" if name in map(usable_name, self._joints) else name
+
+    def _no_motor(self, k: int) -> str:
+        """Return why an actuator is neither a motor nor a servo, if so."""
+        model, mujoco = self._model, self._mujoco
+        for word, kinds, wanted in (
+            ("dyntype", mujoco.mjtDyn, ("none",)),
+            ("gaintype", mujoco.mjtGain, ("fixed",)),
+            ("biastype", mujoco.mjtBias, ("none", "affine")),
+        ):
+            kind = kinds(int(getattr(model, f"actuator_{word}")[k])).name.split("_")[-1].lower()
+            if kind not in wanted:
+                return f"its {word} is {kind}"
+        gain, (constant, kp, kv) = float(model.actuator_gainprm[k, 0]), self._bias(k)
+        if not (constant or kp or kv):
+            return ""
+        # a servo of positions has gain (ctrl - q) - kv v, one of rates gain (ctrl - v)
+        servo = gain and not constant and -gain == (kp or kv)
+        return "" if servo else "its bias is not a servo's"
+
+    def _bias(self, k: int) -> Array:
+        """Return constant, factors of length and of velocity of an actuator's bias, shape (3,)."""
+        affine = int(self._mujoco.mjtBias.mjBIAS_AFFINE)
+        counts = int(self._model.actuator_biastype[k]) == affine
+        return np.array(self._model.actuator_biasprm[k, :3]) if counts else np.zeros(3)
+
+    def _force_limits(self, k: int) -> Array:
+        """Return the limits (2,) of an actuator's force before its gear, infinite ones if none."""
+        model, at = self._model, self._control[k]
+        gain, ends = float(model.actuator_gainprm[k, 0]), np.array([-math.inf, math.inf])
+        if not gain or (model.actuator_ctrllimited[at] and not self._bias(k).any()):
+            ends = np.sort(gain * np.array(model.actuator_ctrlrange[at]))
+        if model.actuator_forcelimited[k]:
+            ends = np.clip(ends, *model.actuator_forcerange[k])
+        return ends
