@@ -47,6 +47,9 @@ class SecondEngine:
             if name not in ("universe", "root_joint")
         }
         self._floating = floating
+        # joints without room between their limits
+        moving = {*model.state_names}
+        self._held = {name for name in self._joints if spelled(name) not in moving}
         self.follows = {
             joint.attrib["name"]: (
                 mimic.attrib["joint"],
@@ -56,6 +59,7 @@ class SecondEngine:
             for joint in ElementTree.parse(file).getroot().iter("joint")
             for mimic in joint.iter("mimic")
         }
+        self._held -= {*self.follows}
 
     def at(self, generator: np.random.Generator) -> Instant:
         """Return a random state with random inputs."""
@@ -82,6 +86,9 @@ class SecondEngine:
                 self._set(q, joint, factor * q[leading.idx_q] + offset)
                 v[joint.idx_v] = factor * v[leading.idx_v]
                 continue
+            if name in self._held:
+                self._set(q, joint, float(self.model.lowerPositionLimit[joint.idx_q]))
+                continue
             at, v[joint.idx_v] = generator.uniform(-1.0, 1.0), generator.normal()
             self._set(q, joint, at)
             x[names.index(spelled(name))] = at
@@ -100,15 +107,17 @@ class SecondEngine:
         """
         pin, q, v, tau = self._pin, instant.q, instant.v, instant.tau.copy()
         for name, (viscous, dry) in friction.items():
+            if name not in self._joints:
+                continue
             k = self._joints[name].idx_v
             tau[k] -= viscous * v[k] + dry * np.tanh(v[k] / 0.01)
-        if not self.follows:
+        if not self.follows and not self._held:
             return np.asarray(pin.aba(self.model, self._data, q, v, tau))
         # Joints that follow others: the equations of all, projected onto what moves freely.
         free = np.eye(self.model.nv)
         for name, (leader, factor, _) in self.follows.items():
             free[self._joints[name].idx_v, self._joints[leader].idx_v] = factor
-        followers = {self._joints[name].idx_v for name in self.follows}
+        followers = {self._joints[name].idx_v for name in {*self.follows} | self._held}
         free = free[:, [k for k in range(self.model.nv) if k not in followers]]
         upper = np.triu(pin.crba(self.model, self._data, q))
         mass, bias = upper + np.triu(upper, 1).T, pin.nle(self.model, self._data, q, v)
@@ -126,7 +135,7 @@ class SecondEngine:
         for name, joint in self._joints.items():
             k = joint.idx_v
             own = f"{spelled(name)}_dot"
-            found[k] = theirs[k] if name in self.follows else slope[names.index(own)]
+            found[k] = slope[names.index(own)] if own in names else theirs[k]
         return found
 
     def _turn(self, q: Array) -> Array:
@@ -139,9 +148,25 @@ class SecondEngine:
             q[joint.idx_q] = at
 
 
+def difference(
+    file: Path, system: System, states: int, seed: int, *, floating: bool = False
+) -> float:
+    """Return how far accelerations differ at random states, relative to the largest one."""
+    model = system.model()
+    engine = SecondEngine(file, system, model, floating=floating)
+    generator, friction, worst = np.random.default_rng(seed), friction_in(file), 0.0
+    for _ in range(states if model.nv else 0):
+        instant = engine.at(generator)
+        theirs = engine.accelerations(instant, friction)
+        ours = engine.in_their_words(instant, model.f(instant.x, instant.u), theirs)
+        worst = max(worst, float(np.abs(ours - theirs).max() / max(1.0, np.abs(theirs).max())))
+    return worst
+
+
 def spelled(name: str) -> str:
     """Return a joint's name as a coordinate's."""
-    return name.replace("-", "_").replace(".", "_")
+    made = "".join(c if c.isalnum() or c == "_" else "_" for c in name.strip())
+    return f"_{made}" if made[:1].isdigit() else made
 
 
 def friction_in(file: Path) -> dict[str, tuple[float, float]]:

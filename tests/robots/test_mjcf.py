@@ -10,90 +10,23 @@ import numpy as np
 import pytest
 
 import kinolab
-from kinolab.dynamics import Model, System
+from kinolab.dynamics import System
 from kinolab.dynamics.language.shapes import Capsule
 from kinolab.errors import InputError
-from kinolab.numerics.arrays import Array
 from kinolab.robots import read_mjcf
 
 gymnasium = pytest.importorskip("gymnasium")
 mujoco: Any = pytest.importorskip("mujoco")
+difference: Any = pytest.importorskip("tests.robots.against_mujoco").difference
 
 ASSETS = Path(gymnasium.__file__).parent / "envs" / "mujoco" / "assets"
 PUBLIC = ("ant", "half_cheetah", "hopper", "inverted_double_pendulum", "pusher", "walker2d")
 AGREE = 1e-9  # relative to the largest acceleration
-FREE, BALL = mujoco.mjtJoint.mjJNT_FREE, mujoco.mjtJoint.mjJNT_BALL
-
-
-class SecondEngine:
-    """MuJoCo's own model of a file, without contacts, limits and soft constraints."""
-
-    def __init__(self, file: Path, system: System, model: Model) -> None:
-        before = mujoco.get_mju_user_warning()
-        mujoco.set_mju_user_warning(lambda _: None)  # else it writes a file where tests run
-        self.model: Any = mujoco.MjModel.from_xml_path(str(file))
-        mujoco.set_mju_user_warning(before)
-        bits = mujoco.mjtDisableBit
-        self.model.opt.disableflags |= int(bits.mjDSBL_CONSTRAINT) | int(bits.mjDSBL_CLAMPCTRL)
-        self._data, self._own, self._system = mujoco.MjData(self.model), model, system
-
-    def _joints(self) -> list[tuple[str, int, int, int]]:
-        """Return name, kind and the first entries of qpos and qvel of every joint."""
-        model = self.model
-        return [
-            (model.joint(j).name or f"joint_{j + 1}", int(model.jnt_type[j]),
-             int(model.jnt_qposadr[j]), int(model.jnt_dofadr[j]))
-            for j in range(model.njnt)
-        ]  # fmt: skip
-
-    def compare(self, generator: np.random.Generator) -> tuple[Array, Array]:
-        """Return kinolab's and MuJoCo's derivative of qvel at a random state with random inputs."""
-        own, data, names = self._own, self._data, list(self._own.state_names)
-        x, u = np.zeros(own.nx), generator.normal(size=own.nu)
-        data.qvel[:] = generator.normal(size=self.model.nv)
-        for name, kind, q, v in self._joints():
-            if kind in (FREE, BALL):
-                turn = generator.normal(size=4)
-                turn /= np.linalg.norm(turn)
-                first, begin = own.attitudes[name], q + 3 * (kind == FREE)
-                x[first : first + 4] = np.roll(turn, -1)  # MuJoCo's begins with w
-                data.qpos[begin : begin + 4] = turn
-                rates = v + 3 * (kind == FREE)
-                for k, axis in enumerate("xyz"):
-                    x[names.index(f"{name}_w{axis}")] = data.qvel[rates + k]
-                    if kind == FREE:
-                        data.qpos[q + k] = x[names.index(f"{name}_at_{axis}")] = k + 0.5
-                        x[names.index(f"{name}_at_{axis}_dot")] = data.qvel[v + k]
-                continue
-            data.qpos[q] = x[names.index(name)] = generator.uniform(-1.0, 1.0)
-            x[names.index(f"{name}_dot")] = data.qvel[v]
-        inputs = [entry.name for entry in self._system.inputs]
-        for k in range(self.model.nu):
-            motor = self.model.actuator(k).name or f"motor_{k + 1}"
-            at = next(i for i, n in enumerate(inputs) if n in (motor, f"{motor}_torque"))
-            on_joint = self.model.actuator_trntype[k] == mujoco.mjtTrn.mjTRN_JOINT
-            gear = self.model.actuator_gear[k, 0] if on_joint else 1.0
-            data.ctrl[k] = u[at] / (gear * self.model.actuator_gainprm[k, 0])
-        mujoco.mj_forward(self.model, data)
-        slope, found = own.f(x, u), np.zeros(self.model.nv)
-        for name, kind, _, v in self._joints():
-            if kind in (FREE, BALL):
-                for k, axis in enumerate("xyz"):
-                    found[v + k + 3 * (kind == FREE)] = slope[names.index(f"{name}_w{axis}")]
-                    if kind == FREE:
-                        found[v + k] = slope[names.index(f"{name}_at_{axis}_dot")]
-            else:
-                found[v] = slope[names.index(f"{name}_dot")]
-        return found, np.array(data.qacc)
 
 
 def agree(file: Path, system: System) -> None:
     """Compare a machine with MuJoCo's model of the same file."""
-    engine = SecondEngine(file, system, system.model())
-    generator = np.random.default_rng(1)
-    for _ in range(5):
-        ours, theirs = engine.compare(generator)
-        assert np.abs(ours - theirs).max() <= AGREE * max(1.0, np.abs(theirs).max())
+    assert difference(file, system, states=5, seed=1) <= AGREE
 
 
 @pytest.mark.parametrize("name", PUBLIC)
@@ -147,6 +80,18 @@ def test_joints_of_every_kind_with_springs_and_rotors(tmp_path: Path) -> None:
 def test_friction_and_rotors_of_ball_joints(tmp_path: Path, attributes: str) -> None:
     text = EVERYTHING.replace("<position", "<motor").replace('kp="50"', "")
     file = written(tmp_path, text.replace('type="ball"', f'type="ball" {attributes}'))
+    agree(file, read_mjcf(file))
+
+
+@pytest.mark.parametrize(
+    "attributes",
+    ['damping="0.7"', 'armature="0.3"', 'frictionloss="0.2"', 'damping="0.4 0.3" armature="0.1"'],
+)
+def test_friction_and_rotors_of_free_joints(tmp_path: Path, attributes: str) -> None:
+    """A rotor has inertia in every direction and no weight."""
+    text = EVERYTHING.replace("<position", "<motor").replace('kp="50"', "")
+    text = text.replace('type="ball" pos="0 0 0.4"', f'type="free" {attributes}')
+    file = written(tmp_path, text)
     agree(file, read_mjcf(file))
 
 

@@ -204,17 +204,34 @@ BALL = '<body pos="0 0 3"><joint name="socket" type="ball" {}/><geom size="0.05"
 FREE = '<body pos="0 0 3"><joint name="socket" type="free" {}/><geom size="0.05"/></body>'
 
 
-@pytest.mark.parametrize(
-    ("body", "attribute", "value"),
-    [(BALL, "stiffness", "4"), (BALL, "stiffness", "0 0 3"), (BALL, "range", "0 1"),
-     (FREE, "stiffness", "4"), (FREE, "damping", "1"), (FREE, "damping", "0 2"),
-     (FREE, "frictionloss", "1"), (FREE, "armature", "0.1")],
-)  # fmt: skip
-def test_what_ball_and_free_joints_may_not_have_is_refused(
-    tmp_path: Path, body: str, attribute: str, value: str
-) -> None:
-    text = body.format(f'{attribute}="{value}"')
-    refused(written(tmp_path, world=text), "joint socket", attribute)
+@pytest.mark.parametrize("body", [BALL, FREE])
+@pytest.mark.parametrize("value", ["4", "0 0 3"])
+def test_springs_of_ball_and_free_joints_are_refused(tmp_path: Path, body: str, value: str) -> None:
+    refused(
+        written(tmp_path, world=body.format(f'stiffness="{value}"')),
+        "joint socket has stiffness",
+        "there is none where it rests",
+    )
+
+
+@pytest.mark.parametrize("degrees", [30.0, 170.0])
+def test_a_ball_joint_turns_within_its_range(tmp_path: Path, degrees: float) -> None:
+    """About any axis, to either side; q and -q are one attitude."""
+    limit = f'range="0 {math.radians(degrees)}" limited="true"'
+    (wanted,) = read_mjcf(written(tmp_path, world=BALL.format(limit))).requirements
+    assert wanted.name == "socket range"
+    axis = np.array([2.0, -1.0, 2.0]) / 3.0
+    for angle, inside in (
+        (degrees - 1e-3, True),
+        (degrees + 1e-3, False),
+        (-degrees - 1e-3, False),
+    ):
+        half = math.radians(angle) / 2.0
+        turn = [*(math.sin(half) * axis), math.cos(half)]
+        for sign in (1.0, -1.0):
+            at = {f"socket_{name}": sign * e for name, e in zip("xyzw", turn, strict=True)}
+            margin = wanted.margin.subs({s: at[s.name] for s in wanted.margin.free_symbols})
+            assert (float(margin) >= 0.0) is inside
 
 
 def test_dry_friction_of_a_ball_joint_slows_each_rate(tmp_path: Path) -> None:

@@ -14,7 +14,7 @@ import kinolab
 from kinolab.dynamics.language.shapes import Box, Cylinder
 from kinolab.errors import InputError
 from kinolab.robots import read_urdf
-from tests.robots.against_pinocchio import SecondEngine, friction_in
+from tests.robots.against_pinocchio import difference
 from tests.support import needs
 
 pytestmark = needs("yourdfpy")
@@ -45,15 +45,7 @@ PUBLIC = {
 def test_public_robots_move_as_pinocchio_says(name: str) -> None:
     file, floating = FOLDER / name, PUBLIC[name] == "floating"
     system = read_urdf(file, base="floating" if floating else "fixed", shapes=False)
-    model = system.model()
-    engine = SecondEngine(file, system, model, floating=floating)
-    assert model.nv == engine.model.nv - len(engine.follows)
-    generator, friction = np.random.default_rng(1), friction_in(file)
-    for _ in range(5):
-        instant = engine.at(generator)
-        theirs = engine.accelerations(instant, friction)
-        ours = engine.in_their_words(instant, model.f(instant.x, instant.u), theirs)
-        assert np.abs(ours - theirs).max() <= AGREE * max(1.0, np.abs(theirs).max())
+    assert difference(file, system, states=5, seed=1, floating=floating) <= AGREE
 
 
 ARM = """<?xml version="1.0"?>

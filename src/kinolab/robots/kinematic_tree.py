@@ -115,7 +115,8 @@ class Joint:
         parent, child: Names of the links.
         pose: Of the child's frame in the parent's, where the joint is at zero, shape (4, 4).
         axis: Unit vector in the child's frame, shape (3,).
-        lower, upper: Limits of its position.
+        lower, upper: Limits of its position; of a ball joint, ``upper`` is its largest angle from
+            the axes of its parent.
         speed: Largest magnitude of its rate.
         damping: Viscous friction in [N m s/rad] or [N s/m].
         friction: Coulomb friction in [N m] or [N].

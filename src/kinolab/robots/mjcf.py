@@ -72,8 +72,8 @@ def read_mjcf(
 
     Bodies without joints are fixed to their parents. A motor's limit is that of its control, times
     gain and gear, or that of its force or of its joint's; servos become motors with their force
-    limit. Springs of hinges and slides count, and friction and rotors (``armature``) of ball
-    joints, too; contacts between bodies do not push, as in all of kinolab. Flags that disable
+    limit. Springs of hinges and slides count, friction and rotors (``armature``) of ball and free
+    joints, too, and the range of a ball joint is a requirement of the machine; contacts between bodies do not push, as in all of kinolab. Flags that disable
     forces, limits or actuators do so; solids keep apart all the same where a flag disables
     contacts. What is fixed to the world is not touched, but by what rests on it or turns about it;
     planes are walls and floors, except the ground z = 0, which a scenario has or not. Bodies that
@@ -224,13 +224,13 @@ class _ModelReader:
             types.mjJNT_HINGE: "revolute",
         }
         kind = kinds[types(int(model.jnt_type[k]))]
-        if kind in ("floating", "ball"):
-            self._check_rates(k, kind, dof)
-            joint = Joint(name, kind, parent, child, pose, anchor=np.array(model.jnt_pos[k]))
-            return joint if kind == "floating" else replace(joint, **self._losses(dof))
         lower, upper = -math.inf, math.inf
         if model.jnt_limited[k]:
             lower, upper = map(float, model.jnt_range[k])
+        if kind in ("floating", "ball"):
+            self._check_rates(k, kind)
+            joint = Joint(name, kind, parent, child, pose, anchor=np.array(model.jnt_pos[k]))
+            return replace(joint, upper=upper, **self._losses(dof))
         stiffness = self._powers("jnt_stiffness", k)
         return Joint(
             name,
@@ -265,25 +265,15 @@ class _ModelReader:
         fields = (getattr(self._model, one, None) for one in (name, f"{name}poly"))
         return tuple(float(c) for rows in fields if rows is not None for c in np.ravel(rows[k]))
 
-    def _check_rates(self, k: int, kind: JointKind, dof: int) -> None:
-        """Name what a joint with several rates has and may not have."""
-        model = self._model
-        has = {
-            "range": bool(model.jnt_limited[k]),
-            "stiffness": any(self._powers("jnt_stiffness", k)),
-        }
-        if kind == "floating":
-            rates = range(dof, dof + 6)
-            has |= {
-                "damping": any(any(self._powers("dof_damping", one)) for one in rates),
-                "armature": bool(model.dof_armature[rates].any()),
-                "frictionloss": bool(model.dof_frictionloss[rates].any()),
-            }
-        for attribute, there in has.items():
-            if there:
-                word = "free" if kind == "floating" else kind
-                what = f"the {word} joint {self._joints[k]} has {attribute}."
-                self._cannot(what, "Hinges and slides may have it.")
+    def _check_rates(self, k: int, kind: JointKind) -> None:
+        """Name what a joint with several rates may not have."""
+        if any(self._powers("jnt_stiffness", k)):
+            word = "free" if kind == "floating" else kind
+            what = (
+                f"the {word} joint {self._joints[k]} has stiffness, whose torque is along the axis "
+                "of the turn from where it is at rest; there is none where it rests."
+            )
+            self._cannot(what, "Springs of three hinges are read.")
 
     def _inertial(self, body: int) -> Inertial | None:
         model = self._model

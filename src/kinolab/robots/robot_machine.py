@@ -12,7 +12,7 @@ import sympy
 
 from kinolab.dynamics import System
 from kinolab.dynamics.language.bodies import Body
-from kinolab.dynamics.language.constraints import PositionConstraint
+from kinolab.dynamics.language.constraints import PositionConstraint, Requirement, require
 from kinolab.dynamics.language.expressions import exact
 from kinolab.dynamics.language.forces import (
     Coulomb,
@@ -25,7 +25,15 @@ from kinolab.dynamics.language.forces import (
 from kinolab.dynamics.language.frames import WORLD, Axis, Frame, move, orient
 from kinolab.dynamics.language.inputs import Control, Force, Input, Torque
 from kinolab.dynamics.language.shapes import Box, Capsule, Cylinder, Shape, Sphere
-from kinolab.dynamics.language.symbols import Coordinate, angle, length, rate, rotation, turn_rate
+from kinolab.dynamics.language.symbols import (
+    Attitude,
+    Coordinate,
+    angle,
+    length,
+    rate,
+    rotation,
+    turn_rate,
+)
 from kinolab.errors import InputError, Mistake
 from kinolab.numerics.arrays import Array
 from kinolab.robots.compared.disagreements import Correspondence, disagreements
@@ -142,7 +150,7 @@ class _Assembly:
         self._tree, self._where, self.neglected = tree, where, 0.0
         self._mistakes: list[Mistake] = []
         self._links = {link.name: link for link in tree.links}
-        self._base = WORLD if base == "fixed" else _floating(BASE_COORDINATES)
+        self._base = WORLD if base == "fixed" else _floating(BASE_COORDINATES)[0]
         self._coordinates = {
             joint.name: _coordinate(joint)
             for joint in tree.joints
@@ -153,11 +161,13 @@ class _Assembly:
             for joint in tree.joints
             if joint.kind == "ball"
         }
+        self._places: dict[str, list[Coordinate]] = {}  # of joints that move freely
         self._inputs: list[Input] = []
         self._efforts: list[Effort] = []
         self._bodies: list[Body] = []
         self._shapes: list[NamedShape] = []
         self._constraints: list[PositionConstraint] = []
+        self._requirements: list[Requirement] = []
         self._drawn = drawn_meshes(tree)
 
     def system(self, *, self_collisions: bool) -> System:
@@ -198,6 +208,7 @@ class _Assembly:
             constraints=self._constraints,
             inputs=self._inputs,
             efforts=self._efforts,
+            requirements=self._requirements,
             gravity=_gravity(tree.gravity),
         )
         pairs = kept_from_surroundings(tree, self._shapes)
@@ -217,7 +228,9 @@ class _Assembly:
             turn = orient(self._attitudes[joint.name])
             return there @ turn @ back if joint.anchor.any() else turn
         if joint.kind == "floating":
-            return _floating(coordinate_names(joint))
+            frame, place, attitude = _floating(coordinate_names(joint))
+            self._places[joint.name], self._attitudes[joint.name] = place, attitude
+            return frame
         if joint.kind == "planar":
             x, y, about = coordinate_names(joint)
             turned = constant_frame(pose_of(np.zeros(3), onto_z(joint.axis)))
@@ -300,12 +313,18 @@ class _Assembly:
 
     def _add_forces(self, joint: Joint, parent: _Part, part: _Part, before: Frame) -> None:
         """Add a joint's motor and friction."""
-        if joint.kind == "ball":
-            turn = self._attitudes[joint.name]
-            self._add_friction(joint, turn_rate(turn))
+        if joint.name in self._attitudes:
+            turn, place = self._attitudes[joint.name], self._places.get(joint.name, [])
+            self._add_friction(joint, [*map(rate, place), *turn_rate(turn)])
+            if joint.upper < math.pi:  # an angle of 2 acos(|w|)
+                inside = turn.quaternion[3] ** 2 - math.cos(joint.upper / 2.0) ** 2
+                self._requirements.append(require(inside, f"{joint.name} range"))
             if joint.armature > 0.0:
-                rotor = Body(f"{joint.name} rotor", orient(turn), inertia=(joint.armature,) * 3)
-                self._bodies.append(rotor)
+                rotor = f"{joint.name} rotor"
+                self._bodies.append(Body(rotor, orient(turn), inertia=(joint.armature,) * 3))
+                self._bodies += [
+                    self._weightless(f"{rotor} {at.name}", at, joint.armature) for at in place
+                ]
         if joint.kind not in ("revolute", "prismatic"):
             return
         leader, factor, _ = self._led(joint)
@@ -373,11 +392,15 @@ class _Assembly:
         name = f"{joint.name} rotor"
         if joint.kind == "revolute":
             return Body(name, TURNS["z"](at), inertia=joint.armature)
+        return self._weightless(name, at, joint.armature)
+
+    def _weightless(self, name: str, at: sympy.Expr, mass: float) -> Body:
+        """Return a mass that moves with a length, across gravity, so that it has no weight."""
         down = np.array(self._tree.gravity)
         across = np.cross(down, np.eye(3)[int(np.abs(down).argmin())])
         size = float(np.linalg.norm(across))
-        level = across / size if size else np.eye(3)[0]  # where it has no weight
-        return Body(name, move(*(float(part) * at for part in level)), mass=joint.armature)
+        level = across / size if size else np.eye(3)[0]
+        return Body(name, move(*(float(part) * at for part in level)), mass=mass)
 
 
 def _gravity(vector: tuple[float, float, float]) -> Gravity | None:
@@ -388,10 +411,12 @@ def _gravity(vector: tuple[float, float, float]) -> Gravity | None:
     return Gravity((x, y, z), exact(strength))
 
 
-def _floating(coordinates: tuple[str, ...]) -> Frame:
-    """Return a frame that moves freely; an attitude's own entries are called name_x to name_w."""
-    *place, attitude = coordinates
-    return move(*map(length, place)) @ orient(rotation(attitude))
+def _floating(coordinates: tuple[str, ...]) -> tuple[Frame, list[Coordinate], Attitude]:
+    """Return a frame that moves freely, with its place and attitude; the attitude's own entries are
+    called name_x to name_w."""
+    *names, last = coordinates
+    place, turn = [length(name) for name in names], rotation(last)
+    return move(*place) @ orient(turn), place, turn
 
 
 def _coordinate(joint: Joint) -> Coordinate:
