@@ -10,6 +10,7 @@ import pytest
 import kinolab
 from kinolab.errors import EndpointError
 from kinolab.problem.task import PlanningTask
+from kinolab.problem.warnings import problem_warnings
 from kinolab.robots import read_mjcf
 
 pytest.importorskip("mujoco")
@@ -113,6 +114,37 @@ def test_what_rests_on_a_floor_may_slide_on_it_and_not_sink_in(
       <body name="puck" pos="0 0 0.5"><joint name="j" type="slide" {joints}/>
       <geom type="sphere" size="0.1" mass="1"/></body></worldbody></mujoco>""")
     assert (("world floor", "puck") in read_mjcf(file).collisions) is kept
+
+
+@pytest.mark.parametrize(
+    ("geoms", "left_out"),
+    [
+        ('<geom name="box" type="box" size="1 1 0.2" pos="0 0 0.22"/>', ("world box", "puck")),
+        ('<geom name="hill" type="plane" size="1 1 1" pos="0 0 0.45" zaxis="1 0 3"/>',
+         ("world hill 2", "puck")),
+        ('<body name="table" pos="0 0 0.2"><geom name="top" type="box" size="1 1 0.25"/></body>',
+         ("table top", "puck")),
+    ],
+)  # fmt: skip
+def test_surroundings_that_a_robot_is_in_are_told(
+    tmp_path: Path, geoms: str, left_out: tuple[str, str]
+) -> None:
+    problem = task(tmp_path, geoms)
+    assert problem.system.unwatched == (left_out,)
+    assert any(" and ".join(left_out) in one for one in problem_warnings(problem))
+
+
+def test_what_turns_on_a_pedestal_is_in_it_without_a_word(tmp_path: Path) -> None:
+    """As neighbours are; what hangs farther out is watched, or told."""
+    file = tmp_path / "arm.xml"
+    file.write_text("""<mujoco><worldbody><body name="pedestal"><geom size="0.2" pos="0 0 0.5"/>
+      <body name="upper" pos="0 0 0.5"><joint axis="0 1 0"/><geom size="0.1" mass="1"/>
+        <body name="lower" pos="0.1 0 0"><joint axis="0 1 0"/><geom size="0.1" mass="1"/>
+        <body name="hand" pos="0.5 0 0"><joint axis="0 1 0"/><geom size="0.1" mass="1"/>
+      </body></body></body></body></worldbody></mujoco>""")
+    system = read_mjcf(file)
+    assert system.unwatched == (("pedestal geom_1", "lower"),)
+    assert ("pedestal geom_1", "hand") in system.collisions
 
 
 def test_surroundings_count_without_self_collisions(tmp_path: Path) -> None:

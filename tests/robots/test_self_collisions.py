@@ -86,14 +86,38 @@ def test_two_robots_of_one_file_are_watched(apart: float, tmp_path: Path) -> Non
     assert read_mjcf(tmp_path / "two.xml").collisions == (("A", "B"),)
 
 
-def test_what_is_not_watched_is_said(tmp_path: Path) -> None:
-    path = sliders(tmp_path, -1.0, 1.0)
-    (tmp_path / "s.toml").write_text(
-        'schema = 1\ntitle = "t"\n[system]\nfile = "sliders.urdf"\n[goal]\nto_a = 0.5\n'
+def told(folder: Path, extra: str = "") -> list[str]:
+    """Return what is said of what may touch, of sliders in a scenario."""
+    (folder / "s.toml").write_text(
+        f'schema = 1\ntitle = "t"\n[system]\nfile = "sliders.urdf"\n{extra}[goal]\nto_a = 0.5\n'
     )
-    (told,) = (one for one in problem_warnings(kinolab.load(tmp_path / "s.toml")) if "touch" in one)
-    start = "These bodies may touch each other unnoticed: "
-    assert told == f"{start}base and a; base and b; a and b."  # neighbours, and out of reach
+    return [one for one in problem_warnings(kinolab.load(folder / "s.toml")) if "touch" in one]
+
+
+def test_what_can_touch_unwatched_is_said(tmp_path: Path) -> None:
+    """Neighbours always touch, and what is out of reach never does."""
+    path = sliders(tmp_path, -1.0, 1.0)
+    assert told(tmp_path) == []
     path.write_text(path.read_text().replace('lower="-1.0" upper="1.0"', 'lower="-4" upper="4"'))
-    (told,) = (one for one in problem_warnings(kinolab.load(tmp_path / "s.toml")) if "touch" in one)
-    assert told == f"{start}base and a; base and b."
+    assert told(tmp_path) == []
+    said = ["These bodies may touch each other unnoticed: a and b."]
+    assert told(tmp_path, "self_collisions = false\n") == said
+    path.with_suffix(".srdf").write_text(
+        '<robot name="sliders"><disable_collisions link1="b" link2="a"/></robot>'
+    )
+    assert told(tmp_path) == said
+
+
+def test_what_touches_at_rest_is_left_out_and_said(tmp_path: Path) -> None:
+    path = sliders(tmp_path, -4.0, 4.0)
+    path.write_text(path.read_text().replace('xyz="3 0 0"', 'xyz="0.09 0 0"'))
+    assert ("a", "b") not in read_urdf(path).collisions
+    assert told(tmp_path) == ["These bodies may touch each other unnoticed: a and b."]
+
+
+def test_what_touches_in_most_positions_is_watched(tmp_path: Path) -> None:
+    """A bar of 4 m that turns about its middle, and a box on a rail, which it rarely misses."""
+    path = sliders(tmp_path, -1.5, 1.5)
+    text = path.read_text().replace(link("b"), link("b", "0 0 0", 4.0))
+    path.write_text(text.replace('xyz="3 0 0"', 'xyz="2.2 0 0"'))
+    assert ("a", "b") in read_urdf(path).collisions

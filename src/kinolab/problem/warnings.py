@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from itertools import combinations
 
 from kinolab.dynamics.codegen.state_space import TURN
 from kinolab.problem import PlanningTask
 from kinolab.problem.static_holding import rest_warnings
-from kinolab.scenario.values import ROBOT_FORMATS
 
 MOST_NAMED = 5  # pairs of bodies in a warning
 
@@ -25,23 +23,8 @@ def problem_warnings(problem: PlanningTask) -> tuple[str, ...]:
 
 
 def _unwatched(problem: PlanningTask) -> Iterator[str]:
-    """Yield which bodies of a robot from a file may touch each other, other machines name them."""
-    file = problem.scenario.system.file
-    if file is None or not file.endswith(ROBOT_FORMATS):
-        return
-    from kinolab.dynamics.language.mechanism_parts import atoms_of  # late: it needs SymPy
-
-    moved_by = {
-        body.name: {*map(str, atoms_of(body.frame))}
-        for body in problem.system.bodies
-        if body.shapes
-    }
-    watched = {frozenset(pair) for pair in problem.system.collisions}
-    pairs = [
-        f"{a} and {b}"
-        for a, b in combinations(moved_by, 2)
-        if moved_by[a] != moved_by[b] and frozenset((a, b)) not in watched
-    ]
+    """Yield which bodies may touch each other without being watched, as readers of files know."""
+    pairs = [f"{a} and {b}" for a, b in problem.system.unwatched]
     if pairs:
         rest = f", and {len(pairs) - MOST_NAMED} further pairs" if len(pairs) > MOST_NAMED else ""
         yield f"These bodies may touch each other unnoticed: {'; '.join(pairs[:MOST_NAMED])}{rest}."

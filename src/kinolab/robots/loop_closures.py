@@ -56,17 +56,6 @@ def closing_constraints(
             yield closed(equation, f"{name} {kind} {axis}")
 
 
-def closed_positions(system: System, count: int) -> Iterator[dict[str, float]]:
-    """Yield random coordinates in which a machine's loops are closed, none where it has no loops.
-
-    Args:
-        system: The machine.
-        count: How many to try.
-    """
-    if system.constraints:
-        yield from feasible_values(system, SymbolTable.of(system), count)
-
-
 def _beyond_what_is_common(first: Frame, second: Frame) -> tuple[Frame, Frame]:
     """Return two frames in the last frame that both of them are placed in."""
     pairs = zip(first.motions, second.motions, strict=False)

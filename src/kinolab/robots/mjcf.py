@@ -38,6 +38,7 @@ from kinolab.robots.kinematic_tree import (
     pose_of,
 )
 from kinolab.robots.mjcf_actuators import ActuatorReader
+from kinolab.robots.mjcf_contacts import allowed_pairs
 from kinolab.robots.mjcf_fields import (
     apply_flags,
     disabled,
@@ -72,21 +73,22 @@ def read_mjcf(
 
     Bodies without joints are fixed to their parents. A motor's limit is that of its control, times
     gain and gear, or that of its force or of its joint's; servos become motors with their force
-    limit. Springs of hinges and slides count, friction and rotors (``armature``) of ball and free
-    joints, too, and the range of a ball joint is a requirement of the machine; contacts between bodies do not push, as in all of kinolab. Flags that disable
-    forces, limits or actuators do so; solids keep apart all the same where a flag disables
-    contacts. What is fixed to the world is not touched, but by what rests on it or turns about it;
-    planes are walls and floors, except the ground z = 0, which a scenario has or not. Bodies that
-    are connected or welded to others close loops, exactly instead of softly. Geoms that collide
-    count, or those that are drawn where a body has none; meshes and ellipsoids are enclosed in
-    boxes and capsules.
+    limit. Springs of hinges and slides count, and so do friction and rotors (``armature``) of all
+    joints; the range of a ball joint is a requirement of the machine. Contacts between bodies do
+    not push, as in all of kinolab. Flags that disable forces, limits or actuators do so; solids
+    keep apart all the same where a flag disables contacts. What is fixed to the world is not
+    touched, but by what rests on it or turns about it; planes are walls and floors, except the
+    ground z = 0, which a scenario has or not. Bodies that are connected or welded to others close
+    loops, exactly instead of softly. Geoms that collide count, or those that are drawn where a body
+    has none; meshes and ellipsoids are enclosed in boxes and capsules.
 
     Args:
         path: The file.
         locked: Positions of joints that do not move, by name, in [rad] or [m].
         shapes: Whether to read shapes at all.
-        self_collisions: Whether links may not touch each other: those that are not neighbours, do
-            not touch at rest, and do not touch in most other positions.
+        self_collisions: Whether bodies may not touch each other: those that can and are not
+            neighbours, nor of one robot and touch at rest, or may by the file's ``contype``,
+            ``conaffinity``, ``<exclude>`` and ``<pair>``.
         convex_parts: How many parts a mesh may be divided into, each with a box or capsule of its
             own, instead of one around the whole.
         partial: Whether to leave out what cannot be represented.
@@ -183,6 +185,9 @@ class _ModelReader:
             (x, y, z),
             thrusters=tuple(actuators.thrusters()),
             closures=tuple(self._closures()),
+            allowed=allowed_pairs(
+                model, self._bodies, [*map(self._solid_geoms, range(model.nbody))]
+            ),
         )
 
     def _hung(self, body: int, follows: Mapping[str, Mimicked]) -> tuple[list[Link], list[Joint]]:

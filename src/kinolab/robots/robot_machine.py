@@ -62,13 +62,8 @@ from kinolab.robots.kinematic_tree import (
     pose_of,
     usable_name,
 )
-from kinolab.robots.loop_closures import closed_positions, closing_constraints
-from kinolab.robots.self_collisions import (
-    SAMPLES,
-    NamedShape,
-    kept_apart,
-    kept_from_surroundings,
-)
+from kinolab.robots.loop_closures import closing_constraints
+from kinolab.robots.self_collisions import NamedShape, kept_apart, kept_from_surroundings
 from kinolab.robots.tree_mistakes import follower_mistakes, inertia_mistake, massless_joints
 from kinolab.robots.visible_meshes import drawn_meshes
 from kinolab.world.geometry import lowest_z
@@ -211,15 +206,10 @@ class _Assembly:
             requirements=self._requirements,
             gravity=_gravity(tree.gravity),
         )
-        pairs = kept_from_surroundings(tree, self._shapes)
-        if self_collisions and self._shapes:
-            positions = [self._positions(values) for values in closed_positions(made, SAMPLES)]
-            pairs += kept_apart(tree, self._shapes, positions)
-        return made.changed(collisions=pairs) if pairs else made
-
-    def _positions(self, values: Mapping[str, float]) -> dict[str, float]:
-        """Return the positions of joints by their own names."""
-        return {joint: values[own.name] for joint, own in self._coordinates.items()}
+        around, own = kept_from_surroundings(tree, self._shapes), kept_apart(tree, self._shapes)
+        kept, unwatched = [*around.kept], [*around.unwatched, *own.unwatched]
+        (kept if self_collisions else unwatched).extend(own.kept)
+        return made.changed(collisions=kept, unwatched=unwatched) if kept or unwatched else made
 
     def _motion(self, joint: Joint) -> Frame:
         """Return how a joint moves, as a frame."""

@@ -1,22 +1,19 @@
 """Which bodies of a robot may not touch each other.
 
-All that can touch, but for neighbours, which always do, and pairs that a file lets touch. Solids
-around meshes are too large where links meet: pairs of one robot whose solids touch where it rests,
-or whose meshes do in most positions, are not watched, and ``plan`` says so.
+All that can touch, but for neighbours, which always do, and for those of one robot that a file lets
+touch, or whose solids touch where it rests: it could not begin. What is not watched is told.
 """
 
 from __future__ import annotations
 
 import math
-from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import combinations, product
-from typing import TYPE_CHECKING, NamedTuple, TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
-from kinolab.dynamics.language.shapes import Box, Capsule, Cylinder, Sphere
 from kinolab.numerics.arrays import Array
 from kinolab.robots.kinematic_tree import (
     SIZES,
@@ -31,14 +28,12 @@ from kinolab.world.collision.gjk import Convex, separation
 from kinolab.world.geometry import sizes
 from kinolab.world.shrinking import shrunk_shape
 
-if TYPE_CHECKING:
-    import trimesh
-
 SAMPLES = 300  # random positions of all joints
 ROUNDED = 1e-6  # [m], a gap that is none but for rounding of a file's numbers
 RESTING = 1e-3  # [m] by which a shape may be in what it rests on, since files round
-MOSTLY = 0.5  # of them, in which a pair must be apart
 UNLIMITED = math.pi  # what is drawn from where a joint has no limits
+
+Pairs: TypeAlias = list[tuple[str, str]]  # of bodies, by name
 
 
 class NamedShape(NamedTuple):
@@ -49,75 +44,69 @@ class NamedShape(NamedTuple):
     shape: PlacedShape
 
 
-def kept_apart(
-    tree: KinematicTree,
-    shapes: Sequence[NamedShape],
-    closed: Sequence[Mapping[str, float]] = (),
-) -> list[tuple[str, str]]:
-    """Return the pairs of bodies that must not touch, by name.
+class Watch(NamedTuple):
+    """The pairs that must not touch, and those that can and are not watched."""
 
-    Args:
-        tree: The robot.
-        shapes: Of its bodies.
-        closed: Random positions of the joints in which its loops are closed, if it has loops.
-    """
-    asked: dict[tuple[str, str], list[tuple[int, int]]] = {}
-    spheres, tops = _spheres(tree, shapes), _robots(tree)
+    kept: Pairs
+    unwatched: Pairs
+
+
+def kept_apart(tree: KinematicTree, shapes: Sequence[NamedShape]) -> Watch:
+    """Return which bodies of a robot must not touch each other."""
+    spheres, tops, solids = _spheres(tree, shapes), _robots(tree), _at_rest(tree, shapes)
+    watched: dict[tuple[str, str], bool] = {}
     for i, j in _candidates(tree, shapes):
         if not _can_touch(spheres[i], spheres[j]):
             continue
-        asked.setdefault((shapes[i].body, shapes[j].body), []).append((i, j))
-    if not asked:
-        return []
-    from trimesh.collision import CollisionManager  # late: most machines are no robots
-
-    manager, meshes = CollisionManager(), [_mesh(entry.shape) for entry in shapes]
-    for k, mesh in enumerate(meshes):
-        manager.add_object(str(k), mesh)
-    generator, touching = np.random.default_rng(0), Counter[tuple[int, int]]()
-    samples = closed or [_random_positions(tree, generator) for _ in range(SAMPLES)]
-    for positions in samples:
-        places = link_poses(tree, positions)
-        for k, entry in enumerate(shapes):
-            manager.set_transform(str(k), places[entry.link] @ entry.shape.pose)
-        _, found = manager.in_collision_internal(return_names=True)
-        touching.update((min(pair), max(pair)) for pair in (tuple(map(int, p)) for p in found))
-    places = link_poses(tree, _rest(tree))
-    solids = [_convex(entry, places[entry.link]) for entry in shapes]
-    return [
-        bodies
-        for bodies, pairs in asked.items()
-        if tops[shapes[pairs[0][0]].link] != tops[shapes[pairs[0][1]].link]
-        or (
-            all(touching[pair] <= (1.0 - MOSTLY) * len(samples) for pair in pairs)
-            and all(separation(solids[i], solids[j]) > 0.0 for i, j in pairs)
+        pair, links = (shapes[i].body, shapes[j].body), (shapes[i].link, shapes[j].link)
+        of_one = tops[links[0]] == tops[links[1]]
+        kept = not of_one or (
+            frozenset(links) not in tree.allowed and separation(solids[i], solids[j]) > ROUNDED
         )
-    ]
+        watched[pair] = watched.get(pair, True) and kept
+    return _sorted_out(watched)
 
 
-def kept_from_surroundings(
-    tree: KinematicTree, shapes: Sequence[NamedShape]
-) -> list[tuple[str, str]]:
-    """Return the pairs of what stands around a robot and a body that must not touch it, by name.
+def kept_from_surroundings(tree: KinematicTree, shapes: Sequence[NamedShape]) -> Watch:
+    """Return which bodies must not touch what stands around a robot.
 
     All that moves counts, the world's neighbours included, but for what is in the surroundings
     where the robot rests, or rests on them and never sinks in. What moves freely rests nowhere.
     """
-    standing = {link.name for link in tree.links if link.stands}
+    standing = {joint.child: joint.parent for joint in tree.joints if joint.child in _stands(tree)}
     if not standing:
-        return []
-    part, free = _parts(tree), _free(tree)
-    places = link_poses(tree, _rest(tree))
-    solids = [_convex(entry, places[entry.link]) for entry in shapes]
-    apart: dict[tuple[str, str], bool] = {}
+        return Watch([], [])
+    part, free, solids = _parts(tree), _free(tree), _at_rest(tree, shapes)
+    carried = {part[joint.child]: joint.parent for joint in tree.joints if joint.kind != "fixed"}
+    watched: dict[tuple[str, str], bool] = {}
+    neighbours: set[tuple[str, str]] = set()
     for i, j in product(range(len(shapes)), repeat=2):
         wall, other = shapes[i], shapes[j]
-        if wall.link in standing and part[other.link] != tree.root.name:
-            pair = wall.body, other.body
-            separate = other.link in free or separation(solids[i], solids[j]) > ROUNDED
-            separate = separate or _sinks(tree, wall, other)
-            apart[pair] = apart.get(pair, True) and separate
-    return [pair for pair, separate in apart.items() if separate]
+        if wall.link not in standing or part[other.link] == tree.root.name:
+            continue
+        pair = wall.body, other.body
+        separate = other.link in free or separation(solids[i], solids[j]) > ROUNDED
+        watched[pair] = watched.get(pair, True) and (separate or _sinks(tree, wall, other))
+        pedestal = standing[wall.link]
+        if pedestal == carried[part[other.link]] != tree.root.name:
+            neighbours.add(pair)
+    found = _sorted_out(watched)
+    return found._replace(unwatched=[pair for pair in found.unwatched if pair not in neighbours])
+
+
+def _sorted_out(watched: Mapping[tuple[str, str], bool]) -> Watch:
+    kept = [pair for pair, apart in watched.items() if apart]
+    return Watch(kept, [pair for pair, apart in watched.items() if not apart])
+
+
+def _stands(tree: KinematicTree) -> set[str]:
+    return {link.name for link in tree.links if link.stands}
+
+
+def _at_rest(tree: KinematicTree, shapes: Sequence[NamedShape]) -> list[Convex]:
+    """Return the shapes where the robot rests."""
+    places = link_poses(tree, _rest(tree))
+    return [_convex(entry, places[entry.link]) for entry in shapes]
 
 
 def _sinks(tree: KinematicTree, wall: NamedShape, other: NamedShape) -> bool:
@@ -141,23 +130,6 @@ def _free(tree: KinematicTree) -> set[str]:
     return found
 
 
-def _mesh(solid: PlacedShape) -> trimesh.Trimesh:
-    """Return a shape's surface; of what is in it the convex hull."""
-    import trimesh
-
-    shape = solid.shape
-    if solid.enclosed is not None:
-        return trimesh.convex.convex_hull(solid.enclosed, qhull_options="QbB Pp Qt QJ")
-    if isinstance(shape, Box):
-        return trimesh.creation.box([float(shape.x), float(shape.y), float(shape.z)])
-    if isinstance(shape, Sphere):
-        return trimesh.creation.icosphere(2, float(shape.radius))
-    if isinstance(shape, Capsule):
-        return trimesh.creation.capsule(float(shape.length), float(shape.radius), count=(12, 12))
-    assert isinstance(shape, Cylinder)
-    return trimesh.creation.cylinder(float(shape.radius), float(shape.length), sections=24)
-
-
 def _candidates(tree: KinematicTree, shapes: Sequence[NamedShape]) -> Iterator[tuple[int, int]]:
     """Yield the pairs of shapes that are neither fixed to each other nor neighbours."""
     part = _parts(tree)
@@ -167,13 +139,12 @@ def _candidates(tree: KinematicTree, shapes: Sequence[NamedShape]) -> Iterator[t
         if joint.kind != "fixed"
     }
     joined |= {frozenset((part[loop.first], part[loop.second])) for loop in tree.closures}
-    standing = {link.name for link in tree.links if link.stands}
+    standing = _stands(tree)
     for i, j in combinations(range(len(shapes)), 2):
         a, b = part[shapes[i].link], part[shapes[j].link]
         if standing & {shapes[i].link, shapes[j].link}:
             continue
-        named = frozenset((shapes[i].link, shapes[j].link))
-        if a != b and frozenset((a, b)) not in joined and named not in tree.allowed:
+        if a != b and frozenset((a, b)) not in joined:
             yield i, j
 
 

@@ -89,9 +89,8 @@ def read_urdf(
         locked: Positions of joints that do not move, by name, in [rad] or [m].
         packages: Folders of ``package://`` by name; otherwise they are looked for above the file.
         shapes: Whether to read shapes at all.
-        self_collisions: Whether links may not touch each other: those that are not neighbours, can
-            touch, but do not at rest or in most other positions. An SRDF of the same name beside
-            the file says which may.
+        self_collisions: Whether links may not touch each other: those that can, are not neighbours
+            and do not touch at rest. An SRDF of the same name beside the file says which may.
         convex_parts: How many parts a mesh may be divided into, each with a box or capsule of its
             own, instead of one around the whole.
 

@@ -42,6 +42,8 @@ class Mechanism(MechanismParts):
         states: Auxiliary states with differential equations of their own.
         requirements: Path constraints on plans: ``require(margin, name)``.
         collisions: Pairs of bodies or cables that may not touch each other, by name.
+        unwatched: Further pairs that can touch, of which ``plan`` says so; readers of robots' files
+            know some.
         cables: Ropes and strings; a pair of frames stands for a ``Cable`` between them.
         velocities: Coordinates whose rates are the independent velocities, and quasi-velocities
             such as ``QuasiVelocity("v", V.x)``. When left out, kinolab takes rates where they
@@ -73,6 +75,7 @@ class Mechanism(MechanismParts):
         states: Sequence[State] = (),
         requirements: Sequence[Requirement] = (),
         collisions: Sequence[tuple[str, str]] = (),
+        unwatched: Sequence[tuple[str, str]] = (),
         cables: Sequence[AnyCable] = (),
         velocities: Sequence[AnyCoordinate | QuasiVelocity] | Literal["all"] | None = None,
         coordinates: Sequence[AnyCoordinate] | None = None,
@@ -101,6 +104,7 @@ class Mechanism(MechanismParts):
             "name": name,
             **content,
             "collisions": tuple((a, b) for a, b in collisions),
+            "unwatched": tuple((a, b) for a, b in unwatched),
             "velocities": tuple(velocities)
             if velocities is not None and not isinstance(velocities, str)
             else velocities,

@@ -45,6 +45,7 @@ class MechanismParts:
     states: tuple[State, ...]
     requirements: tuple[Requirement, ...]
     collisions: tuple[tuple[str, str], ...]
+    unwatched: tuple[tuple[str, str], ...]
     cables: tuple[Cable, ...]
     velocities: tuple[AnyCoordinate | QuasiVelocity, ...] | Literal["all"] | None
     coordinates: tuple[AnyCoordinate, ...]

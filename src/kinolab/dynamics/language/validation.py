@@ -273,10 +273,10 @@ def _references(system: MechanismParts) -> Iterator[Mistake]:
                 yield Mistake(f"{type(part).__name__.lower()} {label!r}", what, remedy)
     names += [cable.name for cable in system.cables if cable.collides]
     kind = "body or cable that collides" if system.cables else "body"
-    for pair in system.collisions:
-        for name in pair:
+    for word in ("collisions", "unwatched"):
+        for name in (name for pair in getattr(system, word) for name in pair):
             if name not in names:
-                yield unknown_name(kind, name, known=names, where=f"{_where(system)} collisions")
+                yield unknown_name(kind, name, known=names, where=f"{_where(system)} {word}")
 
 
 def _places(system: MechanismParts) -> Iterator[Mistake]:

@@ -112,6 +112,7 @@ def machine_to_json(system: Mechanism) -> str:
         if velocities is None or isinstance(velocities, str)
         else [_encode(c) if isinstance(c, QuasiVelocity) else c.name for c in velocities],
         "collisions": [list(pair) for pair in system.collisions],
+        **({"unwatched": [list(pair) for pair in system.unwatched]} if system.unwatched else {}),
         "bodies": [_described(body) for body in system.bodies],
         **{name: _encode(getattr(system, name)) for name in CONTENT},
         **{name: _encode(getattr(system, name)) for name in SWITCHING if getattr(system, name)},
@@ -341,6 +342,7 @@ class _MachineReader:
             data["name"],
             bodies=bodies,
             collisions=[(a, b) for a, b in data["collisions"]],
+            unwatched=[(a, b) for a, b in data.get("unwatched", [])],
             velocities=velocities,
             coordinates=list(self.coordinates.values()),
             values=data["values"],
