@@ -165,9 +165,9 @@ def test_all_that_cannot_be_represented_is_named(tmp_path: Path) -> None:
     for part in (
         "option density is 1000",
         "tendon t has stiffness 3",
-        "equality constraint 1, joint",
+        "equality constraint equality_1, joint, has a polycoef that is not linear",
         "actuator m has no limit of its force",
-        "actuator n does not act on a joint",
+        "actuator n does not act on a joint, but by the transmission tendon",
     ):
         assert part in said
     assert read_mjcf(file, partial=True).model().nv == 2

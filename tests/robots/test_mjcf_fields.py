@@ -173,6 +173,28 @@ def test_a_limit_of_a_sum_of_forces_is_refused(tmp_path: Path) -> None:
     refused(file, "actuator jet is no thruster", "joint hip has actuatorfrcrange")
 
 
+@pytest.mark.parametrize(
+    ("limits", "words"),
+    [('kp="3" ctrlrange="-1 1"', ("what it aims at", "Give it a forcerange")),
+     ('kp="3"', ("Give it a forcerange, or its joint an actuatorfrcrange",))],
+)  # fmt: skip
+def test_a_servo_needs_a_limit_of_its_force(
+    tmp_path: Path, limits: str, words: tuple[str, ...]
+) -> None:
+    servo = f'<position name="s" joint="hip" {limits}/>'
+    refused(written(tmp_path, after=f"<actuator>{servo}</actuator>"), "actuator s", *words)
+    (only,) = read_mjcf(
+        written(tmp_path, hip=LIMITED, after=f"<actuator>{servo}</actuator>")
+    ).inputs
+    assert only.limit == (-5.0, 8.0)
+
+
+def test_hinges_have_one_axis_in_both_bodies(tmp_path: Path) -> None:
+    motor = '<motor name="m" jointinparent="hip" gear="2" ctrlrange="-1 3"/>'
+    (only,) = read_mjcf(written(tmp_path, after=f"<actuator>{motor}</actuator>")).inputs
+    assert only.limit == (-2.0, 6.0)
+
+
 LIMITS = 'ctrlrange="-1 1" forcerange="-1 1"'
 
 
@@ -255,16 +277,18 @@ TENDON = '<tendon><fixed name="cord" {}><joint joint="hip" coef="1"/></fixed></t
     ("parts", "words"),
     [
         ({"hip": 'stiffness="1" springyield="0.3"'}, ("joint hip", "springyield")),
-        ({"shin": 'gravcomp="1"'}, ("body shin", "gravcomp 1")),
+        ({"shin": 'gravcomp="1"'}, ("body shin", "gravcomp 1", "takes weight from one body")),
         ({"bone": 'adhesion="2"'}, ("geom bone", "adhesion 2")),
         ({"bone": 'surfacevel="1 0 0 0 0 0"'}, ("geom bone", "surfacevel 1")),
+        ({"after": '<equality><joint name="stop" joint1="hip" polycoef="0.2 0 0 0 0"/></equality>'},
+         ("equality constraint stop, joint, holds hip", "locked")),
         ({"after": TENDON.format('stiffness="3"')}, ("tendon cord", "stiffness 3")),
         ({"after": TENDON.format('stiffness="0 0 3"')}, ("tendon cord", "stiffness 0 3")),
         ({"after": TENDON.format('damping="2"')}, ("tendon cord", "damping 2")),
         ({"after": TENDON.format('range="-1 1" limited="true"')}, ("tendon cord", "range -1 1")),
         ({"after": TENDON.format('frictionloss="1"')}, ("tendon cord", "frictionloss 1")),
         ({"after": TENDON.format('armature="1"')}, ("tendon cord", "armature 1")),
-        ({"extra": '<option wind="1 0 0"/>'}, ("option wind is 1 0 0",)),
+        ({"extra": '<option wind="1 0 0"/>'}, ("option wind is 1 0 0, which makes a fluid push",)),
         ({"extra": '<option viscosity="0.1"/>'}, ("option viscosity is 0.1",)),
         ({"hip": 'pos="inf 0 0"'}, ("joint hip", "pos inf", "not finite")),
         ({"hip": 'range="-inf inf"'}, ("joint hip", "range -inf", "not finite")),

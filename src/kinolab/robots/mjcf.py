@@ -421,6 +421,7 @@ class _ModelReader:
     def _follows(self) -> dict[str, Mimicked]:
         """Return which joints follow others by a linear equality constraint."""
         model, found = self._model, {}
+        names = self._names("EQUALITY", model.neq, "equality")
         for k, kind in self._equalities():
             if kind in CLOSING:
                 continue
@@ -429,17 +430,20 @@ class _ModelReader:
             if kind == "joint" and second >= 0 and not polynomial[2:].any():
                 own, leader = self._joints[first], self._joints[second]
                 if own in found:
-                    self._cannot(f"equality constraint {k + 1}: joint {own} follows two others.")
+                    self._cannot(f"equality constraint {names[k]}: joint {own} follows two others.")
                     continue
                 # q1 - q1(0) = a + b (q2 - q2(0))
                 zeros = [float(model.qpos0[model.jnt_qposadr[j]]) for j in (first, second)]
                 factor = float(polynomial[1])
                 found[own] = Mimicked(leader, factor, zeros[0] + polynomial[0] - factor * zeros[1])
             else:
-                reason = "has no counterpart yet"
-                if kind == "joint":
-                    reason = "is not linear in the other joint's position"
-                self._cannot(f"equality constraint {k + 1}, {kind}, {reason}.")
+                what = f"equality constraint {names[k]}, {kind}, "
+                if kind != "joint":
+                    self._cannot(f"{what}couples more than two joints, or what is no joint.")
+                elif second < 0:
+                    self._cannot(f"{what}holds {self._joints[first]}.", "Use locked instead.")
+                else:
+                    self._cannot(f"{what}has a polycoef that is not linear in the other joint.")
         return found
 
     def _closures(self) -> Iterator[Closure]:

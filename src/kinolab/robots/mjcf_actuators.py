@@ -67,13 +67,16 @@ class ActuatorReader:
         model, mujoco, name = self._model, self._mujoco, self._motors[k]
         if self._pushes(k):
             return
-        if int(model.actuator_trntype[k]) != int(mujoco.mjtTrn.mjTRN_JOINT):
-            self._cannot(f"actuator {name} does not act on a joint.")
+        if not self._turns(k):
+            kind = mujoco.mjtTrn(int(model.actuator_trntype[k])).name.split("_")[-1].lower()
+            what = f"actuator {name} does not act on a joint, but by the transmission {kind}."
+            self._cannot(what, "Motors act on joints, thrusters on sites without refsite.")
             return
         joint = int(model.actuator_trnid[k, 0])
         single = mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE
         if mujoco.mjtJoint(int(model.jnt_type[joint])) not in single:
-            self._cannot(f"actuator {name} acts on a joint with several rates.")
+            what = f"actuator {name} acts on the joint {self._joints[joint]} with several rates."
+            self._cannot(what, "Motors act on hinges and slides, thrusters on sites.")
             return
         if why := self._no_motor(k):
             self._cannot(f"actuator {name} is no motor: {why}.")
@@ -90,13 +93,10 @@ class ActuatorReader:
         if not model.jnt_actfrclimited[joint]:
             return own
         low, high = map(float, model.jnt_actfrcrange[joint])
-        on_joint = int(self._mujoco.mjtTrn.mjTRN_JOINT)
         others = [
             self._on_joint(a)
             for a in self._acting
-            if a != k
-            and int(model.actuator_trntype[a]) == on_joint
-            and int(model.actuator_trnid[a, 0]) == joint
+            if a != k and self._turns(a) and int(model.actuator_trnid[a, 0]) == joint
         ]
         least, most = sum(others, own)
         if others and not low <= least <= most <= high:
@@ -116,8 +116,11 @@ class ActuatorReader:
         """Whether an input may have limits (2,); none needs to be there that is always 0."""
         name = self._motors[k]
         if not np.isfinite(ends).all():
-            what = f"actuator {name} has no limit of its force."
-            self._cannot(what, "Give it a ctrlrange or a forcerange.")
+            what = f"actuator {name} has no limit of its force"
+            servo = self._bias(k).any()
+            what += ": the ctrlrange of a servo limits what it aims at." if servo else "."
+            wanted = "a forcerange" if servo else "a ctrlrange or a forcerange"
+            self._cannot(what, f"Give it {wanted}, or its joint an actuatorfrcrange.")
             return False
         if ends[0] == ends[1] != 0.0:
             self._cannot(f"actuator {name} always has the force {ends[0]:g}, which is no input.")
@@ -157,6 +160,11 @@ class ActuatorReader:
         site = int(self._mujoco.mjtTrn.mjTRN_SITE)
         ids = self._model.actuator_trnid[k]
         return int(self._model.actuator_trntype[k]) == site and int(ids[1]) < 0
+
+    def _turns(self, k: int) -> bool:
+        """Whether an actuator acts on a joint; hinges and slides have one axis in both bodies."""
+        kinds = self._mujoco.mjtTrn.mjTRN_JOINT, self._mujoco.mjtTrn.mjTRN_JOINTINPARENT
+        return int(self._model.actuator_trntype[k]) in map(int, kinds)
 
     def _input_name(self, k: int, word: str) -> str:
         """Return the name of an actuator's input, with a word to it if a joint has the name."""

@@ -92,6 +92,19 @@ ELEMENTS_WITHOUT_EFFECT = re.compile(
     "(bvh|oct|cam|light|tex|mat|mesh|skin|hfield|sensor|numeric|text|tuple|key|name|exclude|wrap"
     "|tree|plugin|flex|flexedge|B|C|D|M|efm0|efmC)_.*|map.2."
 )
+# Why what has no counterpart has none, by what names of fields begin with.
+REASONS = {
+    "opt_density": "makes a fluid push on all that moves, and no fluid is modelled",
+    "opt_viscosity": "makes a fluid push on all that moves, and no fluid is modelled",
+    "opt_wind": "makes a fluid push on all that moves, and no fluid is modelled",
+    "tendon_": "acts along a tendon, on several joints at once",
+    "jnt_springyield": "is where a spring yields, which would be a state of its own",
+    "body_gravcomp": "takes weight from one body alone; gravity acts on all alike",
+    "geom_adhesion": "is a force of contacts, and contacts do not push",
+    "geom_surfacevel": "moves what touches, and contacts do not push",
+    "actuator_history": "delays an input, whose past would be a state",
+    "actuator_delay": "delays an input, whose past would be a state",
+}
 NONE = -1  # of an address or number: there is none
 NEUTRAL = {"body_plugin": NONE, "geom_plugin": NONE, "actuator_plugin": NONE}
 SPELLED = {
@@ -217,11 +230,13 @@ def _told(
     name: str,
     rows: Array,
     wrong: NDArray[np.bool_],
-    why: str = "has no counterpart",
+    why: str | None = None,
 ) -> Iterator[str]:
     """Yield an element's attribute and its value, for the first elements of which it is wrong."""
     prefix, _, rest = name.partition("_")
     attribute = SPELLED.get(name, rest or name)
+    reasons = (said for begins, said in REASONS.items() if name.startswith(begins))
+    why = why or next(reasons, "has no counterpart")
     if name.endswith("_limited"):  # it is more telling to show the range
         rows = _rows(model, name.replace("_limited", "_range"))
     for k in islice(np.flatnonzero(wrong).tolist(), MOST_SHOWN):
