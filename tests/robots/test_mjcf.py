@@ -147,6 +147,35 @@ def test_actuators_of_sites_push_as_mujoco_says(tmp_path: Path) -> None:
     agree(file, system)
 
 
+def test_actuators_of_fixed_tendons_pull_as_mujoco_says(tmp_path: Path) -> None:
+    """A force times gear and coefficient on each joint, hinges and slides, and its reaction."""
+    text = EVERYTHING.replace(
+        "<actuator>",
+        """<tendon><fixed name="cord"><joint joint="turn" coef="2"/>
+        <joint joint="push" coef="-0.5"/></fixed></tendon><actuator><motor name="pull" tendon="cord" gear="3" ctrlrange="-1 2"/>""",
+    )
+    file = written(tmp_path, text.replace("<position", "<motor").replace('kp="50"', ""))
+    system = read_mjcf(file)
+    assert {entry.name: entry.limit for entry in system.inputs}["pull"] == (-1.0, 2.0)
+    agree(file, system)
+
+
+def test_a_servo_of_a_gripper_moves_both_of_its_fingers(tmp_path: Path) -> None:
+    """Fingers of 0.1 kg, of which one follows the other: (0.1 + 0.1) a = 0.5 u + 0.5 u."""
+    fingers = "".join(
+        f'<body name="{k}" pos="0 {k} 0"><joint name="f{k}" type="slide" axis="0 {1 - 2 * k} 0"/>'
+        '<geom size="0.05" mass="0.1"/></body>'
+        for k in range(2)
+    )
+    text = f"""<mujoco><worldbody>{fingers}</worldbody>
+      <tendon><fixed name="t"><joint joint="f0" coef="0.5"/><joint joint="f1" coef="0.5"/></fixed>
+      </tendon><equality><joint joint1="f1" joint2="f0"/></equality>
+      <actuator><position name="grip" tendon="t" kp="10" forcerange="-3 3"/></actuator></mujoco>"""
+    system = read_mjcf(written(tmp_path, text))
+    assert [(entry.name, entry.limit) for entry in system.inputs] == [("grip", (-3.0, 3.0))]
+    assert abs(system.model().f([0.0, 0.0], [2.0])[1] - 2.0 / 0.2) < 1e-12
+
+
 CANNOT = """<mujoco>
   <option density="1000"/>
   <worldbody><body><joint name="j"/><geom size="0.1"/><site name="a"/></body>

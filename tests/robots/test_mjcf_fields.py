@@ -274,6 +274,22 @@ TENDON = '<tendon><fixed name="cord" {}><joint joint="hip" coef="1"/></fixed></t
 
 
 @pytest.mark.parametrize(
+    ("hip", "tendon", "actuator", "why"),
+    [
+        ("", "", f'<muscle name="a" tendon="cord" lengthrange="0 1" {LIMITS}/>', "muscle"),
+        ("", "", '<motor name="a" tendon="cord"/>', "no limit of its force"),
+        ('actuatorfrcrange="-5 8"', "", f'<motor name="a" tendon="cord" {LIMITS}/>', "joint hip"),
+        ("", 'actuatorfrcrange="-5 8"', f'<motor name="a" tendon="cord" {LIMITS}/>', "its tendon"),
+    ],
+)
+def test_actuators_of_tendons_that_are_no_motors_are_refused(
+    tmp_path: Path, hip: str, tendon: str, actuator: str, why: str
+) -> None:
+    after = f"{TENDON.format(tendon)}<actuator>{actuator}</actuator>"
+    refused(written(tmp_path, hip=hip, after=after), "actuator a ", why)
+
+
+@pytest.mark.parametrize(
     ("parts", "words"),
     [
         ({"hip": 'stiffness="1" springyield="0.3"'}, ("joint hip", "springyield")),

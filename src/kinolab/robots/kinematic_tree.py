@@ -184,6 +184,22 @@ class Thruster:
 
 
 @dataclass(frozen=True)
+class Pull:
+    """An input within limits that acts on several joints at once, as a tendon does.
+
+    Attributes:
+        name: Its name.
+        joints: What it is on each joint for each unit of the input, in [N m] or [N], by name.
+        lower, upper: Limits of the input.
+    """
+
+    name: str
+    joints: Mapping[str, float]
+    lower: float
+    upper: float
+
+
+@dataclass(frozen=True)
 class Closure:
     """What closes a loop of links: frames on two of them coincide, or only their origins do.
 
@@ -217,6 +233,7 @@ class KinematicTree:
     gravity: tuple[float, float, float] = (0.0, 0.0, -9.81)
     thrusters: tuple[Thruster, ...] = ()
     closures: tuple[Closure, ...] = ()
+    pulls: tuple[Pull, ...] = ()
     allowed: frozenset[frozenset[str]] = frozenset()
 
     @property

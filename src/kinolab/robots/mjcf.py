@@ -73,14 +73,15 @@ def read_mjcf(
 
     Bodies without joints are fixed to their parents. A motor's limit is that of its control, times
     gain and gear, or that of its force or of its joint's; servos become motors with their force
-    limit. Springs of hinges and slides count, and so do friction and rotors (``armature``) of all
-    joints; the range of a ball joint is a requirement of the machine. Contacts between bodies do
-    not push, as in all of kinolab. Flags that disable forces, limits or actuators do so; solids
-    keep apart all the same where a flag disables contacts. What is fixed to the world is not
-    touched, but by what rests on it or turns about it; planes are walls and floors, except the
-    ground z = 0, which a scenario has or not. Bodies that are connected or welded to others close
-    loops, exactly instead of softly. Geoms that collide count, or those that are drawn where a body
-    has none; meshes and ellipsoids are enclosed in boxes and capsules.
+    limit, and actuators of fixed tendons act on all joints of these. Springs of hinges and slides
+    count, and so do friction and rotors (``armature``) of all joints; the range of a ball joint is
+    a requirement of the machine. Contacts between bodies do not push, as in all of kinolab. Flags
+    that disable forces, limits or actuators do so; solids keep apart all the same where a flag
+    disables contacts. What is fixed to the world is not touched, but by what rests on it or turns
+    about it; planes are walls and floors, except the ground z = 0, which a scenario has or not.
+    Bodies that are connected or welded to others close loops, exactly instead of softly. Geoms that
+    collide count, or those that are drawn where a body has none; meshes and ellipsoids are enclosed
+    in boxes and capsules.
 
     Args:
         path: The file.
@@ -184,6 +185,7 @@ class _ModelReader:
             tuple(actuators.motors()),
             (x, y, z),
             thrusters=tuple(actuators.thrusters()),
+            pulls=tuple(actuators.pulls()),
             closures=tuple(self._closures()),
             allowed=allowed_pairs(
                 model, self._bodies, [*map(self._solid_geoms, range(model.nbody))]

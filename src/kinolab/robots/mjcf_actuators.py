@@ -1,4 +1,4 @@
-"""Actuators of MJCF files: motors of joints, and thrusters at sites.
+"""Actuators of MJCF files: motors of joints and of fixed tendons, and thrusters at sites.
 
 Source: MuJoCo's documentation, chapter Computation, section Actuation model.
 """
@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from kinolab.numerics.arrays import Array
-from kinolab.robots.kinematic_tree import Motor, Thruster, pose_of, usable_name
+from kinolab.robots.kinematic_tree import Motor, Pull, Thruster, pose_of, usable_name
 from kinolab.robots.mjcf_fields import disabled, names_of, turn_of
 
 WORLD_BODY = 0
@@ -57,6 +57,40 @@ class ActuatorReader:
         for k in self._acting:
             yield from self._thruster(k)
 
+    def pulls(self) -> Iterator[Pull]:
+        """Yield what acts on several joints, by a fixed tendon."""
+        for k in filter(self._on_fixed_tendon, self._acting):
+            tendon, pulled = int(self._model.actuator_trnid[k, 0]), dict(self._pulled(k))
+            above = [j for j in pulled if self._model.jnt_actfrclimited[j]]
+            why = self._no_motor(k)
+            if above or self._model.tendon_actfrclimited[tendon]:
+                who = f"joint {self._joints[above[0]]}" if above else "its tendon"
+                why = why or f"{who} has actuatorfrcrange"
+            if why:
+                self._cannot(f"actuator {self._motors[k]} is no motor of a tendon: {why}.")
+            elif self._are_limits(k, ends := self._force_limits(k)):
+                joints = {self._joints[j]: factor for j, factor in pulled.items() if factor}
+                yield Pull(self._input_name(k, "pull"), joints, *ends.tolist())
+
+    def _on_fixed_tendon(self, k: int) -> bool:
+        """Whether an actuator acts on a tendon whose length is a sum of joints' positions."""
+        of_tendons = int(self._mujoco.mjtTrn.mjTRN_TENDON)
+        joint = int(self._mujoco.mjtWrap.mjWRAP_JOINT)
+        if int(self._model.actuator_trntype[k]) != of_tendons:
+            return False
+        return all(int(self._model.wrap_type[w]) == joint for w in self._wrapped(k))
+
+    def _wrapped(self, k: int) -> range:
+        tendon = int(self._model.actuator_trnid[k, 0])
+        first = int(self._model.tendon_adr[tendon])
+        return range(first, first + int(self._model.tendon_num[tendon]))
+
+    def _pulled(self, k: int) -> Iterator[tuple[int, float]]:
+        """Yield the joints of an actuator's tendon, and its force on each for a unit of its own."""
+        gear = float(self._model.actuator_gear[self._output[k], 0])
+        for w in self._wrapped(k):
+            yield int(self._model.wrap_objid[w]), gear * float(self._model.wrap_prm[w])
+
     def _acts(self, k: int) -> bool:
         """Whether the group of an actuator is not disabled."""
         group = int(self._model.actuator_group[k])
@@ -65,12 +99,12 @@ class ActuatorReader:
     def _motor(self, k: int) -> Iterator[Motor]:
         """Yield an actuator as a motor."""
         model, mujoco, name = self._model, self._mujoco, self._motors[k]
-        if self._pushes(k):
+        if self._pushes(k) or self._on_fixed_tendon(k):
             return
         if not self._turns(k):
             kind = mujoco.mjtTrn(int(model.actuator_trntype[k])).name.split("_")[-1].lower()
             what = f"actuator {name} does not act on a joint, but by the transmission {kind}."
-            self._cannot(what, "Motors act on joints, thrusters on sites without refsite.")
+            self._cannot(what, "Joints, fixed tendons, and sites without refsite are moved.")
             return
         joint = int(model.actuator_trnid[k, 0])
         single = mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE

@@ -41,12 +41,16 @@ READ = _fields_of("""
     eq_: type obj1id obj2id objtype active0 data
     actuator_: trntype dyntype gaintype biastype trnid gainprm biasprm ctrllimited ctrlrange
         gear forcelimited forcerange group
+    tendon_: adr num actfrclimited actfrcrange
+    wrap_: type objid prm
+    pair_: geom1 geom2
+    exclude_: signature
     qpos_: spring
     opt_: gravity disableflags enableflags disableactuator
     qpos0:
 """)
-# Of contacts, solvers and pictures; what MuJoCo derives of other fields; of tendons, whose forces,
-# limits and motors are refused; of actuators that trntype, dyntype and gaintype refuse; counts.
+# Of contacts, solvers and pictures; what MuJoCo derives of other fields; of tendons, whose forces
+# and limits are refused; of actuators that trntype, dyntype and gaintype refuse; counts.
 WITHOUT_EFFECT = _fields_of("""
     body_: dofnum dofadr treeid simple sameframe subtreemass invweight0 margin user contype
         conaffinity bvhadr bvhnum
@@ -56,10 +60,9 @@ WITHOUT_EFFECT = _fields_of("""
         friction margin gap fluid user
     site_: type dataid matid group sameframe size user rgba
     eq_: solimp solref
-    pair_: dim geom1 geom2 signature solref solreffriction solimp margin gap friction
-    tendon_: type adr num matid actuatorid group plasticadr treenum treeid actfrclimited
-        actfrcrange width solref_lim solimp_lim solref_fri solimp_fri range margin
-        lengthspring length0 invweight0 user rgba
+    pair_: dim signature solref solreffriction solimp margin gap friction
+    tendon_: type matid actuatorid group plasticadr treenum treeid width solref_lim solimp_lim
+        solref_fri solimp_fri range margin lengthspring length0 invweight0 user rgba
     actuator_: ctrladr ctrlnum ctrlspec outadr outnum actadr actnum cranklength dynprm
         actlimited actrange actearly history historyadr user acc0 length0 lengthrange
     flg_: gravcomp surfacevel adhesion

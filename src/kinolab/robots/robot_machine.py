@@ -53,6 +53,7 @@ from kinolab.robots.kinematic_tree import (
     KinematicTree,
     Link,
     PlacedShape,
+    Pull,
     Thruster,
     bound_by_followers,
     coordinate_names,
@@ -89,6 +90,9 @@ class _Part:
     frame: Frame
     links: list[tuple[Link, Array]] = field(default_factory=list)
     body: Body | None = None
+
+
+_Moving: TypeAlias = tuple[Joint, _Part, _Part, Frame]  # with parent, child, and frame before it
 
 
 def assembled(
@@ -171,7 +175,7 @@ class _Assembly:
         root = _Part(tree.root.name, self._base)
         parts, at = [root], {tree.root.name: (root, np.eye(4))}
         root.links.append((tree.root, np.eye(4)))
-        moving: list[tuple[Joint, _Part, _Part, Frame]] = []
+        moving: list[_Moving] = []
         for joint in from_the_root(tree):
             parent, pose = at[joint.parent]
             pose = pose @ joint.pose
@@ -190,6 +194,8 @@ class _Assembly:
             self._add_bodies(part, still=part is root and self._base is WORLD)
         for joint, parent, part, before in moving:
             self._add_forces(joint, parent, part, before)
+        for pull in tree.pulls:
+            self._add_pull(pull, moving)
         for thruster in tree.thrusters:
             part, pose = at[thruster.link]
             self._add_thruster(thruster, part.frame @ constant_frame(pose @ thruster.pose))
@@ -349,6 +355,25 @@ class _Assembly:
                 self._efforts.append(Viscous(own, sympy.Add(*terms)))
             if joint.friction > 0.0:
                 self._efforts.append(Coulomb(own, joint.friction))
+
+    def _add_pull(self, pull: Pull, moving: Sequence[_Moving]) -> None:
+        """Add an input that acts on joints, and on their links bodies without mass for it."""
+        control = Control(pull.name, limit=(pull.lower, pull.upper))
+        self._inputs.append(control)
+        for joint, parent, part, _ in moving:
+            if joint.name not in pull.joints:
+                continue
+            frames = {"moved": part.frame, "held": parent.frame}
+            on, back = (Body(f"{pull.name} {joint.name} {k}", at) for k, at in frames.items())
+            factor = pull.joints[joint.name]
+            x, y, z = (factor * e * control.symbol if e else 0 for e in joint.axis.tolist())
+            along = x, y, z
+            self._bodies += [on, back]
+            self._efforts.append(
+                Wrench(on=on, torque=along, reacts_on=back)
+                if joint.kind == "revolute"
+                else Wrench(on=on, force=along, reacts_on=back)
+            )
 
     def _add_thruster(self, thruster: Thruster, place: Frame) -> None:
         """Add an input that pushes what a frame is fixed to, and a body without mass for it."""
