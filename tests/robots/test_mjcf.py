@@ -152,7 +152,8 @@ def test_actuators_of_fixed_tendons_pull_as_mujoco_says(tmp_path: Path) -> None:
     text = EVERYTHING.replace(
         "<actuator>",
         """<tendon><fixed name="cord"><joint joint="turn" coef="2"/>
-        <joint joint="push" coef="-0.5"/></fixed></tendon><actuator><motor name="pull" tendon="cord" gear="3" ctrlrange="-1 2"/>""",
+        <joint joint="push" coef="-0.5"/></fixed></tendon><actuator>
+        <motor name="pull" tendon="cord" gear="3" ctrlrange="-1 2"/>""",
     )
     file = written(tmp_path, text.replace("<position", "<motor").replace('kp="50"', ""))
     system = read_mjcf(file)

@@ -184,7 +184,7 @@ class Thruster:
 
 
 @dataclass(frozen=True)
-class Pull:
+class TendonMotor:
     """An input within limits that acts on several joints at once, as a tendon does.
 
     Attributes:
@@ -233,7 +233,7 @@ class KinematicTree:
     gravity: tuple[float, float, float] = (0.0, 0.0, -9.81)
     thrusters: tuple[Thruster, ...] = ()
     closures: tuple[Closure, ...] = ()
-    pulls: tuple[Pull, ...] = ()
+    pulls: tuple[TendonMotor, ...] = ()
     allowed: frozenset[frozenset[str]] = frozenset()
 
     @property

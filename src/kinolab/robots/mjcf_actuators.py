@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from kinolab.numerics.arrays import Array
-from kinolab.robots.kinematic_tree import Motor, Pull, Thruster, pose_of, usable_name
+from kinolab.robots.kinematic_tree import Motor, TendonMotor, Thruster, pose_of, usable_name
 from kinolab.robots.mjcf_fields import disabled, names_of, turn_of
 
 WORLD_BODY = 0
@@ -57,7 +57,7 @@ class ActuatorReader:
         for k in self._acting:
             yield from self._thruster(k)
 
-    def pulls(self) -> Iterator[Pull]:
+    def pulls(self) -> Iterator[TendonMotor]:
         """Yield what acts on several joints, by a fixed tendon."""
         for k in filter(self._on_fixed_tendon, self._acting):
             tendon, pulled = int(self._model.actuator_trnid[k, 0]), dict(self._pulled(k))
@@ -70,7 +70,7 @@ class ActuatorReader:
                 self._cannot(f"actuator {self._motors[k]} is no motor of a tendon: {why}.")
             elif self._are_limits(k, ends := self._force_limits(k)):
                 joints = {self._joints[j]: factor for j, factor in pulled.items() if factor}
-                yield Pull(self._input_name(k, "pull"), joints, *ends.tolist())
+                yield TendonMotor(self._input_name(k, "pull"), joints, *ends.tolist())
 
     def _on_fixed_tendon(self, k: int) -> bool:
         """Whether an actuator acts on a tendon whose length is a sum of joints' positions."""

@@ -53,7 +53,7 @@ from kinolab.robots.kinematic_tree import (
     KinematicTree,
     Link,
     PlacedShape,
-    Pull,
+    TendonMotor,
     Thruster,
     bound_by_followers,
     coordinate_names,
@@ -356,7 +356,7 @@ class _Assembly:
             if joint.friction > 0.0:
                 self._efforts.append(Coulomb(own, joint.friction))
 
-    def _add_pull(self, pull: Pull, moving: Sequence[_Moving]) -> None:
+    def _add_pull(self, pull: TendonMotor, moving: Sequence[_Moving]) -> None:
         """Add an input that acts on joints, and on their links bodies without mass for it."""
         control = Control(pull.name, limit=(pull.lower, pull.upper))
         self._inputs.append(control)
