@@ -411,7 +411,8 @@ class _ModelReader:
         if kind in (types.mjGEOM_BOX, types.mjGEOM_ELLIPSOID):
             return Box(2 * a, 2 * b, 2 * c)
         word = kind.name.removeprefix("mjGEOM_").lower()
-        self._cannot(f"geom {self._geom_names[g]} is a {word}.")
+        what = f"geom {self._geom_names[g]} has the type {word}, which is no solid here."
+        self._cannot(what, "Write it as meshes, or as obstacles of a scenario.")
         return None
 
     def _equalities(self) -> Iterator[tuple[int, str]]:
