@@ -7,6 +7,8 @@ from pathlib import Path
 import pytest
 
 import kinolab
+from kinolab.dynamics.language.json.machine_file import machine_from_json, machine_to_json
+from kinolab.errors import InputError
 from kinolab.problem.warnings import problem_warnings
 from kinolab.robots import read_mjcf, read_urdf
 from tests.support import needs
@@ -121,3 +123,13 @@ def test_what_touches_in_most_positions_is_watched(tmp_path: Path) -> None:
     text = path.read_text().replace(link("b"), link("b", "0 0 0", 4.0))
     path.write_text(text.replace('xyz="3 0 0"', 'xyz="2.2 0 0"'))
     assert ("a", "b") in read_urdf(path).collisions
+
+
+def test_a_machine_s_file_and_copies_keep_what_is_not_watched(tmp_path: Path) -> None:
+    path = sliders(tmp_path, -4.0, 4.0)
+    path.write_text(path.read_text().replace('xyz="3 0 0"', 'xyz="0.09 0 0"'))
+    system = read_urdf(path)
+    assert system.unwatched == (("a", "b"),)
+    assert machine_from_json(machine_to_json(system)).unwatched == system.unwatched
+    with pytest.raises(InputError, match="unwatched: no body is called 'c'"):
+        system.changed(unwatched=[("a", "c")])
