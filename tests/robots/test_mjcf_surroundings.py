@@ -134,14 +134,16 @@ def test_surroundings_that_a_robot_is_in_are_told(
     assert any(" and ".join(left_out) in one for one in problem_warnings(problem))
 
 
-def test_what_turns_on_a_pedestal_is_in_it_without_a_word(tmp_path: Path) -> None:
+@pytest.mark.parametrize("second", ["", '<joint axis="1 0 0"/>'])
+def test_what_turns_on_a_pedestal_is_in_it_without_a_word(tmp_path: Path, second: str) -> None:
     """As neighbours are; what hangs farther out is watched, or told."""
     file = tmp_path / "arm.xml"
-    file.write_text("""<mujoco><worldbody><body name="pedestal"><geom size="0.2" pos="0 0 0.5"/>
-      <body name="upper" pos="0 0 0.5"><joint axis="0 1 0"/><geom size="0.1" mass="1"/>
+    text = """<mujoco><worldbody><body name="pedestal"><geom size="0.2" pos="0 0 0.5"/>
+      <body name="upper" pos="0 0 0.5"><joint axis="0 1 0"/>{}<geom size="0.1" mass="1"/>
         <body name="lower" pos="0.1 0 0"><joint axis="0 1 0"/><geom size="0.1" mass="1"/>
         <body name="hand" pos="0.5 0 0"><joint axis="0 1 0"/><geom size="0.1" mass="1"/>
-      </body></body></body></body></worldbody></mujoco>""")
+      </body></body></body></body></worldbody></mujoco>"""
+    file.write_text(text.format(second))
     system = read_mjcf(file)
     assert system.unwatched == (("pedestal geom_1", "lower"),)
     assert ("pedestal geom_1", "hand") in system.collisions

@@ -77,7 +77,7 @@ def kept_from_surroundings(tree: KinematicTree, shapes: Sequence[NamedShape]) ->
     if not standing:
         return Watch([], [])
     part, free, solids = _parts(tree), _free(tree), _at_rest(tree, shapes)
-    carried = {part[joint.child]: joint.parent for joint in tree.joints if joint.kind != "fixed"}
+    carrier = {joint.child: joint.parent for joint in tree.joints}
     watched: dict[tuple[str, str], bool] = {}
     neighbours: set[tuple[str, str]] = set()
     for i, j in product(range(len(shapes)), repeat=2):
@@ -87,8 +87,7 @@ def kept_from_surroundings(tree: KinematicTree, shapes: Sequence[NamedShape]) ->
         pair = wall.body, other.body
         separate = other.link in free or separation(solids[i], solids[j]) > ROUNDED
         watched[pair] = watched.get(pair, True) and (separate or _sinks(tree, wall, other))
-        pedestal = standing[wall.link]
-        if pedestal == carried[part[other.link]] != tree.root.name:
+        if standing[wall.link] == carrier[part[other.link]] != tree.root.name:
             neighbours.add(pair)
     found = _sorted_out(watched)
     return found._replace(unwatched=[pair for pair in found.unwatched if pair not in neighbours])
