@@ -14,6 +14,8 @@ from tests.robots.against_pinocchio import spelled
 
 mujoco: Any = mujoco_library
 FREE, BALL = mujoco.mjtJoint.mjJNT_FREE, mujoco.mjtJoint.mjJNT_BALL
+# Their inputs are torques and forces after the gear, those of tendons and sites before it.
+ON_JOINTS = [int(mujoco.mjtTrn.mjTRN_JOINT), int(mujoco.mjtTrn.mjTRN_JOINTINPARENT)]
 SMOOTHING = 0.01  # of kinolab's Coulomb friction: tanh(v / SMOOTHING)
 UNCLAMPED = ("actuator_ctrllimited", "actuator_forcelimited", "jnt_actfrclimited")
 
@@ -66,8 +68,7 @@ class SecondEngine:
             at = next((i for i, name in enumerate(inputs) if name in names), None)
             if at is None:  # it does nothing, or is off
                 continue
-            on_joint = model.actuator_trntype[k] == mujoco.mjtTrn.mjTRN_JOINT
-            gear = model.actuator_gear[k, 0] if on_joint else 1.0
+            gear = model.actuator_gear[k, 0] if model.actuator_trntype[k] in ON_JOINTS else 1.0
             data.ctrl[k] = (u[at] / gear - force) / model.actuator_gainprm[k, 0]
         mujoco.mj_forward(model, data)
         mass = np.empty((model.nv, model.nv))
