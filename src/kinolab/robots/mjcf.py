@@ -286,9 +286,14 @@ class _ModelReader:
         model = self._model
         if body == WORLD_BODY or not (model.body_mass[body] or model.body_inertia[body].any()):
             return None
-        turn = self._turn(model.body_iquat[body])
+        kinds, kind = self._mujoco.mjtSameFrame, int(model.body_sameframe[body])
+        turn, at = self._turn(model.body_iquat[body]), np.array(model.body_ipos[body])
+        if kind == int(kinds.mjSAMEFRAME_BODY):  # what is off by rounding does not move it
+            turn, at = np.eye(3), np.zeros(3)
+        elif kind == int(kinds.mjSAMEFRAME_BODYROT):
+            turn = np.eye(3)
         inertia = turn @ np.diag(model.body_inertia[body]) @ turn.T
-        return Inertial(float(model.body_mass[body]), np.array(model.body_ipos[body]), inertia)
+        return Inertial(float(model.body_mass[body]), at, inertia)
 
     def _turn(self, quaternion: Array) -> Array:
         return turn_of(self._mujoco, quaternion)

@@ -30,7 +30,7 @@ def _fields_of(table: str) -> frozenset[str]:
 
 READ = _fields_of("""
     body_: parentid rootid weldid mocapid jntnum jntadr geomnum geomadr pos quat ipos iquat
-        mass inertia
+        mass inertia sameframe
     jnt_: type qposadr dofadr bodyid limited actfrclimited pos axis stiffness stiffnesspoly
         range actfrcrange
     dof_: jntid frictionloss armature damping dampingpoly
@@ -52,7 +52,7 @@ READ = _fields_of("""
 # Of contacts, solvers and pictures; what MuJoCo derives of other fields; of tendons, whose forces
 # and limits are refused; of actuators that trntype, dyntype and gaintype refuse; counts.
 WITHOUT_EFFECT = _fields_of("""
-    body_: dofnum dofadr treeid simple sameframe subtreemass invweight0 margin user contype
+    body_: dofnum dofadr treeid simple subtreemass invweight0 margin user contype
         conaffinity bvhadr bvhnum
     jnt_: actuatorid group plasticadr solref solimp margin user
     dof_: bodyid parentid treeid Madr simplenum solref solimp invweight0 M0 length
