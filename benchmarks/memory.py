@@ -1,25 +1,31 @@
 """How much memory a process keeps from solves that are over, planner by planner.
 
-    python benchmarks/memory.py [NAME ...] [--solves 1000] [--warm-up 20] [--json FILE]
+    python benchmarks/memory.py [NAME ...] [--solves 1000] [--warm-up 20] [--changed WHAT]
+                                [--json FILE]
 
-Every planner solves one small problem with many seeds in one process. What libraries set up once is
-there after the warm-up; what grows after it is kept for nothing. A leak grows all the time, so that
-the growth is shown by quarters too: an allocator that asks for more in one of them is none.
+Every planner solves one small problem with many seeds in one process; with ``--changed`` each time
+another problem, of which the start, the goal, a parameter of the machine, an obstacle or the limits
+are a little off. For parameters and limits, ``KINOLAB_CACHE`` should name a new folder: what is in
+the cache is not made anew. What libraries set up once is there after the warm-up; what grows after
+it is kept for nothing. A leak grows all the time, so that the growth is shown by quarters too: an
+allocator that asks for more in one of them is none.
 """
 
 from __future__ import annotations
 
 import argparse
+import ctypes
 import gc
 import json
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass
 from itertools import pairwise
 from os import getpid, sysconf
 from pathlib import Path
+from typing import Any
 
 TABLE = """\
 schema = 1
@@ -47,6 +53,15 @@ tolerance = 0.5
 
 QUARTERS = 4
 ITERATIONS = 5000  # of one solve, at most
+OFF = 1e-5  # [m], by which a changed problem differs from the one before
+CHANGES: dict[str, Callable[[float], dict[str, Any]]] = {
+    "start": lambda off: {"start.x": -1.0 + off},
+    "goal": lambda off: {"goal.tolerance": 0.5 + off},
+    "parameter": lambda off: {"system.parameters": {"R": 0.25 + off}},
+    "obstacle": lambda off: {"world.obstacle.1.position": [3.0, off, 0.5]},
+    "bounds": lambda off: {"world.bounds.x": [-5.0, 5.0 + off]},
+    "limits": lambda off: {"bounds.drive": [-0.5 - off, 0.5]},
+}
 HEADINGS = ("planner", "solves", "growth, MB", "by quarters, MB", "MB per 1000 at most")
 
 
@@ -83,7 +98,10 @@ class Growth:
 
 
 def resident() -> float:
-    """Return the memory of this process that is in use, in [MB]."""
+    """Return the memory of this process that is in use, in [MB]; the allocator gives back first."""
+    gc.collect()
+    if trim := getattr(ctypes.CDLL(None), "malloc_trim", None):  # of glibc
+        trim(0)
     statistics = Path("/proc/self/statm")
     if statistics.exists():
         return int(statistics.read_text().split()[1]) * sysconf("SC_PAGESIZE") / 1e6
@@ -93,8 +111,8 @@ def resident() -> float:
     return int(listed.stdout) * 1024 / 1e6
 
 
-def measure(planner: str, solves: int, warm_up: int) -> Growth:
-    """Solve the small problem with seeds 0, 1, …"""
+def measure(planner: str, solves: int, warm_up: int, changed: str | None = None) -> Growth:
+    """Solve the small problem, or changed ones, with seeds 0, 1, …"""
     import kinolab
 
     with tempfile.TemporaryDirectory() as folder:
@@ -102,14 +120,13 @@ def measure(planner: str, solves: int, warm_up: int) -> Growth:
         path.write_text(TABLE, encoding="utf-8")
         problem = kinolab.load(path)
     seeds, solved = iter(range(warm_up + solves)), 0
-    marks = []
+    marks: list[float] = []
     for count in (warm_up, *shares(solves)):
         for _ in range(count):
-            found = problem.solve(
-                planner=planner, seed=next(seeds), max_iterations=ITERATIONS, optimize=False
-            )
+            seed = next(seeds)
+            own = problem.replace(CHANGES[changed](OFF * seed)) if changed else problem
+            found = own.solve(planner, seed, max_iterations=ITERATIONS, optimize=False)
             solved += bool(marks) and found.status == "solved"
-        gc.collect()
         marks.append(resident())
     quarters = tuple(after - before for before, after in pairwise(marks))
     return Growth(planner, solves, solved, quarters)
@@ -129,6 +146,7 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("names", nargs="*", metavar="NAME", help="planners; default: all")
     parser.add_argument("--solves", type=int, default=1000, metavar="N", help="after the warm-up")
     parser.add_argument("--warm-up", type=int, default=20, metavar="N", help="solves before")
+    parser.add_argument("--changed", choices=tuple(CHANGES), help="what differs each time")
     parser.add_argument("--json", metavar="FILE", help="write the figures to a file")
     options = parser.parse_args()
     unknown = set(options.names) - set(planners.names())
@@ -151,7 +169,7 @@ def main() -> int:
     options = arguments()
     growths = []
     for name in options.names:
-        growths.append(measure(name, options.solves, options.warm_up))
+        growths.append(measure(name, options.solves, options.warm_up, options.changed))
         print(growths[-1], file=sys.stderr)
     print(table(growths))
     if options.json:

@@ -174,7 +174,7 @@ def test_another_parameter_value_compiles_nothing(monkeypatch: pytest.MonkeyPatc
         raise AssertionError("it was compiled again")
 
     monkeypatch.setattr(compilation_module, "compile_ir", refuse)
-    monkeypatch.setattr(derived_code, "compile_ir", refuse)
+    monkeypatch.setattr(derived_code, "compiled", refuse)
     monkeypatch.setattr(derived_code, "derive", refuse)
     # theta_ddot = -g/l sin(theta) + u / (m l^2)
     value = model.f([0.5, 0.0], [2.0], l=2.0, m=3.0)[1]

@@ -14,8 +14,9 @@ import pytest
 
 import kinolab.systems
 from kinolab.dynamics import Model, System
-from kinolab.dynamics.codegen import derived_code
+from kinolab.dynamics.codegen import cache, derived_code
 from kinolab.dynamics.codegen.cache import MAGIC, folder
+from kinolab.dynamics.codegen.llvm_jit import compile_ir
 from kinolab.dynamics.derivation.derivation import derive
 from kinolab.dynamics.language.json.machine_file import machine_from_json, machine_to_json
 from tests.machines import finned_hull
@@ -66,6 +67,23 @@ def test_another_value_of_a_parameter_is_another_entry_but_the_same_motion(home:
     np.testing.assert_array_equal(heavy.f(STATE, [0.3]), base.f(STATE, [0.3], m=3.0))
     assert not np.array_equal(heavy.f(STATE, [0.3]), base.f(STATE, [0.3]))
     assert list(home.iterdir())
+
+
+@pytest.mark.usefixtures("home")
+def test_another_value_of_a_parameter_compiles_and_loads_nothing(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """LLVM keeps some memory of all that it compiles, and of what it loads."""
+    compiled: list[str] = []
+
+    def counted(text: str) -> bytes:
+        compiled.append(text)
+        return compile_ir(text)
+
+    monkeypatch.setattr(cache, "compile_ir", counted)
+    models = [kinolab.systems.get("pendulum", m=m).model() for m in (1.0, 2.0, 3.0)]
+    assert len(compiled) == 1
+    assert len({model.address("f") for model in models}) == 1
 
 
 DAMAGES: dict[str, Callable[[bytes], bytes]] = {

@@ -16,7 +16,7 @@ from typing import Any
 
 import platformdirs
 
-from kinolab.dynamics.codegen.llvm_jit import processor
+from kinolab.dynamics.codegen.llvm_jit import compile_ir, processor
 from kinolab.files import discard, read_sealed, write_sealed
 
 MAGIC = b"kinolab object 1\n"
@@ -45,6 +45,20 @@ def cached(
         facts, code = entry
         write_sealed(path, MAGIC, json.dumps(facts).encode() + b"\0" + code)
     return entry
+
+
+def compiled(text: str) -> bytes:
+    """Return the object code of a module of LLVM IR, compiled only where it is not on disk.
+
+    Values of parameters are arguments of the code: machines that differ in them alone have one.
+    """
+    path = folder() / f"{key_of(text)}.object"
+    code = read_sealed(path, MAGIC)
+    if code is None:
+        made = compile_ir(text)
+        write_sealed(path, MAGIC, made)
+        return made
+    return bytes(code)
 
 
 def read_record(key: str) -> Any:

@@ -6,11 +6,11 @@ import math
 from collections.abc import Callable
 from typing import Any
 
+from kinolab.dynamics.codegen.cache import compiled
 from kinolab.dynamics.codegen.closed_loop import emit_closed_loop
 from kinolab.dynamics.codegen.emission import emit_module, operations_of
 from kinolab.dynamics.codegen.exports import results_of
 from kinolab.dynamics.codegen.hybrid import emit_hybrid
-from kinolab.dynamics.codegen.llvm_jit import compile_ir
 from kinolab.dynamics.codegen.mode_formulas import ModeFormulas
 from kinolab.dynamics.derivation.derivation import Derivation, derive
 from kinolab.dynamics.language.feedback import Feedback
@@ -48,7 +48,7 @@ def derived_code(
         keep(tuple(ModeFormulas.of(mode.derivation) for mode in modes))
         redundant = {name: None for mode in modes for name in mode.derivation.redundant}
         facts = {**_facts(d), "redundant": tuple(redundant), "lanes": False}
-        return facts, compile_ir(text)
+        return facts, compiled(text)
     d = derive(system)
     facts = _facts(d)
     lanes = law is None and facts["operations"] <= MOST_IN_LANES
@@ -58,7 +58,7 @@ def derived_code(
         nx, nu, along = len(d.state), len(d.binding.inputs), len(d.state) + len(law.references)
         facts["sizes"] |= {"jacobian": nx * along, "law": nu, "law_jacobian": nu * along}
         text += "\n" + emit_closed_loop(d, system, law)
-    return facts, compile_ir(text)
+    return facts, compiled(text)
 
 
 def _facts(d: Derivation) -> dict[str, Any]:

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cache
-from itertools import count
 from typing import Any
+from weakref import WeakValueDictionary
 
 import llvmlite.binding as llvm
-
-_names = count()
 
 
 @dataclass(frozen=True)
@@ -22,6 +21,10 @@ class Library:
     def address(self, function: str) -> int:
         """Return the address of a function, to be called through the C interface."""
         return int(self.tracker[function])
+
+
+# By code and functions: machines that differ in values of parameters have the same.
+_linked: WeakValueDictionary[tuple[bytes, frozenset[str]], Library] = WeakValueDictionary()
 
 
 def compile_ir(text: str) -> bytes:
@@ -37,17 +40,25 @@ def compile_ir(text: str) -> bytes:
 
 
 def link(code: bytes, functions: Iterable[str]) -> Library:
-    """Load an object file into this process.
+    """Load an object file into this process, once while it is in use.
+
+    LLVM forgets all of it, its names too, only with the linker; so each library has its own.
 
     Args:
         code: Bytes of an object file of ``compile_ir``, from this kind of processor.
         functions: Names of the functions that will be asked for.
     """
-    _initialise()
-    builder = llvm.JITLibraryBuilder().add_object_img(code).add_current_process()
-    for function in functions:
-        builder = builder.export_symbol(function)
-    return Library(builder.link(_linker(), f"kinolab {next(_names)}"))
+    names = frozenset(functions)
+    key = hashlib.sha256(code).digest(), names
+    library = _linked.get(key)
+    if library is None:
+        _initialise()
+        builder = llvm.JITLibraryBuilder().add_object_img(code).add_current_process()
+        for function in names:
+            builder = builder.export_symbol(function)
+        linker = llvm.create_lljit_compiler(_target_machine())
+        library = _linked[key] = Library(builder.link(linker, "kinolab"))
+    return library
 
 
 def processor() -> str:
@@ -61,11 +72,6 @@ def processor() -> str:
 def _initialise() -> None:
     llvm.initialize_native_target()
     llvm.initialize_native_asmprinter()
-
-
-@cache
-def _linker() -> Any:
-    return llvm.create_lljit_compiler(_target_machine())
 
 
 def _target_machine() -> Any:
