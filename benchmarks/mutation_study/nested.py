@@ -12,7 +12,7 @@ import numpy as np
 import sympy
 
 import kinolab
-from kinolab.dynamics import Body, Rate, System, length, move, require
+from kinolab.dynamics import Body, Rate, System, length, move, parameter, require
 from kinolab.trajectory import Trajectory
 
 from .faults import Case, Fault, Generator
@@ -41,12 +41,18 @@ TOGETHER = (
 )
 
 
-def broken(_case: Case, generator: Generator) -> Fault | None:
+def requirement(seed: int, number: int) -> Fault:
+    """Return the broken one of a number if it is even, else the same one kept."""
+    generator = np.random.default_rng([seed, number // 2])
+    return kept(None, generator) if number % 2 else broken(None, generator)
+
+
+def broken(_case: Case | None, generator: Generator) -> Fault:
     """Let a cart pass a place that breaks its requirement by a good part of its terms."""
     return _passed(generator, 1.0 - float(generator.uniform(*LACKS)), Verdict("false", "its form"))
 
 
-def kept(_case: Case, generator: Generator) -> Fault | None:
+def kept(_case: Case | None, generator: Generator) -> Fault:
     """Let a cart pass a place where its requirement is just met, or better."""
     room = 1.0 + max(0.0, float(generator.uniform(*MORE)))
     return _passed(generator, room, Verdict("true", "its form"))
@@ -54,12 +60,13 @@ def kept(_case: Case, generator: Generator) -> Fault | None:
 
 def _passed(generator: Generator, room: float, verdict: Verdict) -> Fault:
     x, place = length("x", -10, 10, speed=3.0), float(generator.uniform(0.1, 0.9)) * WAY
-    window = _window(generator, x - place, int(generator.integers(DEEPEST + 1)))
+    window = window_at(generator, x - place, int(generator.integers(DEEPEST + 1)))
+    margin = parameter("room", room)  # so that one broken and one kept have the same code
     machine = System(
         "cart",
         bodies=[Body("cart", move(x, 0, 0))],
         inputs=[Rate("v", on=x, limit=2.0)],
-        requirements=[require(room - window, "room")],
+        requirements=[require(margin - window, "room")],
     )
     table: dict[str, Any] = {"system": machine, "goal": {"x": WAY, "tolerance": 0.1}}
     problem = kinolab.load(table)
@@ -70,10 +77,10 @@ def _passed(generator: Generator, room: float, verdict: Verdict) -> Fault:
     return Fault(problem, motion, verdict, f"{room:.9g} - {window}"[:200])
 
 
-def _window(generator: Generator, s: sympy.Expr, depth: int) -> sympy.Expr:
-    """Return a window about s = 0 of random terms."""
+def window_at(generator: Generator, s: sympy.Expr, depth: int) -> sympy.Expr:
+    """Return a window of random terms: 1 where s is 0, and nowhere more."""
     if not depth:
         width = float(10 ** generator.uniform(*WIDTHS))
         return WINDOWS[int(generator.integers(len(WINDOWS)))](s / width)
-    one, other = (_window(generator, s, depth - 1) for _ in range(2))
+    one, other = (window_at(generator, s, depth - 1) for _ in range(2))
     return TOGETHER[int(generator.integers(len(TOGETHER)))](one, other)

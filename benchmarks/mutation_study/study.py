@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from . import good
+from . import good, nested
 from .attacks import KINDS, answer, made
 from .cases import Cases
 from .files import edited
@@ -45,8 +45,8 @@ class Chunk:
     """Numbers of one sort of a scenario's plans.
 
     Attributes:
-        sort: ``false``, ``files`` or ``good``.
-        scenario: Its name.
+        sort: ``false``, ``files``, ``good`` or ``nested``.
+        scenario: Its name; requirements of nested terms have a machine of their own.
         numbers: They decide all that is drawn.
     """
 
@@ -81,7 +81,7 @@ def _cases(plans: Path) -> Cases:
 
 def worked(plans: Path, seed: int, chunk: Chunk) -> list[Record]:
     """Work on a chunk in this process."""
-    make = {"false": _false, "files": _files, "good": _good}[chunk.sort]
+    make = {"false": _false, "files": _files, "good": _good, "nested": _nested}[chunk.sort]
     cases = _cases(plans)
     found = [make(cases, chunk.scenario, seed, number) for number in chunk.numbers]
     return [record for record in found if record is not None]
@@ -153,6 +153,15 @@ def _good(cases: Cases, scenario: str, seed: int, number: int) -> Record | None:
     machine, verdict = plan.problem.machine.name, plan.verdict
     why = (plan.what, verdict.truth, verdict.why)
     return Record(number, machine, kind, case.name, *why, said, failed, round(seconds, 4))
+
+
+def _nested(_cases: Cases, scenario: str, seed: int, number: int) -> Record:
+    """Put a requirement of nested terms before the verifier: broken and kept ones take turns."""
+    fault = nested.requirement(seed, number)
+    said, failed, seconds = answer(fault.problem, fault.motion)
+    why = (fault.what, fault.verdict.truth, fault.verdict.why)
+    kind, machine = "requirement of nested terms", fault.problem.machine.name
+    return Record(number, machine, kind, scenario, *why, said, failed, round(seconds, 4))
 
 
 def results(

@@ -8,8 +8,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
+import mpmath
 import numpy as np
 import pytest
+import sympy
 
 import kinolab
 from benchmarks.mutation_study import faults, files, good, machines, nested, worlds
@@ -97,6 +99,19 @@ OF_COINS = {
 @pytest.mark.parametrize("kind", OF_COINS)
 def test_a_false_plan_of_the_coin_is_refused(coin: Case, kind: str) -> None:
     assert "false" in {judged(coin, OF_COINS[kind], seed) for seed in range(TRIES)}
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_requirements_of_nested_terms_are_what_their_closed_forms_say(seed: int) -> None:
+    """By 50 digits, at the place and at all distances from it: the judge knows how it was made."""
+    s = sympy.Symbol("s", real=True)
+    window = nested.window_at(np.random.default_rng(seed), s, nested.DEEPEST)
+    assert window.subs(s, 0) == pytest.approx(1.0, abs=1e-15)
+    values = sympy.lambdify(s, window, "mpmath")
+    with mpmath.workdps(50):
+        beside = [values(mpmath.mpf(sign * 10.0**k)) for k in range(-12, 2) for sign in (-1, 1)]
+    assert all(0 <= value <= 1 + 1e-15 for value in beside)
+    assert min(beside) < 0.9
 
 
 @pytest.mark.parametrize("kind", [faults.reference, faults.input_, machines.gain])
