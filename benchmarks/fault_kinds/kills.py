@@ -42,6 +42,8 @@ COMMANDS: dict[str, tuple[tuple[str, ...], bool]] = {
     "plan bench": (("bench", "study.toml", "--resume", "--jobs", "2"), False),
 }
 FRESH = ("plan", "plan, improved", "plan check", "plan execute")
+WRITERS = ("plan", "plan execute", "plan check", "plan bench")
+LATE = 0.7  # of a command's duration: about when it begins to write
 SIGNALS = (signal.SIGKILL, signal.SIGTERM, signal.SIGINT, signal.SIGHUP)
 CTRL_C = 3.0  # [s] until a command has ended after Ctrl-C; 1 is promised on an idle machine
 
@@ -76,11 +78,18 @@ def _duration(place: Path, name: str, fresh: bool) -> float:
     return min(found)
 
 
-def killed(shop: Workshop, rng: random.Random, fresh: bool = False) -> Verdict:
+def killed(
+    shop: Workshop,
+    rng: random.Random,
+    names: Sequence[str] = tuple(COMMANDS),
+    since: float = 0.0,
+    fresh: bool = False,
+) -> Verdict:
     """End a command at a moment of its duration, then do it again in the same folder."""
-    name = rng.choice(FRESH if fresh else tuple(COMMANDS))
+    name = rng.choice(names)
     number, whole = rng.choice(SIGNALS), rng.random() < 0.3
-    after = rng.uniform(0.0, _duration(shop.place, name, fresh))
+    whole_time = _duration(shop.place, name, fresh)
+    after = rng.uniform(since * whole_time, whole_time)
     verdict = Verdict(f"{signal.Signals(number).name} {after:.3f} s into {name}")
     folder = place_for(shop, name, "killed")
     if not COMMANDS[name][1] and rng.random() < 0.5 and name != "plan bench":
@@ -119,7 +128,12 @@ def _again(shop: Workshop, verdict: Verdict, name: str, folder: Path) -> None:
 
 def killed_fresh(shop: Workshop, rng: random.Random) -> Verdict:
     """End a command that is an interpreter of its own, which also imports."""
-    return killed(shop, rng, fresh=True)
+    return killed(shop, rng, FRESH, fresh=True)
+
+
+def killed_late(shop: Workshop, rng: random.Random) -> Verdict:
+    """End a command that writes rows or files, in the last part of its duration."""
+    return killed(shop, rng, WRITERS, LATE)
 
 
 JOBS = {
@@ -167,5 +181,6 @@ def orphans(shop: Workshop, rng: random.Random) -> Verdict:
 KINDS = (
     Kind("killed while forked", 500, killed),
     Kind("killed while starting", 200, killed_fresh),
+    Kind("killed late", 200, killed_late),
     Kind("ends of --jobs", 200, orphans),
 )
