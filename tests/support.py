@@ -18,7 +18,6 @@ import pytest
 from numpy.typing import NDArray
 
 import kinolab
-from kinolab.problem import PlanningTask
 from kinolab.trajectory import Trajectory
 from kinolab.verification import Certificate
 from tests.oracles.rolling_disk import Coin, accelerations
@@ -100,7 +99,9 @@ def started(*arguments: str | Path, cwd: Path) -> subprocess.Popen[str]:
     )
 
 
-def problem_of(folder: Path, text: str, *overrides: str, name: str = "table.toml") -> PlanningTask:
+def problem_of(
+    folder: Path, text: str, *overrides: str, name: str = "table.toml"
+) -> kinolab.Problem:
     """Write a scenario into a folder and load it."""
     folder.mkdir(parents=True, exist_ok=True)
     (folder / name).write_text(text, encoding="utf-8")

@@ -1,6 +1,7 @@
 """What happens in less room than lies between two samples is found all the same.
 
-All motions are straight and even, x = v t, so that what must be found is known.
+All motions are straight and even, x = v t, so that what must be found is known. Widths and sizes
+are parameters, so that a machine is compiled once for all of them.
 """
 
 from __future__ import annotations
@@ -8,12 +9,14 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
 import pytest
 import sympy
 
+from kinolab import Problem
 from kinolab.dynamics import (
     Body,
     Force,
@@ -25,6 +28,7 @@ from kinolab.dynamics import (
     angle,
     length,
     move,
+    parameter,
     require,
     rot_z,
 )
@@ -42,10 +46,10 @@ x, a = length("x", -10, 10, speed=3.0), angle("a", -50, 50, speed=9.0)
 
 def bump(width: float) -> sympy.Expr:
     """Return what is 1 at one place and nothing beside it."""
-    return sympy.exp(-(((x - PLACE) / width) ** 2))
+    return sympy.exp(-(((x - PLACE) / parameter("w", width)) ** 2))
 
 
-def lane(folder: Path, machine: System, world: str = "") -> PlanningTask:
+def lane(folder: Path, machine: System, world: str = "") -> Problem:
     """Return a machine that moves from x = 0 to 4 m."""
     (folder / "own.json").write_text(machine_to_json(machine))
     text = (
@@ -91,7 +95,7 @@ def test_a_body_that_does_not_jump_passes(tmp_path: Path) -> None:
 def test_a_requirement_that_is_broken_in_an_instant_is_not_met(
     width: float, room: float, passes: bool, tmp_path: Path
 ) -> None:
-    problem = lane(tmp_path, cart(requirement=room - bump(width)))
+    problem = lane(tmp_path, cart(requirement=parameter("room", room) - bump(width)))
     certificate = verify(problem, even(problem))
     assert failed(certificate) == (set() if passes else {"requirements"})
     if not passes:
@@ -157,7 +161,7 @@ def test_an_axis_that_sweeps_through_a_cone_is_seen(half_angle: float, tmp_path:
 
 @pytest.mark.parametrize("width", [0.1, 1e-3, 1e-5])
 def test_a_body_that_jumps_by_a_sign_does_not_pass_a_wall(width: float, tmp_path: Path) -> None:
-    aside = (sympy.sign(x - PLACE) - sympy.sign(x - PLACE - width)) / 4
+    aside = (sympy.sign(x - PLACE) - sympy.sign(x - PLACE - parameter("w", width))) / 4
     wall = "[[world.obstacle]]\nbox = [6.0, 0.1, 1.0]\nposition = [2.0, 0.5, 0.0]\n"
     problem = lane(tmp_path, cart(aside), wall)
     assert "collision" in failed(verify(problem, even(problem)))
@@ -217,7 +221,7 @@ def smaller(one: sympy.Expr, other: sympy.Expr) -> sympy.Expr:
 
 
 # What is 1 at the place, and at most 0.4 elsewhere or farther from it than a few widths.
-NESTED = {
+NESTED: dict[str, Callable[[sympy.Expr], sympy.Expr]] = {
     "max": notch,
     "min": lambda w: smaller(notch(2 * w), sympy.Max(0, 1 + (x - PLACE) / w)),
     "abs": lambda w: abs(abs(smaller(abs(x - PLACE) / w, 1)) - 1),
@@ -233,14 +237,27 @@ NESTED = {
 }
 
 
+@pytest.fixture(scope="module")
+def nested(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Problem]:
+    """Return lanes by the kind of their requirement, whose width and room are parameters."""
+    narrow, room = parameter("w", 1.0), parameter("room", 1.0)
+
+    @cache
+    def made(kind: str) -> Problem:
+        machine = cart(requirement=room - NESTED[kind](narrow))
+        return lane(tmp_path_factory.mktemp("lane"), machine)
+
+    return made
+
+
 @pytest.mark.parametrize("width", [1e-1, 1e-3, 1e-5, 1e-7, 1e-9])
 @pytest.mark.parametrize("kind", NESTED)
 @pytest.mark.parametrize(("room", "passes"), [(0.5, False), (1.0, True), (1.01, True)])
 def test_a_requirement_of_nested_terms_is_met_or_not(
-    kind: str, width: float, room: float, passes: bool, tmp_path: Path
+    kind: str, width: float, room: float, passes: bool, nested: Callable[[str], Problem]
 ) -> None:
     """It is short by 0.5 at the place, or just met there, whatever its terms are elsewhere."""
-    problem = lane(tmp_path, cart(requirement=room - NESTED[kind](width)))
+    problem = nested(kind).replace(**{"system.parameters": {"w": width, "room": room}})
     certificate = verify(problem, even(problem))
     assert failed(certificate) == (set() if passes else {"requirements"})
 
@@ -253,7 +270,7 @@ def test_large_terms_elsewhere_excuse_nothing_where_they_vanish(
     steep: float, shape: Callable[[sympy.Expr], sympy.Expr], tmp_path: Path
 ) -> None:
     """It is -1 at the place, and very large where the motion begins and ends."""
-    problem = lane(tmp_path, cart(requirement=shape(steep * (x - PLACE)) - 1))
+    problem = lane(tmp_path, cart(requirement=shape(parameter("steep", steep) * (x - PLACE)) - 1))
     assert failed(verify(problem, even(problem))) == {"requirements"}
 
 
@@ -261,7 +278,9 @@ def test_large_terms_elsewhere_excuse_nothing_where_they_vanish(
 def test_a_root_of_what_is_large_elsewhere_has_no_value_where_that_is_negative(
     steep: float, tmp_path: Path
 ) -> None:
-    problem = lane(tmp_path, cart(requirement=sympy.sqrt(steep * abs(x - PLACE) - 1) + 1))
+    problem = lane(
+        tmp_path, cart(requirement=sympy.sqrt(parameter("steep", steep) * abs(x - PLACE) - 1) + 1)
+    )
     assert failed(verify(problem, even(problem))) == {"requirements"}
 
 

@@ -110,7 +110,12 @@ def _content_of_texts(texts: dict[str, str], scenario: Scenario) -> str:
 
 
 def _content(*parts: Any) -> str:
-    return json.dumps([*parts, *map(version, LIBRARIES)], sort_keys=True)
+    return json.dumps([*parts, *_versions()], sort_keys=True)
+
+
+@cache
+def _versions() -> list[str]:
+    return [version(library) for library in LIBRARIES]
 
 
 @cache
