@@ -224,9 +224,18 @@ def test_what_is_printed_without_end_is_not_kept(
 
 
 def test_a_notebook_has_a_time_limit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(grading, "NOTEBOOK_SECONDS", 12.0)
-    forever = "import time\ntime.sleep(600)"
-    report = grade(handed_in(tmp_path / "eve.ipynb", CHECK + 'check("3.3", 2.0)', forever))
+    """It ends when a cell that waits has begun."""
+    there = tmp_path / "there"
+    forever = f"open({str(there)!r}, 'w').close()\nimport time\ntime.sleep(600)"
+    work = handed_in(tmp_path / "eve.ipynb", CHECK + 'check("3.3", 2.0)', forever)
+
+    def end() -> None:
+        while not there.exists():
+            time.sleep(0.05)
+        monkeypatch.setattr(grading, "NOTEBOOK_SECONDS", 0.0)
+
+    threading.Thread(target=end, daemon=True).start()
+    report = grade(work)
     assert report.points == 1
     assert any("what was left has not run" in error for error in report.errors)
 

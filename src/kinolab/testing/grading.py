@@ -11,8 +11,7 @@ import tempfile
 import threading
 import time
 from collections.abc import Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
-from concurrent.futures import TimeoutError as FutureTimeoutError
+from concurrent.futures import ThreadPoolExecutor, wait
 from contextlib import suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -186,30 +185,23 @@ def _execute(client: Any, environment: dict[str, str]) -> None:
 
     async def run() -> None:
         held.append((asyncio.get_running_loop(), asyncio.current_task()))
-        async with asyncio.timeout(NOTEBOOK_SECONDS) as limit:
-            try:
-                await client.async_execute(env=environment)
-            except Exception as error:  # nbclient takes the limit for the end of the process
-                if limit.expired():
-                    raise TimeoutError from error
-                raise
+        await client.async_execute(env=environment)
 
     held: list[tuple[asyncio.AbstractEventLoop, Any]] = []
+    begun = time.monotonic()
     with ThreadPoolExecutor(1) as thread:
         waiting = thread.submit(asyncio.run, run())
         try:
-            while True:
-                with suppress(FutureTimeoutError):
-                    waiting.result(POLL)
-                    return
-                if waiting.done():  # by a limit of its own
-                    waiting.result()
+            while not wait([waiting], POLL).done:
                 if _interrupted.is_set():
                     raise KeyboardInterrupt
-        except KeyboardInterrupt:
+                if time.monotonic() - begun > NOTEBOOK_SECONDS:
+                    raise TimeoutError
+        except (KeyboardInterrupt, TimeoutError):
             for loop, task in held:
                 loop.call_soon_threadsafe(task.cancel)
             raise
+        waiting.result()
 
 
 def _end_all_of(address: str) -> None:
