@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 import subprocess
 import sys
@@ -57,6 +58,7 @@ def test_a_line_that_was_cut_is_left_out_and_overwritten(tmp_path: Path) -> None
         *(json.dumps(row(1, solved=1)), json.dumps(row(1, versions="{")), json.dumps(row(True))),
         *(json.dumps(row(1, host="\ud800")), json.dumps(row(1, improvements=[[1.0]]))),
         *(json.dumps(row(1, status=None)), json.dumps(row(2**63))),
+        *(json.dumps(row(1, search=value)) for value in (math.nan, math.inf)),
     ],
 )
 def test_a_damaged_line_in_the_middle_is_named(tmp_path: Path, damage: str) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -116,7 +117,7 @@ def _is_number(value: object) -> bool:
     """Say whether a column of numbers takes a value exactly."""
     if isinstance(value, int) and not isinstance(value, bool):
         return abs(value) < 2**53
-    return isinstance(value, float)
+    return isinstance(value, float) and math.isfinite(value)
 
 
 def _is_object(text: str) -> bool:
