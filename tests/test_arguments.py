@@ -146,6 +146,7 @@ VALID: dict[str, dict[str, Any]] = {
         "states": [],
         "requirements": [],
         "collisions": [],
+        "unwatched": [],
         "cables": [],
         "velocities": None,
         "coordinates": None,
