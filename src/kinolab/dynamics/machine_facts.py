@@ -173,6 +173,7 @@ class MachineFacts:
     constraints: tuple[ConstraintFacts, ...]
     requirements: tuple[RequirementFacts, ...]
     collisions: tuple[tuple[str, str], ...]
+    unwatched: tuple[tuple[str, str], ...]
     all_rates: bool
     flat: FlatFacts | None
     down: tuple[float, float, float] | None
@@ -240,6 +241,7 @@ def facts_of(system: MechanismParts) -> MachineFacts:
             for r in system.all_requirements
         ),
         collisions=system.collisions,
+        unwatched=system.unwatched,
         all_rates=system.velocities == "all" or bool(system.modes),
         flat=None if system.flat is None else _flat(system, system.flat),
         down=None if system.gravity is None else system.gravity.down,

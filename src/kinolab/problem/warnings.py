@@ -24,7 +24,7 @@ def problem_warnings(problem: PlanningTask) -> tuple[str, ...]:
 
 def _unwatched(problem: PlanningTask) -> Iterator[str]:
     """Yield which bodies may touch each other without being watched, as readers of files know."""
-    pairs = [f"{a} and {b}" for a, b in problem.system.unwatched]
+    pairs = [f"{a} and {b}" for a, b in problem.machine.unwatched]
     if pairs:
         rest = f", and {len(pairs) - MOST_NAMED} further pairs" if len(pairs) > MOST_NAMED else ""
         yield f"These bodies may touch each other unnoticed: {'; '.join(pairs[:MOST_NAMED])}{rest}."
