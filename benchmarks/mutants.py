@@ -55,6 +55,18 @@ EQUIVALENT: dict[tuple[str, str], str] = {
         "remember(s, room if count == first else -math.inf, around, found)",
     ): "either way states near the last one are never taken to be far where they are not: what is"
     " remembered then only saves time",
+    (
+        "dynamics/analysis/consistent_states.py",
+        'options={"ftol": 1e-14, "maxiter": 200},',
+    ): "where SLSQP ends by either, Newton's steps lead on onto the constraints, to rounding",
+    (
+        "show/film/raster/contact.py",
+        "floor = np.maximum(near, np.float32(1e-12))",
+    ): "nothing is drawn nearer than a picometre: both only keep 0 from being divided by",
+    (
+        "show/film/raster/camera.py",
+        "seen = np.where(np.abs(seen) < 1e-12, 0.0, seen)",
+    ): "either is far below a pixel: what counts as 0 is what rounding has left of it",
 }
 
 
