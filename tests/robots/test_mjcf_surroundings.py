@@ -188,3 +188,20 @@ def test_a_goal_behind_a_wall_is_refused(tmp_path: Path) -> None:
     (tmp_path / "far.toml").write_text(text)
     with pytest.raises(EndpointError, match="world wall touches puck"):
         kinolab.load(tmp_path / "far.toml").solve(seed=1, time_limit=1.0)
+
+
+def test_what_stands_may_stand_beyond_the_bounds_of_the_world(tmp_path: Path) -> None:
+    """They hold for what moves; the origin of a table, or of the solid below a ramp, may be out."""
+    ramp = '<geom type="plane" size="2 2 0.1" pos="0 0 -3" zaxis="1 0 2"/>'
+    box = '<geom type="box" size="0.1 1 0.1" pos="1.5 0 0.5"/>'
+    bounds = "[world]\nbounds = { x = [-1, 1], z = [0, 2] }\n"
+    problem = task(tmp_path, ramp + box, bounds)
+    problem.check_endpoints()
+    still = problem.start[None].repeat(2, axis=0)
+    still[1, problem.model.state_names.index("x")] = 1.001
+    assert problem.outside_limits(still).tolist() == [False, True]
+    assert (problem.limit_excess(still).max(axis=1) > 0).tolist() == [False, True]
+    margins = problem.pose_margins(problem.model.frames(still)).min(axis=1)
+    assert (margins < 0).tolist() == [False, True]
+    for planner in ("rrt", "rrt_fast"):
+        assert problem.solve(planner=planner, seed=1, time_limit=20.0, optimize=False).trajectory

@@ -86,6 +86,7 @@ class BodyFacts:
     color: tuple[float, float, float] | None
     whirl: float
     drawn: tuple[DrawnMesh, ...] | None
+    moves: bool
 
 
 @dataclass(frozen=True)
@@ -225,7 +226,8 @@ def facts_of(system: MechanismParts) -> MachineFacts:
         parameters=tuple((p.name, system.parameter_values[p.name]) for p in system.parameters),
         bodies=tuple(
             BodyFacts(
-                b.name, system.resolved_shapes(b), b.touches_ground, b.color, b.whirl, b.drawn
+                *(b.name, system.resolved_shapes(b), b.touches_ground, b.color, b.whirl, b.drawn),
+                moves=b.frame.moves,
             )
             for b in system.bodies
         ),

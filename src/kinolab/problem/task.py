@@ -108,10 +108,16 @@ class PlanningTask:
         """The bodies' shapes with numeric dimensions."""
         return tuple(
             BodyGeometry(
-                body.name, body.shapes, body.touches_ground, body.color, body.whirl, body.drawn
+                *(body.name, body.shapes, body.touches_ground, body.color, body.whirl, body.drawn),
+                body.moves,
             )
             for body in self.machine.bodies
         )
+
+    @cached_property
+    def moving(self) -> NDArray[np.intp]:
+        """Numbers of the bodies that move, for which the world's bounds hold."""
+        return np.flatnonzero([body.moves for body in self.bodies])
 
     @cached_property
     def cables(self) -> tuple[CableGeometry, ...]:
@@ -203,7 +209,7 @@ class PlanningTask:
         if self.world.bounds or self.keep_outs:
             frames = self.model.frames(x)
             for axis, limits in self.world.bounds.items():
-                place = frames[:, :, "xyz".index(axis) * 4 + 3]
+                place = frames[:, self.moving, "xyz".index(axis) * 4 + 3]
                 outside = outside | _outside(place, np.array([limits]))
             for cone in self.keep_outs:
                 outside = outside | ~(cone.angle(frames) >= cone.half_angle - LIMIT_TOLERANCE)
@@ -220,7 +226,7 @@ class PlanningTask:
         if self.world.bounds or self.keep_outs:
             frames = self.model.frames(x)
             for axis, limits in self.world.bounds.items():
-                place = frames[:, :, "xyz".index(axis) * 4 + 3]
+                place = frames[:, self.moving, "xyz".index(axis) * 4 + 3]
                 passed.append(_excess(place, np.array([limits])))
             cones = [cone.half_angle - cone.angle(frames) for cone in self.keep_outs]
             passed += [angle[:, None] for angle in cones]
@@ -240,7 +246,7 @@ class PlanningTask:
             least, most = lower - LIMIT_TOLERANCE, upper + LIMIT_TOLERANCE
             place = frames[:, "xyz".index(axis) * 4 + 3].tolist()
             for body, value in zip(self.bodies, place, strict=True):
-                if not least <= value <= most:
+                if body.moves and not least <= value <= most:
                     yield f"{axis} of {body.name}", value, lower, upper
 
     def pose_margins(self, frames: Array) -> Array:
@@ -252,12 +258,12 @@ class PlanningTask:
             frames: Poses of the bodies, shape (m, bodies, 12).
 
         Returns:
-            Shape (m, margins): distances in [m] of each body from both limits of an axis, axis by
-            axis, then differences of the cosines of each cone.
+            Shape (m, margins): distances in [m] of each body that moves from both limits of an
+            axis, axis by axis, then differences of the cosines of each cone.
         """
         axes = ["xyz".index(axis) * 4 + 3 for axis in self.world.bounds]
         limits = np.array(list(self.world.bounds.values())).reshape(-1, 2, 1)
-        place = frames[:, :, axes].transpose(0, 2, 1)
+        place = frames[:, self.moving][:, :, axes].transpose(0, 2, 1)
         margins = np.stack([place - limits[:, 0], limits[:, 1] - place], axis=2)
         margins = margins.reshape(len(frames), -1)
         if not self.keep_outs:

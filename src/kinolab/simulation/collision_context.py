@@ -50,6 +50,7 @@ class CollisionContext(NamedTuple):
     axis: Integers  # (limits,) x, y, z that the workspace limits, as entries of a pose
     lower: Array  # (limits,) in [m]
     upper: Array  # (limits,)
+    bodies: Integers  # that the workspace limits
     required_clearance: float  # [m] at every check
     max_step: float  # [m] that points may move between two checks, whatever the clearance
     coarse_clearance: float  # [m] above which the grid's bound is not refined
@@ -83,6 +84,7 @@ def collision_context(problem: PlanningTask) -> tuple[CollisionContext, Collisio
         axis=np.array([4 * axis + 3 for axis, *_ in limits], dtype=np.int64),
         lower=np.array([lower for _, lower, _ in limits], dtype=float),
         upper=np.array([upper for *_, upper in limits], dtype=float),
+        bodies=problem.moving.astype(np.int64),
         required_clearance=spacing / 2,
         max_step=max_step,
         coarse_clearance=max(COARSE_CELL_FRACTION * all_around.distance.width, spacing),
@@ -104,7 +106,7 @@ def clearance_bound(wanted, need, scratch, context):  # type: ignore[no-untyped-
     """Bound a placed machine's clearance, workspace included, as ``clearance_within``."""
     best = need
     for k in range(context.axis.shape[0]):
-        for b in range(scratch.poses.shape[0]):
+        for b in context.bodies:
             at = scratch.poses[b, context.axis[k]]
             inside = min(at - context.lower[k], context.upper[k] - at)
             if not inside >= 0.0:  # NaN included

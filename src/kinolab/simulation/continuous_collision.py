@@ -48,6 +48,7 @@ class ContinuousCollisionCheck:
         self._ground = moves_upright(problem, touching=False)
         # A foot may touch the ground but not sink: only fine checks tell the difference.
         self._levels = 1 if moves_upright(problem, touching=True) else MAX_DOUBLINGS
+        self._moving = problem.moving
         self._workspace = [
             ("xyz".index(axis) * 4 + 3, lower, upper)
             for axis, (lower, upper) in problem.world.bounds.items()
@@ -72,7 +73,7 @@ class ContinuousCollisionCheck:
             f"{'xyz'[entry // 4]} of {body.name} leaves the workspace"
             for body, row in zip(self._tight.bodies, calls.poses, strict=True)
             for entry, lower, upper in self._workspace
-            if not lower <= row[entry] <= upper
+            if body.moves and not lower <= row[entry] <= upper
         ]
         touching = self._tight.contacts(calls.poses, calls.ends)
         return outside + [f"{contact.body} – {contact.obstacle}" for contact in touching]
@@ -105,7 +106,7 @@ class ContinuousCollisionCheck:
         """Check obstacles, and the workspace with a margin in [m], at the state reached."""
         calls = self._calls
         calls.frames()
-        for row in calls.poses.tolist() if self._workspace else ():
+        for row in calls.poses[self._moving].tolist() if self._workspace else ():
             for entry, lower, upper in self._workspace:
                 if not lower + margin <= row[entry] <= upper - margin:
                     return False

@@ -50,7 +50,8 @@ class BodyGeometry:
     """What the world sees of one body; shapes have numeric dimensions.
 
     A body that ``touches_ground`` rests on it (a wheel, a foot) and may only not sink into it. One
-    that whirls is drawn turning about its z axis, at so many [rad/s] of film.
+    that whirls is drawn turning about its z axis, at so many [rad/s] of film. The bounds of a world
+    hold for those that move.
     """
 
     name: str
@@ -59,6 +60,7 @@ class BodyGeometry:
     color: tuple[float, float, float] | None = None  # red, green, blue in [0, 1]
     whirl: float = 0.0
     drawn: tuple[DrawnMesh, ...] | None = None  # instead of the shapes
+    moves: bool = True
 
 
 def sizes(shape: Shape) -> tuple[ShapeKind, Array]:

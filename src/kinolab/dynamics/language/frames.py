@@ -81,6 +81,16 @@ class Frame:
         return _frame(other) @ self
 
     @property
+    def moves(self) -> bool:
+        """Whether the pose depends on a coordinate."""
+        entries = [
+            entry
+            for motion in self.motions
+            for entry in (motion.by if isinstance(motion, Translation) else _turn_of(motion))
+        ]
+        return any(exact(entry).atoms(Coordinate, QuaternionEntry) for entry in entries)
+
+    @property
     def x(self) -> Axis:
         """The frame's x axis."""
         return Axis(self, "x")
@@ -94,6 +104,10 @@ class Frame:
     def z(self) -> Axis:
         """The frame's z axis."""
         return Axis(self, "z")
+
+
+def _turn_of(motion: Rotation | Orientation) -> Sequence[sympy.Expr]:
+    return (motion.angle,) if isinstance(motion, Rotation) else motion.attitude.quaternion
 
 
 def _frame(factor: object) -> Frame:
