@@ -59,6 +59,9 @@ def touches(problem: PlanningTask, x: float, z: float) -> bool:
         ('pos="0 0 2" zaxis="0 0 -1"', (0, 0, 2), (0, 0, -1)),  # a ceiling
         ('pos="0 0 -1" zaxis="-1 0 2"', (0, 0, -1), (-1 / 5**0.5, 0, 2 / 5**0.5)),  # a ramp
         ('pos="0.9 0 0" zaxis="-3 4 0"', (0.9, 0, 0), (-0.6, 0.8, 0)),
+        ('pos="1 0 0" euler="0 -1.5707963267948966 0"', (1, 0, 0), (-1, 0, 0)),
+        ('pos="1 5e3 -4e7" zaxis="-1 0 0"', (1, 0, 0), (-1, 0, 0)),  # it has no end
+        ('pos="-6e9 0 -0.4"', (0, 0, -0.4), (0, 0, 1)),
     ],
 )
 def test_a_plane_stops_a_ball_where_it_touches_it(
@@ -172,6 +175,15 @@ def test_the_ground_is_the_scenario_s_and_walls_stand_on_it(tmp_path: Path) -> N
     assert touches(with_ground, 0.0, -0.4 - NEAR)
     assert not touches(with_ground, 0.9 - NEAR, 0.0)
     assert touches(with_ground, 0.9 + NEAR, 0.0)
+
+
+def test_a_plane_has_no_end_where_a_robot_goes_far(tmp_path: Path) -> None:
+    """Kilometres behind a wall, and along a floor."""
+    wall = '<geom type="plane" pos="1 0 0" zaxis="-1 0 0" size="1 1 1"/>'
+    assert touches(task(tmp_path, wall), 5e3, 0.0)
+    floor = task(tmp_path, '<geom type="plane" pos="0 0 0.1" size="1 1 1"/>')
+    assert not touches(floor, -5e3, NEAR - 0.3)
+    assert touches(floor, -5e3, -NEAR - 0.3)
 
 
 def test_planes_that_do_not_collide_are_pictures(tmp_path: Path) -> None:

@@ -56,7 +56,9 @@ from kinolab.world.shape_surfaces import Faces
 
 WORLD_BODY = 0
 CLOSING = ("connect", "weld")  # equality constraints that close loops
-DEEP = 2000.0  # [m], edges of the cube that stands for the half-space behind a plane
+# [m], edges of the cube that stands for the half-space behind a plane, which has no end: in its
+# middle a surface is where it should be but for rounding, 1e-10 m
+DEEP = 2e6
 LEVEL = 1e-9  # of a plane's normal, and of its height in [m]: less is rounding
 
 
@@ -349,15 +351,15 @@ class _ModelReader:
             return []
         model = self._model
         turn = self._placed.geom_xmat[g].reshape(3, 3)
-        centre = np.array([0.0, 0.0, -DEEP / 2])
+        centre = -turn.T @ self._placed.geom_xpos[g]  # the world's origin, wherever its own lies
+        centre[2] = -DEEP / 2
         grounded = any(
             self._collides(one) and self._is_ground(one)
             for one in range(model.ngeom)
             if int(model.geom_type[one]) == int(self._mujoco.mjtGeom.mjGEOM_PLANE)
         )
         if grounded and abs(turn[2, 2]) < LEVEL:  # a wall stands on the ground
-            up = DEEP / 2 - float(self._placed.geom_xpos[g, 2])
-            centre += up * turn[2]
+            centre += DEEP / 2 * turn[2]
         return [PlacedShape(Box(DEEP, DEEP, DEEP), pose_of(centre, np.eye(3)))]
 
     def _is_ground(self, plane: int) -> bool:
