@@ -68,6 +68,16 @@ def test_a_joint_that_only_rounding_resists_is_refused(name: str, tmp_path: Path
 # Machines with an inertia about the joint's axis that is known by hand, in [kg m^2].
 RESISTED = {
     "a small wheel": (2.5e-13, (link("a", 1e-6, 2.5e-13), joint("base", "a", "0 0 1"))),
+    "a frame on a small wheel": (  # of no mass, as robots have them at their tools
+        2.5e-13,
+        (
+            link("a", 1e-6, 2.5e-13),
+            joint("base", "a", "0 0 1"),
+            '<link name="tool"/>',
+            joint("a", "tool", "0 0 1", type="fixed", at="0 0.005 0"),
+        ),
+    ),
+    "a mote": (1e-15, (link("a", 1e-9, 1e-15), joint("base", "a", "0 0 1"))),
     "a wire of a metre": (
         1e-3 * 1e-4**2 / 2,  # [kg m^2] of 0.2 mm
         (link("a", 1e-3, 1e-3 * 1e-4**2 / 2, box="0.0002 0.0002 1"), joint("base", "a", "0 0 1")),

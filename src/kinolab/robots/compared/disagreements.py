@@ -151,7 +151,8 @@ class _Comparison:
         engine: AbstractSecondEngine,
         neglected: float,
     ) -> None:
-        self._own, self._joints, self._theirs, self._neglected = own, joints, engine, neglected
+        self._own, self._joints, self._theirs = own, joints, engine
+        self._neglected = neglected + engine.neglected
         size = max((rates.stop for rates in engine.rates.values()), default=0)
         self._S = np.zeros((size, len(own.rates)))
         self._joint_of: dict[int, str] = {}  # by the machine's velocity

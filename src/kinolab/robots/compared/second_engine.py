@@ -34,9 +34,11 @@ class AbstractSecondEngine(ABC):
     Attributes:
         name: What it is called.
         rates: Which entries of all nv rates each joint has that can move, by its name.
+        neglected: Moments of inertia in the file that it may lack, in all, in [kg m^2].
     """
 
     name: str
+    neglected: float = 0.0
     rates: Mapping[str, slice]
 
     @abstractmethod

@@ -11,19 +11,21 @@ from collections.abc import Iterator
 from importlib import import_module
 from typing import Any
 
+import numpy as np
+
 from kinolab.robots.compared.mujoco_engine import MujocoEngine, quiet
 from kinolab.robots.compared.pinocchio_engine import PinocchioEngine
 from kinolab.robots.compared.second_engine import AbstractSecondEngine
 
 BASE = "base"  # the joint of a root that moves freely
 GROUND = "world"  # as MuJoCo calls it
-# [kg] and [kg m^2] of what has none: the least that MuJoCo takes, rounding beside a robot
-LEAST = "2e-15"
+# [kg] and [kg m^2] of what has none: the least that MuJoCo takes, which is none again afterwards
+LEAST = 2e-15
 READING = {
     "fusestatic": "false",
     "inertiafromgeom": "false",
-    "boundmass": LEAST,
-    "boundinertia": LEAST,
+    "boundmass": str(LEAST),
+    "boundinertia": str(LEAST),
 }
 
 
@@ -91,4 +93,8 @@ def _in_mujoco(xml: Any, document: Any, *, floating: bool) -> MujocoEngine | Non
             return None
     joints = range(model.njnt)
     names = [mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_JOINT, k) for k in joints]
-    return MujocoEngine(mujoco, model, names)
+    least, massless = model.body_inertia <= LEAST, model.body_mass <= LEAST
+    model.body_inertia[least], model.body_mass[massless] = 0.0, 0.0
+    engine = MujocoEngine(mujoco, model, names)
+    engine.neglected = LEAST * np.count_nonzero(least[~massless])  # such as a point's, or a mote's
+    return engine
