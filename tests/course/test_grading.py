@@ -194,6 +194,34 @@ def test_a_notebook_cannot_give_itself_marks(code: str, tmp_path: Path) -> None:
     assert [(mark.points, mark.of) for mark in report.marks] == [(0, 2), (0, 3), (0, 1)]
 
 
+def test_a_notebook_that_breaks_the_protocol_is_graded_up_to_there(tmp_path: Path) -> None:
+    """What its process says to Jupyter has no header then; a class is graded on."""
+    forged = "import json\njson.dumps = lambda *_, **__: '{}'\njson.loads = lambda *_, **__: {}\n"
+    work = handed_in(tmp_path / "eve.ipynb", CHECK + 'check("3.3", 2.0)', forged, "2 + 2")
+    report = grade(work)
+    assert report.points == 1
+    assert any("sends what is no message" in error for error in report.errors)
+
+
+def test_a_notebook_that_removes_the_way_to_its_grader_is_graded_up_to_there(
+    tmp_path: Path,
+) -> None:
+    removed = "import os, shutil\nshutil.rmtree(os.path.dirname(os.environ['KINOLAB_GRADES']))"
+    later = 'check("3.1", lambda *q: (0.0, 0.0))'
+    report = grade(handed_in(tmp_path / "eve.ipynb", CHECK + 'check("3.3", 2.0)', removed, later))
+    assert report.points == 1
+    assert "Cell 3 fails: FileNotFoundError" in report.errors[-1]
+
+
+def test_a_notebook_writes_nothing_to_the_terminal(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """Escapes neither: not past Jupyter, and not by what it starts."""
+    written = "import os\nos.write(1, b'\\x1b[2J')\nos.write(2, b'E')\nos.system('echo mine')"
+    grade(handed_in(tmp_path / "eve.ipynb", CHECK + 'check("3.3", 2.0)', written))
+    assert capfd.readouterr() == ("", "")
+
+
 def test_what_a_notebook_has_started_is_ended(tmp_path: Path) -> None:
     """Also what is in a session of its own."""
     start = """

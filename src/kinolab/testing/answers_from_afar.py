@@ -144,22 +144,26 @@ def judging(judge: Callable[[str, Any], dict[str, Any]]) -> Iterator[str]:
     Yields:
         The address, for processes of this computer's user.
     """
-    with TemporaryDirectory(prefix="kinolab-") as folder:
+    # what a notebook has removed of it is not missed
+    with TemporaryDirectory(prefix="kinolab-", ignore_cleanup_errors=True) as folder:
         address = str(Path(folder, "answers"))
-        with Listener(address, "AF_UNIX") as listener:
-            ended = threading.Event()
+        listener, ended = Listener(address, "AF_UNIX"), threading.Event()
 
-            def judge_all() -> None:
-                while not ended.is_set():
-                    with suppress(OSError, EOFError), listener.accept() as connection:
-                        if not ended.is_set():
-                            judge_one(connection, judge)
+        def judge_all() -> None:
+            while not ended.is_set():
+                with suppress(OSError, EOFError), listener.accept() as connection:
+                    if not ended.is_set():
+                        judge_one(connection, judge)
 
-            threading.Thread(target=judge_all, daemon=True).start()
+        threading.Thread(target=judge_all, daemon=True).start()
+        try:
             yield address
+        finally:
             ended.set()
             with suppress(OSError):
                 Client(address, "AF_UNIX").close()  # accept() waits for somebody
+            with suppress(OSError):
+                listener.close()
 
 
 def judge_one(connection: Connection, judge: Callable[[str, Any], dict[str, Any]]) -> None:

@@ -168,6 +168,10 @@ def _notebook(path: Path) -> Report:
             errors.append(f"It took more than {NOTEBOOK_SECONDS} s; what was left has not run.")
         except DeadKernelError:
             errors.append("Its process ended before the last cell.")
+        except Exception as error:  # of Jupyter, about whatever the notebook's process sends
+            if not client.started:
+                raise
+            errors.append(f"Its process sends what is no message ({type(error).__name__}).")
         finally:
             _end_all_of(address)
     if client.printed > MOST_OUTPUT:

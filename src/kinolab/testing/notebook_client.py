@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import subprocess
 from typing import Any
 
 import zmq
@@ -14,10 +15,12 @@ class ThriftyClient(NotebookClient):
     Attributes:
         most: Largest size of all outputs, and of one message, in bytes.
         printed: Size of all outputs so far, in bytes.
+        started: Whether the notebook's process has answered.
     """
 
     most = 0
     printed = 0
+    started = False
 
     async def async_start_new_kernel_client(self) -> Any:
         """Start a client that hangs up on messages which are too large."""
@@ -30,7 +33,14 @@ class ThriftyClient(NotebookClient):
             return made
 
         manager.client = client
-        return await super().async_start_new_kernel_client()
+        ready = await super().async_start_new_kernel_client()
+        self.started = True
+        return ready
+
+    async def async_start_new_kernel(self, **options: Any) -> None:
+        """Start a process that writes nothing to this one's terminal."""
+        nowhere = dict.fromkeys(("stdout", "stderr"), subprocess.DEVNULL)
+        await super().async_start_new_kernel(**options, **nowhere)
 
     def output(self, outs: Any, msg: Any, display_id: Any, cell_index: int) -> Any:
         """Add an output to those of a cell, unless there have been enough."""
