@@ -222,6 +222,29 @@ def test_actuators_that_are_no_motors_are_refused(tmp_path: Path, actuator: str,
     refused(written(tmp_path, after=f"<actuator>{actuator}</actuator>"), "actuator a ", why)
 
 
+PID = """<extension><plugin plugin="mujoco.pid"><instance name="p"><config key="kp" value="4"/>
+  </instance></plugin></extension>"""
+TORUS = """<extension><plugin plugin="mujoco.sdf.torus"><instance name="t"/></plugin></extension>
+  <asset><mesh name="m"><plugin instance="t"/></mesh></asset>"""
+
+
+def test_plugins_are_refused(tmp_path: Path) -> None:
+    """MuJoCo's own PID controller, and a torus by its distance."""
+    after = f'<actuator><plugin name="a" joint="hip" instance="p" {LIMITS}/></actuator>'
+    refused(written(tmp_path, extra=PID, after=after), "actuator a has plugin", "code of its own")
+    world = '<geom name="ring" type="sdf" mesh="m"><plugin instance="t"/></geom>'
+    refused(written(tmp_path, extra=TORUS, world=world), "geom ring has plugin", "code of its own")
+
+
+def test_what_stands_is_refused_once(tmp_path: Path) -> None:
+    field = 'nrow="2" ncol="2" size="1 1 0.1 0.1" elevation="0 1 0 0"'
+    extra = f'<asset><hfield name="h" {field}/></asset>'
+    file = written(tmp_path, extra=extra, world='<geom name="hill" type="hfield" hfield="h"/>')
+    with pytest.raises(InputError, match="geom hill has the type hfield") as caught:
+        read_mjcf(file)
+    assert len(caught.value.mistakes) == 1
+
+
 BALL = '<body pos="0 0 3"><joint name="socket" type="ball" {}/><geom size="0.05"/></body>'
 FREE = '<body pos="0 0 3"><joint name="socket" type="free" {}/><geom size="0.05"/></body>'
 

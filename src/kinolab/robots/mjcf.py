@@ -164,7 +164,9 @@ class _ModelReader:
         return names_of(self._mujoco, self._model, kind, count, word)
 
     def _cannot(self, what: str, remedy: str = "") -> None:
-        self.left_out.append(Mistake(self._path.name, what, remedy))
+        mistake = Mistake(self._path.name, what, remedy)
+        if mistake not in self.left_out:  # what stands is looked at twice
+            self.left_out.append(mistake)
 
     def tree(self) -> KinematicTree:
         """Return the model as a tree of links and joints."""

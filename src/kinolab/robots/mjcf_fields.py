@@ -107,6 +107,9 @@ REASONS = {
     "geom_surfacevel": "moves what touches, and contacts do not push",
     "actuator_history": "delays an input, whose past would be a state",
     "actuator_delay": "delays an input, whose past would be a state",
+    "actuator_plugin": "is code of its own, of which no equations are derived",
+    "body_plugin": "is code of its own, of which no equations are derived",
+    "geom_plugin": "is code of its own, of which no equations are derived",
 }
 NONE = -1  # of an address or number: there is none
 NEUTRAL = {"body_plugin": NONE, "geom_plugin": NONE, "actuator_plugin": NONE}
