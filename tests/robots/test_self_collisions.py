@@ -65,6 +65,27 @@ def test_arms_that_cannot_reach_each_other_are_not(
     assert (("a", "b") in read_urdf(path).collisions) is meet
 
 
+@pytest.mark.parametrize(("at", "meet"), [(-0.4, True), (0.4, False)])
+def test_what_is_locked_is_no_part_of_what_it_hangs_from(
+    at: float, meet: bool, tmp_path: Path
+) -> None:
+    """Faces 2.9 m apart, and 0.4 m less or more; the other one runs for 2.6 m, from the base."""
+    found = read_urdf(sliders(tmp_path, -2.6, 2.6), locked={"to_b": at}).collisions
+    assert [{*pair} for pair in found] == [{"a", "b"}] * meet
+
+
+@pytest.mark.parametrize("locked", ["to_a", "to_b"])
+def test_neighbours_of_a_locked_joint_stay_neighbours(locked: str, tmp_path: Path) -> None:
+    """A chain of three boxes, of which the ends may meet where the last one folds back."""
+    path = tmp_path / "chain.urdf"
+    path.write_text(
+        '<robot name="chain">' + link("base") + link("a") + link("b", "0 0 0.3")
+        + joint("base", "a", "0 0 0.2", "revolute", -3.0, 3.0)
+        + joint("a", "b", "0 0 0.2", "revolute", -3.0, 3.0) + "</robot>"
+    )  # fmt: skip
+    assert read_urdf(path, locked={locked: 0.5}).collisions == (("base", "b"),)
+
+
 def test_an_srdf_says_which_may_touch(tmp_path: Path) -> None:
     path = sliders(tmp_path, -3.0, 3.0)
     assert ("a", "b") in read_urdf(path).collisions
@@ -75,8 +96,11 @@ def test_an_srdf_says_which_may_touch(tmp_path: Path) -> None:
 
 
 @needs("mujoco")
+@pytest.mark.parametrize("locked", [{}, {"Bx": 0.0, "By": 0.0}])
 @pytest.mark.parametrize("apart", [0.3, 3.0, 300.0])
-def test_two_robots_of_one_file_are_watched(apart: float, tmp_path: Path) -> None:
+def test_two_robots_of_one_file_are_watched(
+    apart: float, locked: dict[str, float], tmp_path: Path
+) -> None:
     """However far: their joints have no limits. At 0.3 m they touch where they rest."""
     bodies = "".join(
         f'<body name="{name}" pos="{x} 0 0"><joint name="{name}x" type="slide" axis="1 0 0"/>'
@@ -85,7 +109,8 @@ def test_two_robots_of_one_file_are_watched(apart: float, tmp_path: Path) -> Non
         for name, x in (("A", 0), ("B", apart))
     )
     (tmp_path / "two.xml").write_text(f"<mujoco><worldbody>{bodies}</worldbody></mujoco>")
-    assert read_mjcf(tmp_path / "two.xml").collisions == (("A", "B"),)
+    (pair,) = read_mjcf(tmp_path / "two.xml", locked=locked).collisions
+    assert {*pair} == {"A", "B"}
 
 
 def told(folder: Path, extra: str = "") -> list[str]:

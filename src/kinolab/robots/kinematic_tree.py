@@ -127,6 +127,7 @@ class Joint:
         stiffness, rest: Of a spring, in [N m/rad] or [N/m], and where that is at rest.
         higher_damping: Coefficients of v |v|, v^3, …, in SI units.
         higher_stiffness: Coefficients of x^2, x^3, …, where x = 0 is at rest, in SI units.
+        held: Whether it is fixed only because it is locked, or has no room between its limits.
     """
 
     name: str
@@ -148,6 +149,7 @@ class Joint:
     rest: float = 0.0
     higher_damping: tuple[float, ...] = ()
     higher_stiffness: tuple[float, ...] = ()
+    held: bool = False
 
 
 @dataclass(frozen=True)

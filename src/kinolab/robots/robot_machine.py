@@ -525,7 +525,7 @@ def _fixed_at(joint: Joint, held: Mapping[str, float]) -> Joint:
     if joint.name not in held:
         return joint
     pose = joint.pose @ moved_to(joint, held[joint.name])
-    return replace(joint, kind="fixed", pose=pose, mimics=None)
+    return replace(joint, kind="fixed", pose=pose, mimics=None, held=True)
 
 
 def _locked_at(

@@ -131,19 +131,19 @@ def _free(tree: KinematicTree) -> set[str]:
 
 def _candidates(tree: KinematicTree, shapes: Sequence[NamedShape]) -> Iterator[tuple[int, int]]:
     """Yield the pairs of shapes that are neither fixed to each other nor neighbours."""
-    part = _parts(tree)
+    rigid, part = _parts(tree), _parts(tree, apart=True)
     joined = {
         frozenset((part[joint.parent], part[joint.child]))
         for joint in tree.joints
-        if joint.kind != "fixed"
+        if joint.kind != "fixed" or joint.held
     }
     joined |= {frozenset((part[loop.first], part[loop.second])) for loop in tree.closures}
     standing = _stands(tree)
     for i, j in combinations(range(len(shapes)), 2):
-        a, b = part[shapes[i].link], part[shapes[j].link]
-        if standing & {shapes[i].link, shapes[j].link}:
+        a, b = shapes[i].link, shapes[j].link
+        if standing & {a, b}:
             continue
-        if a != b and frozenset((a, b)) not in joined:
+        if rigid[a] != rigid[b] and frozenset((part[a], part[b])) not in joined:
             yield i, j
 
 
@@ -198,12 +198,17 @@ def _robots(tree: KinematicTree) -> Mapping[str, str]:
     return {name: "" if top == root.name else top for name, top in found.items()}
 
 
-def _parts(tree: KinematicTree) -> Mapping[str, str]:
-    """Return of every link the first one of those that it is fixed to; empty links are passed."""
+def _parts(tree: KinematicTree, *, apart: bool = False) -> Mapping[str, str]:
+    """Return of every link the first one of those that it is fixed to; empty links are passed.
+
+    Joints that are held fix links to each other, or keep them ``apart`` as if they moved: so that
+    what hangs from both sides of one is no neighbour of the other side.
+    """
     empty = {link.name for link in tree.links if not link.solids and link.inertial is None}
     part = {tree.root.name: tree.root.name}
     for joint in from_the_root(tree):
-        passed = joint.kind == "fixed" or (joint.parent in empty and joint.parent != tree.root.name)
+        fixed = joint.kind == "fixed" and not (apart and joint.held)
+        passed = fixed or (joint.parent in empty and joint.parent != tree.root.name)
         part[joint.child] = part[joint.parent] if passed else joint.child
     return part
 
