@@ -74,6 +74,15 @@ def test_what_is_locked_is_no_part_of_what_it_hangs_from(
     assert [{*pair} for pair in found] == [{"a", "b"}] * meet
 
 
+@pytest.mark.parametrize("x", [2.0, 2.8])
+def test_a_post_on_a_base_is_no_neighbour_of_what_moves_there(x: float, tmp_path: Path) -> None:
+    """A box of 0.1 m runs for 2.6 m towards a post of 0.1 m."""
+    path = sliders(tmp_path, -2.6, 2.6)
+    text = path.read_text().replace('xyz="3 0 0"', f'xyz="{x} 0 0"')
+    path.write_text(text.replace('"to_b" type="prismatic"', '"to_b" type="fixed"'))
+    assert [{*pair} for pair in read_urdf(path).collisions] == [{"a", "b"}] * (x < 2.7)
+
+
 @pytest.mark.parametrize("locked", ["to_a", "to_b"])
 def test_neighbours_of_a_locked_joint_stay_neighbours(locked: str, tmp_path: Path) -> None:
     """A chain of three boxes, of which the ends may meet where the last one folds back."""

@@ -7,7 +7,7 @@ touch, or whose solids touch where it rests: it could not begin. What is not wat
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import combinations, product
 from typing import NamedTuple, TypeAlias
@@ -131,11 +131,13 @@ def _free(tree: KinematicTree) -> set[str]:
 
 def _candidates(tree: KinematicTree, shapes: Sequence[NamedShape]) -> Iterator[tuple[int, int]]:
     """Yield the pairs of shapes that are neither fixed to each other nor neighbours."""
-    rigid, part = _parts(tree), _parts(tree, apart=True)
+    rigid, root = _parts(tree), tree.root.name
+    apart = {one.name for one in tree.joints if one.held or rigid[one.child] == root}
+    part = _parts(tree, apart)
     joined = {
         frozenset((part[joint.parent], part[joint.child]))
         for joint in tree.joints
-        if joint.kind != "fixed" or joint.held
+        if joint.kind != "fixed" or joint.name in apart
     }
     joined |= {frozenset((part[loop.first], part[loop.second])) for loop in tree.closures}
     standing = _stands(tree)
@@ -198,16 +200,17 @@ def _robots(tree: KinematicTree) -> Mapping[str, str]:
     return {name: "" if top == root.name else top for name, top in found.items()}
 
 
-def _parts(tree: KinematicTree, *, apart: bool = False) -> Mapping[str, str]:
+def _parts(tree: KinematicTree, apart: Collection[str] = ()) -> Mapping[str, str]:
     """Return of every link the first one of those that it is fixed to; empty links are passed.
 
-    Joints that are held fix links to each other, or keep them ``apart`` as if they moved: so that
-    what hangs from both sides of one is no neighbour of the other side.
+    Joints that are named keep links ``apart`` as if they moved. By those that are locked, or fixed
+    to the root, what hangs from one side is no neighbour of the other side, as a post on a base is
+    none of an arm beside it.
     """
     empty = {link.name for link in tree.links if not link.solids and link.inertial is None}
     part = {tree.root.name: tree.root.name}
     for joint in from_the_root(tree):
-        fixed = joint.kind == "fixed" and not (apart and joint.held)
+        fixed = joint.kind == "fixed" and joint.name not in apart
         passed = fixed or (joint.parent in empty and joint.parent != tree.root.name)
         part[joint.child] = part[joint.parent] if passed else joint.child
     return part
