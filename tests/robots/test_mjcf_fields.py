@@ -228,10 +228,13 @@ TORUS = """<extension><plugin plugin="mujoco.sdf.torus"><instance name="t"/></pl
   <asset><mesh name="m"><plugin instance="t"/></mesh></asset>"""
 
 
-def test_plugins_are_refused(tmp_path: Path) -> None:
-    """MuJoCo's own PID controller, and a torus by its distance."""
+def test_a_controller_that_is_a_plugin_is_refused(tmp_path: Path) -> None:
     after = f'<actuator><plugin name="a" joint="hip" instance="p" {LIMITS}/></actuator>'
     refused(written(tmp_path, extra=PID, after=after), "actuator a has plugin", "code of its own")
+
+
+def test_a_shape_that_is_a_plugin_is_refused(tmp_path: Path) -> None:
+    """A torus, by the distance from it."""
     world = '<geom name="ring" type="sdf" mesh="m"><plugin instance="t"/></geom>'
     refused(written(tmp_path, extra=TORUS, world=world), "geom ring has plugin", "code of its own")
 
@@ -340,6 +343,12 @@ def test_actuators_of_tendons_that_are_no_motors_are_refused(
         ({"world": '<body name="hand" mocap="true"/>',
           "after": '<equality><weld name="grip" body1="hand" body2="shin"/></equality>'},
          ("equality constraint grip", "hand", "mocap")),
+        ({"world": '<body name="hand" mocap="true"><body name="palm"/></body>',
+          "after": '<equality><connect name="pin" body1="palm" body2="shin" anchor="0 0 0"/>'
+          "</equality>"},
+         ("equality constraint pin", "palm", "mocap")),
+        ({"world": '<flexcomp name="rope" type="grid" count="4 1 1" spacing="1 1 1" dim="1"/>'},
+         ("flex rope",)),
         ({"world": '<flexcomp name="cloth" type="grid" count="3 3 1" spacing="0.1 0.1 0.1"/>'},
          ("flex cloth",)),
         ({"after": '<equality><joint joint1="knee" joint2="hip"/><joint joint1="knee" joint2="hip" '

@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterator
 from contextlib import suppress
 from importlib import import_module
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -16,11 +17,13 @@ import pytest
 from kinolab.errors import InputError
 from kinolab.studies import dask_engine
 from kinolab.studies.dask_engine import DaskEngine
+from kinolab.studies.problem_files import ProblemFiles
 from kinolab.studies.run_study import StudyFolder, differing
 from tests.studies.tiny_study import LIMITED, SWINGS, kept, rows_made, study_in
 
 pytest.importorskip("distributed")
 psutil = pytest.importorskip("psutil")
+files_plugin: Any = pytest.importorskip("kinolab.studies.files_plugin")
 pytestmark = pytest.mark.filterwarnings(  # distributed's own, as it leaves
     "ignore::ResourceWarning", "ignore::pytest.PytestUnraisableExceptionWarning"
 )
@@ -83,6 +86,20 @@ def test_a_scheduler_that_does_not_answer_is_told(monkeypatch: pytest.MonkeyPatc
         told = refused(address)
     assert told.startswith(f"--dask: no scheduler answers at {address} (")
     assert told.endswith("starts one, `dask worker ADDRESS` its workers; or local:8.")
+
+
+@pytest.mark.parametrize("forged", ["scenario.toml", "assets/machine.json", "assets/evil.py"])
+def test_a_worker_replaces_what_its_folder_has_under_a_hash(forged: str, tmp_path: Path) -> None:
+    files = ProblemFiles({"scenario.toml": b"schema = 1\n", "assets/machine.json": b"{}"})
+    worker: Any = SimpleNamespace(local_directory=str(tmp_path))
+    folder = files_plugin.files_root(worker) / files.key
+    (folder / "assets").mkdir(parents=True)
+    for name, content in {**files.files, forged: b"import os"}.items():
+        (folder / name).write_bytes(content)
+    files_plugin.FilesPlugin((files,)).setup(worker)
+    there = [path for path in folder.rglob("*") if path.is_file()]
+    found = {path.relative_to(folder).as_posix(): path.read_bytes() for path in there}
+    assert found == files.files
 
 
 def test_a_cluster_makes_the_rows_of_processes_here(tmp_path: Path) -> None:

@@ -20,10 +20,14 @@ def test_a_mode_that_loses_its_light_feet_is_told(ratio: float, holds: bool) -> 
         assert check.holds == holds, str(check)
 
 
-def test_a_constraint_that_a_motion_leaves_is_told_with_when_and_by_how_much() -> None:
+@pytest.mark.parametrize("name", ["f_l", "f_r", "a_l"])
+@pytest.mark.parametrize("off", [1e-4, -1e-6])
+def test_a_constraint_that_a_motion_leaves_is_told_with_when_and_by_how_much(
+    name: str, off: float
+) -> None:
     problem, motion = rows("five_bar_table")
     assert drifting_constraints(problem, motion) == ()
-    motion.x[2, problem.model.state_names.index("f_l")] += 1e-4
+    motion.x[2, problem.model.state_names.index(name)] += off
     told = drifting_constraints(problem, motion)
     assert told
     assert all(f"at t = {motion.t[2]:.6g} s, more than the 1e-09" in sentence for sentence in told)
