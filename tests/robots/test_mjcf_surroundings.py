@@ -217,3 +217,23 @@ def test_what_stands_may_stand_beyond_the_bounds_of_the_world(tmp_path: Path) ->
     assert (margins < 0).tolist() == [False, True]
     for planner in ("rrt", "rrt_fast"):
         assert problem.solve(planner=planner, seed=1, time_limit=20.0, optimize=False).trajectory
+
+
+def test_planes_are_drawn_and_the_path_is_that_of_what_moves(tmp_path: Path) -> None:
+    """A patch as large as the file has it, or the model is; the ground is the scenario's."""
+    walls = '<geom name="a" type="plane" size="2 1 0.1" pos="0 0 3" zaxis="0 0 -1"/>'
+    endless = '<geom name="b" type="plane" size="0 0 0.1" pos="9 0 0" zaxis="-1 0 0"/>'
+    problem = task(tmp_path, GROUND + walls + endless)
+    assert problem.bodies[problem.leading].name == "puck"
+    drawn = {body.name: body.drawn for body in problem.bodies if body.drawn}
+    sizes = {name: np.ptp(parts[0].vertices, axis=0) for name, parts in drawn.items()}
+    np.testing.assert_allclose(sizes["world a"], [4, 2, 0], atol=1e-6)
+    extent = read_mjcf_extent(tmp_path / "puck.xml")
+    np.testing.assert_allclose(np.sort(sizes["world b"]), [0, 2 * extent, 2 * extent], atol=1e-6)
+
+
+def read_mjcf_extent(file: Path) -> float:
+    """How large MuJoCo says a model is, in [m]."""
+    import mujoco
+
+    return float(mujoco.MjModel.from_xml_path(str(file)).stat.extent)

@@ -120,6 +120,13 @@ class PlanningTask:
         return np.flatnonzero([body.moves for body in self.bodies])
 
     @cached_property
+    def leading(self) -> int:
+        """The number of the body whose path stands for the machine's: the first seen that moves."""
+        moving = self.moving.tolist()
+        seen = [k for k in moving if self.bodies[k].shapes or self.bodies[k].drawn]
+        return next(iter((*seen, *moving)), 0)
+
+    @cached_property
     def cables(self) -> tuple[CableGeometry, ...]:
         """The cables with numeric dimensions."""
         return tuple(

@@ -309,13 +309,14 @@ class _ModelReader:
             above = int(model.body_parentid[above])
         if above != WORLD_BODY:
             return []
-        plane, drawn = int(self._mujoco.mjtGeom.mjGEOM_PLANE), any(self._visible(body))
+        drawn = any(self._visible(body))
         return [
             Link(
                 f"{self._bodies[body]} {self._geom_names[g]}{f' {k + 1}' if k else ''}",
                 solids=(solid,),
+                visible=tuple(self._patch(g)),
                 stands=True,
-                hidden=drawn or int(model.geom_type[g]) == plane,
+                hidden=drawn,
             )
             for g in self._solid_geoms(body)
             if self._collides(g)
@@ -363,6 +364,18 @@ class _ModelReader:
         if grounded and abs(turn[2, 2]) < LEVEL:  # a wall stands on the ground
             centre += DEEP / 2 * turn[2]
         return [PlacedShape(Box(DEEP, DEEP, DEEP), pose_of(centre, np.eye(3)))]
+
+    def _patch(self, g: int) -> Iterator[VisibleMesh]:
+        """Yield what is drawn of a plane; of one without an end, as much as the model is large."""
+        model = self._model
+        if int(model.geom_type[g]) != int(self._mujoco.mjtGeom.mjGEOM_PLANE):
+            return
+        x, y = (float(half) or float(model.stat.extent) for half in model.geom_size[g, :2])
+        corners = np.array([[-x, -y, 0.0], [x, -y, 0.0], [x, y, 0.0], [-x, y, 0.0]])
+        faces = np.array([[0, 1, 2], [0, 2, 3]])
+        colors = np.tile(np.array(model.geom_rgba[g, :3], dtype=float), (len(faces), 1))
+        placed = corners @ self._turn(model.geom_quat[g]).T + model.geom_pos[g]
+        yield VisibleMesh(self._geom_names[g], placed, faces, colors)
 
     def _is_ground(self, plane: int) -> bool:
         """Whether a plane is that of the world's ground: z = 0, from above."""

@@ -96,8 +96,9 @@ class LivePage:
             self._news.tell("phase", name)
 
     def found(self, trajectory: Trajectory) -> None:
-        """Show the path of the machine's first body along a motion, and how long the motion is."""
-        places = self._problem.model.frames(trajectory.x)[:, 0, 3::4]
+        """Show the path of the machine along a motion, and how long the motion is."""
+        poses = self._problem.model.frames(trajectory.x)
+        places = poses[:, self._problem.leading, 3::4]
         self._news.tell("path", _packed(places))
         self._best.append([time.monotonic() - self._begun, trajectory.duration])
         self._news.tell("best", json.dumps(self._best))

@@ -133,8 +133,8 @@ def content_of(
 
 
 def branches(problem: PlanningTask, graph: SearchGraph) -> Array:
-    """Return the search graph's edges as segments of the first body, shape (edges, 2, 3)."""
-    places = problem.model.frames(graph.x)[:, 0, 3::4]
+    """Return the search graph's edges as segments of the leading body, shape (edges, 2, 3)."""
+    places = problem.model.frames(graph.x)[:, problem.leading, 3::4]
     return np.asarray(places[graph.edges])
 
 

@@ -74,7 +74,7 @@ def picture(problem: PlanningTask, poses: np.ndarray, cables: np.ndarray) -> Pic
         cut=problem.scenario.render.cut,
         setting=problem.scenario.render.setting,
         **_camera(problem.scenario.render),
-        path=poses[:, 0, 3::4],
+        path=poses[:, problem.leading, 3::4],
         start=Ghost(poses[0], cables[0].reshape(-1, 2, 3)),
         lines=cables if cables.size else None,
         radii=np.array([cable.radius for cable in problem.cables]),
@@ -121,7 +121,7 @@ def _goal(problem: PlanningTask) -> GoalMarker | Ghost | None:
     names = [problem.model.state_names[i] for i in goal.indices]
     if set(names) == {"x", "y"}:
         radius = min(goal.tolerances[names.index(name)] for name in ("x", "y"))
-        px, py, pz = pose[0, 3::4]
+        px, py, pz = pose[problem.leading, 3::4]
         return GoalMarker((float(px), float(py), float(pz)), float(radius))
     poses, ends = problem.placement(x)
     return Ghost(poses, ends.reshape(-1, 2, 3))
