@@ -164,9 +164,7 @@ class _ModelReader:
         return names_of(self._mujoco, self._model, kind, count, word)
 
     def _cannot(self, what: str, remedy: str = "") -> None:
-        mistake = Mistake(self._path.name, what, remedy)
-        if mistake not in self.left_out:  # what stands is looked at twice
-            self.left_out.append(mistake)
+        self.left_out.append(Mistake(self._path.name, what, remedy))
 
     def tree(self) -> KinematicTree:
         """Return the model as a tree of links and joints."""
@@ -199,11 +197,12 @@ class _ModelReader:
     def _hung(self, body: int, follows: Mapping[str, Mimicked]) -> tuple[list[Link], list[Joint]]:
         """Return the links and joints of a body: one link for every joint, the last one it."""
         model, name = self._model, self._bodies[body]
-        solids = tuple(s for g in self._solid_geoms(body) for s in self._solids(g))
+        stands = self._stands(body)
+        around = self._standing(body) if stands else []
+        geoms = () if stands else self._solid_geoms(body)
+        solids = tuple(s for g in geoms for s in self._solids(g))
         visible = tuple(self._visible(body)) if self._shapes else ()
-        link, around = Link(name, self._inertial(body), solids, visible), self._standing(body)
-        if around:
-            link = replace(link, solids=())
+        link = Link(name, self._inertial(body), solids, visible)
         held = [Joint(f"{one.name} fixed", "fixed", name, one.name) for one in around]
         if body == WORLD_BODY:
             return [link, *around], held
@@ -302,13 +301,15 @@ class _ModelReader:
     def _turn(self, quaternion: Array) -> Array:
         return turn_of(self._mujoco, quaternion)
 
-    def _standing(self, body: int) -> list[Link]:
-        """Return what collides of a body that is fixed to the world, each in a link of its own."""
+    def _stands(self, body: int) -> bool:
+        """Whether a body is fixed to the world, and something of it collides."""
         model, above = self._model, body
         while above != WORLD_BODY and not model.body_jntnum[above]:
             above = int(model.body_parentid[above])
-        if above != WORLD_BODY:
-            return []
+        return above == WORLD_BODY and any(map(self._collides, self._solid_geoms(body)))
+
+    def _standing(self, body: int) -> list[Link]:
+        """Return what collides of a body that stands, each in a link of its own."""
         drawn = any(self._visible(body))
         return [
             Link(
@@ -319,7 +320,6 @@ class _ModelReader:
                 hidden=drawn,
             )
             for g in self._solid_geoms(body)
-            if self._collides(g)
             for k, solid in enumerate(self._solids(g))
         ]
 

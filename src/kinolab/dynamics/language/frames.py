@@ -83,12 +83,11 @@ class Frame:
     @property
     def moves(self) -> bool:
         """Whether the pose depends on a coordinate."""
-        entries = [
-            entry
+        return any(
+            exact(entry).atoms(Coordinate, QuaternionEntry)
             for motion in self.motions
             for entry in (motion.by if isinstance(motion, Translation) else _turn_of(motion))
-        ]
-        return any(exact(entry).atoms(Coordinate, QuaternionEntry) for entry in entries)
+        )
 
     @property
     def x(self) -> Axis:
