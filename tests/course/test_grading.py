@@ -8,7 +8,7 @@ import os
 import signal
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -251,18 +251,23 @@ def test_what_is_printed_without_end_is_not_kept(
         assert any("It prints more than" in error for error in report.errors)
 
 
-def test_a_notebook_has_a_time_limit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """It ends when a cell that waits has begun."""
-    there = tmp_path / "there"
-    forever = f"open({str(there)!r}, 'w').close()\nimport time\ntime.sleep(600)"
-    work = handed_in(tmp_path / "eve.ipynb", CHECK + 'check("3.3", 2.0)', forever)
+def waiting(folder: Path, then: Callable[[], None]) -> Path:
+    """Return a notebook that waits for ever; something is done once its last cell has begun."""
+    there = folder / "there"
+    code = f"open({str(there)!r}, 'w').close()\nimport time\ntime.sleep(600)"
 
-    def end() -> None:
+    def act() -> None:
         while not there.exists():
             time.sleep(0.05)
-        monkeypatch.setattr(grading, "NOTEBOOK_SECONDS", 0.0)
+        then()
 
-    threading.Thread(target=end, daemon=True).start()
+    threading.Thread(target=act, daemon=True).start()
+    return handed_in(folder / "eve.ipynb", CHECK + 'check("3.3", 2.0)', code)
+
+
+def test_a_notebook_has_a_time_limit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It ends when a cell that waits has begun."""
+    work = waiting(tmp_path, lambda: monkeypatch.setattr(grading, "NOTEBOOK_SECONDS", 0.0))
     report = grade(work)
     assert report.points == 1
     assert any("what was left has not run" in error for error in report.errors)
@@ -281,16 +286,7 @@ def test_grading_that_is_interrupted_leaves_nothing(
             yield address
 
     monkeypatch.setattr(grading, "judging", noted)
-    there = tmp_path / "there"
-    code = f"open({str(there)!r}, 'w').close()\nimport time\ntime.sleep(600)"
-    work = handed_in(tmp_path / "eve.ipynb", CHECK + 'check("3.3", 2.0)', code)
-
-    def interrupt() -> None:
-        while not there.exists():
-            time.sleep(0.05)
-        os.kill(os.getpid(), signal.SIGINT)
-
-    threading.Thread(target=interrupt, daemon=True).start()
+    work = waiting(tmp_path, lambda: os.kill(os.getpid(), signal.SIGINT))
     with pytest.raises(KeyboardInterrupt):
         grade(work)
     (address,) = places

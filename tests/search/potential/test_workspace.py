@@ -190,6 +190,20 @@ def test_the_largest_ball_in_a_shape(
     assert found == pytest.approx(radius, abs=1e-12)
 
 
+def way_to_goal(problem: PlanningTask, *, resolution: float, grid_memory: float) -> float:
+    """Return the length of the way from the start, by navigation functions, in [m]."""
+    field = navigation_field(
+        Propagator(problem),
+        Repulsion(0.0, 0.3),
+        resolution=resolution,
+        grid_memory=grid_memory,
+        clearance_cost_radius=0.0,
+        stop=lambda: False,
+    )
+    assert field is not None
+    return float(field.potential(problem.start[None])[0])
+
+
 def test_cells_are_halved_where_they_cut_the_start_off(tmp_path: Path) -> None:
     """Two walls leave a gap of 0.2 m for a coin 0.05 m thick; cells of 0.5 m do not see it."""
     walls = "".join(
@@ -198,16 +212,7 @@ def test_cells_are_halved_where_they_cut_the_start_off(tmp_path: Path) -> None:
         for name, y in (("left", 2.55), ("right", -2.55))
     )
     problem = problem_of(tmp_path, OPEN + walls, "goal.x=3.0", "goal.y=0.3", "goal.tolerance=0.1")
-    field = navigation_field(
-        Propagator(problem),
-        Repulsion(0.0, 0.3),
-        resolution=0.5,
-        grid_memory=16.0,
-        clearance_cost_radius=0.0,
-        stop=lambda: False,
-    )
-    assert field is not None
-    way = field.potential(problem.start[None])[0]
+    way = way_to_goal(problem, resolution=0.5, grid_memory=16.0)
     assert 4.0 < way < 5.0  # [m]; 4.01 m straight, a thousand times more through a wall
 
 
@@ -219,15 +224,6 @@ def test_a_world_may_lie_anywhere(tmp_path: Path) -> None:
         moved = (f"world.bounds={bounds}", f"start.x={x - 1}", f"goal.x={x + 4.5}")
         wall = WALL.replace("[3.0,", f"[{x + 3},")
         problem = problem_of(tmp_path, OPEN + wall, *moved)
-        field = navigation_field(
-            Propagator(problem),
-            Repulsion(0.0, 0.3),
-            resolution=0.0,
-            grid_memory=64.0,
-            clearance_cost_radius=0.0,
-            stop=lambda: False,
-        )
-        assert field is not None
-        return float(field.potential(problem.start[None])[0])
+        return way_to_goal(problem, resolution=0.0, grid_memory=64.0)
 
     assert way(1000.0) == pytest.approx(way(0.0), rel=1e-6)
