@@ -17,7 +17,7 @@ from PIL import Image
 import kinolab
 from kinolab.simulation.reference import reference_motion
 from tests.conftest import Solved
-from tests.show.view.browsing import Opener, needs_chromium
+from tests.show.view.browsing import Opener, needs_chromium, until
 from tests.support import OPEN, problem_of
 
 NEAR = 1e-4  # [m], and of the entries of rotations
@@ -64,15 +64,6 @@ def page(shared: Any) -> Any:
     shared.evaluate("() => { kinolab.pause(); kinolab.speed = 1; kinolab.view('perspective'); }")
     shared.evaluate("kinolab.seek(0)")
     return shared
-
-
-def until(page: Any, condition: str, patience: int = 200) -> None:
-    """Wait for a condition; the page forbids what Playwright's own waiting would evaluate in it."""
-    for _ in range(patience):
-        if page.evaluate(condition):
-            return
-        page.wait_for_timeout(25)
-    pytest.fail(f"it never came to {condition}")
 
 
 def picture(page: Any, selector: str = "#stage") -> np.ndarray:

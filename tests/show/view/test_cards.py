@@ -14,7 +14,7 @@ from kinolab.cli import run
 from kinolab.runs import write_run
 from kinolab.show.page.gallery import Card, gallery_html
 from kinolab.show.view import cards
-from tests.show.view.browsing import Opener, needs_chromium
+from tests.show.view.browsing import Opener, inner_frames, needs_chromium, until
 
 PNG = b"\x89PNG\r\n"
 
@@ -102,7 +102,7 @@ def test_cards_are_filtered_and_open_their_pages(
     assert page.locator(".card:visible").count() == 1
     page.click(".card:visible")
     assert page.evaluate("document.activeElement.innerText") == "← Gallery"
-    inside = page.frame_locator("#frame iframe").locator("body")
+    (inside,) = inner_frames(page)
     assert inside.evaluate("async () => (await kinolab.ready).last > 0")
     assert inside.evaluate("() => { kinolab.seek(1); return kinolab.time; }") == 1
     refused = "() => { try { return parent.document.title; } catch (error) { return error.name; } }"
@@ -119,14 +119,10 @@ def test_two_runs_are_compared_side_by_side_and_play_together(
     for k in range(2):
         page.locator(".pick input").nth(k).check()
     page.click("#compare")
-    frames = [frame for frame in page.frames if frame != page.main_frame]
+    frames = inner_frames(page)
     assert len(frames) == 2
     for frame in frames:
         frame.evaluate("async () => { await kinolab.ready; kinolab.pause(); }")
     frames[0].evaluate("kinolab.seek(0.5 * kinolab.last)")
     half = frames[0].evaluate("kinolab.time")
-    for _ in range(100):
-        if abs(frames[1].evaluate("kinolab.time") - half) < 1e-6:
-            break
-        page.wait_for_timeout(20)
-    assert frames[1].evaluate("kinolab.time") == pytest.approx(half)
+    until(frames[1], f"Math.abs(kinolab.time - {half}) < 1e-6")

@@ -18,7 +18,7 @@ import kinolab
 from kinolab.problem import PlanningTask
 from kinolab.solve import PlanResult
 from tests.conftest import Solved
-from tests.show.view.browsing import Opener, needs_chromium
+from tests.show.view.browsing import Opener, needs_chromium, until
 from tests.support import OPEN, WALL, problem_of
 
 Array = NDArray[np.float64]
@@ -53,20 +53,16 @@ def drive(page: Any, presses: Sequence[tuple[str, float]]) -> None:
     However rarely pictures come, no more than half a second passes between two of them.
     """
     page.evaluate("kinolab.speed = 2")
-    for key, until in presses:
+    for key, moment in presses:
         page.keyboard.down(key)
-        reach(page, until)
+        until(page, f"kinolab.drive.time >= {moment}")
         page.keyboard.up(key)
     page.keyboard.press("Space")
     assert page.evaluate("kinolab.drive.paused") is True
 
 
-def reach(page: Any, time: float) -> None:
-    for _ in range(1000):
-        if page.evaluate("kinolab.drive.time") >= time:
-            return
-        page.wait_for_timeout(10)
-    raise TimeoutError(f"the machine did not come to t = {time} s")
+def later(page: Any, span: float) -> None:
+    until(page, f"kinolab.drive.time >= {page.evaluate('kinolab.drive.time') + span}")
 
 
 def done_again(problem: PlanningTask, page: Any) -> Array:
@@ -156,7 +152,7 @@ def test_one_goes_on_from_where_the_plan_is(driven: Any, short: Solved) -> None:
 def test_the_plan_goes_on_beside_the_driver(driven: Any, short: Solved) -> None:
     """Its time is the driver's, counted from where the motion began, until the plan ends."""
     driven.evaluate("kinolab.speed = 0.2")
-    reach(driven, 0.1)
+    until(driven, "kinolab.drive.time >= 0.1")
     driven.keyboard.press("Space")
     time = driven.evaluate("kinolab.drive.time")
     assert driven.evaluate("kinolab.time") == pytest.approx(time)
@@ -166,10 +162,10 @@ def test_the_plan_goes_on_beside_the_driver(driven: Any, short: Solved) -> None:
 def test_a_stick_pushes_as_far_as_it_is_moved(driven: Any) -> None:
     """Forward is away from the body, which gamepads count as negative."""
     driven.evaluate("navigator.getGamepads = () => [{ axes: [0, -0.56, 0, 0] }]")
-    reach(driven, driven.evaluate("kinolab.drive.time") + 0.2)
+    later(driven, 0.2)
     part = driven.evaluate("kinolab.drive.log.at(-1).inputs")
     driven.evaluate("navigator.getGamepads = () => [{ axes: [0, -1, 0, 0] }]")
-    reach(driven, driven.evaluate("kinolab.drive.time") + 0.2)
+    later(driven, 0.2)
     whole = driven.evaluate("kinolab.drive.log.at(-1).inputs")
     driven.evaluate("navigator.getGamepads = () => []")
     assert whole[0] > 0

@@ -20,7 +20,7 @@ from kinolab.cli import run
 from kinolab.runs import write_run
 from kinolab.show.view.live_page import LivePage
 from tests.conftest import Solved
-from tests.show.view.browsing import WIDE, Opener, needs_chromium
+from tests.show.view.browsing import WIDE, Opener, inner_frames, needs_chromium, until
 from tests.studies.test_report_page import report
 from tests.studies.tiny_study import several
 from tests.support import OPEN, WALL, problem_of
@@ -121,7 +121,7 @@ def test_a_gallery_of_strangers_shows_their_words_and_runs_none(
     assert page.inner_text("h1") == HOSTILE
     assert page.locator(".card h2").first.text_content() == HOSTILE
     page.locator("button.card").click()
-    inside = page.frame_locator("#frame iframe").locator("body")
+    (inside,) = inner_frames(page)
     assert inside.evaluate("async () => (await kinolab.ready).last > 0")
     assert inside.evaluate("() => document.getElementById('title').textContent") == HOSTILE
 
@@ -134,10 +134,7 @@ def test_a_live_page_shows_words_only(opened: Opener, tmp_path: Path) -> None:
         page = opened(live.address)
         live.say(HOSTILE + REST + "\n\nevent: end\ndata: javascript:alert(1)\n\n")
         live.verdict("constructor", HOSTILE + REST)
-        for _ in range(100):
-            if "hacked.example" in page.inner_text("#subtitle"):
-                break
-            page.wait_for_timeout(20)
+        until(page, "document.getElementById('subtitle').innerText.includes('hacked.example')")
         assert page.inner_text("#title") == HOSTILE
         assert page.url == live.address
 

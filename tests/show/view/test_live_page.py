@@ -23,7 +23,7 @@ from kinolab.search.graph import SearchGraph
 from kinolab.show.view import live_page
 from kinolab.show.view.live_page import LivePage
 from kinolab.solve import solve
-from tests.show.view.browsing import Opener, needs_chromium
+from tests.show.view.browsing import Opener, needs_chromium, until
 from tests.support import OPEN, WALL, plan, problem_of
 
 EVENT = re.compile(rb"event: (\w+)\ndata: (.*)\n\n")
@@ -200,12 +200,8 @@ def test_the_page_shows_the_tree_and_then_the_finished_plan(
     live.say("half of it is done")
     live.explored(cross(problem))
     live.phase("search")
-    for _ in range(100):
-        if page.inner_text("#subtitle") == "half of it is done":
-            break
-        page.wait_for_timeout(20)
+    until(page, "document.getElementById('subtitle').innerText === 'half of it is done'")
     page.wait_for_timeout(300)
-    assert page.inner_text("#subtitle") == "half of it is done"
     assert shown.screenshot() != before
     assert page.inner_text(".phases [aria-current]") == "Searching"
     solved = problem.solve(planner="rrt_fast", seed=1, max_iterations=20_000)
@@ -213,11 +209,7 @@ def test_the_page_shows_the_tree_and_then_the_finished_plan(
     live.phase("optimise")
     live.found(solved.trajectory)
     live.verdict("not_found", "It was only a trial.")
-    for _ in range(100):
-        if page.inner_text("#badge") == "No plan found":
-            break
-        page.wait_for_timeout(20)
-    assert page.inner_text("#badge") == "No plan found"
+    until(page, "document.getElementById('badge').innerText === 'No plan found'")
     assert page.inner_text(".phases [aria-current]") == "Optimising"
     assert f"{solved.trajectory.duration:.4g} s" in page.inner_text(".best")
     finished = kinolab.save_page(problem, solved, tmp_path / "scene.html").read_bytes()
