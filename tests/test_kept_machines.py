@@ -176,7 +176,7 @@ def test_a_machine_in_a_json_file_is_known_by_its_text(load: Load, tmp_path: Pat
 
 def test_a_damaged_record_is_made_anew(home: Path, load: Load) -> None:
     _, facts = load("coin.toml")
-    for record in (home / "cache").glob("*.record"):
+    for record in (home / "cache").glob("*.described"):
         record.write_bytes(record.read_bytes()[:-1] + b"?")
     assert load("coin.toml") == (True, facts)
     assert load("coin.toml") == (False, facts)

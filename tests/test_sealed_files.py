@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 import kinolab
-from kinolab.dynamics.codegen.cache import compiled
+from kinolab.dynamics.codegen.cache import OBJECTS, compiled
+from kinolab.dynamics.codegen.mode_formulas import FORMULAS
 from kinolab.dynamics.enclosures import Enclosures
 from kinolab.files import MOST_KEPT, FileLock, read_sealed, write_sealed
 from kinolab.numerics.intervals import IntervalArray
@@ -108,8 +109,8 @@ def test_whatever_becomes_of_an_entry_it_is_made_anew(
     monkeypatch.setattr(distance_field_cache, "MIN_CELLS", 1)
     expected = make()
     entries = {path: path.read_bytes() for path in home.iterdir()}
-    unread = {".object"} if make is not object_code else set()
-    unread |= {".record"} if make in WITHOUT_FORMULAS else set()
+    unread = {f".{OBJECTS.name}"} if make is not object_code else set()
+    unread |= {f".{FORMULAS.name}"} if make in WITHOUT_FORMULAS else set()
     entries = {path: whole for path, whole in entries.items() if path.suffix not in unread}
     for path, whole in entries.items():
         for place in draw.integers(len(whole), size=4):

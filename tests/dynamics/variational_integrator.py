@@ -41,7 +41,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kinolab.arguments import checked
-from kinolab.dynamics.codegen.cache import cached
+from kinolab.dynamics.codegen.cache import COMPILED
 from kinolab.dynamics.codegen.emission import declarations, emit_function
 from kinolab.dynamics.codegen.integrators import emit_linear_algebra
 from kinolab.dynamics.codegen.llvm import Register, Routine, literal
@@ -100,7 +100,7 @@ class VariationalIntegrator:
         _check(system)
         self.model = Model(system.with_feedback(None))  # it is pushed by inputs, not by a law
         content = f"variational {machine_to_json(system)}"
-        _, code = cached(content, lambda: ({}, _build(system, self.model.redundant)))
+        _, code = COMPILED.get([content], lambda: ({}, _build(system, self.model.redundant)))
         self._library = link(code, ["march", "saddle"])
         self._rows = len(system.constraints) - len(self.model.redundant)
 

@@ -613,41 +613,40 @@ def _of_sealed(magic: bytes) -> mutation.Mutator:
     return mutate
 
 
-@_target(_of_sealed(b"kinolab object 1\n"), "dynamics.codegen")
+@_target(_of_sealed(b"kinolab machine\n"), "dynamics.codegen")
 def read_compiled_machine(data: bytes) -> None:
     """The cache of compiled machines."""
-    from kinolab.dynamics.codegen.cache import cached
+    from kinolab.dynamics.codegen.cache import COMPILED
 
-    with _own_cache() as place:
-        (place / "key.machine").write_bytes(data)
-        facts, code = cached("key", lambda: ({"facts": 1}, b"code"))
+    with _own_cache():
+        COMPILED.path(["key"]).write_bytes(data)
+        facts, code = COMPILED.get(["key"], lambda: ({"facts": 1}, b"code"))
         assert isinstance(facts, dict)
         assert isinstance(code, bytes)
 
 
-@_target(_of_sealed(b"kinolab mesh 2\n"), "world.meshes")
+@_target(_of_sealed(b"kinolab mesh\n"), "world.meshes")
 def read_kept_mesh(data: bytes) -> None:
     """The cache of meshes."""
     from kinolab.world.meshes.mesh import load_mesh
-    from kinolab.world.meshes.mesh_cache import entry_for
+    from kinolab.world.meshes.mesh_cache import MESHES
 
     path = _put("kept/post.off", POST.encode())
     with _own_cache():
-        entry_for("off", POST.encode()).write_bytes(data)
+        MESHES.path(["off", b"", POST.encode()]).write_bytes(data)
         mesh = load_mesh(path.name, root=path.parent)
         assert mesh.vertices.shape[1:] == (3,)
         assert mesh.faces.max() < len(mesh.vertices)
 
 
-@_target(_of_sealed(b"kinolab distance grid 1\n"), "world.collision")
+@_target(_of_sealed(b"kinolab distances\n"), "world.collision")
 def read_distance_grid(data: bytes) -> None:
     """The cache of distance grids."""
     from kinolab.world.collision import distance_field_cache as grids
 
     obstacles, finest = coin().world.obstacles, 0.5
-    with _own_cache() as place:
-        key = grids._key(grids.digest(obstacles), finest)
-        (place / f"{key}{grids.SUFFIX}").write_bytes(data)
+    with _own_cache():
+        grids.GRIDS.path([grids.digest(obstacles), repr(finest)]).write_bytes(data)
         grid = grids.cached_distance_field(obstacles, finest)
         assert grid.distance.ndim == 3
 
@@ -669,14 +668,14 @@ def _of_pickles(magic: bytes, head: bytes = b"") -> mutation.Mutator:
     return mutate
 
 
-@_target(_of_pickles(b"kinolab record 1\n"), "dynamics.codegen")
+@_target(_of_pickles(b"kinolab described\n"), "dynamics.codegen")
 def read_record(data: bytes) -> None:
     """The cache of machines' facts."""
     from kinolab.dynamics.codegen.cache import key_of
-    from kinolab.dynamics.model import Model
+    from kinolab.dynamics.model import DESCRIBED, Model
 
-    with _own_cache() as place:
-        (place / f"{key_of('content')}.record").write_bytes(data)
+    with _own_cache():
+        DESCRIBED.path([key_of("content")]).write_bytes(data)
         found = Model.kept("content", lambda: None)  # type: ignore[arg-type, return-value]
         assert found is None or isinstance(found, Model)
 

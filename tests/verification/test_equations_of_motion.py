@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
+from kinolab import store
 from kinolab.analyze.simulate import simulate
-from kinolab.dynamics.codegen import cache
 from kinolab.dynamics.derivation.newton_euler import NewtonEuler
 from kinolab.verification import Check, verify
 from tests.support import problem_of
@@ -56,7 +56,7 @@ def test_a_mistake_in_the_derivation_fails(
         row[0] = tape.mul(tape.constant(1.01), row[0])
         return found
 
-    monkeypatch.setattr(cache, "folder", lambda: tmp_path / "cache")  # what is wrong is not kept
+    monkeypatch.setattr(store, "folder", lambda: tmp_path / "cache")  # what is wrong is not kept
     monkeypatch.setattr(NewtonEuler, part, wrong)
     found = checks(tmp_path)
     assert found["dynamics"].passed

@@ -12,7 +12,7 @@ import trimesh
 from kinolab.errors import InputError
 from kinolab.world import load_mesh
 from kinolab.world.meshes import mesh
-from kinolab.world.meshes.mesh_cache import MAGIC, Mesh
+from kinolab.world.meshes.mesh_cache import MESHES, Mesh
 
 
 @pytest.fixture
@@ -68,7 +68,7 @@ def test_another_content_under_the_same_name_is_another_mesh(
     assert len(parsed) == len(list(home.glob("*.mesh"))) == 2
 
 
-@pytest.mark.parametrize("damage", [b"", MAGIC, MAGIC + bytes(100)])
+@pytest.mark.parametrize("damage", [b"", MESHES.magic, MESHES.magic + bytes(100)])
 def test_a_damaged_entry_is_made_anew(
     damage: bytes, home: Path, tmp_path: Path, parsed: list[str]
 ) -> None:

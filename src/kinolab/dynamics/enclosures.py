@@ -11,10 +11,9 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from numpy.typing import NDArray
 
-from kinolab.dynamics.codegen.cache import read_record, write_record
-from kinolab.dynamics.codegen.mode_formulas import ModeFormulas
+from kinolab.dynamics.codegen.mode_formulas import FORMULAS, ModeFormulas
 from kinolab.dynamics.derivation.formulas import Formulas
-from kinolab.dynamics.model import Model, formulas_key
+from kinolab.dynamics.model import Model
 from kinolab.numerics import intervals
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.intervals import IntervalArray
@@ -125,12 +124,10 @@ class Enclosures:
 
 def _kept(model: Model) -> tuple[ModeFormulas, ...]:
     """Return the formulas of every mode from the disk, derived where they are not there."""
-    key = formulas_key(model.key)
-    match read_record(key):
-        case tuple() as kept if kept and all(isinstance(one, ModeFormulas) for one in kept):
-            return kept
-    from kinolab.dynamics.codegen.derived_code import derivations_of
 
-    made = tuple(map(ModeFormulas.of, derivations_of(model.system)))
-    write_record(key, made)
-    return made
+    def made() -> tuple[ModeFormulas, ...]:
+        from kinolab.dynamics.codegen.derived_code import derivations_of
+
+        return tuple(map(ModeFormulas.of, derivations_of(model.system)))
+
+    return FORMULAS.get([model.key], made)

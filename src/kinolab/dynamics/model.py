@@ -4,16 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property, partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from kinolab.arguments import require_fit
-from kinolab.dynamics.codegen.cache import key_of, read_record, write_record
+from kinolab.dynamics.codegen.cache import Compiled, key_of
 from kinolab.dynamics.codegen.compiled_functions import CHATTERS, SINGULAR
 from kinolab.dynamics.codegen.integrators import METHODS
 from kinolab.dynamics.codegen.machine_code import SPACE, MachineCode, bound
+from kinolab.dynamics.codegen.mode_formulas import FORMULAS
 from kinolab.dynamics.codegen.state_space import StateSpace
 from kinolab.dynamics.machine_facts import (
     CoordinateFacts,
@@ -29,6 +30,7 @@ from kinolab.errors import (
     UnknownNameError,
 )
 from kinolab.numerics.arrays import Array
+from kinolab.store import pickled
 
 if TYPE_CHECKING:  # what describes and derives a machine: one that is in the cache needs none of it
     from kinolab.dynamics.lagrange.equations import Equations
@@ -37,6 +39,23 @@ if TYPE_CHECKING:  # what describes and derives a machine: one that is in the ca
 
 SINGULAR_CONDITION = 1e6  # condition number from which velocities do not determine the motion
 POSE = 12  # numbers per body: the rows of [R | p]
+
+
+class Described(NamedTuple):
+    """What is known of a machine once it was described: enough to find its compiled code.
+
+    Attributes:
+        machine: Facts.
+        key: Of the model.
+        files: Texts of files that it comes from, by name.
+    """
+
+    machine: MachineFacts
+    key: str
+    files: dict[str, str]
+
+
+DESCRIBED = pickled("described", Described)
 
 
 class Model:
@@ -91,14 +110,12 @@ class Model:
             content: All that determines the machine, as text.
             describe: Returns the machine, should its symbols be needed; can be pickled.
         """
-        match read_record(key_of(content)):
-            case (MachineFacts() as machine, str() as key, dict() as files):
-                pass
-            case _:
-                return None
+        found = DESCRIBED.find([key_of(content)])
+        if found is None:
+            return None
         made = cls.__new__(cls)
-        made._set(machine, key, describe)
-        made.files, made._source = files, (content, describe)
+        made._set(found.machine, found.key, describe)
+        made.files, made._source = found.files, (content, describe)
         return made
 
     @classmethod
@@ -120,19 +137,19 @@ class Model:
 
     def keep(self, content: str) -> None:
         """Let ``kept`` find this machine by a text that determines it."""
-        write_record(key_of(content), (self.machine, self.key, self.files))
+        DESCRIBED.keep([key_of(content)], Described(self.machine, self.key, self.files))
 
     def _set(self, machine: MachineFacts, key: str, describe: Callable[[], Mechanism]) -> None:
         """Set all attributes but ``system``."""
 
-        def build() -> tuple[dict[str, Any], bytes]:
+        def build() -> Compiled:
             from kinolab.dynamics.codegen.derived_code import derived_code
 
             described = describe()
             return derived_code(
                 described,
                 _require_law(described),
-                lambda formulas: write_record(formulas_key(key), formulas),
+                lambda formulas: FORMULAS.keep([key], formulas),
             )
 
         self.machine, self.key, self._describe = machine, key, describe
@@ -619,11 +636,6 @@ class Model:
             remedy = f"Give one row of {self.nu} for all states, or one per state."
             raise InputError([Mistake(f"system {self.machine.name!r}", what, remedy)])
         return np.ascontiguousarray(np.broadcast_to(values, shape))
-
-
-def formulas_key(key: str) -> str:
-    """Return the key under which the formulas of the model with a key are kept."""
-    return key_of(f"{key} formulas")
 
 
 def _require_law(system: Mechanism) -> Feedback | None:

@@ -9,10 +9,12 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from kinolab.dynamics.codegen.cache import key_of, read_record, write_record
 from kinolab.dynamics.lagrange.multiplier_form import MultiplierForm
 from kinolab.dynamics.model import Model
 from kinolab.numerics.arrays import Array
+from kinolab.store import pickled
+
+FORMS = pickled("multipliers", MultiplierForm)
 
 # Plans are verified again and again while they are improved; what was read for a machine stays.
 _read: WeakKeyDictionary[Model, dict[int, MultiplierForm]] = WeakKeyDictionary()
@@ -45,12 +47,8 @@ class SecondDerivation:
 
     def _form(self, mode: int) -> MultiplierForm:
         if mode not in self._forms:
-            key = key_of(f"{self._model.key} multiplier form of mode {mode}")
-            form = read_record(key)
-            if not isinstance(form, MultiplierForm):
-                form = self._derived(mode)
-                write_record(key, form)
-            self._forms[mode] = form
+            content = self._model.key, str(mode)
+            self._forms[mode] = FORMS.get(content, lambda: self._derived(mode))
         return self._forms[mode]
 
     def _derived(self, mode: int) -> MultiplierForm:

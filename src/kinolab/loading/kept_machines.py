@@ -9,19 +9,19 @@ always described anew.
 from __future__ import annotations
 
 import json
-from functools import cache, partial
+from functools import partial
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from kinolab import systems
 from kinolab.dynamics import Model
-from kinolab.dynamics.codegen.cache import code_in
 from kinolab.dynamics.language.json.machine_folder import texts_of
 from kinolab.dynamics.machine_facts import MachineFacts, facts_of
 from kinolab.errors import InputError
 from kinolab.loading.find import find_system
 from kinolab.scenario import Scenario
+from kinolab.store import code_in
 
 if TYPE_CHECKING:
     from kinolab.dynamics.language.mechanism import Mechanism
@@ -118,7 +118,6 @@ def _versions() -> list[str]:
     return [version(library) for library in LIBRARIES]
 
 
-@cache
 def systems_code() -> str:
     """Return a digest of the code that describes registered machines.
 

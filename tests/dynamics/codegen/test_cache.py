@@ -15,10 +15,11 @@ import pytest
 import kinolab.systems
 from kinolab.dynamics import Model, System
 from kinolab.dynamics.codegen import cache, derived_code
-from kinolab.dynamics.codegen.cache import MAGIC, folder
+from kinolab.dynamics.codegen.cache import COMPILED
 from kinolab.dynamics.codegen.llvm_jit import compile_ir
 from kinolab.dynamics.derivation.derivation import derive
 from kinolab.dynamics.language.json.machine_file import machine_from_json, machine_to_json
+from kinolab.store import folder
 from tests.machines import finned_hull
 
 STATE = [0.4, -0.7]
@@ -57,7 +58,7 @@ def test_a_machine_is_derived_once(home: Path, builds: list[str]) -> None:
     assert builds == ["pendulum"]
     assert made[1] == made[2] == made[0]
     (entry,) = home.glob("*.machine")
-    assert entry.read_bytes().startswith(MAGIC)
+    assert entry.read_bytes().startswith(COMPILED.magic)
 
 
 def test_another_value_of_a_parameter_is_another_entry_but_the_same_motion(home: Path) -> None:
@@ -92,8 +93,8 @@ DAMAGES: dict[str, Callable[[bytes], bytes]] = {
     "without its last byte": lambda content: content[:-1],
     "with one byte changed in the code": lambda content: content[:-9] + b"!" + content[-8:],
     "with one byte changed in the facts": lambda content: content.replace(b"sizes", b"sizez"),
-    "only its beginning": lambda _: MAGIC,
-    "of another format": lambda content: b"kinolab object 0\n" + content[len(MAGIC) :],
+    "only its beginning": lambda _: COMPILED.magic,
+    "of another format": lambda content: b"kinolab object 0\n" + content[len(COMPILED.magic) :],
     "text": lambda _: b"not a machine at all",
 }
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +16,7 @@ from kinolab.world import Obstacle, World, box_obstacle, sphere_obstacle
 from kinolab.world.collision import distance_field_cache
 from kinolab.world.collision.collision_scene import collision_scene
 from kinolab.world.collision.distance_field import DistanceField, distance_field
-from kinolab.world.collision.distance_field_cache import MAGIC, SUFFIX, cached_distance_field
+from kinolab.world.collision.distance_field_cache import GRIDS, cached_distance_field
 
 BOX = box_obstacle("box", (1.0, 1.0, 1.0), (2.0, 0.0, 0.5))
 BALL = sphere_obstacle("ball", 0.7, (-2.0, 1.0, 0.0))
@@ -53,9 +54,9 @@ def test_a_grid_is_built_once(home: Path, builds: list[int]) -> None:
     grids = [cached_distance_field((BOX, BALL), 0.1) for _ in range(3)]
     assert builds == [2]
     assert all(same(grid, distance_field((BOX, BALL), 0.1)) for grid in grids)
-    (entry,) = home.glob(f"*{SUFFIX}")
-    assert entry.read_bytes().startswith(MAGIC)
-    assert {path.suffix for path in home.iterdir()} == {SUFFIX}  # and no half of one
+    (entry,) = home.glob(f"*.{GRIDS.name}")
+    assert entry.read_bytes().startswith(GRIDS.magic)
+    assert {path.suffix for path in home.iterdir()} == {f".{GRIDS.name}"}  # and no half of one
 
 
 @pytest.mark.usefixtures("home")
@@ -81,7 +82,7 @@ def test_other_code_builds_another_entry(
     builds: list[int], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     cached_distance_field((BOX,), 0.1)
-    monkeypatch.setattr(distance_field_cache, "_own_code", lambda: "changed")
+    monkeypatch.setattr("kinolab.store.code_in", lambda *_: "changed")
     cached_distance_field((BOX,), 0.1)
     assert builds == [1, 1]
 
@@ -94,10 +95,10 @@ DAMAGES: dict[str, Callable[[bytes], bytes]] = {
         content[:-9] + bytes([content[-9] ^ 1]) + content[-8:]
     ),
     "with another checksum": lambda content: (
-        content[: len(MAGIC)] + bytes(32) + content[len(MAGIC) + 32 :]
+        content[: len(GRIDS.magic)] + bytes(32) + content[len(GRIDS.magic) + 32 :]
     ),
-    "only its beginning": lambda _: MAGIC,
-    "of another format": lambda content: content.replace(b"grid 1", b"grid 0", 1),
+    "only its beginning": lambda _: GRIDS.magic,
+    "of another format": lambda content: content.replace(b"distances", b"distance ", 1),
     "text": lambda _: b"not a grid at all",
 }
 
@@ -153,7 +154,7 @@ def test_the_entries_that_were_not_used_for_longest_make_room(home: Path) -> Non
 def test_what_was_just_built_stays_however_little_room_there_is(
     home: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(distance_field_cache, "MAX_BYTES", 1)
+    monkeypatch.setattr(distance_field_cache, "GRIDS", replace(GRIDS, most=1))
     for obstacles in [(BOX,), (BALL,)]:
         cached_distance_field(obstacles, 0.1)
         (entry,) = home.iterdir()

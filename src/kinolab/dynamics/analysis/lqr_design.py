@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import Any, TypeVar
+from typing import TypeVar
 
 import numpy as np
 import sympy
 from numpy.polynomial import chebyshev
 
 from kinolab.dynamics.analysis.trim import StateFunctions, Trim, trim
-from kinolab.dynamics.codegen.cache import cached, key_of
+from kinolab.dynamics.codegen.cache import COMPILED, Compiled, key_of
 from kinolab.dynamics.language.feedback import Feedback, Reference, Regulator
 from kinolab.dynamics.language.inputs import bounds_of
 from kinolab.dynamics.language.json.machine_file import (
@@ -59,11 +59,11 @@ def with_law(system: AnySystem) -> AnySystem:
     if not isinstance(regulator, Regulator):
         return system
 
-    def design() -> tuple[dict[str, Any], bytes]:
+    def design() -> Compiled:
         law = lqr_design(Model(system.with_feedback(None)), regulator)
         return {"feedback": feedback_to_tree(law)}, b""
 
-    facts, _ = cached(key_of(machine_to_json(system)), design)
+    facts, _ = COMPILED.get([key_of(machine_to_json(system))], design)
     return system.with_feedback(feedback_from_tree(system, facts["feedback"]))
 
 

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from kinolab.dynamics.codegen.cache import cached
+from kinolab.dynamics.codegen.cache import COMPILED, Compiled
 from kinolab.dynamics.codegen.compiled_functions import (
     CLOSED_LOOP_FUNCTIONS,
     NEED_CHART,
@@ -58,12 +58,12 @@ class MachineCode:
     def __init__(
         self,
         key: str,
-        build: Callable[[], tuple[dict[str, Any], bytes]],
+        build: Callable[[], Compiled],
         *,
         closed: bool,
         switches: bool = False,
     ) -> None:
-        facts, code = cached(key, build)
+        facts, code = COMPILED.get([key], build)
         self.sizes: dict[str, int] = facts["sizes"]
         self.operations: int = facts["operations"]
         self.independent: tuple[int, ...] = tuple(facts["independent"])

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from kinolab.dynamics.derivation.formulas import Formulas
+from kinolab.store import Kind, pickled
 
 if TYPE_CHECKING:  # what derives a machine: one that is in the cache needs none of it
     from kinolab.dynamics.derivation.derivation import Derivation
@@ -56,3 +57,6 @@ class ModeFormulas:
             )
         )  # fmt: skip
         return cls(state, inputs, parameters, speeds, requirements, velocities, frames, changes)
+
+
+FORMULAS: Kind[tuple[ModeFormulas, ...]] = pickled("formulas", tuple)  # of all modes, by a key

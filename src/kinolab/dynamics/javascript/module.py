@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import hashlib
 from functools import cache
 from pathlib import Path
 
-from kinolab.dynamics.codegen.cache import folder
 from kinolab.dynamics.model import Model
-from kinolab.files import read_sealed, write_sealed
+from kinolab.store import Kind
 
-MAGIC = b"kinolab javascript 1\n"
+TEXT: Kind[str] = Kind("js", str.encode, lambda content: bytes(content).decode())
 RUNTIME = Path(__file__).parent / "runtime"  # shared by all machines
 PARTS = (
     *("basics", "linear_algebra", "steps", "lines_of_action", "arrows", "shapes"),
@@ -32,20 +30,14 @@ def javascript_of(model: Model, *, implicit: bool = False) -> str:
         implicit: Whether ``step`` offers the method ``rosenbrock``, whose derivatives double the
             length of the text.
     """
-    path = folder() / f"{_key(model, implicit)}.js"
-    kept = read_sealed(path, MAGIC)
-    if kept is not None:
-        return bytes(kept).decode()
-    from kinolab.dynamics.javascript.emitted_module import emitted_module  # late: it derives
 
-    text = emitted_module(model, _runtime(), implicit=implicit)
-    write_sealed(path, MAGIC, text.encode())
-    return text
+    def emitted() -> str:
+        from kinolab.dynamics.javascript.emitted_module import emitted_module  # late: it derives
 
+        return emitted_module(model, _runtime(), implicit=implicit)
 
-def _key(model: Model, implicit: bool) -> str:
-    parts = (model.key, str(implicit), _runtime())  # the first stands for the code here, too
-    return hashlib.sha256("\0".join(parts).encode()).hexdigest()
+    # the model's key stands for the code here, too
+    return TEXT.get([model.key, str(implicit), _runtime()], emitted)
 
 
 @cache

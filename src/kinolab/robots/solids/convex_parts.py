@@ -10,7 +10,6 @@ concavity and tree search, ACM Transactions on Graphics 41(4), 2022.
 
 from __future__ import annotations
 
-import hashlib
 import logging
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -20,21 +19,18 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
-from kinolab.dynamics.codegen.cache import code_in, folder
 from kinolab.errors import InputError, Mistake
-from kinolab.files import keep_last_used, read_sealed, touch, write_sealed
 from kinolab.lazy import library_of
 from kinolab.numerics.arrays import Array
 from kinolab.robots.kinematic_tree import PlacedShape
 from kinolab.robots.solids.enclosing import enclosing_shape, volume
 from kinolab.scenario.values import MOST_PARTS
+from kinolab.store import Kind, pack_arrays, unpack_arrays
 from kinolab.world.shape_surfaces import Faces
 
 LOG = logging.getLogger("kinolab")
 MOST_TRIANGLES = 100_000  # of a mesh that is divided, which takes minutes
 LONG = 5_000  # triangles that are divided in half a minute or so
-MAGIC = b"kinolab convex parts 1\n"
-MAX_BYTES = 2**26  # [bytes] of all entries
 CONCAVITY = 0.05  # of CoACD: a part's largest distance from its hull, as a share of its size
 EFFORT = {  # of CoACD's tree search, a third of its own, which takes minutes
     **{"mcts_nodes": 10, "mcts_iterations": 60, "mcts_max_depth": 2},
@@ -85,23 +81,22 @@ def _kept_parts(vertices: Array, faces: Faces, most: int, where: str) -> list[Ar
     if len(faces) > MOST_TRIANGLES:
         what = f"it has {len(faces)} triangles, of which at most {MOST_TRIANGLES} can be divided."
         raise InputError([Mistake(where, what, "Simplify it, or leave convex_parts out.")])
-    library = f"{most} {version('coacd')} {code_in(Path(__file__).parent)}".encode()
     points = np.ascontiguousarray(vertices, dtype=np.float64)
     corners = np.ascontiguousarray(faces, dtype=np.int64)
-    key = hashlib.sha256(b"\0".join((library, points.tobytes(), corners.tobytes()))).hexdigest()
-    path = folder() / f"{key}.parts"
-    content = read_sealed(path, MAGIC)
-    if content is not None:
-        touch(path)
-        count = int(np.frombuffer(content, "<i8", 1)[0])
-        sizes = np.frombuffer(content, "<i8", count, 8)
-        every = np.frombuffer(content, np.float64, offset=8 * (count + 1)).reshape(-1, 3)
-        return np.split(every.copy(), np.cumsum(sizes)[:-1])
-    parts = _parts(points, corners, most, where)
-    head = np.array([len(parts), *map(len, parts)], "<i8").tobytes()
-    write_sealed(path, MAGIC, head + b"".join(part.tobytes() for part in parts))
-    keep_last_used(path, MAX_BYTES)
-    return parts
+    content = str(most), version("coacd"), points.tobytes(), corners.tobytes()
+    return PARTS.get(content, lambda: _parts(points, corners, most, where))
+
+
+def _pack(parts: list[Array]) -> bytes:
+    return pack_arrays((np.array([*map(len, parts)]), np.vstack(parts)))
+
+
+def _unpack(content: memoryview) -> list[Array]:
+    sizes, points = unpack_arrays(content, np.int64, np.float64)
+    return np.split(points, np.cumsum(sizes)[:-1])
+
+
+PARTS = Kind("parts", _pack, _unpack, (Path(__file__).parent,), most=2**26)
 
 
 def _parts(vertices: Array, faces: Faces, most: int, where: str) -> list[Array]:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from kinolab.dynamics.language.shapes import MAX_COORDINATE
 from kinolab.numerics.arrays import Array
 from kinolab.world.meshes.double_faces import single_faces
-from kinolab.world.meshes.mesh_cache import Mesh, entry_for, keep_mesh, read_mesh
+from kinolab.world.meshes.mesh_cache import MESHES, Mesh
 from kinolab.world.meshes.mesh_components import connected_parts
 from kinolab.world.meshes.mesh_limits import MAX_BYTES
 from kinolab.world.meshes.mesh_reading import read_triangles, refusal, too_many
@@ -41,11 +41,11 @@ def load_mesh(path: str | Path, *, root: Path, most: int | None = None) -> Mesh:
     content = _read(where, file)
     library = materials_file(file, content, root)
     materials = library.read_bytes() if library else b""
-    kept = entry_for(_format(where), content, materials)
-    mesh, most = read_mesh(kept), most or MAX_TRIANGLES
+    about = _format(where), materials, content
+    mesh, most = MESHES.find(about), most or MAX_TRIANGLES
     if mesh is None:
         mesh = _sound_mesh(where, content, materials, most)
-        keep_mesh(kept, mesh)
+        MESHES.keep(about, mesh)
     elif len(mesh.faces) > most:  # it was kept for a scenario that simplifies it
         raise too_many(where, most)
     return mesh

@@ -8,24 +8,22 @@ Source: Garland, Heckbert, Surface simplification using quadric error metrics, S
 
 from __future__ import annotations
 
-import hashlib
 import logging
 import math
 from dataclasses import replace
 from pathlib import Path
+from typing import TypeAlias
 
 import numpy as np
 
-from kinolab.dynamics.codegen.cache import code_in, folder
 from kinolab.dynamics.language.shapes import Sphere
 from kinolab.errors import printable
-from kinolab.files import keep_last_used, read_sealed, write_sealed
 from kinolab.numerics.arrays import Array
+from kinolab.store import Kind, pack_arrays, unpack_arrays
 from kinolab.world.collision.checker import CollisionChecker
 from kinolab.world.collision.distance_field import digest
 from kinolab.world.geometry import BodyGeometry
 from kinolab.world.meshes.mesh import merge_duplicates
-from kinolab.world.meshes.mesh_cache import MAX_BYTES
 from kinolab.world.meshes.mesh_components import components
 from kinolab.world.meshes.mesh_reading import refusal
 from kinolab.world.obstacle import Obstacle
@@ -34,12 +32,13 @@ from kinolab.world.world import World
 
 LOG = logging.getLogger("kinolab")
 LONG = 500_000  # triangles that are simplified in 20 s
-MAGIC = b"kinolab simplified 1\n"
 BEAD = 1e-7  # [m] radius of the ball whose gap stands for a point's distance
 ROUNDING = 2e-8  # [m] by which that gap may be too small
 ROUNDS = 6  # of triangles that are divided into four
 TIGHT = 1.2  # times the largest distance that was seen, at which a bound is good enough
 BATCH = 100_000  # points at once
+
+Simplified: TypeAlias = tuple[Array, Faces, float]  # vertices, faces, and the bound
 
 
 def simplified(obstacle: Obstacle, count: int) -> Obstacle:
@@ -53,7 +52,9 @@ def simplified(obstacle: Obstacle, count: int) -> Obstacle:
     if obstacle.primitive is not None or len(obstacle.faces) <= count:
         return obstacle
     where = obstacle.source.name if obstacle.source else obstacle.name
-    vertices, faces, error = _kept(obstacle, where, count)
+    vertices, faces, error = SIMPLIFIED.get(
+        [digest([obstacle]), str(count)], lambda: _made(obstacle, where, count)
+    )
     parts = components(vertices, faces)
     before = 0 if obstacle.parts is None else int((obstacle.parts.volume > 0).sum())
     if obstacle.solid and int((parts.volume > 0).sum()) != before:
@@ -130,28 +131,24 @@ def _distances(points: Array, surface: Obstacle) -> Array:
     return np.where(found > 0.0, found + BEAD + ROUNDING, 1e-4)
 
 
-def _kept(obstacle: Obstacle, where: str, count: int) -> tuple[Array, Faces, float]:
-    """Return vertices, faces and the bound, from disk where they are there."""
-    key = f"{digest([obstacle])}\0{count}\0{code_in(Path(__file__).parents[1])}"
-    path = folder() / f"{hashlib.sha256(key.encode()).hexdigest()}.simplified"
-    content = read_sealed(path, MAGIC)
-    if content is not None:
-        n, m = np.frombuffer(content, "<i8", 2).tolist()
-        error = float(np.frombuffer(content, "<f8", 1, 16)[0])
-        vertices = np.frombuffer(content, np.float64, 3 * n, 24).reshape(n, 3).copy()
-        faces = np.frombuffer(content, np.int64, 3 * m, 24 + vertices.nbytes).reshape(m, 3).copy()
-        return vertices, faces, error
+def _unpack(content: memoryview) -> Simplified:
+    vertices, faces, error = unpack_arrays(content, np.float64, np.int64, np.float64)
+    return vertices, faces, float(error)
+
+
+SIMPLIFIED: Kind[Simplified] = Kind(
+    "simplified", pack_arrays, _unpack, (Path(__file__).parents[1],), most=2**28
+)
+
+
+def _made(obstacle: Obstacle, where: str, count: int) -> Simplified:
     if len(obstacle.faces) > LONG:
         many = len(obstacle.faces)
         told = "%s: simplifying %d triangles, once; it may take minutes."
         LOG.warning(told, printable(where), many)
     vertices, faces = fewer_triangles(where, obstacle.vertices, obstacle.faces, count)
     rough = replace(obstacle, vertices=vertices, faces=faces, parts=None, colors=None)
-    error = largest_distance(obstacle.vertices, obstacle.faces, rough)
-    head = np.array([len(vertices), len(faces)], "<i8").tobytes() + np.float64(error).tobytes()
-    write_sealed(path, MAGIC, head + vertices.tobytes() + faces.tobytes())
-    keep_last_used(path, MAX_BYTES)
-    return vertices, faces, error
+    return vertices, faces, largest_distance(obstacle.vertices, obstacle.faces, rough)
 
 
 def fewer_triangles(where: str, vertices: Array, faces: Faces, count: int) -> tuple[Array, Faces]:
