@@ -11,7 +11,7 @@ import trimesh
 
 from kinolab.errors import InputError
 from kinolab.world import mesh_obstacle
-from kinolab.world.meshes.mesh_simplification import largest_distance, simplified
+from kinolab.world.mesh_simplification import largest_distance, simplified
 from tests.support import OPEN, needs, problem_of
 
 WAVES = '[[world.obstacle]]\nmesh = "waves.ply"\nposition = [3.0, 3.0, 0.0]\nsimplify = 400\n'

@@ -198,7 +198,7 @@ def _obstacle(scenario: Scenario, entry: ObstacleEntry) -> Obstacle:
     given: dict[str, Any] = {"scale": entry.scale, "up": entry.up, "solid": entry.solid}
     if entry.simplify is None:
         return mesh_obstacle(name, *file, *pose, **given)
-    from kinolab.world.meshes.mesh_simplification import simplified  # late: few meshes need it
+    from kinolab.world.mesh_simplification import simplified  # late: few meshes need it
 
     whole = mesh_obstacle(name, *file, *pose, **given, most=MOST_SIMPLIFIED)
     return simplified(whole, entry.simplify)

@@ -12,7 +12,7 @@ from kinolab.dynamics.language.shapes import DrawnMesh
 from kinolab.errors import InputError, printable
 from kinolab.numerics.arrays import Array
 from kinolab.robots.kinematic_tree import KinematicTree, VisibleMesh
-from kinolab.world.meshes.mesh_simplification import fewer_triangles
+from kinolab.world.mesh_simplification import fewer_triangles
 from kinolab.world.shape_surfaces import Faces
 
 LOG = logging.getLogger("kinolab")

@@ -137,7 +137,7 @@ def _unpack(content: memoryview) -> Simplified:
 
 
 SIMPLIFIED: Kind[Simplified] = Kind(
-    "simplified", pack_arrays, _unpack, (Path(__file__).parents[1],), most=2**28
+    "simplified", pack_arrays, _unpack, (Path(__file__).parent,), most=2**28
 )
 
 
