@@ -12,7 +12,7 @@ from kinolab import planners
 from kinolab.errors import InputError
 from kinolab.scenario import PLANNER_KEYS, PlannerSection, shared_settings
 from kinolab.search import AbstractPlanner, setting
-from kinolab.settings import OLD_NAMES, Setting, settings_of
+from kinolab.settings import Setting, settings_of
 
 EVERY = [(name, entry) for name in planners.built_in() for entry in settings_of(planners.get(name))]
 every_setting = pytest.mark.parametrize(
@@ -118,18 +118,6 @@ def test_every_range_is_the_one_that_is_kept(planner: str, entry: Setting) -> No
             assert refused(planner, entry, end + outside)
     if entry.above is not None:
         assert refused(planner, entry, entry.above)
-
-
-@pytest.mark.parametrize(("old", "new"), OLD_NAMES.items())
-def test_a_setting_under_its_old_name_is_refused_with_the_new_one(old: str, new: str) -> None:
-    assert all(entry.name != old for _, entry in EVERY)
-    owners = [name for name, entry in EVERY if entry.name == new]
-    assert owners
-    for name in owners:
-        ((key, what, remedy),) = planners.misfits(planners.get(name), {old: 1})
-        assert key == old
-        assert what == f"{old!r} is called {new!r} now."
-        assert remedy == "Write the new name."
 
 
 # --- the keys that planners share ---

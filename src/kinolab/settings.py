@@ -18,23 +18,6 @@ KINDS: Mapping[type, str] = {
     dict: "table",
 }
 
-OLD_NAMES: Mapping[str, str] = {  # names of settings until 2026
-    "berth": "clearance_cost_radius",
-    "draws": "control_samples",
-    "escapes": "random_walk_escapes",
-    "goal_zoom": "goal_region_scale",
-    "greed": "cost_to_go_exponent",
-    "influence": "influence_distance",
-    "inputs_tried": "control_samples",
-    "last_step_every": "goal_connection_period",
-    "memory": "grid_memory",
-    "most_in_cell": "max_states_per_cell",
-    "near": "goal_connection_distance",
-    "patience": "stall_time",
-    "pull": "attractive_gain",
-    "repulsion": "repulsive_gain",
-}
-
 
 @dataclass(frozen=True)
 class Setting:

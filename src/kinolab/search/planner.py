@@ -13,7 +13,7 @@ from kinolab.search.result import (
     Outcome,
     SearchResult,
 )
-from kinolab.settings import OLD_NAMES, setting, settings_of, with_default
+from kinolab.settings import setting, settings_of, with_default
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -86,9 +86,7 @@ class AbstractPlanner(ABC):
         """Yield (key, what is wrong, remedy) of invalid settings."""
         known = {entry.name: entry for entry in settings_of(cls)}
         for key, value in settings.items():
-            if key not in known and OLD_NAMES.get(key) in known:
-                yield key, f"{key!r} is called {OLD_NAMES[key]!r} now.", "Write the new name."
-            elif key not in known:
+            if key not in known:
                 unknown = unknown_name(f"setting of {cls.name}", key, known=sorted(known))
                 yield key, unknown.what, unknown.remedy
             elif misfit := known[key].misfit(value):

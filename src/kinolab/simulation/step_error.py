@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from kinolab.dynamics.codegen.integrators import METHODS
 from kinolab.dynamics.units import state_units
 from kinolab.errors import KinolabError
 from kinolab.numerics.arrays import Array
@@ -18,7 +19,6 @@ from kinolab.trajectory import Trajectory
 
 TOLERATED = 1e-3  # error of one step, of a state's scale
 REFINEMENTS = (2, 4, 8, 16, 32, 64)  # factors by which substeps are multiplied
-OTHER_METHODS = {"euler": "rk4", "rk4": "rosenbrock", "rosenbrock": "rk4"}
 
 
 @dataclass(frozen=True)
@@ -82,7 +82,7 @@ def step_error(problem: PlanningTask, motion: Trajectory) -> StepError | None:
     k = int(np.unravel_index(errors.argmax(), errors.shape)[1])
     step = settings.step / settings.substeps
     factor = next((f for f in REFINEMENTS if _fine(problem, motion, settings.method, f)), None)
-    other = OTHER_METHODS[settings.method]
+    others = (method for method in METHODS if method != settings.method)
     return StepError(
         method=settings.method,
         step=step,
@@ -92,7 +92,7 @@ def step_error(problem: PlanningTask, motion: Trajectory) -> StepError | None:
         share=worst,
         substeps=None if factor is None else factor * settings.substeps,
         shorter=step / (factor or 1),
-        other=other if _fine(problem, motion, other, 1) else "",
+        other=next((other for other in others if _fine(problem, motion, other, 1)), ""),
     )
 
 
