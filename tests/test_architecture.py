@@ -14,15 +14,11 @@ from fnmatch import fnmatch
 from functools import cache
 from graphlib import TopologicalSorter
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any
 
 import pytest
 
-from kinolab.dynamics.codegen.integrators import METHODS
-from kinolab.scenario.schema import IntegrationSection
 from kinolab.scenario.values import MESH_FORMATS
-from kinolab.simulation.sensitivities import STAGES
-from kinolab.simulation.stability import STABILITY_BOUNDS
 from tests.support import ROOT, environment
 
 PROJECT: dict[str, Any] = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
@@ -165,16 +161,6 @@ def test_a_new_force_or_input_touches_the_files_that_the_architecture_names(
     row, places = architecture_row(thing)
     assert places == files_that_name(kinds, at_least=2)
     assert row.startswith(f"{len(places)} files ")
-
-
-def test_every_integrator_is_known_where_the_architecture_says() -> None:
-    named = get_args(IntegrationSection.model_fields["method"].annotation)
-    assert set(METHODS) == set(named) == set(STAGES) == set(STABILITY_BOUNDS)
-    row, places = architecture_row("an integrator")
-    assert row.startswith(f"{len(places)} files ")
-    for file in places:
-        words = (ROOT / "src" / "kinolab" / file).read_text("utf-8")
-        assert all(method in words for method in METHODS if method != "rk4"), file
 
 
 def test_a_new_shape_touches_the_files_that_the_architecture_names() -> None:

@@ -11,6 +11,7 @@ import pytest
 import kinolab
 from kinolab.concurrency import rows
 from kinolab.concurrency.rows import in_parts
+from kinolab.dynamics.codegen.methods import METHODS
 from kinolab.numerics.arrays import Array
 from kinolab.show.film.crew import Crew, Share
 from kinolab.simulation.sensitivities import StepSensitivities
@@ -69,7 +70,7 @@ def test_derivatives_and_distances_are_the_same_with_many_processors(
     generator = np.random.default_rng(1)
     x = problem.start + 0.3 * generator.normal(size=(300, problem.model.nx))
     u = generator.uniform(*problem.model.control_bounds.T, size=(300, problem.model.nu))
-    steps = StepSensitivities(problem.model, "rk4", 2, 1)
+    steps = StepSensitivities(problem.model, METHODS["rk4"], 2, 1)
     near = CollisionConstraints(problem, 0.05)
     samples = Samples(np.arange(300), np.zeros(300), x, u)
 

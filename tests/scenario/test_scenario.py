@@ -169,7 +169,7 @@ def test_a_scenario_with_four_mistakes_reports_all_four() -> None:
         'crane.toml [planner] time_limit: "5" is text, not a number. '
         "Give a positive number [s] (default 30.0).",
         "crane.toml [integration] metod: no key is called 'metod'. "
-        "Did you mean 'method'? Known: method, step, substeps, truth.",
+        "Did you mean 'method'? Known: method, step, substeps, tableau, truth.",
     ]
 
 

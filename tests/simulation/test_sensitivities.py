@@ -18,6 +18,8 @@ from kinolab.dynamics import (
     move,
     rate,
 )
+from kinolab.dynamics.codegen.methods import METHODS
+from kinolab.simulation.dop853_coefficients import DOP853
 from kinolab.simulation.sensitivities import StepSensitivities
 
 MACHINES = (
@@ -67,7 +69,9 @@ def test_derivatives_are_those_of_the_machines_own_step(
     expected = np.column_stack(
         [(step(z + d) - step(z - d)) / (2 * NUDGE) for d in NUDGE * np.eye(len(z))]
     )
-    after, tangents = StepSensitivities(model, method, substeps).linearized(x[None], u[None], h)
+    after, tangents = StepSensitivities(model, METHODS[method], substeps).linearized(
+        x[None], u[None], h
+    )
     assert np.allclose(after[0], step(z), rtol=0, atol=1e-14)
     assert np.allclose(tangents[0], expected, rtol=1e-7, atol=1e-7)
 
@@ -81,7 +85,7 @@ def test_order_eight_is_as_accurate_as_it_should_be(substeps: int, error: float)
     flow = scipy.linalg.expm(h * np.block([[A, b], [np.zeros((1, 3))]]))[:2]
     ends = flow @ np.array([0.3, -0.5, 0.7])
     slope = A @ ends + b[:, 0] * 0.7
-    after, tangents = StepSensitivities(model, "dop853", substeps).linearized(x, u, h)
+    after, tangents = StepSensitivities(model, DOP853, substeps).linearized(x, u, h)
     assert np.abs(after[0] - ends).max() < error
     assert np.abs(tangents[0] - np.column_stack([flow, slope])).max() < 20 * error
 
@@ -92,7 +96,7 @@ def test_derivatives_of_order_eight_are_those_of_its_own_steps(name: str) -> Non
     generator = np.random.default_rng(1)
     x = model.project(model.rest() + 0.3 * generator.uniform(-1, 1, model.nx))
     u = np.clip(generator.uniform(-1, 1, model.nu), *model.control_bounds.T)
-    step, h = StepSensitivities(model, "dop853", 2), 0.05
+    step, h = StepSensitivities(model, DOP853, 2), 0.05
     z = np.concatenate([x, u, [h]])
 
     def after(z: np.ndarray) -> np.ndarray:
@@ -110,8 +114,10 @@ def test_derivatives_of_order_eight_are_those_of_its_own_steps(name: str) -> Non
 def test_derivatives_in_fewer_substeps_leave_the_step_as_it_is() -> None:
     model = systems.get("pendulum").model()
     x, u = np.full((3, model.nx), 0.1), np.zeros((3, model.nu))
-    fine, coarse = (StepSensitivities(model, "rk4", n).linearized(x, u, 0.2) for n in (8, 2))
-    after, tangents = StepSensitivities(model, "rk4", 8, derived=2).linearized(x, u, 0.2)
+    fine, coarse = (
+        StepSensitivities(model, METHODS["rk4"], n).linearized(x, u, 0.2) for n in (8, 2)
+    )
+    after, tangents = StepSensitivities(model, METHODS["rk4"], 8, derived=2).linearized(x, u, 0.2)
     assert np.array_equal(after, fine[0])
     assert np.array_equal(tangents, coarse[1])
     assert not np.array_equal(coarse[0], fine[0])
@@ -119,7 +125,7 @@ def test_derivatives_in_fewer_substeps_leave_the_step_as_it_is() -> None:
 
 def test_a_step_that_fails_says_so() -> None:
     model = systems.get("quad2d_v0").model()
-    after = StepSensitivities(model, "rk4", 1).after(
+    after = StepSensitivities(model, METHODS["rk4"], 1).after(
         np.full((1, model.nx), np.nan), np.zeros((1, 2)), 0.1
     )
     assert np.isnan(after).all()

@@ -13,6 +13,7 @@ from scipy.integrate import solve_ivp
 import kinolab
 from kinolab.analyze.execute import Conditions, execute
 from kinolab.cli import run
+from kinolab.dynamics.codegen.methods import METHODS
 from kinolab.problem import PlanningTask
 from kinolab.runs import read_run
 from kinolab.show.view.driving import driving_of
@@ -124,7 +125,9 @@ def test_derivatives_of_the_step_hold_for_a_stiff_machine() -> None:
     model = skid_steered().model()
     x, u, h = model.rest(), np.array([0.3, 0.1]), 0.05
     step = partial(model.step, method="rosenbrock", substeps=2)
-    after, slopes = StepSensitivities(model, "rosenbrock", 2).linearized(x[None], u[None], h)
+    after, slopes = StepSensitivities(model, METHODS["rosenbrock"], 2).linearized(
+        x[None], u[None], h
+    )
     assert np.allclose(after[0], step(x, u, h), atol=1e-13)
     for i, e in enumerate(np.eye(model.nx) * 1e-6):
         assert np.allclose(

@@ -11,6 +11,7 @@ import pytest
 
 import kinolab
 from kinolab.cli import run
+from kinolab.dynamics.codegen.methods import METHODS
 from kinolab.dynamics.language.json.machine_file import machine_to_json
 from kinolab.errors import InputError
 from kinolab.problem import PlanningTask
@@ -153,7 +154,7 @@ def test_references_are_shortened_and_made_exact(plan: PlanResult, trajectory: T
 def test_derivatives_hold_the_law_over_a_step() -> None:
     model, h, nudge = cart_pole().model(), 0.05, 1e-6
     x, r = np.array([0.1, 0.02, 0.1, 0.05]), np.array([0.2])
-    after, tangents = StepSensitivities(model, "rk4", 2).linearized(x[None], r[None], h)
+    after, tangents = StepSensitivities(model, METHODS["rk4"], 2).linearized(x[None], r[None], h)
     assert np.allclose(after[0], model.step(x, r, h, substeps=2), atol=1e-14)
 
     def moved(z: np.ndarray) -> np.ndarray:
@@ -167,7 +168,9 @@ def test_derivatives_hold_the_law_over_a_step() -> None:
 def test_derivatives_of_several_steps_ask_the_law_in_each() -> None:
     model, h, nudge = cart_pole().model(), 0.15, 1e-6
     x, r = np.array([0.1, 0.02, 0.1, 0.05]), np.array([0.2])
-    after, tangents = StepSensitivities(model, "rk4", 2, acts=3).linearized(x[None], r[None], h)
+    after, tangents = StepSensitivities(model, METHODS["rk4"], 2, acts=3).linearized(
+        x[None], r[None], h
+    )
 
     def moved(z: np.ndarray) -> np.ndarray:
         state = z[:4]
@@ -179,7 +182,7 @@ def test_derivatives_of_several_steps_ask_the_law_in_each() -> None:
     assert np.allclose(after[0], moved(z), atol=1e-14)
     expected = [(moved(z + d) - moved(z - d)) / (2 * nudge) for d in nudge * np.eye(6)]
     assert np.allclose(tangents[0], np.transpose(expected), rtol=1e-7, atol=1e-7)
-    once = StepSensitivities(model, "rk4", 6).after(x[None], r[None], h)
+    once = StepSensitivities(model, METHODS["rk4"], 6).after(x[None], r[None], h)
     assert np.abs(once[0] - after[0]).max() > 1e-4  # a law that is held for longer is another one
 
 

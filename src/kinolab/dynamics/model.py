@@ -12,7 +12,6 @@ from numpy.typing import ArrayLike, NDArray
 from kinolab.arguments import require_fit
 from kinolab.dynamics.codegen.cache import Compiled, key_of
 from kinolab.dynamics.codegen.compiled_functions import CHATTERS, SINGULAR
-from kinolab.dynamics.codegen.integrators import METHODS
 from kinolab.dynamics.codegen.machine_code import SPACE, MachineCode, bound
 from kinolab.dynamics.codegen.mode_formulas import FORMULAS
 from kinolab.dynamics.codegen.state_space import StateSpace
@@ -83,6 +82,7 @@ class Model:
             none.
         velocity_names: Names of the independent velocities, shape (nv,).
         redundant: Names of constraints that follow from the others.
+        methods: Of integration, by name: those that there were when it was described.
         state_names: Names of the entries of x, shape (nx,).
         control_names: Names of the entries of u, shape (nu,).
         rate_names: Names of all velocities, shape (nt,).
@@ -158,6 +158,7 @@ class Model:
             key, build, closed=machine.references is not None, switches=bool(machine.modes)
         )
         self.independent, self.redundant = self._code.independent, self._code.redundant
+        self.methods = self._code.methods
         self.quasi_velocities = self._code.quasi
         self.coordinate_names = tuple(name for c in machine.coordinates for name in c.entries)
         self.rate_names = machine.rate_names
@@ -360,7 +361,7 @@ class Model:
             x: State, shape (nx,), or states, shape (N, nx).
             u: Inputs, shape (nu,), or one row per state.
             dt: Step length in [s], or one per state, shape (N,).
-            method: ``rk4``, ``euler``, or ``rosenbrock`` for stiff friction.
+            method: One of ``methods``; ``rosenbrock`` for stiff friction.
             substeps: Of which the step is made.
 
         Raises:
@@ -412,8 +413,8 @@ class Model:
         parameters: Mapping[str, float],
     ) -> None:
         """Make one step from every row; what comes out may be the next row."""
-        if method not in METHODS:
-            raise UnknownNameError("integration method", method, known=METHODS)
+        if method not in self.methods:
+            raise UnknownNameError("integration method", method, known=self.methods)
         p = self.parameter_vector(**parameters)
         row, status = self._code.step(method, (rows, inputs, out), p, spans, substeps)
         if status:

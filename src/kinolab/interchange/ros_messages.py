@@ -15,10 +15,10 @@ import numpy as np
 from kinolab.arguments import require_fit
 from kinolab.dynamics import Model
 from kinolab.errors import InputError, Mistake, UnknownNameError
-from kinolab.naming import fresh_name
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.quaternions import of_poses
 from kinolab.problem import PlanningTask
+from kinolab.robots.writing.fresh_names import fresh_name
 from kinolab.trajectory import Trajectory
 
 WORLD = "world"  # what all poses are relative to

@@ -9,7 +9,7 @@ always described anew.
 from __future__ import annotations
 
 import json
-from functools import partial
+from functools import cache, partial
 from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any

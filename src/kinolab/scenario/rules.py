@@ -8,7 +8,8 @@ from __future__ import annotations
 import difflib
 from collections.abc import Iterable, Mapping, Sequence
 
-from kinolab.errors import unknown_name
+from kinolab.dynamics.codegen.methods import METHODS, Method, add_method
+from kinolab.errors import InputError, unknown_name
 from kinolab.scenario.issues import Issue, KeyPath
 from kinolab.scenario.toml_text import shortened, string_text
 from kinolab.scenario.values import ROBOT_ONLY
@@ -21,7 +22,9 @@ PLANNER_KEYS = ("name", "time_limit", "max_iterations", "seed", "improve")
 
 def document_issues(document: Mapping[str, object]) -> list[Issue]:
     """Apply every rule to a document of which nothing is known yet."""
-    system, world, planner = (_table(document.get(key)) for key in ("system", "world", "planner"))
+    system, world, planner, integration = (
+        _table(document.get(key)) for key in ("system", "world", "planner", "integration")
+    )
     entries = world.get("obstacle")
     obstacles = [_table(entry) for entry in entries] if isinstance(entries, list) else []
     return [
@@ -34,6 +37,7 @@ def document_issues(document: Mapping[str, object]) -> list[Issue]:
             for issue in obstacle_issues(obstacle)
         ),
         *_below(("world", "obstacle"), name_issues([entry.get("name") for entry in obstacles])),
+        *_below(("integration",), integration_issues(integration)),
         *_below(("planner",), planner_issues(planner)),
     ]
 
@@ -83,6 +87,27 @@ def planner_issues(given: Iterable[str]) -> list[Issue]:
         for key in given
         if key not in PLANNER_KEYS and difflib.get_close_matches(key, PLANNER_KEYS, 1, cutoff=0.9)
     ]
+
+
+def integration_issues(given: Mapping[str, object]) -> list[Issue]:
+    """A method of integration is known, or its coefficients make it so."""
+    name, tableau = given.get("method", "rk4"), given.get("tableau")
+    if not isinstance(name, str):
+        return []
+    if isinstance(tableau, dict):
+        try:
+            add_method(Method.of_lists(name, **tableau))
+        except InputError as error:
+            return [Issue(("tableau",), each.what, each.remedy) for each in error.mistakes]
+        except (TypeError, ValueError):
+            return []  # of another type, which is reported elsewhere
+    if name in METHODS:
+        return []
+    close = difflib.get_close_matches(name, METHODS, n=1)
+    meant = f'Did you mean "{close[0]}"? ' if close else ""
+    listing = ", ".join(f'"{known}"' for known in METHODS)
+    remedy = f"{meant}Give one of {listing}, or coefficients under [integration.tableau]."
+    return [Issue(("method",), f"{shortened(string_text(name))} is none of the choices.", remedy)]
 
 
 def unknown_key(path: KeyPath, key: str, known: Sequence[str], kind: str = "key") -> Issue:

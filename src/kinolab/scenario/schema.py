@@ -21,6 +21,7 @@ from pydantic import (
 )
 from pydantic_core import PydanticCustomError
 
+from kinolab.dynamics.codegen.methods import METHODS
 from kinolab.errors import is_broken, printable
 from kinolab.files import stem_of
 from kinolab.scenario import rules
@@ -244,18 +245,39 @@ class KeepOut(Section):
     ] = 0.0  # that plans keep from the cone
 
 
+class TableauSection(Section):
+    """``[integration.tableau]``: the coefficients of a method of one's own, as ``Method`` has."""
+
+    order: Count
+    a: list[list[Number]]
+    b: list[Number]
+    c: list[list[Number]] = []
+    gamma: NotNegative = 0.0
+
+
 class IntegrationSection(Section):
     """``[integration]``: what the motion is, and what counts as true."""
 
-    method: Literal["rk4", "euler", "rosenbrock"] = "rk4"
+    method: Text = "rk4"
+    tableau: TableauSection | None = None
     step: Seconds = 0.05
     substeps: Substeps = 1  # of the method, of which each step is made
     truth: Literal["continuous", "discrete"] = "continuous"
 
+    @model_validator(mode="after")
+    def _known_method(self) -> Self:
+        _obey(rules.integration_issues(self.model_dump(exclude_none=True)))
+        return self
+
+    def __setstate__(self, state: dict[Any, Any]) -> None:
+        """Let a process that is sent the section know the method."""
+        super().__setstate__(state)
+        rules.integration_issues(self.model_dump(exclude_none=True))
+
     @property
     def accurate_method(self) -> str:
-        """The method of steps that approximate a differential equation: Euler's are too crude."""
-        return "rk4" if self.method == "euler" else self.method
+        """The method of steps that approximate a differential equation: of order 1 is too crude."""
+        return self.method if METHODS[self.method].order > 1 else "rk4"
 
 
 class PlannerSection(Section):

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from kinolab.dynamics.codegen.methods import Method
 from kinolab.numerics.arrays import Array
 
 STAGES, EXTRA_STAGES = 12, 3
@@ -214,4 +215,9 @@ D = _rows(
         14: -39.17726167561544,
         15: -149.72683625798564,
     },
+)
+
+# without error control
+DOP853 = Method(
+    "dop853", 8, tuple(B.tolist()), tuple(tuple(A[i, :i].tolist()) for i in range(STAGES))
 )

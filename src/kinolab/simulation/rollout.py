@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from kinolab.concurrency.cancel import CancellationToken, never_cancelled, raise_if_cancelled
+from kinolab.dynamics.codegen.methods import METHODS
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.struct import Record
 from kinolab.problem import PlanningTask
@@ -42,7 +43,9 @@ class Rollout:
         self._calls = CompiledStep(problem, method)
         self.step, self.propagations = problem.step, 0
         self._pieces = 1 if discrete else _pieces(problem)
-        self._sensitivities = StepSensitivities(problem.model, method, self._pieces, DERIVED_PIECES)
+        self._sensitivities = StepSensitivities(
+            problem.model, METHODS[method], self._pieces, DERIVED_PIECES
+        )
 
     def follow(self, x0: Array, u: Array) -> Array | None:
         """Return the states at the knots, shape (N+1, nx); None where a step fails.

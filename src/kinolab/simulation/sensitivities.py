@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from kinolab.concurrency.rows import in_parts
 from kinolab.dynamics import Model
+from kinolab.dynamics.codegen.methods import Method
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.jit import allocating_kernel, kernel
 from kinolab.numerics.struct import Record
@@ -24,18 +25,13 @@ from kinolab.simulation.machine import call_under
 from kinolab.simulation.tangent_steps import (
     Dual,
     Substep,
-    dormand_prince,
+    advance_dual,
     dual,
-    euler,
     project,
-    rosenbrock,
-    runge_kutta,
     step_scratch,
 )
 
 ROWS_PER_THREAD = 16
-STAGES = {"euler": 1, "rosenbrock": 2, "rk4": 4}  # by which a method is told in compiled code
-ALL_STAGES = STAGES | {"dop853": 12}  # the last one is the optimiser's own
 
 
 class StepCode(NamedTuple):
@@ -48,7 +44,11 @@ class StepCode(NamedTuple):
     inputs: int  # how many act
     project: int
     p: Array
-    stages: int  # of the method, see ALL_STAGES
+    a: Array  # (stages, stages), of the method, as ``Method`` has them
+    b: Array  # (stages,)
+    c: Array  # (stages, stages)
+    gamma: float
+    geodesic: int
     feedback_updates: int  # how often the law is asked in a step
     substeps: int  # from one time to the next
     projects: int  # whether a step ends on constraints and unit quaternions
@@ -61,14 +61,14 @@ class StepSensitivities:
 
     Args:
         model: The machine.
-        method: Of integration: ``rk4``, ``euler``, ``rosenbrock`` or ``dop853``.
+        method: Of integration.
         substeps: Of which each step is made, or each part of it after which feedback acts anew.
         derived: Of which it is made for derivatives; fewer are faster and enough for a direction.
         acts: How often feedback acts in a step.
     """
 
     def __init__(
-        self, model: Model, method: str, substeps: int, derived: int | None = None, acts: int = 1
+        self, model: Model, method: Method, substeps: int, derived: int | None = None, acts: int = 1
     ) -> None:
         self._model = model  # owns the code
         self._code = _code(model, method, substeps, acts)
@@ -78,7 +78,7 @@ class StepSensitivities:
     def evaluations(self) -> int:
         """How often a step with derivatives evaluates the equations of motion."""
         code = self._coarse.held
-        return int(code.feedback_updates * code.substeps * code.stages)
+        return int(code.feedback_updates * code.substeps * len(code.b))
 
     def after(self, x: Array, u: Array, h: float) -> Array:
         """Return where every step leads, shape (N, nx); NaN where it fails.
@@ -125,7 +125,7 @@ class StepSensitivities:
 
 
 @lru_cache(maxsize=64)  # each subproblem of a trajectory asks for the same few
-def _code(model: Model, method: str, substeps: int, acts: int) -> Record:
+def _code(model: Model, method: Method, substeps: int, acts: int) -> Record:
     plant, closed = model.plant, model.plant is not model
     return Record(
         StepCode(
@@ -136,7 +136,11 @@ def _code(model: Model, method: str, substeps: int, acts: int) -> Record:
             inputs=plant.nu,
             project=model.address("project"),
             p=np.append(model.parameter_vector(), 0.0),
-            stages=ALL_STAGES[method],
+            a=_table(method, method.a),
+            b=np.array(method.b),
+            c=_table(method, method.c),
+            gamma=method.gamma,
+            geodesic=int(method.geodesic),
             feedback_updates=acts,
             substeps=substeps,
             projects=int(model.projects),
@@ -144,6 +148,14 @@ def _code(model: Model, method: str, substeps: int, acts: int) -> Record:
             moving=model.nx - bool(model.machine.modes),
         )
     )
+
+
+def _table(method: Method, rows: tuple[tuple[float, ...], ...]) -> Array:
+    """Return weights of former stages, (stages, stages)."""
+    table = np.zeros((method.stages, method.stages))
+    for line, row in zip(table, rows, strict=False):
+        line[: len(row)] = row
+    return table
 
 
 @allocating_kernel
@@ -160,7 +172,7 @@ def linearise(code, x, u, h, derive, after, tangents):  # type: ignore[no-untype
     nx, wide = x.shape[1], x.shape[1] + u.shape[1] + 1
     inputs, fraction = code.inputs, 1.0 / (code.feedback_updates * code.substeps)
     acting, gains = dual(inputs, wide), np.empty((nx + u.shape[1], inputs))
-    scratch = step_scratch(nx, inputs, wide)
+    scratch = step_scratch(nx, inputs, wide, code.b.shape[0])
     step = Substep(code, acting, h * fraction, fraction, derive)
     for n in range(x.shape[0]):
         state = Dual(after[n], tangents[n if derive else 0])
@@ -174,14 +186,7 @@ def linearise(code, x, u, h, derive, after, tangents):  # type: ignore[no-untype
         for part in range(code.feedback_updates * code.substeps):
             if part % code.substeps == 0:
                 refused = apply_law(step, state, u[n], gains)
-            if code.stages == 1:
-                failed = euler(step, state, scratch)
-            elif code.stages == 2:
-                failed = rosenbrock(step, state, scratch)
-            elif code.stages == 4:
-                failed = runge_kutta(step, state, scratch)
-            else:
-                failed = dormand_prince(step, state, scratch)
+            failed = advance_dual(step, state, scratch)
             if code.projects:
                 project(step, state, scratch)
             if failed or refused:

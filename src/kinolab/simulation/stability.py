@@ -1,23 +1,18 @@
-"""Stability limit of explicit integrators: is the step short enough for the fastest mode?
-
-Source: Hairer, Wanner, Solving ODEs II, 2nd ed., section IV.2 (stability functions).
-"""
+"""Stability limit of explicit integrators: is the step short enough for the fastest mode?"""
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from kinolab.dynamics import Model
+from kinolab.dynamics.codegen.methods import METHODS
 from kinolab.errors import KinolabError
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 from kinolab.scenario.schema import IntegrationSection
 
-# |h lambda| up to which |R(h lambda)| <= 1 for lambda < 0
-STABILITY_BOUNDS = {"rk4": 2.785, "euler": 2.0, "rosenbrock": math.inf}
 RANDOM_STATES = 100  # of each kind
 QUANTILE = 0.9  # of their rates: stiffness at isolated states is ignored
 GROWTH_RATIO = 0.5  # Re(lambda) / |lambda| above which a mode counts as unstable
@@ -74,7 +69,7 @@ def stiffness(problem: PlanningTask, visited: Array | None = None) -> Stiffness 
 def step_too_long(settings: IntegrationSection, rate: float) -> Stiffness | None:
     """Return why steps are unstable for a mode of a given rate in [1/s]; None if they are not."""
     step = settings.step / settings.substeps
-    stable = STABILITY_BOUNDS[settings.method]
+    stable = METHODS[settings.method].stability
     if rate * step <= stable:
         return None
     return Stiffness(settings.method, step, stable / rate, rate, settings.substeps)

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kinolab.dynamics.codegen.integrators import METHODS
+from kinolab.dynamics.codegen.methods import METHODS
 from kinolab.dynamics.units import state_units
 from kinolab.errors import KinolabError
 from kinolab.numerics.arrays import Array

@@ -1,6 +1,6 @@
 """A substep of each integrator together with its exact derivative.
 
-The methods are those that ``codegen/integrators`` emits, and one of order 8 for long steps. In the
+The methods are those that ``codegen/integrators`` emits, from the same coefficients. In the
 kernels ``step`` is a ``Substep``, states and slopes are ``Dual`` unless a shape is told, and
 ``scratch`` is a ``StepScratch``.
 """
@@ -12,11 +12,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from kinolab.dynamics.codegen.integrators import GAMMA
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.jit import allocating_kernel, kernel
 from kinolab.numerics.lu import factor, substitute
-from kinolab.simulation.dop853_coefficients import STAGES, A, B
 from kinolab.simulation.machine import call_at, call_under
 
 FD_STEP = 1e-6  # of an entry of a state, or of inputs
@@ -34,16 +32,15 @@ class StepScratch(NamedTuple):
     """Scratch memory of a substep, of whatever method; those before ``first`` serve them all."""
 
     at: Dual  # of nx numbers
-    k1: Dual  # of two stages, or of one and of their sum
-    k2: Dual
+    begin: Dual
     jacobian: Array  # (nx + inputs, nx), of whatever
     first: Array  # the same, at the beginning of the step
-    matrix: Array  # (nx, nx), the factors of W, or the derivative of the projection
+    matrix: Array  # (nx, nx), the factors of 1 - gamma h J, or the derivative of the projection
     pivots: Array  # (nx,)
     z: Array  # (nx + inputs,)
     curvature: Array  # (nx, nx + inputs), the derivative of J k
-    slopes: Array  # (STAGES, nx), of the method of order 8
-    slope_tangents: Array  # (STAGES, nx, wide)
+    slopes: Array  # (stages, nx)
+    slope_tangents: Array  # (stages, nx, wide)
 
 
 class Substep(NamedTuple):
@@ -63,13 +60,13 @@ def dual(n, wide):  # type: ignore[no-untyped-def]
 
 
 @allocating_kernel
-def step_scratch(nx, inputs, wide):  # type: ignore[no-untyped-def]
-    """Return a ``StepScratch`` for states, inputs and columns of a derivative."""
+def step_scratch(nx, inputs, wide, stages):  # type: ignore[no-untyped-def]
+    """Return a ``StepScratch`` for states, inputs, columns of a derivative, and stages."""
     return StepScratch(
-        dual(nx, wide), dual(nx, wide), dual(nx, wide),
+        dual(nx, wide), dual(nx, wide),
         np.empty((nx + inputs, nx)), np.empty((nx + inputs, nx)), np.empty((nx, nx)),
         np.empty(nx), np.empty(nx + inputs), np.empty((nx, nx + inputs)),
-        np.empty((STAGES, nx)), np.empty((STAGES, nx, wide)),
+        np.empty((stages, nx)), np.empty((stages, nx, wide)),
     )  # fmt: skip
 
 
@@ -102,11 +99,39 @@ def state_derivative(step, x, k, jacobian):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def euler(step, x, scratch):  # type: ignore[no-untyped-def]
-    """Make a substep x + h f(x), on SO(3) along the geodesic, in place; 0 if it worked."""
-    k, attitudes = scratch.k1, step.code.attitudes
-    failed = state_derivative(step, x, k, scratch.jacobian)
-    begin = 0
+def advance_dual(step, x, scratch):  # type: ignore[no-untyped-def]
+    """Make a substep of the method in place; 0 if it worked. Its coefficients say what it is.
+
+    With W = 1 - gamma h J, where J = df/dx at the substep's beginning, a stage solves W k = r, so
+    that W dk = dr + gamma d(h J) k.
+    """
+    code, at, begin, failed = step.code, scratch.at, scratch.begin, 0
+    copy(step.derive, x, begin)
+    if code.gamma > 0.0:
+        failed |= factor_stages(step, x, scratch)
+    for i in range(code.b.shape[0]):
+        stage = slope_of(scratch, i)
+        copy(step.derive, begin, at)
+        for j in range(i):
+            if code.a[i, j] != 0.0:
+                add(step, code.a[i, j], slope_of(scratch, j), at)
+        failed |= state_derivative(step, at, stage, scratch.jacobian)
+        for j in range(i):
+            if code.c[i, j] != 0.0:
+                add_beside(step.derive, code.c[i, j], slope_of(scratch, j), stage)
+        if code.gamma > 0.0:
+            failed |= solve_stage(step, begin, stage, scratch)
+        if code.b[i] != 0.0 and not code.geodesic:
+            add(step, code.b[i], stage, x)
+    if code.geodesic:
+        along_geodesics(step, slope_of(scratch, 0), x)
+    return failed
+
+
+@kernel
+def along_geodesics(step, k, x):  # type: ignore[no-untyped-def]
+    """Set x to x + h k, on SO(3) to the end of the great circle along k."""
+    attitudes, begin = step.code.attitudes, 0
     for n in range(attitudes.shape[0]):
         q, end = attitudes[n], attitudes[n] + 4
         add(step, 1.0, part(k, begin, q), part(x, begin, q))
@@ -114,7 +139,6 @@ def euler(step, x, scratch):  # type: ignore[no-untyped-def]
         begin = end
     nx = x.value.shape[0]
     add(step, 1.0, part(k, begin, nx), part(x, begin, nx))
-    return failed
 
 
 @kernel
@@ -160,44 +184,8 @@ def turn(step, k, q):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def runge_kutta(step, x, scratch):  # type: ignore[no-untyped-def]
-    """Make a substep of the classical Runge-Kutta method in place; 0 if it worked."""
-    failed, at, k, total = 0, scratch.at, scratch.k1, scratch.k2
-    copy(step.derive, x, total)
-    for stage in range(4):
-        ahead = 0.0 if stage == 0 else (1.0 if stage == 3 else 0.5)
-        weight = 1.0 / 6.0 if stage in (0, 3) else 1.0 / 3.0
-        copy(step.derive, x, at)
-        if stage > 0:
-            add(step, ahead, k, at)
-        failed |= state_derivative(step, at, k, scratch.jacobian)
-        add(step, weight, k, total)
-    copy(step.derive, total, x)
-    return failed
-
-
-@kernel
-def dormand_prince(step, x, scratch):  # type: ignore[no-untyped-def]
-    """Make a substep of the Runge-Kutta method of order 8 in place; 0 if it worked.
-
-    Source: Hairer, Norsett, Wanner, Solving ODEs I, 2nd ed., section II.5 (DOP853).
-    """
-    failed, at = 0, scratch.at
-    for stage in range(STAGES):
-        copy(step.derive, x, at)
-        for before in range(stage):
-            if A[stage, before] != 0.0:
-                add(step, A[stage, before], slope_of(scratch, before), at)
-        failed |= state_derivative(step, at, slope_of(scratch, stage), scratch.jacobian)
-    for stage in range(STAGES):
-        if B[stage] != 0.0:
-            add(step, B[stage], slope_of(scratch, stage), x)
-    return failed
-
-
-@kernel
 def slope_of(scratch, stage):  # type: ignore[no-untyped-def]
-    """Return a stage's slope, as ``dormand_prince`` keeps it."""
+    """Return a stage."""
     return Dual(scratch.slopes[stage], scratch.slope_tangents[stage])
 
 
@@ -224,46 +212,28 @@ def add(step, weight, k, x):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def rosenbrock(step, x, scratch):  # type: ignore[no-untyped-def]
-    """Make a linearly implicit substep, for stiff machines, in place; 0 if it worked.
+def add_beside(derive, weight, k, stage):  # type: ignore[no-untyped-def]
+    """Add a weight times a former stage k to the right-hand side of a stage."""
+    for i in range(k.value.shape[0]):
+        stage.value[i] += weight * k.value[i]
+        if derive:
+            for c in range(k.tangent.shape[1]):
+                stage.tangent[i, c] += weight * k.tangent[i, c]
 
-    With W = 1 - gamma h J, where J = df/dx at the substep's beginning,
 
-        W k1 = f(x),  W k2 = f(x + h k1) - 2 k1,  after = x + 3/2 h k1 + 1/2 h k2
-
-    so that W dk1 = df + gamma d(h J) k1, and alike for k2.
-
-    Source: Verwer, Spee, Blom, Hundsdorfer, SIAM J. Sci. Comput. 20(4), 1999, equation (3.1).
-    """
-    code, h = step.code, step.h
-    nx, wide = x.tangent.shape
-    first, at, k1, k2 = scratch.first, scratch.at, scratch.k1, scratch.k2
+@kernel
+def factor_stages(step, x, scratch):  # type: ignore[no-untyped-def]
+    """Factor 1 - gamma h J at the beginning of a substep; 0 if it worked."""
+    code, first = step.code, scratch.first
     failed = call_under(
         code.jacobian, x.value.ctypes.data, step.u.value.ctypes.data, code.p.ctypes.data,
         first.ctypes.data,
     )  # fmt: skip
-    failed |= state_derivative(step, x, k1, scratch.jacobian)
-    for i in range(nx):
-        for j in range(nx):
-            scratch.matrix[i, j] = (1.0 if i == j else 0.0) - GAMMA * h * first[j, i]
-    failed |= factor(scratch.matrix, scratch.pivots)
-    failed |= solve_stage(step, x, k1, scratch)
-    copy(step.derive, x, at)
-    add(step, 1.0, k1, at)
-    failed |= state_derivative(step, at, k2, scratch.jacobian)
-    for i in range(nx):
-        k2.value[i] -= 2.0 * k1.value[i]
-        if step.derive:
-            for c in range(wide):
-                k2.tangent[i, c] -= 2.0 * k1.tangent[i, c]
-    failed |= solve_stage(step, x, k2, scratch)
-    for i in range(nx):
-        k2.value[i] = 1.5 * k1.value[i] + 0.5 * k2.value[i]
-        if step.derive:
-            for c in range(wide):
-                k2.tangent[i, c] = 1.5 * k1.tangent[i, c] + 0.5 * k2.tangent[i, c]
-    add(step, 1.0, k2, x)
-    return failed
+    for i in range(x.value.shape[0]):
+        for j in range(x.value.shape[0]):
+            own = 1.0 if i == j else 0.0
+            scratch.matrix[i, j] = own - code.gamma * step.h * first[j, i]
+    return failed | factor(scratch.matrix, scratch.pivots)
 
 
 @kernel
@@ -284,10 +254,11 @@ def solve_stage(step, x, k, scratch):  # type: ignore[no-untyped-def]
                 change += bend[i, j] * x.tangent[j, c]
             for j in range(step.u.value.shape[0]):
                 change += bend[i, nx + j] * step.u.tangent[j, c]
-            k.tangent[i, c] += GAMMA * step.h * change
+            k.tangent[i, c] += step.code.gamma * step.h * change
+    share = step.code.gamma * step.fraction
     for i in range(nx):
         for j in range(nx):
-            k.tangent[i, wide - 1] += GAMMA * step.fraction * scratch.first[j, i] * k.value[j]
+            k.tangent[i, wide - 1] += share * scratch.first[j, i] * k.value[j]
     for c in range(wide):
         substitute(scratch.matrix, scratch.pivots, k.tangent[:, c])
     return failed
@@ -326,8 +297,8 @@ def jacobian_derivative(step, x, k, scratch):  # type: ignore[no-untyped-def]
 def project(step, x, scratch):  # type: ignore[no-untyped-def]
     """Project a state onto constraints and unit quaternions in place."""
     nx, wide = x.tangent.shape
-    matrix, product = scratch.matrix, scratch.k1.tangent
-    before, after = scratch.k1.value, scratch.k2.value
+    matrix, product = scratch.matrix, scratch.at.tangent
+    before, after = scratch.at.value, scratch.begin.value
     if step.derive:
         projection_jacobian(step.code, x.value, scratch)
         for i in range(nx):
@@ -348,7 +319,7 @@ def project(step, x, scratch):  # type: ignore[no-untyped-def]
 def projection_jacobian(code, x, scratch):  # type: ignore[no-untyped-def]
     """Set ``matrix`` to the derivative of the projection at x (nx,), by central differences."""
     nx, matrix = x.shape[0], scratch.matrix
-    before, after = scratch.k1.value, scratch.k2.value
+    before, after = scratch.at.value, scratch.begin.value
     for j in range(code.moving, nx):
         for i in range(nx):
             matrix[i, j] = 1.0 if i == j else 0.0

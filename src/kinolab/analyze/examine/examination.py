@@ -16,12 +16,13 @@ from kinolab.analyze.examine.common_mistakes import mistakes_in
 from kinolab.analyze.examine.energy_sources import energy_sources
 from kinolab.analyze.examine.law_check import LawCheck
 from kinolab.dynamics import Model, System
+from kinolab.dynamics.codegen.methods import METHODS
 from kinolab.dynamics.derivation.singularity import singularity_of
 from kinolab.dynamics.mode_derivations import in_mode
 from kinolab.errors import KinolabError, NoDynamicsError
 from kinolab.loading.well_posed import unlimited_sentences
 from kinolab.scenario.schema import IntegrationSection
-from kinolab.simulation.stability import STABILITY_BOUNDS, decay_rate, step_too_long
+from kinolab.simulation.stability import decay_rate, step_too_long
 
 RANDOM_STATES = 10  # random states at which laws are checked
 DURATION = 2.0  # [s] of the energy-balance run
@@ -200,9 +201,9 @@ def _steps(model: Model, states: NDArray[np.float64], settings: IntegrationSecti
     step, wrong = settings.step / settings.substeps, step_too_long(settings, rate)
     law = f"{settings.method} is stable at steps of {step:g} s"
     if wrong is not None:
-        return LawCheck(law, rate * step, STABILITY_BOUNDS[settings.method], wrong.sentence)
+        return LawCheck(law, rate * step, METHODS[settings.method].stability, wrong.sentence)
     note = f"the fastest decay rate is {rate:.3g} /s"
-    return LawCheck(law, rate * step, STABILITY_BOUNDS[settings.method], note)
+    return LawCheck(law, rate * step, METHODS[settings.method].stability, note)
 
 
 def _limits(model: Model) -> Iterator[LawCheck]:

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from kinolab.dynamics import Model, tvlqr
+from kinolab.dynamics.codegen.methods import METHODS
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 from kinolab.simulation.sensitivities import StepSensitivities
@@ -52,7 +53,7 @@ class Tracker:
                 state's weight in the metric.
         """
         model, settings = problem.whole or problem.model, problem.scenario.integration
-        step = StepSensitivities(model, settings.method, settings.substeps)
+        step = StepSensitivities(model, METHODS[settings.method], settings.substeps)
         x, u, spans = trajectory.x, trajectory.inputs, np.diff(trajectory.t)
         u = np.vstack([u, _keeping(model, x[-1], u[-1])])
         slopes = [

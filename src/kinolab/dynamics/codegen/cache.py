@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 from kinolab.dynamics.codegen.llvm_jit import compile_ir, processor
+from kinolab.dynamics.codegen.methods import METHODS
 from kinolab.store import Kind, code_in, digest_of
 
 Compiled: TypeAlias = tuple[dict[str, Any], bytes]  # facts (JSON), and machine code
@@ -14,7 +15,8 @@ Compiled: TypeAlias = tuple[dict[str, Any], bytes]  # facts (JSON), and machine 
 
 def key_of(content: str) -> str:
     """Return what stands for a machine as text, this processor, and the code that compiles it."""
-    return digest_of(content, processor(), code_in(Path(__file__).parents[1]))
+    methods = map(repr, METHODS.values())
+    return digest_of(content, processor(), code_in(Path(__file__).parents[1]), *methods)
 
 
 def compiled(text: str) -> bytes:

@@ -11,10 +11,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from kinolab.dynamics.codegen.compiled_functions import PREFIX, RATES, STEPPERS
+from kinolab.dynamics.codegen.compiled_functions import PREFIX, RATES
 from kinolab.dynamics.codegen.emission import emit_function, emit_jacobian, emit_rows
 from kinolab.dynamics.codegen.exports import Function
-from kinolab.dynamics.codegen.integrators import STEP
+from kinolab.dynamics.codegen.integrators import STEP, steppers
 from kinolab.dynamics.codegen.llvm import Register, Routine
 from kinolab.dynamics.derivation.derivation import Derivation
 from kinolab.dynamics.derivation.expression_graph import ExpressionGraph, Node
@@ -42,7 +42,7 @@ def emit_closed_loop(derivation: Derivation, system: Mechanism, feedback: Feedba
             _emit_law_tangent(derivation, references, outputs),
             emit_jacobian(states, size, inputs, name="law_jacobian", tangent="law_tangent"),
             *(_emit_closed(name, inputs) for name in RATES),
-            *(_emit_closed_step(name, inputs) for name in STEPPERS),
+            *(_emit_closed_step(name, inputs) for name in steppers()),
             _emit_closed_tangent(inputs),
             emit_jacobian(
                 states, size, states, name=f"{PREFIX}jacobian", tangent=f"{PREFIX}tangent"

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from kinolab.dynamics.codegen.integrators import METHODS
-
 SINGULAR, NOT_FINITE, CHATTERS = 1, 2, 4  # bits of the status that a function returns
 NEED_CHART = ("velocity", "constraint_residual", "constraint_forces", "energy", "power")
 PREFIX = "closed_"  # of functions with feedback
@@ -11,7 +9,6 @@ RATES = (  # functions of (x, u, p, out, mode)
     *("f", "velocity", "point_speed", "cable_speed", "energy", "power"),
     *("constraint_residual", "constraint_forces", "requirements"),
 )
-STEPPERS = tuple(f"step_{method}" for method in METHODS)
 SWITCHES = ("leaves", "guards", "reset")  # of a machine with modes: whether one ends, and how
-# have a twin of references
-CLOSED_LOOP_FUNCTIONS = (*RATES, *STEPPERS, "tangent", "jacobian", "rows_under")
+# have a twin of references, and so have the steps
+CLOSED_LOOP_FUNCTIONS = (*RATES, "tangent", "jacobian", "rows_under")

@@ -25,7 +25,6 @@ from kinolab.dynamics.codegen.compiled_functions import NOT_FINITE, SINGULAR
 from kinolab.dynamics.codegen.exports import Function, frames_tangent_of, outputs_of, tangent_of
 from kinolab.dynamics.codegen.integrators import (
     LANES,
-    emit_explicit,
     emit_integrators,
     emit_linear_algebra,
     in_lanes,
@@ -73,8 +72,12 @@ def _emit_lanes(d: Derivation, functions: Sequence[Function]) -> list[str]:
     return [
         emit_sine_and_cosine(LANES),
         *(_emitted(d.binding.tape, function, LANES) for function in functions),
-        *emit_explicit(
-            len(d.state), projects=bool(d.projection), attitudes=d.attitudes, lanes=LANES
+        *emit_integrators(
+            len(d.state),
+            len(d.binding.inputs),
+            projects=bool(d.projection),
+            attitudes=d.attitudes,
+            lanes=LANES,
         ),
     ]
 

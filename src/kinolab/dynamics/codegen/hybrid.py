@@ -23,9 +23,9 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Sequence
 
-from kinolab.dynamics.codegen.compiled_functions import CHATTERS, STEPPERS
+from kinolab.dynamics.codegen.compiled_functions import CHATTERS
 from kinolab.dynamics.codegen.emission import emit_function, emit_module
-from kinolab.dynamics.codegen.integrators import STEP
+from kinolab.dynamics.codegen.integrators import STEP, steppers
 from kinolab.dynamics.codegen.llvm import Register, Routine, literal
 from kinolab.dynamics.codegen.trigonometry import name_of
 from kinolab.dynamics.mode_derivations import ModeDerivation
@@ -58,7 +58,7 @@ def emit_hybrid(modes: Sequence[ModeDerivation]) -> str:
                 for _, name, parameters in functions
                 if name not in SHARED and "ptr %x" in parameters  # others are linear algebra
             ),
-            *(_step(method, states, _most_guards(modes)) for method in STEPPERS),
+            *(_step(method, states, _most_guards(modes)) for method in steppers()),
             _leaves(modes),
             _guards(modes, states),
             _reset(modes, states),
@@ -93,7 +93,7 @@ def _mode_of(routine: Routine, states: int) -> Register:
 def _dispatched(name: str, parameters: str, states: int, modes: int) -> str:
     """Return a function that calls the one of the mode in which the state is."""
     pairs = (entry.replace("%", "").split() for entry in parameters.split(", "))
-    own = FLOW + name if name in STEPPERS else name
+    own = FLOW + name if name in steppers() else name
     routine = Routine(own, [(kind, label) for kind, label in pairs])
     current = _mode_of(routine, states)
     for k in range(modes - 1):

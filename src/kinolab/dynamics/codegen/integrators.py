@@ -9,16 +9,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from kinolab.dynamics.codegen.llvm import Register, Routine, literal
+from kinolab.dynamics.codegen.methods import METHODS, Method
 from kinolab.dynamics.codegen.trigonometry import sine_and_cosine
 
-METHODS = ("rk4", "euler", "rosenbrock")
-
 SMALL_TURN = 1e-8  # [rad^2] of half a turn, squared: sin(a)/a is 1 - a^2/6 to rounding
-GAMMA = 1 - 0.5**0.5  # makes the Rosenbrock method L-stable: stiff friction decays at any step
 
 POINTERS = [("ptr", "x"), ("ptr", "u"), ("ptr", "p")]
 LANES = 4  # results at once: as many as the widest registers of most processors have room for
-EXPLICIT = ("rk4", "euler")  # methods that are emitted in lanes, too
 STEP = [*POINTERS, ("double", "h"), ("ptr", "out"), ("i64", "substeps"), ("i64", "mode")]
 
 
@@ -27,56 +24,94 @@ def in_lanes(lanes: int = LANES) -> str:
     return "" if lanes == 1 else "_lanes"
 
 
+def steppers() -> tuple[str, ...]:
+    """Return the names of the functions that make steps, one for each method there is."""
+    return tuple(f"step_{name}" for name in METHODS)
+
+
 def emit_integrators(
-    states: int, inputs: int, *, projects: bool, attitudes: Sequence[int] = ()
+    states: int,
+    inputs: int,
+    *,
+    projects: bool,
+    attitudes: Sequence[int] = (),
+    lanes: int = 1,
 ) -> list[str]:
-    """Return one function per integration method.
+    """Return one function per integration method; in lanes, per explicit one.
 
     Args:
         states: Length of x.
         inputs: Length of u.
         projects: Whether states are moved back onto constraints and unit quaternions.
         attitudes: Where quaternions begin in x.
+        lanes: Of results at once.
     """
     return [
-        *emit_explicit(states, projects=projects, attitudes=attitudes),
-        _emit_rosenbrock(states, inputs, projects),
+        _emit_step(method, (states, inputs), projects, attitudes, lanes)
+        for method in METHODS.values()
+        if lanes == 1 or not method.implicit
     ]
 
 
-def emit_explicit(
-    states: int, *, projects: bool, attitudes: Sequence[int] = (), lanes: int = 1
-) -> list[str]:
-    """Return one function per explicit method, as ``emit_integrators``, or those in lanes."""
-    return [
-        _emit_euler(states, projects, attitudes, lanes),
-        _emit_runge_kutta(
-            "rk4", states, (0.0, 0.5, 0.5, 1.0), (1 / 6, 1 / 3, 1 / 3, 1 / 6), projects, lanes
-        ),
-    ]
-
-
-def _emit_euler(states: int, projects: bool, attitudes: Sequence[int], lanes: int) -> str:
-    """Return the explicit Euler step x + h f(x), along geodesics where x is on SO(3).
-
-    An attitude turns by the exponential of h times its angular velocity: q exp(h w / 2).
-
-    Source: Iserles, Munthe-Kaas, Norsett, Zanna, Lie-group methods, Acta Numerica 9, 2000,
-    section 2.4 (the Lie-Euler method).
-    """
-    routine = Routine("step_euler" + in_lanes(lanes), STEP, lanes=lanes)
-    k, total, begin = (routine.array(states) for _ in range(3))
+def _emit_step(
+    method: Method, sizes: tuple[int, int], projects: bool, attitudes: Sequence[int], lanes: int
+) -> str:
+    """Return a step of a method; with ``geodesic``, along great circles where x is on SO(3)."""
+    routine, size = Routine(f"step_{method.name}{in_lanes(lanes)}", STEP, lanes=lanes), sizes[0]
+    at, total, begin, *k = (routine.array(size) for _ in range(3 + method.stages))
     status = routine.cell("i32", "0")
     h = _substep(routine)
-    routine.copy("%x", begin, states)
+    routine.copy("%x", begin, size)
     with routine.loop(0, "%substeps"):
-        _call_f(routine, begin, k, status)
-        _axpy(routine, states, h, k, begin, total)
-        for first in attitudes:
-            _turn(routine, first, h, k, begin, total)
-        _land(routine, states, total, begin, status, projects)
-    _finish(routine, states, begin, status)
+        solve = _factored(routine, sizes, h, method.gamma, begin, status) if method.implicit else ""
+        routine.copy(begin, total, size)
+        for i, (stage, weight) in enumerate(zip(k, method.b, strict=True)):
+            source = begin
+            for former, share in zip(k, method.a[i], strict=False):
+                if share:
+                    factor = routine.mul(h, routine.constant(share))
+                    _axpy(routine, size, factor, former, source, at)
+                    source = at
+            _call_f(routine, source, stage, status)
+            for former, share in zip(k, method.c[i] if method.c else (), strict=False):
+                if share:
+                    _axpy(routine, size, routine.constant(share), former, stage, stage)
+            if solve:
+                routine.do(f"{solve}, ptr {stage})")
+            _axpy(routine, size, routine.mul(h, routine.constant(weight)), stage, total, total)
+        for first in attitudes if method.geodesic else ():
+            _turn(routine, first, h, k[0], begin, total)
+        _land(routine, size, total, begin, status, projects)
+    routine.copy(begin, "%out", size)
+    routine.give(routine.get("i32", status))
     return routine.text()
+
+
+def _factored(
+    routine: Routine,
+    sizes: tuple[int, int],
+    h: str,
+    gamma: float,
+    begin: Register,
+    status: Register,
+) -> str:
+    """Factor 1 - gamma h J at the beginning of a step; returns the call that solves with it."""
+    size, inputs = sizes
+    jacobian = routine.array(size * (size + inputs))
+    matrix, pivots = routine.array(size * size), routine.array(size)
+    call = f"call i32 @jacobian(ptr {begin}, ptr %u, ptr %p, ptr {jacobian}, i64 %mode)"
+    _merge(routine, status, routine.line(call))
+    fraction = routine.mul(h, literal(-gamma))
+    with routine.loop(0, size) as i, routine.loop(0, size) as j:
+        column = routine.integer("add", routine.integer("mul", j, size), i)
+        row = routine.integer("add", routine.integer("mul", i, size), j)
+        own = routine.line(f"icmp eq i64 {i}, {j}")
+        one = routine.line(f"select i1 {own}, double {literal(1.0)}, double {literal(0.0)}")
+        scaled = routine.mul(fraction, routine.load(jacobian, column))
+        routine.store(matrix, row, routine.add(one, scaled))
+    singular = routine.line(f"call i32 @lu_factor(ptr {matrix}, ptr {pivots}, i64 {size})")
+    _merge(routine, status, singular)
+    return f"call void @lu_solve(ptr {matrix}, ptr {pivots}, i64 {size}"
 
 
 def _turn(
@@ -100,78 +135,6 @@ def _turn(
     fraction = routine.mul(h, ratio)
     for i, at, slope in zip(entries, q, q_dot, strict=True):
         routine.store(total, i, routine.add(routine.mul(cosine, at), routine.mul(fraction, slope)))
-
-
-def _emit_runge_kutta(
-    method: str,
-    states: int,
-    fractions: tuple[float, ...],
-    weights: tuple[float, ...],
-    projects: bool,
-    lanes: int,
-) -> str:
-    """Return a step whose stage s starts at x + h a_s k_(s-1).
-
-    Source: Hairer, Norsett, Wanner, Solving ODEs I, 2nd ed., section II.1.
-    """
-    routine = Routine(f"step_{method}" + in_lanes(lanes), STEP, lanes=lanes)
-    at, k, total, begin = (routine.array(states) for _ in range(4))
-    status = routine.cell("i32", "0")
-    h = _substep(routine)
-    routine.copy("%x", begin, states)
-    with routine.loop(0, "%substeps"):
-        routine.copy(begin, total, states)
-        for stage, (fraction, weight) in enumerate(zip(fractions, weights, strict=True)):
-            source = begin
-            if stage:
-                source = at
-                _axpy(routine, states, routine.mul(h, routine.constant(fraction)), k, begin, at)
-            _call_f(routine, source, k, status)
-            _axpy(routine, states, routine.mul(h, routine.constant(weight)), k, total, total)
-        _land(routine, states, total, begin, status, projects)
-    _finish(routine, states, begin, status)
-    return routine.text()
-
-
-def _emit_rosenbrock(states: int, inputs: int, projects: bool) -> str:
-    """Return a step of the L-stable Rosenbrock method of order 2 with the exact Jacobian J.
-
-    (1 - gamma h J) k1 = f(x), (1 - gamma h J) k2 = f(x + h k1) - 2 k1, x + 3/2 h k1 + 1/2 h k2.
-
-    Source: Verwer, Spee, Blom, Hundsdorfer, SIAM J. Sci. Comput. 20(4), 1999, equation (3.1).
-    """
-    routine = Routine("step_rosenbrock", STEP)
-    size = states
-    jacobian = routine.array(size * (size + inputs))
-    matrix, pivots = routine.array(size * size), routine.array(size)
-    k1, k2, at, total, begin = (routine.array(size) for _ in range(5))
-    status = routine.cell("i32", "0")
-    h = _substep(routine)
-    routine.copy("%x", begin, size)
-    with routine.loop(0, "%substeps"):
-        call = f"call i32 @jacobian(ptr {begin}, ptr %u, ptr %p, ptr {jacobian}, i64 %mode)"
-        _merge(routine, status, routine.line(call))
-        fraction = routine.mul(h, literal(-GAMMA))
-        with routine.loop(0, size) as i, routine.loop(0, size) as j:
-            column = routine.integer("add", routine.integer("mul", j, size), i)
-            row = routine.integer("add", routine.integer("mul", i, size), j)
-            own = routine.line(f"icmp eq i64 {i}, {j}")
-            one = routine.line(f"select i1 {own}, double {literal(1.0)}, double {literal(0.0)}")
-            scaled = routine.mul(fraction, routine.load(jacobian, column))
-            routine.store(matrix, row, routine.add(one, scaled))
-        singular = routine.line(f"call i32 @lu_factor(ptr {matrix}, ptr {pivots}, i64 {size})")
-        _merge(routine, status, singular)
-        _call_f(routine, begin, k1, status)
-        routine.do(f"call void @lu_solve(ptr {matrix}, ptr {pivots}, i64 {size}, ptr {k1})")
-        _axpy(routine, size, h, k1, begin, at)
-        _call_f(routine, at, k2, status)
-        _axpy(routine, size, literal(-2.0), k1, k2, k2)
-        routine.do(f"call void @lu_solve(ptr {matrix}, ptr {pivots}, i64 {size}, ptr {k2})")
-        _axpy(routine, size, routine.mul(h, literal(1.5)), k1, begin, total)
-        _axpy(routine, size, routine.mul(h, literal(0.5)), k2, total, total)
-        _land(routine, size, total, begin, status, projects)
-    _finish(routine, size, begin, status)
-    return routine.text()
 
 
 def _axpy(
@@ -216,11 +179,6 @@ def _land(
             call = f"call i32 @{name}(ptr {source}, ptr %p, ptr {landed}, i64 %mode) noinline"
             _merge(routine, status, routine.line(call))
     routine.copy(total, target, states)
-
-
-def _finish(routine: Routine, states: int, end: Register, status: Register) -> None:
-    routine.copy(end, "%out", states)
-    routine.give(routine.get("i32", status))
 
 
 def emit_linear_algebra() -> list[str]:

@@ -18,11 +18,11 @@ from kinolab.dynamics.codegen.compiled_functions import (
     CLOSED_LOOP_FUNCTIONS,
     NEED_CHART,
     PREFIX,
-    STEPPERS,
     SWITCHES,
 )
-from kinolab.dynamics.codegen.integrators import EXPLICIT, METHODS, in_lanes
+from kinolab.dynamics.codegen.integrators import in_lanes, steppers
 from kinolab.dynamics.codegen.llvm_jit import link
+from kinolab.dynamics.codegen.methods import METHODS
 from kinolab.dynamics.machine_facts import QuasiVelocityFacts
 from kinolab.numerics.arrays import Array
 
@@ -31,7 +31,7 @@ STEP = ctypes.CFUNCTYPE(  # step(x, u, p, h, out, substeps, mode)
     STATUS, *(POINTER,) * 3, ctypes.c_double, POINTER, INTEGER, INTEGER
 )
 SPACE = ("rows_between", "difference", "retract")
-FUNCTIONS = ("rows_at", "rows_under", "tangent", "frames_tangent", *SPACE, *STEPPERS)
+FUNCTIONS = ("rows_at", "rows_under", "tangent", "frames_tangent", *SPACE)
 UNSOLVABLE = ("f", *NEED_CHART)  # have no result where they fail
 
 
@@ -50,6 +50,7 @@ class MachineCode:
         independent: Indices, among all velocities, of those that are states.
         quasi: The quasi-velocities that are states, before those.
         redundant: Names of constraints that follow from the others.
+        methods: Of integration, by name.
 
     Raises:
         InputError: If the mechanism cannot be derived.
@@ -69,11 +70,14 @@ class MachineCode:
         self.independent: tuple[int, ...] = tuple(facts["independent"])
         self.quasi = tuple(_quasi_velocity(**entry) for entry in facts["quasi"])
         self.redundant: tuple[str, ...] = tuple(facts["redundant"])
-        self._closed = {name: PREFIX + name for name in CLOSED_LOOP_FUNCTIONS if closed}
+        steps = steppers()
+        self.methods = tuple(METHODS)
+        twice = (*CLOSED_LOOP_FUNCTIONS, *steps) if closed else ()
+        self._closed = {name: PREFIX + name for name in twice}
         own = SWITCHES if switches else ()
-        twins = ("f", *(f"step_{method}" for method in EXPLICIT))
-        self._in_lanes = [name + in_lanes() for name in twins if facts["lanes"]]
-        names = {*self.sizes, *FUNCTIONS, *own, *self._closed.values(), *self._in_lanes}
+        explicit = (f"step_{name}" for name, method in METHODS.items() if not method.implicit)
+        self._in_lanes = [name + in_lanes() for name in ("f", *explicit) if facts["lanes"]]
+        names = {*self.sizes, *FUNCTIONS, *steps, *own, *self._closed.values(), *self._in_lanes}
         self._library = link(code, names)
 
     def address(self, name: str) -> int:
@@ -141,7 +145,7 @@ class MachineCode:
 
     @cached_property
     def _steppers(self) -> dict[str, Callable[..., int]]:
-        return {method: STEP(self.address(f"step_{method}")) for method in METHODS}
+        return {method: STEP(self.address(f"step_{method}")) for method in self.methods}
 
 
 def bound(address: int, *arrays: Any) -> Callable[[], int]:

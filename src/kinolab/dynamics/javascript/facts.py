@@ -5,8 +5,10 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict
 from typing import Any
 
+from kinolab.dynamics.codegen.methods import METHODS
 from kinolab.dynamics.derivation.derivation import Derivation
 from kinolab.dynamics.language.inputs import bounds_of
 from kinolab.dynamics.language.mechanism import Mechanism
@@ -27,6 +29,7 @@ def facts_of(model: Model, derivation: Derivation) -> dict[str, Any]:
         "stateBounds": [[_finite(a), _finite(b)] for a, b in model.state_bounds.tolist()],
         "circular": model.circular.tolist(),
         "attitudes": derivation.attitudes,
+        "methods": {name: asdict(METHODS[name]) for name in model.methods},
         "rest": model.rest().tolist(),
         "parameters": [_parameter(system, entry.name, entry.unit) for entry in system.parameters],
         "inputs": _decided(system.inputs),

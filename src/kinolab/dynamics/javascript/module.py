@@ -27,7 +27,7 @@ def javascript_of(model: Model, *, implicit: bool = False) -> str:
 
     Args:
         model: Provides the equations; a cached result is returned without deriving.
-        implicit: Whether ``step`` offers the method ``rosenbrock``, whose derivatives double the
+        implicit: Whether ``step`` offers implicit methods, whose derivatives double the
             length of the text.
     """
 

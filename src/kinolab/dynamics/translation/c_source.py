@@ -12,6 +12,7 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from kinolab.dynamics.codegen.exports import Function
+from kinolab.dynamics.codegen.methods import RK4
 from kinolab.dynamics.derivation.expression_graph import ExpressionGraph, Node, Operation
 from kinolab.dynamics.model import Model
 from kinolab.dynamics.translation.translated import translated
@@ -187,10 +188,12 @@ def _step(name: str, nx: int, *, projects: bool) -> str:
             "}",
         ]
     )
+    fractions = ", ".join(number(sum(row)) for row in RK4.a)  # each stage rests on the last one
+    weights = ", ".join(map(number, RK4.b))
     lines = [
         f"enum {{ N = {nx} }};",
-        "static const double fractions[4] = {0.0, 0.5, 0.5, 1.0};",
-        "static const double weights[4] = {1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 6.0};",
+        f"static const double fractions[{RK4.stages}] = {{{fractions}}};",
+        f"static const double weights[{RK4.stages}] = {{{weights}}};",
         "double at[N];",
         "double slope[N] = {0.0};",
         "double total[N];",
@@ -198,7 +201,7 @@ def _step(name: str, nx: int, *, projects: bool) -> str:
         "for (size_t i = 0; i < N; ++i) {",
         "    total[i] = x[i];",
         "}",
-        "for (size_t stage = 0; (stage < 4U) && (status == 0); ++stage) {",
+        f"for (size_t stage = 0; (stage < {RK4.stages}U) && (status == 0); ++stage) {{",
         "    for (size_t i = 0; i < N; ++i) {",
         "        at[i] = x[i] + (h * fractions[stage]) * slope[i];",
         "    }",

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from kinolab.dynamics.codegen.methods import METHODS
 from kinolab.numerics.work import in_whole_ticks
 from kinolab.problem import PlanningTask
-from kinolab.simulation.sensitivities import STAGES
 
 ITERATION_SECONDS = 1.5e-6  # [s] of work for an iteration of a tree, its steps apart
 
@@ -16,7 +16,7 @@ def step_seconds(problem: PlanningTask) -> float:
     holds within a factor of two for most, and of four for all of them.
     """
     integration, operations = problem.scenario.integration, problem.model.operations
-    evaluations = integration.substeps * STAGES[integration.method]
+    evaluations = integration.substeps * METHODS[integration.method].stages
     shapes = sum(len(body.shapes) for body in problem.bodies) + len(problem.cables)
     seconds = 4e-7 + operations * (7e-9 + 7e-10 * evaluations) + 1.5e-7 * shapes
     if problem.model.plant is not problem.model:

@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from kinolab.dynamics import Model
+from kinolab.dynamics.codegen.methods import METHODS
 from kinolab.dynamics.javascript import javascript_of
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
@@ -31,7 +32,7 @@ def driving_of(problem: PlanningTask, trajectory: Trajectory) -> Driving:
     settings, model = problem.scenario.integration, problem.model
     idle = _idle(problem)
     return Driving(
-        code=javascript_of(model, implicit=settings.method == "rosenbrock"),
+        code=javascript_of(model, implicit=METHODS[settings.method].implicit),
         states=trajectory.x,
         facts={
             "start": problem.start.tolist(),

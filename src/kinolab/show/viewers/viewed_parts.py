@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kinolab.naming import fresh_name
 from kinolab.numerics.arrays import Array
+from kinolab.robots.writing.fresh_names import fresh_name
 from kinolab.show.film.models.ground import floor_top
 from kinolab.show.film.models.surface_mesh import Indices, SurfaceMesh
 from kinolab.show.page.content import Content

@@ -7,8 +7,10 @@ from functools import partial
 
 import numpy as np
 
+from kinolab.dynamics.codegen.methods import METHODS, RK4, Method
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
+from kinolab.simulation.dop853_coefficients import DOP853
 from kinolab.simulation.machine import states_under
 from kinolab.simulation.reference import (
     MAX_ERROR_AMPLIFICATION,
@@ -25,7 +27,7 @@ from kinolab.trajopt.options import NLP, SHORT
 
 # Methods that are tried in turn, with the fewest and the most substeps of each: order 8 pays where
 # steps are long, and where a machine is stiff it does not.
-METHODS = (("rk4", 1, 4), ("dop853", 1, 16), ("rk4", 4, NLP.max_substeps))
+TRIED = ((RK4, 1, 4), (DOP853, 1, 16), (RK4, 4, NLP.max_substeps))
 
 
 def is_discrete(problem: PlanningTask) -> bool:
@@ -127,12 +129,12 @@ def repeatable(problem: PlanningTask, trajectory: Trajectory) -> bool:
     return error_amplification(problem, trajectory.x, x) <= MAX_ERROR_AMPLIFICATION
 
 
-def _steps_of(problem: PlanningTask, knots: Knots, acts: int = 1) -> tuple[str, int]:
+def _steps_of(problem: PlanningTask, knots: Knots, acts: int = 1) -> tuple[Method, int]:
     """Return an integration method and the number of substeps that is accurate enough."""
     settings, model = problem.scenario.integration, problem.model
     if is_discrete(problem):
-        return settings.method, settings.substeps
-    for method, fewest, most in METHODS:
+        return METHODS[settings.method], settings.substeps
+    for method, fewest, most in TRIED:
         substeps, step = fewest, partial(StepSensitivities, model, method, acts=acts)
         coarse = step(substeps).after(knots.x, knots.u, knots.h)
         while substeps < most:
@@ -141,8 +143,10 @@ def _steps_of(problem: PlanningTask, knots: Knots, acts: int = 1) -> tuple[str, 
                 return method, substeps
             substeps, coarse = 2 * substeps, fine
     if np.isfinite(coarse).all():
-        return "rk4", substeps
-    return settings.accurate_method, substeps  # so stiff that only implicit steps stay bounded
+        return RK4, substeps
+    return METHODS[
+        settings.accurate_method
+    ], substeps  # so stiff that only implicit steps stay bounded
 
 
 def _derivative_error(problem: PlanningTask, coarse: Array, fine: Array) -> float:

@@ -5,9 +5,10 @@
 // is the machine without its feedback.
 
 function assemble(facts, functions) {
-  const methods = { rk4: rungeKutta, euler, ...(functions.tangent && { rosenbrock }) };
   const advancing = {};
-  for (const name in methods) advancing[name] = methods[name](facts, functions);
+  for (const [name, method] of Object.entries(facts.methods)) {
+    if (functions.tangent || !method.gamma) advancing[name] = stepOf(method, facts, functions);
+  }
   const n = facts.stateNames.length;
   const defaults = Float64Array.from(facts.parameters, ({ value }) => value);
 

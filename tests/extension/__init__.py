@@ -1,0 +1,1 @@
+"""What users add from outside: one file each, without an edit of the package."""
