@@ -111,7 +111,7 @@ class Kind(Generic[T]):
 
 
 def pack_arrays(arrays: Iterable[ArrayLike]) -> bytes:
-    """Return arrays in NumPy's format, one behind the other."""
+    """Return arrays of any shape in NumPy's format, one behind the other."""
     file = io.BytesIO()
     for array in arrays:
         np.lib.format.write_array(file, np.asarray(array, order="C"), allow_pickle=False)
@@ -119,7 +119,7 @@ def pack_arrays(arrays: Iterable[ArrayLike]) -> bytes:
 
 
 def unpack_arrays(content: memoryview, *dtypes: type[np.generic]) -> list[NDArray[Any]]:
-    """Return what ``pack_arrays`` packed.
+    """Return what ``pack_arrays`` packed: arrays of any shape, of the types given.
 
     Raises:
         ValueError: If it is something else, or its arrays have other types.

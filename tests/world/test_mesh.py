@@ -6,6 +6,7 @@ import struct
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Literal
 
 import numpy as np
@@ -184,9 +185,8 @@ def test_textures_are_not_opened(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     def forbid(*_: object, **__: object) -> object:
         raise AssertionError("opened another file")
 
-    monkeypatch.setattr(module, "entry_for", lambda *_: tmp_path / "entry")  # it has its own files
-    monkeypatch.setattr(module, "read_mesh", lambda _: None)
-    monkeypatch.setattr(module, "keep_mesh", lambda *_: None)
+    store = SimpleNamespace(find=lambda _: None, keep=lambda *_: None)  # it has its own files
+    monkeypatch.setattr(module, "MESHES", store)
     monkeypatch.setattr(Path, "open", record)
     monkeypatch.setattr("builtins.open", forbid)
     assert len(load_mesh("box.obj", root=tmp_path).faces) == 1
