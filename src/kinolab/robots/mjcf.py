@@ -113,9 +113,13 @@ def read_mjcf(
         mistakes += reader.left_out
     if mistakes:
         raise InputError(mistakes)
-    engines = () if reader.left_out else (reader.engine(),)  # which leaves nothing out
     return assembled(
-        tree, locked=locked, self_collisions=self_collisions, where=path.name, engines=engines
+        tree,
+        locked=locked,
+        self_collisions=self_collisions,
+        where=path.name,
+        file=reader.content(),
+        engines=() if reader.left_out else (reader.engine(),),  # which leaves nothing out
     )
 
 
@@ -159,6 +163,12 @@ class _ModelReader:
     def engine(self) -> MujocoEngine:
         """Return MuJoCo's own model of the file, once all of it is read."""
         return MujocoEngine(self._mujoco, self._original, self._joints)
+
+    def content(self) -> bytes:
+        """Return all of the file that MuJoCo compiled."""
+        whole = np.empty(self._mujoco.mj_sizeModel(self._original), dtype=np.uint8)
+        self._mujoco.mj_saveModel(self._original, None, whole)
+        return whole.tobytes()
 
     def _names(self, kind: str, count: int, word: str) -> list[str]:
         return names_of(self._mujoco, self._model, kind, count, word)

@@ -36,6 +36,7 @@ from kinolab.dynamics.language.symbols import (
 )
 from kinolab.errors import InputError, Mistake
 from kinolab.numerics.arrays import Array
+from kinolab.robots.compared.agreements import AGREED, agreement_on
 from kinolab.robots.compared.disagreements import Correspondence, disagreements
 from kinolab.robots.compared.second_engine import AbstractSecondEngine
 from kinolab.robots.compared.urdf_engines import BASE
@@ -102,6 +103,7 @@ def assembled(
     locked: Mapping[str, float] | None = None,
     self_collisions: bool = True,
     where: str = "",
+    file: bytes = b"",
     engines: Iterable[AbstractSecondEngine] = (),
 ) -> System:
     """Return the machine of a robot.
@@ -112,7 +114,8 @@ def assembled(
         locked: Positions of joints that do not move, by name.
         self_collisions: Whether links that are not neighbours may not touch each other.
         where: What mistakes are reported for.
-        engines: Which have read the same file, and with which the machine is compared.
+        file: All that determines how the robot moves.
+        engines: Which have read the same file; the machine is compared with them, once.
 
     Raises:
         InputError: With everything that the machine cannot have, or the joint that moves otherwise
@@ -132,9 +135,12 @@ def assembled(
     made = assembly.system(self_collisions=self_collisions)
     further = {BASE: BASE_COORDINATES} if base == "floating" else {}
     corresponding = Correspondence.of(joints, held, further)
-    left_out = assembly.neglected
-    if mistakes := [*disagreements(made, corresponding, engines, where, left_out)]:
-        raise InputError(mistakes)
+    known = agreement_on(file, base, held)
+    if engines and AGREED.find(known) is None:
+        left_out = assembly.neglected
+        if mistakes := [*disagreements(made, corresponding, engines, where, left_out)]:
+            raise InputError(mistakes)
+        AGREED.keep(known, b"")
     return made
 
 

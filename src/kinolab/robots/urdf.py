@@ -122,6 +122,7 @@ def read_urdf(
         locked=locked,
         self_collisions=self_collisions,
         where=path.name,
+        file=xml.tostring(document),
         engines=urdf_engines(xml, document, floating=base == "floating"),
     )
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
@@ -15,7 +15,8 @@ import pytest
 
 from kinolab.errors import InputError
 from kinolab.robots import mjcf, read_mjcf, read_urdf, robot_machine, urdf
-from kinolab.robots.compared import urdf_engines
+from kinolab.robots.compared import agreements, urdf_engines
+from kinolab.robots.compared.second_engine import AbstractSecondEngine
 from kinolab.robots.constant_frames import turned_about
 from kinolab.robots.kinematic_tree import KinematicTree, Mimicked, pose_of
 from tests.support import needs
@@ -138,6 +139,13 @@ MISTAKES: Mapping[str, tuple[str, Change, str]] = {
     "a loop": (LOOP, lambda tree: replace(tree, closures=()), "crank|coupler|rocker"),
     "what a loop holds": (LOOP, closure(kind="pose"), "crank|coupler|rocker"),
 }
+
+
+@pytest.fixture(autouse=True)
+def nothing_is_known_yet(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nor does anything become known: entries cannot be kept in a file."""
+    (tmp_path / "file").write_text("")
+    monkeypatch.setenv("KINOLAB_CACHE", str(tmp_path / "file"))
 
 
 def written(tmp_path: Path, text: str, name: str = "robot.xml") -> Path:
@@ -309,3 +317,49 @@ def test_inertia_that_is_taken_for_rounding_is_no_difference(tmp_path: Path) -> 
         <inertial pos="0 1e-5 0" mass="1" diaginertia="1e-9 1e-9 1e-9"/></body></body>
       </worldbody></mujoco>"""
     assert read_mjcf(written(tmp_path, text), shapes=False)
+
+
+def test_engines_are_asked_once_of_the_same_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """And again of another file, pose, base or engine, and of one that was refused."""
+    monkeypatch.setenv("KINOLAB_CACHE", str(tmp_path / "cache"))
+    asked: list[str] = []
+    right = urdf.urdf_engines
+
+    def asking(*args: Any, **options: Any) -> Iterator[AbstractSecondEngine]:
+        asked.append("")
+        yield from right(*args, **options)
+
+    monkeypatch.setattr(urdf, "urdf_engines", asking)
+
+    def times_asked(izz: float = 0.001, **options: Any) -> int:
+        asked.clear()
+        read_urdf(written(tmp_path, ARM.format(izz=izz), "arm.urdf"), shapes=False, **options)
+        return len(asked)
+
+    assert [times_asked(), times_asked()] == [1, 0]
+    assert [times_asked(izz=0.0011), times_asked(locked={"elbow": 0.1})] == [1, 1]
+    assert [times_asked(base="floating"), times_asked(locked={"elbow": 0.1})] == [1, 0]
+    monkeypatch.setattr(agreements, "_versions", lambda: ["mujoco=0"])
+    assert times_asked() == 1
+    read_wrongly(monkeypatch, urdf, joint("elbow", axis=np.negative))
+    for _ in range(2):
+        with pytest.raises(InputError, match=r"elbow|roll"):
+            times_asked(izz=0.0012)
+
+
+def test_what_mujoco_compiles_is_the_content_of_a_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A file that another one includes, too."""
+    monkeypatch.setenv("KINOLAB_CACHE", str(tmp_path / "cache"))
+    part, whole = tmp_path / "part.xml", tmp_path / "robot.xml"
+    whole.write_text('<mujoco><include file="part.xml"/></mujoco>')
+    part.write_text(FREE.replace("mujoco>", "mujocoinclude>"))
+    assert read_mjcf(whole, shapes=False)
+    read_wrongly(monkeypatch, mjcf, lambda tree: replace(tree, gravity=NONE))
+    assert read_mjcf(whole, shapes=False)  # what is wrong now was not when it was compared
+    part.write_text(part.read_text().replace('mass="2"', 'mass="2.1"'))
+    with pytest.raises(InputError, match="joint 'free'"):
+        read_mjcf(whole, shapes=False)
