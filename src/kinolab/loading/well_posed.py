@@ -13,6 +13,7 @@ from kinolab.dynamics.machine_facts import MachineFacts
 from kinolab.dynamics.units import units_by_name
 from kinolab.errors import InputError, MissingPlannerError, Mistake
 from kinolab.loading.state_arrays import StateArrays
+from kinolab.numerics.arrays import MULTIPLIABLE
 from kinolab.scenario import Issue, Scenario, check_angles, check_names
 from kinolab.search.plugins import full_reference
 from kinolab.world import Obstacle
@@ -20,8 +21,6 @@ from kinolab.world.meshes.mesh_hints import FAR_TOO_LARGE, likely_scale
 
 MAX_LIMIT = 1e9  # of a limit, in its own unit: beyond it nothing in the world has a size
 MIN_STEP = 1e-6  # [s]
-# In SI units: products of five such numbers are doubles, which reach from 1e-308 to 1e308.
-PARAMETERS = (1e-60, 1e60)
 
 
 def name_mistakes(
@@ -45,7 +44,7 @@ def chosen_names(machine: MachineFacts) -> list[str]:
 
 def parameter_issues(machine: MachineFacts) -> Iterator[Issue]:
     """Yield parameters whose products are no numbers of a computer; 0 is one."""
-    least, largest = PARAMETERS
+    least, largest = MULTIPLIABLE  # in SI units
     for name, value in machine.parameters:
         if value and not least <= abs(value) <= largest:
             beyond = "more" if abs(value) > largest else "less"

@@ -8,6 +8,7 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from kinolab.errors import Mistake, unknown_name
+from kinolab.numerics.arrays import MULTIPLIABLE
 from kinolab.robots.constant_frames import ROUNDING
 from kinolab.robots.joint_inertia import NOISE, without_resistance
 from kinolab.robots.kinematic_tree import (
@@ -21,7 +22,6 @@ from kinolab.robots.kinematic_tree import (
     usable_name,
 )
 
-LARGEST = 1e60  # [kg], [kg m^2]: products of five such numbers are the largest that doubles hold
 INDEFINITE = 1e-9  # of the largest entry of an inertia matrix, which may be rounded
 
 
@@ -152,10 +152,11 @@ def _shape_mistakes(tree: KinematicTree, where: str) -> Iterator[Mistake]:
 
 def _mass_mistakes(tree: KinematicTree, where: str) -> Iterator[Mistake]:
     """Yield masses and inertias whose products are no numbers of a computer."""
+    _, largest = MULTIPLIABLE  # in [kg] and [kg m^2]
     for link in tree.links:
         given = [] if link.inertial is None else [link.inertial.mass, *link.inertial.inertia.flat]
-        for value in sorted({value for value in given if abs(value) > LARGEST}):
-            what = f"{value:g} is a mass or an inertia beyond {LARGEST:g}."
+        for value in sorted({value for value in given if abs(value) > largest}):
+            what = f"{value:g} is a mass or an inertia beyond {largest:g}."
             yield Mistake(f"{where} link {link.name!r}".strip(), what, "Give it in kg and metres.")
 
 
