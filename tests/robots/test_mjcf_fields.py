@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from kinolab.dynamics.language.inputs import bounds_of
 from kinolab.errors import InputError
 from kinolab.robots import mjcf_fields, read_mjcf
 
@@ -189,6 +190,20 @@ def test_a_servo_needs_a_limit_of_its_force(
     assert only.limit == (-5.0, 8.0)
 
 
+def test_actuators_whose_sum_is_within_their_joint_s_limit_keep_their_own(tmp_path: Path) -> None:
+    """MuJoCo limits the sum, from 3 - 8 to 10 - 2, which here it never has to."""
+    motors = """<actuator><motor name="up" joint="hip" ctrlrange="3 10"/>
+      <motor name="down" joint="hip" ctrlrange="-8 -2"/></actuator>"""
+    file = written(tmp_path, hip='actuatorfrcrange="-8 8"', after=motors)
+    model: Any = mujoco.MjModel.from_xml_path(str(file))
+    data = mujoco.MjData(model)
+    for ends in ((3, -8), (10, -2)):
+        data.ctrl[:] = ends
+        mujoco.mj_forward(model, data)
+        assert data.qfrc_actuator[0] == sum(ends)
+    assert [bounds_of(entry) for entry in read_mjcf(file).inputs] == [(3, 10), (-8, -2)]
+
+
 def test_hinges_have_one_axis_in_both_bodies(tmp_path: Path) -> None:
     motor = '<motor name="m" jointinparent="hip" gear="2" ctrlrange="-1 3"/>'
     (only,) = read_mjcf(written(tmp_path, after=f"<actuator>{motor}</actuator>")).inputs
@@ -207,8 +222,8 @@ LIMITS = 'ctrlrange="-1 1" forcerange="-1 1"'
         (f'<intvelocity name="a" joint="hip" actrange="-1 1" {LIMITS}/>', "integrator"),
         (f'<position name="a" joint="hip" kp="3" timeconst="0.1" {LIMITS}/>', "filter"),
         (f'<general name="a" joint="hip" dyntype="filter" dynprm="1" {LIMITS}/>', "dyntype"),
-        (f'<general name="a" joint="hip" biastype="affine" biasprm="0 0 -3" {LIMITS}/>', "servo"),
-        (f'<general name="a" joint="hip" biastype="affine" biasprm="2 -1 0" {LIMITS}/>', "servo"),
+        (f'<general name="a" joint="hip" gainprm="0" biastype="affine" biasprm="0 0 -3" {LIMITS}/>',
+         "gain is 0"),
         (f'<general name="a" joint="hip" gaintype="affine" gainprm="1 2" {LIMITS}/>', "affine"),
         ('<dcmotor name="a" joint="hip" motorconst="1" resistance="1"/>', "dcmotor"),
         (f'<motor name="a" joint="hip" delay="0.1" nsample="9" {LIMITS}/>', "delay"),
@@ -435,3 +450,121 @@ def test_what_is_off_by_rounding_is_where_mujoco_has_it(x: str, quat: str, tmp_p
     file = tmp_path / "top.xml"
     file.write_text(f"<mujoco><worldbody>{top}</worldbody></mujoco>")
     agree(file)
+
+
+AIMING = 'ctrlrange="-0.4 1" forcerange="-50 50"'
+GENERAL = 'biastype="affine" gainprm="9" biasprm="3 -4 -0.5"'
+SUM = """<tendon><fixed name="t"><joint joint="hip" coef="0.5"/><joint joint="knee" coef="-2"/>
+  </fixed></tendon>"""
+FOLLOWING = """<equality><joint joint1="knee" joint2="hip" polycoef="0.3 -0.5 0 0 0"/></equality>"""
+
+
+@pytest.mark.parametrize(
+    ("servo", "parts"),
+    [
+        (f'<position joint="hip" kp="0.1" {AIMING}/>', {}),
+        (f'<position joint="hip" kp="30" kv="9" {AIMING}/>', {}),
+        (f'<position joint="knee" kp="30" kv="2" gear="-3" {AIMING}/>', {}),
+        (f'<velocity joint="hip" kv="40" gear="0.5" {AIMING}/>', {}),
+        (f'<position jointinparent="hip" kp="7" {AIMING}/>', {}),
+        (f'<position tendon="t" kp="30" kv="2" gear="1.5" {AIMING}/>', {"after": SUM}),
+        (f'<position joint="knee" kp="50" kv="6" gear="2" {AIMING}/>', {"after": FOLLOWING}),
+        (f'<position tendon="t" kp="30" kv="2" {AIMING}/>', {"after": FOLLOWING + SUM}),
+        ('<position joint="hip" kp="30" inheritrange="0.5" forcerange="-9 5"/>',
+         {"hip": 'range="-1 2"'}),
+        (f'<position joint="hip" kp="30" kv="1" gear="2" {AIMING}/>',
+         {"hip": 'actuatorfrcrange="-20 40"'}),
+        (f'<general joint="hip" {GENERAL} {AIMING}/>', {}),
+        (f'<general joint="hip" {GENERAL.replace("9", "-9")} gear="-2" {AIMING}/>', {}),
+    ],
+)  # fmt: skip
+def test_a_servo_may_push_as_it_can_in_mujoco(
+    servo: str, parts: dict[str, str], tmp_path: Path
+) -> None:
+    """Just those of the inputs within limits that are between MuJoCo's at the ends of ctrlrange."""
+    after = f"{parts.get('after', '')}<actuator>{servo}</actuator>"
+    file = written(tmp_path, **parts | {"after": after})
+    system = read_mjcf(file)
+    own, (low, high) = system.model(), bounds_of(system.inputs[0])
+    model: Any = mujoco.MjModel.from_xml_path(str(file))
+    data, generator = mujoco.MjData(model), np.random.default_rng(3)
+    beyond, between = 0, 0
+    for _ in range(200):
+        x = generator.normal(size=own.nx)
+        data.qpos[:], data.qvel[:] = x[: own.nv], x[own.nv :]
+        if model.neq:  # the knee follows
+            data.qpos[1], data.qvel[1] = 0.3 - 0.5 * x[0], -0.5 * x[1]
+        ends = sorted(forced(model, data, end) for end in model.actuator_ctrlrange[0])
+        for u in generator.uniform(low, high, size=10):
+            can = ends[0] <= u <= ends[1]
+            assert bool((own.requirements(x, [u]) >= 0.0).all()) == can
+            between += can
+            beyond += not can
+        for u in ends:  # also where the force is at its limit, which may leave a margin
+            margin, rounding = own.requirements(x, [u]).min(), 1e-12 * (high - low)
+            assert low - rounding <= u <= high + rounding
+            assert -rounding <= margin <= (rounding if low < u < high else math.inf)
+    assert min(between, beyond) > 0
+
+
+def forced(model: Any, data: Any, control: float) -> float:
+    """Return the input of kinolab's that is MuJoCo's only actuator at a control."""
+    data.ctrl[:] = control
+    mujoco.mj_forward(model, data)
+    tendon = int(model.actuator_trntype[0]) == int(mujoco.mjtTrn.mjTRN_TENDON)
+    moved = int(model.actuator_trnid[0, 0])
+    return float(data.actuator_force[0] if tendon else data.qfrc_actuator[moved])
+
+
+@pytest.mark.parametrize(
+    ("servo", "option"),
+    [
+        ('<position name="s" joint="hip" kp="3" ctrllimited="false" forcerange="-5 5"/>', ""),
+        (f'<position name="s" joint="hip" kp="3" {AIMING}/>', '<flag clampctrl="disable"/>'),
+        (f'<general name="s" joint="hip" {GENERAL} {AIMING}/>', '<flag clampctrl="disable"/>'),
+    ],
+)
+def test_a_servo_that_may_aim_anywhere_has_its_full_force_everywhere(
+    servo: str, option: str, tmp_path: Path
+) -> None:
+    file = written(tmp_path, option=option, after=f"<actuator>{servo}</actuator>")
+    assert not read_mjcf(file).requirements
+
+
+def test_a_constant_bias_shifts_what_a_motor_can_do(tmp_path: Path) -> None:
+    motor = f'<general joint="hip" gainprm="9" biastype="affine" biasprm="3 0 0" {AIMING}/>'
+    system = read_mjcf(written(tmp_path, after=f"<actuator>{motor}</actuator>"))
+    assert bounds_of(system.inputs[0]) == pytest.approx((9 * -0.4 + 3, 9 + 3))
+    assert not system.requirements
+
+
+def test_a_servo_at_a_site_pushes_by_what_it_aims_at(tmp_path: Path) -> None:
+    servo = f'<position name="s" site="tip" kp="3" gear="1 0 0 0 0 0" {AIMING}/>'
+    (thrust,) = read_mjcf(written(tmp_path, after=f"<actuator>{servo}</actuator>")).inputs
+    assert bounds_of(thrust) == pytest.approx((-1.2, 3.0))
+    braking = servo.replace('kp="3"', 'kp="3" kv="1"')
+    refused(written(tmp_path, after=f"<actuator>{braking}</actuator>"), "actuator s", "brakes")
+
+
+def test_a_servo_beside_a_locked_joint_aims_from_where_that_is(tmp_path: Path) -> None:
+    servo = f'<position name="s" tendon="t" kp="3" {AIMING}/>'
+    file = written(tmp_path, after=f"{SUM}<actuator>{servo}</actuator>")
+    model = read_mjcf(file, locked={"knee": 0.1}).model()
+    # 3 (ctrl - (0.5 hip - 2 * 0.1)) at hip = 0.2 and the upper end of ctrl, 1
+    assert model.requirements([0.2, 0.0], [3 * (1 - 0.1 + 0.2)])[0] == pytest.approx(0.0, abs=1e-9)
+    assert not read_mjcf(file, locked={"knee": 0.1, "hip": 0.2}).requirements
+
+
+def test_a_servo_of_a_locked_joint_demands_nothing(tmp_path: Path) -> None:
+    servo = f'<position name="s" joint="hip" kp="3" {AIMING}/>'
+    file = written(tmp_path, after=f"<actuator>{servo}</actuator>")
+    assert not read_mjcf(file, locked={"hip": 0.2}).requirements
+
+
+def test_what_a_servo_cannot_do_is_said_with_its_name(tmp_path: Path) -> None:
+    servo = f'<position name="s" joint="hip" kp="3" {AIMING}/>'
+    system = read_mjcf(written(tmp_path, after=f"<actuator>{servo}</actuator>"))
+    assert [one.name for one in system.requirements] == [
+        "s aims at no more than its ctrlrange allows",
+        "s aims at no less than its ctrlrange allows",
+    ]

@@ -221,6 +221,38 @@ class Closure:
 
 
 @dataclass(frozen=True)
+class Servo:
+    """What a servo of positions or rates can do where it is.
+
+    Its length L is a sum of positions of joints. Its input is a - stiffness L - damping L_dot with
+    any a in [lower, upper], clipped to [least, most].
+
+    Attributes:
+        motor: Name of its input.
+        lengths: By how much L grows with each joint, by name.
+        lower, upper: Ends of what it can aim at, as inputs where L and L_dot are zero.
+        stiffness, damping: In units of its input for each of L and of L_dot.
+        least, most: Limits of its input.
+    """
+
+    motor: str
+    lengths: Mapping[str, float]
+    lower: float
+    upper: float
+    stiffness: float
+    damping: float
+    least: float
+    most: float
+
+    def beside(self, held: Mapping[str, float]) -> Servo:
+        """Return the servo where some of its joints are held at positions."""
+        still = sum(each * held[name] for name, each in self.lengths.items() if name in held)
+        moving = {name: each for name, each in self.lengths.items() if name not in held}
+        shift = self.stiffness * still
+        return replace(self, lengths=moving, lower=self.lower - shift, upper=self.upper - shift)
+
+
+@dataclass(frozen=True)
 class KinematicTree:
     """Links and the joints between them; exactly one link, the root, has no parent.
 
@@ -236,6 +268,7 @@ class KinematicTree:
     thrusters: tuple[Thruster, ...] = ()
     closures: tuple[Closure, ...] = ()
     pulls: tuple[TendonMotor, ...] = ()
+    servos: tuple[Servo, ...] = ()
     allowed: frozenset[frozenset[str]] = frozenset()
 
     @property

@@ -75,7 +75,8 @@ def read_mjcf(
 
     Bodies without joints are fixed to their parents. A motor's limit is that of its control, times
     gain and gear, or that of its force or of its joint's; servos become motors with their force
-    limit, and actuators of fixed tendons act on all joints of these. Springs of hinges and slides
+    limit, and requirements of what their gain and ``ctrlrange`` let them do where they are;
+    actuators of fixed tendons act on all joints of these. Springs of hinges and slides
     count, and so do friction and rotors (``armature``) of all joints; the range of a ball joint is
     a requirement of the machine. Contacts between bodies do not push, as in all of kinolab. Flags
     that disable forces, limits or actuators do so; solids keep apart all the same where a flag
@@ -198,6 +199,7 @@ class _ModelReader:
             (x, y, z),
             thrusters=tuple(actuators.thrusters()),
             pulls=tuple(actuators.pulls()),
+            servos=tuple(actuators.servos),
             closures=tuple(self._closures()),
             allowed=allowed_pairs(
                 model, self._bodies, [*map(self._solid_geoms, range(model.nbody))]

@@ -6,13 +6,20 @@ Source: MuJoCo's documentation, chapter Computation, section Actuation model.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from kinolab.numerics.arrays import Array
-from kinolab.robots.kinematic_tree import Motor, TendonMotor, Thruster, pose_of, usable_name
+from kinolab.robots.kinematic_tree import (
+    Motor,
+    Servo,
+    TendonMotor,
+    Thruster,
+    pose_of,
+    usable_name,
+)
 from kinolab.robots.mjcf_fields import disabled, names_of, turn_of
 
 WORLD_BODY = 0
@@ -27,6 +34,9 @@ class ActuatorReader:
         joints: Names of the joints.
         bodies: Names of the bodies.
         cannot: Is told what cannot be represented, and a remedy or "".
+
+    Attributes:
+        servos: Those of the motors and pulls that were yielded.
     """
 
     def __init__(
@@ -45,6 +55,7 @@ class ActuatorReader:
         self._output: Sequence[int] = getattr(model, "actuator_outadr", range(model.nu))
         self._motors = names_of(mujoco, model, "ACTUATOR", count, "motor")
         off = "ACTUATION" in disabled(mujoco, model)
+        self.servos: list[Servo] = []
         self._acting = [] if off else [k for k in range(count) if self._acts(k)]
 
     def motors(self) -> Iterator[Motor]:
@@ -70,7 +81,9 @@ class ActuatorReader:
                 self._cannot(f"actuator {self._motors[k]} is no motor of a tendon: {why}.")
             elif self._are_limits(k, ends := self._force_limits(k)):
                 joints = {self._joints[j]: factor for j, factor in pulled.items() if factor}
-                yield TendonMotor(self._input_name(k, "pull"), joints, *ends.tolist())
+                name = self._input_name(k, "pull")
+                self._note_servo(k, name, joints, ends)
+                yield TendonMotor(name, joints, *ends.tolist())
 
     def _on_fixed_tendon(self, k: int) -> bool:
         """Whether an actuator acts on a tendon whose length is a sum of joints' positions."""
@@ -119,7 +132,32 @@ class ActuatorReader:
         if self._are_limits(k, ends):
             turns = mujoco.mjtJoint(int(model.jnt_type[joint])) == single[0]
             name = self._input_name(k, "torque" if turns else "force")
+            gear = float(model.actuator_gear[self._output[k], 0])
+            self._note_servo(k, name, {self._joints[joint]: gear}, ends, gear)
             yield Motor(name, self._joints[joint], *ends.tolist())
+
+    def _note_servo(
+        self, k: int, name: str, lengths: Mapping[str, float], ends: Array, unit: float = 1.0
+    ) -> None:
+        """Keep what a servo can aim at, if that has limits.
+
+        Args:
+            k: Its number.
+            name: Of its input.
+            lengths: By how much its length grows with each joint.
+            ends: Limits (2,) of its input.
+            unit: What the input is for each unit of its force.
+        """
+        _, of_length, of_velocity = (-unit * self._bias(k)).tolist()
+        if (of_length or of_velocity) and self._model.actuator_ctrllimited[self._control[k]]:
+            low, high = np.sort(unit * self._aimed(k)).tolist()
+            servo = Servo(name, lengths, low, high, of_length, of_velocity, *ends.tolist())
+            self.servos.append(servo)
+
+    def _aimed(self, k: int) -> Array:
+        """Return the force (2,) of an actuator at the ends of its control, at rest at length 0."""
+        ends = np.array(self._model.actuator_ctrlrange[self._control[k]])
+        return np.sort(float(self._model.actuator_gainprm[k, 0]) * ends + self._bias(k)[0])
 
     def _within_joint(self, joint: int, k: int) -> Array:
         """Return the limits (2,) of an actuator's force on its joint, which may limit all of it."""
@@ -133,7 +171,9 @@ class ActuatorReader:
             if a != k and self._turns(a) and int(model.actuator_trnid[a, 0]) == joint
         ]
         least, most = sum(others, own)
-        if others and not low <= least <= most <= high:
+        if low <= least <= most <= high:
+            return own
+        if others:
             self._cannot(
                 f"joint {self._joints[joint]} has actuatorfrcrange {low:g} {high:g}, which limits "
                 "the sum of several actuators.",
@@ -151,7 +191,7 @@ class ActuatorReader:
         name = self._motors[k]
         if not np.isfinite(ends).all():
             what = f"actuator {name} has no limit of its force"
-            servo = self._bias(k).any()
+            servo = self._bias(k)[1:].any()
             what += ": the ctrlrange of a servo limits what it aims at." if servo else "."
             wanted = "a forcerange" if servo else "a ctrlrange or a forcerange"
             self._cannot(what, f"Give it {wanted}, or its joint an actuatorfrcrange.")
@@ -170,7 +210,11 @@ class ActuatorReader:
         if why := self._no_motor(k) or self._limit_above(body):
             self._cannot(f"actuator {self._motors[k]} is no thruster: {why}.")
             return
-        ends = self._force_limits(k)
+        # a site has no length, so that a servo of positions pushes by its gain times its control
+        if self._bias(k)[2]:
+            self._cannot(f"actuator {self._motors[k]} is no thruster: it brakes its site.")
+            return
+        ends = self._force_limits(k, of_control=True)
         if self._are_limits(k, ends):
             gear = np.array(model.actuator_gear[self._output[k]])
             pose = pose_of(
@@ -216,12 +260,8 @@ class ActuatorReader:
             kind = kinds(int(getattr(model, f"actuator_{word}")[k])).name.split("_")[-1].lower()
             if kind not in wanted:
                 return f"its {word} is {kind}"
-        gain, (constant, kp, kv) = float(model.actuator_gainprm[k, 0]), self._bias(k)
-        if not (constant or kp or kv):
-            return ""
-        # a servo of positions has gain (ctrl - q) - kv v, one of rates gain (ctrl - v)
-        servo = gain and not constant and -gain == (kp or kv)
-        return "" if servo else "its bias is not a servo's"
+        passive = not model.actuator_gainprm[k, 0] and self._bias(k).any()
+        return "its gain is 0, so that it pushes whatever its control is" if passive else ""
 
     def _bias(self, k: int) -> Array:
         """Return constant, factors of length and of velocity of an actuator's bias, shape (3,)."""
@@ -229,12 +269,18 @@ class ActuatorReader:
         counts = int(self._model.actuator_biastype[k]) == affine
         return np.array(self._model.actuator_biasprm[k, :3]) if counts else np.zeros(3)
 
-    def _force_limits(self, k: int) -> Array:
-        """Return the limits (2,) of an actuator's force before its gear, infinite ones if none."""
+    def _force_limits(self, k: int, *, of_control: bool = False) -> Array:
+        """Return the limits (2,) of an actuator's force before its gear, infinite ones if none.
+
+        Args:
+            k: Its number.
+            of_control: Whether limits of its control are limits of its force, servo or not.
+        """
         model, at = self._model, self._control[k]
         gain, ends = float(model.actuator_gainprm[k, 0]), np.array([-math.inf, math.inf])
-        if not gain or (model.actuator_ctrllimited[at] and not self._bias(k).any()):
-            ends = np.sort(gain * np.array(model.actuator_ctrlrange[at]))
+        of_control = of_control or not self._bias(k)[1:].any()
+        if not gain or (model.actuator_ctrllimited[at] and of_control):
+            ends = self._aimed(k)
         if model.actuator_forcelimited[k]:
             ends = np.clip(ends, *model.actuator_forcerange[k])
         return ends

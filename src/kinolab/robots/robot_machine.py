@@ -28,6 +28,7 @@ from kinolab.dynamics.language.shapes import Box, Capsule, Cylinder, Shape, Sphe
 from kinolab.dynamics.language.symbols import (
     Attitude,
     Coordinate,
+    InputSymbol,
     angle,
     length,
     rate,
@@ -54,6 +55,7 @@ from kinolab.robots.kinematic_tree import (
     KinematicTree,
     Link,
     PlacedShape,
+    Servo,
     TendonMotor,
     Thruster,
     bound_by_followers,
@@ -127,7 +129,11 @@ def assembled(
     tree = bound_by_followers(tree)
     joints = {joint.name: joint for joint in tree.joints}
     held = _held(joints, locked or {})
-    tree = replace(tree, joints=tuple(_fixed_at(joint, held) for joint in tree.joints))
+    tree = replace(
+        tree,
+        joints=tuple(_fixed_at(joint, held) for joint in tree.joints),
+        servos=tuple(servo.beside(held) for servo in tree.servos),
+    )
     mistakes = [*massless_joints(tree, where)]
     if mistakes:
         raise InputError(mistakes)
@@ -200,6 +206,8 @@ class _Assembly:
             self._add_bodies(part, still=part is root and self._base is WORLD)
         for joint, parent, part, before in moving:
             self._add_forces(joint, parent, part, before)
+        for servo in tree.servos:
+            self._add_reach(servo)
         for pull in tree.pulls:
             self._add_pull(pull, moving)
         for thruster in tree.thrusters:
@@ -361,6 +369,29 @@ class _Assembly:
                 self._efforts.append(Viscous(own, sympy.Add(*terms)))
             if joint.friction > 0.0:
                 self._efforts.append(Coulomb(own, joint.friction))
+
+    def _add_reach(self, servo: Servo) -> None:
+        """Require that a servo can push as its input says, where it might not.
+
+        The values of a clipped interval are those between its ends that are within the limits, or
+        the limit that is nearest, where the interval is beyond it.
+        """
+        joints = {joint.name: joint for joint in self._tree.joints}
+        length = speed = sympy.Integer(0)
+        for name, each in servo.lengths.items():
+            leader, factor, _ = self._led(joints[name])
+            length += exact(each) * self._position(joints[name])
+            speed += exact(each * factor) * rate(leader)
+        if not servo.lengths:
+            return
+        pushes = InputSymbol(servo.motor)
+        aims = pushes + exact(servo.stiffness) * length + exact(servo.damping) * speed
+        below = sympy.Max(servo.upper - aims, servo.least - pushes, evaluate=False)
+        above = sympy.Max(aims - servo.lower, pushes - servo.most, evaluate=False)
+        self._requirements += [
+            require(below, f"{servo.motor} aims at no more than its ctrlrange allows"),
+            require(above, f"{servo.motor} aims at no less than its ctrlrange allows"),
+        ]
 
     def _add_pull(self, pull: TendonMotor, moving: Sequence[_Moving]) -> None:
         """Add an input that acts on joints, and on their links bodies without mass for it."""
