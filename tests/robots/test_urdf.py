@@ -252,6 +252,27 @@ def test_a_number_that_is_not_finite_is_refused(attribute: str, word: str, tmp_p
     read_urdf(written(tmp_path, WITH_FOLLOWER))
 
 
+@pytest.mark.parametrize(
+    ("before", "after", "said"),
+    [
+        ('velocity="3"', 'velocity="-3"', "<limit> velocity is -3"),
+        ('effort="10"', 'effort="-10"', "<limit> effort is -10"),
+        ('velocity="1.75"', 'velocity="-1.75"', "<limit> velocity is -1.75"),
+        ('effort="7"', 'effort="-7"', "<limit> effort is -7"),
+        ('friction="0.375"', 'friction="-0.375"', "<dynamics> friction is -0.375"),
+    ],
+)
+def test_a_magnitude_that_is_negative_is_refused(
+    before: str, after: str, said: str, tmp_path: Path
+) -> None:
+    """A joint with a negative limit of its speed had none."""
+    joint = "shoulder-pan" if before in ARM else "inf"
+    assert WITH_FOLLOWER.count(before) == 1
+    with pytest.raises(InputError, match=re.escape(f"joint {joint!r}: {said}")) as caught:
+        read_urdf(written(tmp_path, WITH_FOLLOWER.replace(before, after)))
+    assert len(caught.value.mistakes) == 1
+
+
 def test_a_joint_that_moves_nothing_is_refused(tmp_path: Path) -> None:
     text = ARM.replace("fixed", "continuous").replace('<mass value="1.0"/>', '<mass value="0"/>')
     with pytest.raises(InputError, match="it moves tip, which has no inertia"):

@@ -365,7 +365,8 @@ class _LinkReader:
             what, remedy = "it has no <limit>.", "An unlimited rotation has the type continuous."
             self._wrong("joint", entry.name, what, remedy)
         speed = _number(limit.velocity) if limit is not None else 0.0
-        effort = abs(_number(limit.effort)) if limit is not None and mimic is None else 0.0
+        effort = _number(limit.effort) if limit is not None and mimic is None else 0.0
+        self._check_signs(entry)
         if effort > 0.0 and kind in ("revolute", "prismatic"):
             motor = f"{usable_name(str(entry.name))}_{'force' if kind == 'prismatic' else 'torque'}"
             self.motors.append(Motor(motor, str(entry.name), -effort, effort))
@@ -389,6 +390,18 @@ class _LinkReader:
                 _number(mimic.offset),
             ),
         )
+
+    def _check_signs(self, entry: Any) -> None:
+        """Name what is a magnitude and negative."""
+        for owner, tag, names in (
+            (entry.limit, "limit", ("effort", "velocity")),
+            (entry.dynamics, "dynamics", ("friction",)),
+        ):
+            for name in names if owner is not None else ():
+                value = _number(getattr(owner, name))
+                if value < 0.0:
+                    what = f"<{tag}> {name} is {value:g}, and no magnitude is negative."
+                    self._wrong("joint", entry.name, what, "Give a positive one, or 0 for none.")
 
 
 def _outward(faces: Faces, scale: Array) -> Faces:
