@@ -209,6 +209,8 @@ FOLLOWER = """<link name="f"><inertial><mass value="1.5"/>
 <joint name="inf" type="revolute"><parent link="tip"/><child link="f"/><axis xyz="1 0 0"/>
   <limit lower="-1.25" upper="1.5" velocity="1.75" effort="7"/>
   <dynamics friction="0.375" damping="0.4"/>
+  <safety_controller k_velocity="12.5" k_position="110" soft_lower_limit="-1.1"
+    soft_upper_limit="1.3"/>
   <mimic joint="shoulder-pan" multiplier="2.5" offset="0.0625"/></joint></robot>"""
 WITH_FOLLOWER = ARM.replace("</robot>", FOLLOWER)
 
@@ -240,7 +242,8 @@ def test_links_that_go_round_are_refused(joints: list[tuple[str, str]], tmp_path
         'length="0.9"', 'box size="0.1 0.2 0.3"', 'sphere radius="0.125"', 'axis xyz="0 2 0"',
         'lower="-1.25"', 'upper="1.5"', 'velocity="1.75"', 'effort="7"', 'effort="10"',
         'friction="0.375"', 'damping="0.4"', 'multiplier="2.5"', 'offset="0.0625"',
-        'rgba="0.1 0.2 0.3 1.0"', 'ixx="0.3"', 'ixy="0"',
+        'rgba="0.1 0.2 0.3 1.0"', 'ixx="0.3"', 'ixy="0"', 'k_velocity="12.5"', 'k_position="110"',
+        'soft_lower_limit="-1.1"', 'soft_upper_limit="1.3"',
     ],
 )  # fmt: skip
 def test_a_number_that_is_not_finite_is_refused(attribute: str, word: str, tmp_path: Path) -> None:
@@ -271,6 +274,16 @@ def test_a_magnitude_that_is_negative_is_refused(
     with pytest.raises(InputError, match=re.escape(f"joint {joint!r}: {said}")) as caught:
         read_urdf(written(tmp_path, WITH_FOLLOWER.replace(before, after)))
     assert len(caught.value.mistakes) == 1
+
+
+def test_that_soft_limits_are_not_read_is_said(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    read_urdf(written(tmp_path, ARM))
+    assert not caplog.messages
+    read_urdf(written(tmp_path, WITH_FOLLOWER))
+    told = "<safety_controller> of inf is not read; [bounds] of a scenario may be as narrow."
+    assert caplog.messages == [f"arm.urdf: {told}"]
 
 
 def test_a_joint_that_moves_nothing_is_refused(tmp_path: Path) -> None:

@@ -53,7 +53,8 @@ LARGEST_LINK = 20.0  # [m] across: beyond that a mesh is likely to be in millime
 PLACES = {"xyz", "rpy", "scale", "rgba"}
 SIZES_AND_MASSES = {"size", "radius", "length", "value", "ixx", "ixy", "ixz", "iyy", "iyz", "izz"}
 LIMITS = {"lower", "upper", "effort", "velocity", "damping", "friction", "multiplier", "offset"}
-NUMBERS = PLACES | SIZES_AND_MASSES | LIMITS
+SOFT_LIMITS = {"soft_lower_limit", "soft_upper_limit", "k_position", "k_velocity"}
+NUMBERS = PLACES | SIZES_AND_MASSES | LIMITS | SOFT_LIMITS
 KINDS: Mapping[str, JointKind] = {
     "fixed": "fixed",
     "revolute": "revolute",
@@ -80,7 +81,7 @@ def read_urdf(
     has no limits, as in files that leave them out. Joints with an effort limit have a motor of that
     limit; damping is viscous friction, friction is Coulomb's. Collision geometry counts, or what is
     drawn where there is none; meshes are enclosed in boxes and capsules. Sensors, transmissions and
-    what simulators add are left out.
+    what simulators add are left out; so are soft limits (``safety_controller``), with a warning.
 
     Args:
         path: The file.
@@ -108,6 +109,7 @@ def read_urdf(
     check_parts(convex_parts, path.name)
     robot, document = _parsed(path)
     reader = _LinkReader(path, packages or {}, shapes=shapes, convex_parts=convex_parts)
+    _tell_what_is_not_read(robot, path.name)
     links = tuple(reader.link(entry) for entry in robot.links)
     joints = tuple(reader.joint(entry) for entry in robot.joints)
     name, motors = str(robot.name or path.stem), tuple(reader.motors)
@@ -162,6 +164,14 @@ def _parsed(path: Path) -> tuple[Any, Any]:
     if len(robot.links) > MOST_LINKS:
         raise InputError([Mistake(path.name, f"it has more than {MOST_LINKS} links.")])
     return robot, document
+
+
+def _tell_what_is_not_read(robot: Any, where: str) -> None:
+    """Warn of limits of a robot's own controller, which are in its file and not in its machine."""
+    soft = [printable(str(joint.name)) for joint in robot.joints if joint.safety_controller]
+    if soft:
+        told = "%s: <safety_controller> of %s is not read; [bounds] of a scenario may be as narrow."
+        LOG.warning(told, printable(where), ", ".join(soft))
 
 
 def _allowed(path: Path) -> frozenset[frozenset[str]]:
