@@ -152,6 +152,36 @@ def test_a_follower_is_locked_with_its_leader_alone(tmp_path: Path, read: Reader
         read(tmp_path, hinges, {"b": 0.6})
 
 
+@pytest.mark.parametrize("read", READERS)
+@pytest.mark.parametrize(
+    ("followers", "at", "said"),
+    [
+        ([], 2.5, r"2\.5 is beyond its limits, -2\.0 to 2\.0\. Lock it within them\."),
+        ([], -2.0000001, r"-2\.0000001 is beyond its limits, -2\.0 to 2\.0\."),
+        ([Hinge("b", (-1, 1), ("a", 2, 0))], 0.6,
+         r"0\.6 is beyond its limits, -0\.5 to 0\.5, those of b included\."),
+    ],
+)  # fmt: skip
+def test_a_joint_is_locked_within_its_limits(
+    tmp_path: Path, read: Reader, followers: list[Hinge], at: float, said: str
+) -> None:
+    hinges = [Hinge("d"), Hinge("a", (-2, 2)), *followers]
+    with pytest.raises(InputError, match=rf"robot\.\w+ locked a: {said}"):
+        read(tmp_path, hinges, {"a": at})
+    for within in (-0.5, 0.5) if followers else (-2.0, 2.0):
+        assert [c.name for c in read(tmp_path, hinges, {"a": within}).coordinates] == ["d"]
+
+
+def test_a_scenario_that_locks_a_joint_beyond_its_limits_is_refused(tmp_path: Path) -> None:
+    from_mjcf(tmp_path, [Hinge("d"), Hinge("a", (-2, 2))])
+    (tmp_path / "turn.toml").write_text(
+        'schema = 1\ntitle = "A turn"\n[system]\nfile = "robot.xml"\nlocked = { a = 2.5 }\n'
+        "[goal]\nd = 1.5\n[bounds]\nd_dot = [-2, 2]\n"
+    )
+    with pytest.raises(InputError, match=r"locked a: 2\.5 is beyond its limits, -2\.0 to 2\.0"):
+        kinolab.load(tmp_path / "turn.toml")
+
+
 def test_a_goal_beyond_a_follower_s_limit_is_refused(tmp_path: Path) -> None:
     from_mjcf(tmp_path, [Hinge("a", (-2, 2)), Hinge("b", (0, 0.5), ("a", 1, 0))])
     (tmp_path / "turn.toml").write_text(

@@ -68,7 +68,12 @@ from kinolab.robots.kinematic_tree import (
 )
 from kinolab.robots.loop_closures import closing_constraints
 from kinolab.robots.self_collisions import NamedShape, kept_apart, kept_from_surroundings
-from kinolab.robots.tree_mistakes import follower_mistakes, inertia_mistake, massless_joints
+from kinolab.robots.tree_mistakes import (
+    follower_mistakes,
+    inertia_mistake,
+    locked_mistakes,
+    massless_joints,
+)
 from kinolab.robots.visible_meshes import drawn_meshes
 from kinolab.world.geometry import lowest_z
 
@@ -127,6 +132,7 @@ def assembled(
     if mistakes:
         raise InputError(mistakes)
     tree = bound_by_followers(tree)
+    mistakes = [*locked_mistakes(tree, locked or {}, where)]
     joints = {joint.name: joint for joint in tree.joints}
     held = _held(joints, locked or {})
     tree = replace(
@@ -134,7 +140,7 @@ def assembled(
         joints=tuple(_fixed_at(joint, held) for joint in tree.joints),
         servos=tuple(servo.beside(held) for servo in tree.servos),
     )
-    mistakes = [*massless_joints(tree, where)]
+    mistakes += massless_joints(tree, where)
     if mistakes:
         raise InputError(mistakes)
     assembly = _Assembly(tree, base, where)

@@ -66,18 +66,33 @@ def tree_mistakes(
             yield Mistake(f"{where} locked {name}".strip(), what, f"Lock {leaders[name]}.")
 
 
+def locked_mistakes(
+    tree: KinematicTree, locked: Mapping[str, float], where: str
+) -> Iterator[Mistake]:
+    """Yield positions beyond the limits of their joints, in a tree ``bound_by_followers``."""
+    for joint in tree.joints:
+        at = locked.get(joint.name, joint.lower)
+        if not joint.lower <= at <= joint.upper:
+            following = _following(tree, joint.name)
+            included = f", those of {', '.join(following)} included" if following else ""
+            what = f"{at} is beyond its limits, {joint.lower} to {joint.upper}{included}."
+            yield Mistake(f"{where} locked {joint.name}".strip(), what, "Lock it within them.")
+
+
 def follower_mistakes(tree: KinematicTree, where: str) -> Iterator[Mistake]:
     """Yield the joints whose followers leave them no position, in a tree without mistakes."""
-    joints = {joint.name: joint for joint in tree.joints}
     for joint in bound_by_followers(tree).joints:
         if joint.lower > joint.upper:
-            following = [
-                one.name for one in tree.joints if one.mimics and led(one, joints)[0] == joint.name
-            ]
-            shown = ", ".join(following)
+            shown = ", ".join(_following(tree, joint.name))
             what = f"its limits and those of {shown}, which it leads, exclude each other."
             remedy = "Some position must be within all of them, by factors and offsets."
             yield Mistake(f"{where} joint {joint.name!r}".strip(), what, remedy)
+
+
+def _following(tree: KinematicTree, name: str) -> list[str]:
+    """Return the joints that follow another one."""
+    joints = {joint.name: joint for joint in tree.joints}
+    return [one.name for one in tree.joints if one.mimics and led(one, joints)[0] == name]
 
 
 def massless_joints(tree: KinematicTree, where: str) -> Iterator[Mistake]:
