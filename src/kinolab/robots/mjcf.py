@@ -352,7 +352,7 @@ class _ModelReader:
         kind = int(model.geom_type[g])
         if kind == int(types.mjGEOM_MESH):
             solids = self._around_mesh(int(model.geom_dataid[g]))
-        elif kind == int(types.mjGEOM_PLANE):
+        elif self._is_plane(g):
             solids = self._behind_plane(g) if self._collides(g) else []
         else:
             shape = self._shape(g)
@@ -370,8 +370,7 @@ class _ModelReader:
         centre[2] = -DEEP / 2
         grounded = any(
             self._collides(one) and self._is_ground(one)
-            for one in range(model.ngeom)
-            if int(model.geom_type[one]) == int(self._mujoco.mjtGeom.mjGEOM_PLANE)
+            for one in filter(self._is_plane, range(model.ngeom))
         )
         if grounded and abs(turn[2, 2]) < LEVEL:  # a wall stands on the ground
             centre += DEEP / 2 * turn[2]
@@ -380,14 +379,21 @@ class _ModelReader:
     def _patch(self, g: int) -> Iterator[VisibleMesh]:
         """Yield what is drawn of a plane; of one without an end, as much as the model is large."""
         model = self._model
-        if int(model.geom_type[g]) != int(self._mujoco.mjtGeom.mjGEOM_PLANE):
+        if not self._is_plane(g):
             return
         x, y = (float(half) or float(model.stat.extent) for half in model.geom_size[g, :2])
         corners = np.array([[-x, -y, 0.0], [x, -y, 0.0], [x, y, 0.0], [-x, y, 0.0]])
         faces = np.array([[0, 1, 2], [0, 2, 3]])
-        colors = np.tile(np.array(model.geom_rgba[g, :3], dtype=float), (len(faces), 1))
-        placed = corners @ self._turn(model.geom_quat[g]).T + model.geom_pos[g]
-        yield VisibleMesh(self._geom_names[g], placed, faces, colors)
+        yield self._drawn(g, self._geom_names[g], corners, faces, model.geom_rgba[g])
+
+    def _drawn(self, g: int, name: str, vertices: Array, faces: Faces, rgba: Array) -> VisibleMesh:
+        """Return a mesh as it is drawn, of vertices (n, 3) in a geom's frame in one colour."""
+        colors = np.tile(np.array(rgba[:3], dtype=float), (len(faces), 1))
+        placed = vertices @ self._turn(self._model.geom_quat[g]).T + self._model.geom_pos[g]
+        return VisibleMesh(name, placed, faces, colors)
+
+    def _is_plane(self, g: int) -> bool:
+        return int(self._model.geom_type[g]) == int(self._mujoco.mjtGeom.mjGEOM_PLANE)
 
     def _is_ground(self, plane: int) -> bool:
         """Whether a plane is that of the world's ground: z = 0, from above."""
@@ -408,9 +414,7 @@ class _ModelReader:
             where, vertices, faces = self._mesh(int(model.geom_dataid[g]))
             material = int(model.geom_matid[g])
             color = model.geom_rgba[g] if material < 0 else model.mat_rgba[material]
-            colors = np.tile(np.array(color[:3], dtype=float), (len(faces), 1))
-            placed = vertices @ self._turn(model.geom_quat[g]).T + model.geom_pos[g]
-            yield VisibleMesh(where, placed, faces, colors)
+            yield self._drawn(g, where, vertices, faces, color)
 
     def _mesh(self, mesh: int) -> tuple[str, Array, Faces]:
         """Return what a mesh is called, its vertices (n, 3) in [m] and its faces (m, 3)."""
