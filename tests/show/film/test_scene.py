@@ -255,3 +255,12 @@ def test_start_and_goal_of_a_machine_without_cables_are_drawn() -> None:
     for ghost in (shown.start, shown.goal):
         assert ghost is not None
         assert ghost.lines.shape == (0, 2, 3)
+
+
+def test_a_machine_of_which_nothing_is_seen_has_a_picture() -> None:
+    """A robot whose file has masses alone: its start and its goal add nothing to the picture."""
+    pose = at(0.0, 0.0, 0.5)
+    bare = Picture(bodies=[BodyGeometry("mass", ())], bounds=BOUNDS)
+    ghost = Ghost(pose, np.zeros((0, 2, 3)))
+    marked = build_scene(replace(bare, start=ghost, goal=ghost), pose[None], SIZE)
+    assert np.array_equal(marked.image, build_scene(bare, pose[None], SIZE).image)

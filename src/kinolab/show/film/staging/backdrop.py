@@ -140,7 +140,7 @@ def _ghost(
 
 
 def _veil(mesh: SurfaceMesh, opacity: float, pen: Pen) -> Veil:
-    return Veil(pen.faces(mesh) + pen.edges(mesh, EDGE_WIDTH, _edge(mesh.colors[0])), opacity)
+    return Veil(pen.faces(mesh) + pen.edges(mesh, EDGE_WIDTH, _edge(mesh.colors)), opacity)
 
 
 def _edge(color: ArrayLike) -> Array:
