@@ -159,6 +159,20 @@ def test_an_axis_that_sweeps_through_a_cone_is_seen(half_angle: float, tmp_path:
     assert failed(certificate) == {"limits"}
 
 
+@pytest.mark.parametrize("seconds", [1.5, 6.0])
+@pytest.mark.parametrize("about", [(0.6, 0.0, 0.8), (-0.6, 0.64, 0.48), (0.64, -0.6, 0.48)])
+def test_a_cone_that_an_axis_passes_beside_is_not_in_its_way(
+    about: tuple[float, float, float], seconds: float, tmp_path: Path
+) -> None:
+    angles = np.linspace(0.0, seconds, 10_001)
+    nearest = float(np.arccos(about[0] * np.cos(angles) + about[1] * np.sin(angles)).min())
+    problem = turning(tmp_path)
+    for half_angle, passes in ((nearest - 0.02, True), (nearest + 0.02, False)):
+        cone = KeepOutCone(0, (1.0, 0.0, 0.0), about, half_angle)
+        motion = turned(problem, 0.0, seconds)
+        assert verify(replace(problem, keep_outs=(cone,)), motion).passed == passes
+
+
 @pytest.mark.parametrize("width", [0.1, 1e-3, 1e-5])
 def test_a_body_that_jumps_by_a_sign_does_not_pass_a_wall(width: float, tmp_path: Path) -> None:
     aside = (sympy.sign(x - PLACE) - sympy.sign(x - PLACE - parameter("w", width))) / 4
