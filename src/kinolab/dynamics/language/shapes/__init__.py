@@ -1,0 +1,33 @@
+"""Convex shapes of bodies, for rendering and collision checking, and meshes that are only drawn."""
+
+from kinolab.dynamics.language.shapes.drawn_mesh import DrawnMesh
+from kinolab.dynamics.language.shapes.solids import (
+    MAX_COORDINATE,
+    ORIGIN,
+    SHAPES,
+    AxisName,
+    Box,
+    Capsule,
+    Cylinder,
+    Disk,
+    Point,
+    Scalar,
+    Shape,
+    Sphere,
+)
+
+__all__ = [
+    "MAX_COORDINATE",
+    "ORIGIN",
+    "SHAPES",
+    "AxisName",
+    "Box",
+    "Capsule",
+    "Cylinder",
+    "Disk",
+    "DrawnMesh",
+    "Point",
+    "Scalar",
+    "Shape",
+    "Sphere",
+]
