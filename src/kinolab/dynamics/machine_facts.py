@@ -77,25 +77,33 @@ class InputFacts:
 
 
 @dataclass(frozen=True)
-class BodyFacts:
-    """A body as ``Body`` describes it, with the dimensions of its shapes in [m]."""
+class BodyGeometry:
+    """What the world sees of one body; shapes have numeric dimensions.
+
+    A body that ``touches_ground`` rests on it (a wheel, a foot) and may only not sink into it. One
+    that whirls is drawn turning about its z axis, at so many [rad/s] of film. The bounds of a world
+    hold for those that move.
+    """
 
     name: str
     shapes: tuple[Shape, ...]
-    touches_ground: bool
-    color: tuple[float, float, float] | None
-    whirl: float
-    drawn: tuple[DrawnMesh, ...] | None
-    moves: bool
+    touches_ground: bool = False
+    color: tuple[float, float, float] | None = None  # red, green, blue in [0, 1]
+    whirl: float = 0.0
+    drawn: tuple[DrawnMesh, ...] | None = None  # instead of the shapes
+    moves: bool = True
 
 
 @dataclass(frozen=True)
-class CableFacts:
-    """A cable as ``Cable`` describes it, with its radius in [m]."""
+class CableGeometry:
+    """What the world sees of one cable; its ends come with every pose.
+
+    One that does not collide keeps its row among the ends.
+    """
 
     name: str
-    radius: float
-    collides: bool
+    radius: float  # [m]
+    collides: bool = True
 
 
 @dataclass(frozen=True)
@@ -169,8 +177,8 @@ class MachineFacts:
     inputs: tuple[InputFacts, ...]
     references: tuple[InputFacts, ...] | None
     parameters: tuple[tuple[str, float], ...]
-    bodies: tuple[BodyFacts, ...]
-    cables: tuple[CableFacts, ...]
+    bodies: tuple[BodyGeometry, ...]
+    cables: tuple[CableGeometry, ...]
     constraints: tuple[ConstraintFacts, ...]
     requirements: tuple[RequirementFacts, ...]
     collisions: tuple[tuple[str, str], ...]
@@ -225,14 +233,14 @@ def facts_of(system: MechanismParts) -> MachineFacts:
         else tuple(InputFacts(r.name, r.unit, bounds_of(r)) for r in references),
         parameters=tuple((p.name, system.parameter_values[p.name]) for p in system.parameters),
         bodies=tuple(
-            BodyFacts(
+            BodyGeometry(
                 *(b.name, system.resolved_shapes(b), b.touches_ground, b.color, b.whirl, b.drawn),
                 moves=b.frame.moves,
             )
             for b in system.bodies
         ),
         cables=tuple(
-            CableFacts(c.name, system.number(c.radius), c.collides) for c in system.cables
+            CableGeometry(c.name, system.number(c.radius), c.collides) for c in system.cables
         ),
         constraints=tuple(
             ConstraintFacts(c.name, isinstance(c, PositionConstraint))

@@ -103,16 +103,10 @@ class PlanningTask:
         """Length of one propagation step in [s]."""
         return self.scenario.integration.step
 
-    @cached_property
+    @property
     def bodies(self) -> tuple[BodyGeometry, ...]:
         """The bodies' shapes with numeric dimensions."""
-        return tuple(
-            BodyGeometry(
-                *(body.name, body.shapes, body.touches_ground, body.color, body.whirl, body.drawn),
-                body.moves,
-            )
-            for body in self.machine.bodies
-        )
+        return self.machine.bodies
 
     @cached_property
     def moving(self) -> NDArray[np.intp]:
@@ -126,12 +120,10 @@ class PlanningTask:
         seen = [k for k in moving if self.bodies[k].shapes or self.bodies[k].drawn]
         return next(iter((*seen, *moving)), 0)
 
-    @cached_property
+    @property
     def cables(self) -> tuple[CableGeometry, ...]:
         """The cables with numeric dimensions."""
-        return tuple(
-            CableGeometry(cable.name, cable.radius, cable.collides) for cable in self.machine.cables
-        )
+        return self.machine.cables
 
     def checker(self, margin: float = 0.0) -> CollisionChecker:
         """Return a new collision checker, bodies and cables inflated by a margin in [m].

@@ -1,9 +1,10 @@
 """The world a machine moves in: obstacle meshes, contact by FCL, and proved clearance."""
 
-from kinolab.world.cable import NO_ENDS, CableGeometry
+from kinolab.dynamics.machine_facts import BodyGeometry, CableGeometry
+from kinolab.world.cable import NO_ENDS
 from kinolab.world.collision.checker import CollisionChecker
 from kinolab.world.collision.contact_report import Contact
-from kinolab.world.geometry import BodyGeometry, feature_points, lowest_z, triangles
+from kinolab.world.geometry import feature_points, lowest_z, triangles
 from kinolab.world.meshes.mesh import load_mesh
 from kinolab.world.meshes.mesh_cache import Mesh
 from kinolab.world.obstacle import (

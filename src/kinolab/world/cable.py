@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -11,18 +10,6 @@ from kinolab.numerics.arrays import Array
 from kinolab.numerics.jit import kernel
 
 NO_ENDS: Array = np.zeros((0, 6))  # of a machine without cables
-
-
-@dataclass(frozen=True)
-class CableGeometry:
-    """What the world sees of one cable; its ends come with every pose.
-
-    One that does not collide keeps its row among the ends.
-    """
-
-    name: str
-    radius: float  # [m]
-    collides: bool = True
 
 
 @kernel

@@ -7,7 +7,6 @@ shape is a kind and three half sizes; the compiled code and FCL both work from t
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from enum import IntEnum
 from functools import lru_cache
 from itertools import product
@@ -16,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from kinolab.dynamics.language.shapes import Box, Capsule, Cylinder, Disk, DrawnMesh, Shape, Sphere
+from kinolab.dynamics.language.shapes import Box, Capsule, Cylinder, Disk, Shape, Sphere
 from kinolab.numerics.arrays import Array
 from kinolab.world.shape_surfaces import (
     Faces,
@@ -43,24 +42,6 @@ class ShapeKind(IntEnum):
     SPHERE = 1
     CYLINDER = 2
     CAPSULE = 3
-
-
-@dataclass(frozen=True)
-class BodyGeometry:
-    """What the world sees of one body; shapes have numeric dimensions.
-
-    A body that ``touches_ground`` rests on it (a wheel, a foot) and may only not sink into it. One
-    that whirls is drawn turning about its z axis, at so many [rad/s] of film. The bounds of a world
-    hold for those that move.
-    """
-
-    name: str
-    shapes: tuple[Shape, ...]
-    touches_ground: bool = False
-    color: tuple[float, float, float] | None = None  # red, green, blue in [0, 1]
-    whirl: float = 0.0
-    drawn: tuple[DrawnMesh, ...] | None = None  # instead of the shapes
-    moves: bool = True
 
 
 def sizes(shape: Shape) -> tuple[ShapeKind, Array]:

@@ -17,12 +17,12 @@ from typing import TypeAlias
 import numpy as np
 
 from kinolab.dynamics.language.shapes import Sphere
+from kinolab.dynamics.machine_facts import BodyGeometry
 from kinolab.errors import printable
 from kinolab.numerics.arrays import Array
 from kinolab.store import Kind, pack_arrays, unpack_arrays
 from kinolab.world.collision.checker import CollisionChecker
 from kinolab.world.collision.distance_field import digest
-from kinolab.world.geometry import BodyGeometry
 from kinolab.world.meshes.mesh import merge_duplicates
 from kinolab.world.meshes.mesh_components import components
 from kinolab.world.meshes.mesh_reading import refusal

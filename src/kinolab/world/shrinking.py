@@ -6,8 +6,7 @@ from dataclasses import replace
 from typing import Any
 
 from kinolab.dynamics.language.shapes import Box, Cylinder, Disk, Shape
-from kinolab.world.cable import CableGeometry
-from kinolab.world.geometry import BodyGeometry
+from kinolab.dynamics.machine_facts import BodyGeometry, CableGeometry
 
 # [m] that is left of every edge and diameter, so that nothing slips through walls
 MIN_THICKNESS = 1e-3

@@ -10,6 +10,7 @@ import pytest
 from PIL import Image
 
 from kinolab.dynamics.language.shapes import Disk
+from kinolab.dynamics.machine_facts import BodyGeometry
 from kinolab.files import whole_file
 from kinolab.show.film import gif
 from kinolab.show.film.changes import UNCHANGED, Patches, change
@@ -19,7 +20,6 @@ from kinolab.show.film.palette import shared_palette
 from kinolab.show.film.picture import Picture
 from kinolab.show.film.staging.film_making import make_film, write_gif
 from kinolab.show.film.text import letter, time_stamp
-from kinolab.world.geometry import BodyGeometry
 from kinolab.world.obstacle import box_obstacle
 
 SIZE = (200, 150)

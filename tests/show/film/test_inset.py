@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from kinolab.dynamics.language.shapes import Box, Sphere
+from kinolab.dynamics.machine_facts import BodyGeometry
 from kinolab.show.film.inset import Inset
 from kinolab.show.film.picture import Picture
 from kinolab.show.film.staging.film_making import make_film
-from kinolab.world.geometry import BodyGeometry
 from kinolab.world.obstacle import box_obstacle
 
 SIZE = (600, 450)

@@ -9,6 +9,7 @@ import pytest
 
 import kinolab
 from kinolab.dynamics.language.shapes import Box, Disk, Sphere
+from kinolab.dynamics.machine_facts import BodyGeometry
 from kinolab.show.film.models.cone import cone_mesh
 from kinolab.show.film.picture import Cone, Ghost, GoalMarker, Picture
 from kinolab.show.film.raster.light import LIGHT_JITTER
@@ -16,7 +17,6 @@ from kinolab.show.film.scene import Scene
 from kinolab.show.film.snapshot import render_frame
 from kinolab.show.film.staging.motion_script import picture as picture_of
 from kinolab.show.film.staging.stage import build_scene
-from kinolab.world.geometry import BodyGeometry
 from kinolab.world.obstacle import box_obstacle
 
 SIZE = (400, 300)

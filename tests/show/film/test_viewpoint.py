@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from kinolab.dynamics.language.shapes import Sphere
+from kinolab.dynamics.machine_facts import BodyGeometry
 from kinolab.show.film.models.cut import along, cut_open, level
 from kinolab.show.film.models.surface_mesh import areas, is_room, weld
 from kinolab.show.film.picture import Picture, Surface
@@ -15,7 +16,6 @@ from kinolab.show.film.raster.camera import Angles, Camera, frame_scene
 from kinolab.show.film.staging.sight import SEEN, Screens
 from kinolab.show.film.staging.stage import build_scene
 from kinolab.show.page.follow import follow_track
-from kinolab.world.geometry import BodyGeometry
 from kinolab.world.obstacle import Obstacle, box_obstacle
 
 SIZE = (400, 300)

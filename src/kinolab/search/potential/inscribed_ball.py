@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from kinolab.dynamics.language.shapes import Shape
+from kinolab.dynamics.machine_facts import BodyGeometry
 from kinolab.numerics.arrays import Array
-from kinolab.world.geometry import BodyGeometry, ShapeKind, placement, sizes
+from kinolab.world.geometry import ShapeKind, placement, sizes
 
 
 def inscribed_radius(body: BodyGeometry, at: Array) -> float:

@@ -19,7 +19,7 @@ from kinolab.show.film.models.surface_mesh import SurfaceMesh, is_room, weld
 from kinolab.show.film.raster.camera import View
 
 if TYPE_CHECKING:
-    from kinolab.world.geometry import BodyGeometry
+    from kinolab.dynamics.machine_facts import BodyGeometry
     from kinolab.world.obstacle import Obstacle
 
 Lines: TypeAlias = Array | Callable[[float], Array]

@@ -14,10 +14,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from kinolab.dynamics.machine_facts import BodyGeometry, CableGeometry
 from kinolab.errors import UnknownNameError
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.jit import kernel
-from kinolab.world.cable import CableGeometry, span_all
+from kinolab.world.cable import span_all
 from kinolab.world.collision.clearance import clearance_at
 from kinolab.world.collision.gjk import Convex
 from kinolab.world.collision.triangle_gaps import mesh_clearance
@@ -30,7 +31,7 @@ from kinolab.world.collision.triangle_grid import (
     overlap,
 )
 from kinolab.world.collision.triangle_tree import Traversal, TriangleTree, traversal
-from kinolab.world.geometry import BodyGeometry, ShapeKind, placement, sizes
+from kinolab.world.geometry import ShapeKind, placement, sizes
 from kinolab.world.placed_shapes import ObstacleArrays, enclose, obstacle_arrays
 from kinolab.world.world import World
 

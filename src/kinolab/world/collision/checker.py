@@ -9,10 +9,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from kinolab.dynamics.machine_facts import BodyGeometry, CableGeometry
 from kinolab.errors import InputError, Mistake
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.struct import Record
-from kinolab.world.cable import NO_ENDS, CableGeometry, span_all
+from kinolab.world.cable import NO_ENDS, span_all
 from kinolab.world.collision.broadphase import (
     CheckerArrays,
     broadphase,
@@ -26,7 +27,7 @@ from kinolab.world.collision.clearance import clearance_at
 from kinolab.world.collision.contact_report import Contact, ContactReport
 from kinolab.world.collision.fcl import CONTACT_MARGIN, Narrowphase, Obstacles
 from kinolab.world.collision.triangle_tree import mesh_tree
-from kinolab.world.geometry import BodyGeometry, sizes
+from kinolab.world.geometry import sizes
 from kinolab.world.placed_shapes import obstacle_arrays
 from kinolab.world.shrinking import shrunk_body, shrunk_cable
 from kinolab.world.world import World

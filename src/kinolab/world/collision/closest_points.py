@@ -17,9 +17,10 @@ import fcl
 import numpy as np
 
 from kinolab.dynamics.language.shapes import Shape
+from kinolab.dynamics.machine_facts import BodyGeometry
 from kinolab.numerics.arrays import Array
 from kinolab.world.collision.fcl import body_object, obstacle_object
-from kinolab.world.geometry import BodyGeometry, ShapeKind, placement, sizes
+from kinolab.world.geometry import ShapeKind, placement, sizes
 from kinolab.world.support_functions import core_radius, core_support
 from kinolab.world.world import World
 

@@ -19,12 +19,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.dynamics.language.shapes import Shape
+from kinolab.dynamics.machine_facts import BodyGeometry, CableGeometry
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.jit import kernel
-from kinolab.world.cable import CableGeometry
 from kinolab.world.collision.broadphase import BroadphaseScratch
 from kinolab.world.collision.triangle_grid import overlap
-from kinolab.world.geometry import BodyGeometry, ShapeKind, frame_in_world, sizes
+from kinolab.world.geometry import ShapeKind, frame_in_world, sizes
 from kinolab.world.obstacle import Obstacle
 from kinolab.world.shape_surfaces import Faces
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from kinolab.dynamics.language.shapes import Box, Capsule, Cylinder, Disk, Shape, Sphere
+from kinolab.dynamics.machine_facts import BodyGeometry
 from kinolab.show.film.models.paint import MARK, paint, paint_machine
 from kinolab.show.film.models.surface_mesh import is_room, join, normals, weld
-from kinolab.world.geometry import BodyGeometry
 
 RED = (0.9, 0.1, 0.1)
 SHAPES: list[tuple[Shape, float]] = [

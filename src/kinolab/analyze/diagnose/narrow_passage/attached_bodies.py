@@ -11,9 +11,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from kinolab.dynamics.machine_facts import BodyGeometry
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
-from kinolab.world.geometry import BodyGeometry, placement, sizes
+from kinolab.world.geometry import placement, sizes
 from kinolab.world.shrinking import MIN_THICKNESS
 from kinolab.world.support_functions import half_extent
 

@@ -17,7 +17,7 @@ from kinolab.show.film.models.surface_mesh import SurfaceMesh, weld
 from kinolab.world.geometry import SECTIONS, triangles
 
 if TYPE_CHECKING:
-    from kinolab.world.geometry import BodyGeometry
+    from kinolab.dynamics.machine_facts import BodyGeometry
 
 # Okabe and Ito, Color Universal Design, 2008; ordered so that a machine starts with its strongest.
 COLORS: tuple[Color, ...] = (

@@ -8,13 +8,14 @@ from typing import Any
 
 import numpy as np
 
+from kinolab.dynamics.machine_facts import BodyGeometry
 from kinolab.problem import PlanningTask
 from kinolab.scenario.schema import RenderSection
 from kinolab.show.film.picture import Cone, Ghost, GoalMarker, Picture, Surface
 from kinolab.show.film.staging.script import Script
 from kinolab.show.film.staging.script_writing import write_script
 from kinolab.trajectory import Trajectory
-from kinolab.world.geometry import BodyGeometry, triangles
+from kinolab.world.geometry import triangles
 
 CONE_LENGTH = 1.25  # of cones, relative to the machine's radius
 
