@@ -163,18 +163,26 @@ def test_a_new_force_or_input_touches_the_files_that_the_architecture_names(
     assert row.startswith(f"{len(places)} files ")
 
 
-def test_a_new_shape_touches_the_files_that_the_architecture_names() -> None:
-    """Those are the files that tell shapes apart: each names three of the five at least."""
-    kinds = ("Box", "Sphere", "Cylinder", "Capsule", "Disk")
-    named = {*kinds, *map(str.upper, kinds)}
-    telling = {
-        file
-        for file in files_that_name(named)
-        if len({word.title() for word in named & words_of(ROOT / "src" / "kinolab" / file)}) >= 3
-    }
-    row, places = architecture_row("a shape")
-    assert places == telling
-    assert row.startswith(f"{len(places)} files ")
+def asked_for(node: ast.AST) -> set[str]:
+    """Return the classes that a node asks for, by ``isinstance`` or by a pattern of ``match``."""
+    if isinstance(node, ast.MatchClass):
+        return {ast.unparse(node.cls).rpartition(".")[2]}
+    called = isinstance(node, ast.Call) and ast.unparse(node.func) in ("isinstance", "issubclass")
+    return {name.id for name in ast.walk(node) if isinstance(name, ast.Name)} if called else set()
+
+
+def test_nothing_outside_the_language_asks_which_shape_it_has() -> None:
+    """Shapes own their laws: a new one is a class that no other file has to know."""
+    kinds = {"Box", "Sphere", "Cylinder", "Capsule", "Disk"}
+    paths = (ROOT / "src" / "kinolab").rglob("*.py")
+    asking = [
+        f"{path.name}: {ast.unparse(node)}"
+        for path in paths
+        if "language" not in path.parts
+        for node in nodes_of(path)
+        if asked_for(node) & kinds
+    ]
+    assert asking == []
 
 
 def test_a_new_topology_concerns_as_many_files_as_the_architecture_says() -> None:

@@ -26,6 +26,7 @@ F = TypeVar("F", bound=Callable[..., Any])
 PHRASES = {
     "Attitude": "an attitude of rotation(…)",
     "Axis": "an axis of a frame, such as fork.z",
+    "Shape": "a Box or a Sphere or a Cylinder or a Capsule or a Disk",
     "Coordinate": "a coordinate of length(…) or angle(…)",
     "Expr": "an expression of the machine's symbols",
     "Frame": "a frame, such as move(x, y) @ rot_z(psi)",

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from kinolab.dynamics.language.shapes import Box, Capsule, Cylinder, Disk, Shape, Sphere
 from kinolab.world import lowest_z, triangles
+from kinolab.world.geometry import half_extents
 from kinolab.world.shape_surfaces import box_surface, cylinder_surface
 
 AT = (0.3, -0.2, 0.1)
@@ -60,6 +61,17 @@ def test_boxes_and_cylinders_are_triangulated_as_trimesh_does() -> None:
     for theirs, ours in [(box, box_surface(half)), (cylinder, cylinder_surface(0.25, 0.025, 16))]:
         assert np.array_equal(ours[0], theirs.vertices)
         assert np.array_equal(ours[1], theirs.faces)
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_farthest_points_lie_on_the_surface_as_far_out_as_compiled_code_says(shape: Shape) -> None:
+    n = np.random.default_rng(2).normal(size=(200, 3))
+    n /= np.linalg.norm(n, axis=1, keepdims=True)
+    points = shape.support(n)
+    np.testing.assert_allclose(np.einsum("ij,ij->i", n, points), half_extents(shape, n), rtol=1e-14)
+    np.testing.assert_allclose(shape.depths(points), 0.0, atol=1e-15)
+    assert (shape.depths(0.9 * points) > 0.0).all()
+    assert (shape.depths(1.1 * points) < 0.0).all()
 
 
 @pytest.mark.parametrize("shape", SHAPES)

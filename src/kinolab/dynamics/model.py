@@ -20,6 +20,7 @@ from kinolab.dynamics.machine_facts import (
     MachineFacts,
     QuasiVelocityFacts,
     facts_of,
+    hulls_of,
 )
 from kinolab.errors import (
     InputError,
@@ -99,7 +100,9 @@ class Model:
 
         require_fit("Model system", Mechanism, system)
         _require_law(system)
-        self._set(facts_of(system), key_of(machine_to_json(system)), lambda: system)
+        machine, text = facts_of(system), machine_to_json(system)
+        hulls = hulls_of(machine)
+        self._set(machine, key_of(f"{text}{hulls}" if hulls else text), lambda: system)
         self.system = system
 
     @classmethod
@@ -136,7 +139,9 @@ class Model:
         return made
 
     def keep(self, content: str) -> None:
-        """Let ``kept`` find this machine by a text that determines it."""
+        """Let ``kept`` find this machine by a text, which cannot determine shapes from outside."""
+        if hulls_of(self.machine):
+            return
         DESCRIBED.keep([key_of(content)], Described(self.machine, self.key, self.files))
 
     def _set(self, machine: MachineFacts, key: str, describe: Callable[[], Mechanism]) -> None:

@@ -24,7 +24,7 @@ from kinolab.dynamics.language.forces import (
 )
 from kinolab.dynamics.language.frames import WORLD, Axis, Frame, move, orient
 from kinolab.dynamics.language.inputs import Control, Force, Input, Torque
-from kinolab.dynamics.language.shapes import Box, Capsule, Cylinder, Shape, Sphere
+from kinolab.dynamics.language.shapes import Box, Shape
 from kinolab.dynamics.language.symbols import (
     Attitude,
     Coordinate,
@@ -75,7 +75,7 @@ from kinolab.robots.tree_mistakes import (
     massless_joints,
 )
 from kinolab.robots.visible_meshes import drawn_meshes
-from kinolab.world.geometry import lowest_z
+from kinolab.world.geometry import lowest_z, sizes
 
 Base: TypeAlias = Literal["fixed", "floating"]
 BASE_COORDINATES = "x", "y", "z", BASE  # of a root that moves freely
@@ -544,16 +544,15 @@ def along_the_axes(shape: Shape, pose: Array) -> Shape | None:
     """Return a shape along the axes of the frame of its pose (4, 4), None if it is oblique."""
     turn = np.where(np.abs(pose[:3, :3]) < ALIGNED, 0.0, pose[:3, :3])
     at = tuple(pose[:3, 3].tolist())
-    if isinstance(shape, Sphere):
+    if shape.symmetric == "xyz":
         return replace(shape, at=at)
-    if isinstance(shape, Box):
-        if not np.allclose(np.abs(turn).max(axis=0), 1.0, rtol=0.0, atol=ALIGNED):
-            return None
-        x, y, z = (np.abs(turn) @ np.array([shape.x, shape.y, shape.z], dtype=float)).tolist()
-        return Box(x, y, z, at=at)
-    assert isinstance(shape, Cylinder | Capsule)
-    along = along_an_axis(turn[:, 2])
-    return None if along is None else replace(shape, axis=along[0], at=at)
+    if shape.symmetric == "z":
+        along = along_an_axis(turn[:, 2])
+        return None if along is None else replace(shape, axis=along[0], at=at)
+    if not np.allclose(np.abs(turn).max(axis=0), 1.0, rtol=0.0, atol=ALIGNED):
+        return None
+    x, y, z = (np.abs(turn) @ (2.0 * sizes(shape)[1])).tolist()
+    return Box(x, y, z, at=at)
 
 
 def _held(joints: Mapping[str, Joint], locked: Mapping[str, float]) -> dict[str, float]:

@@ -7,7 +7,6 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from kinolab.dynamics.language.shapes import Capsule, Cylinder, Disk, Sphere
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 from kinolab.world.geometry import placement
@@ -15,6 +14,8 @@ from kinolab.world.geometry import placement
 RANDOM_STATES = 8  # random states to test at
 MOTION_TOLERANCE = 1e-9  # [m] and [1]: rounding
 ROUNDING = 1e-12  # relative to the largest derivative
+# Which axes of a shape's own frame its symmetry distinguishes.
+SHOWN: dict[str, list[int]] = {"": [0, 1, 2], "z": [2], "xyz": []}
 
 
 @lru_cache(maxsize=8)
@@ -84,7 +85,7 @@ def _shows(problem: PlanningTask, states: Array, i: int) -> bool:
             own = placement(shape)
             for a, b in zip(before[:, k], after[:, k], strict=True):
                 centres = [pose[:, :3] @ own[:, 3] + pose[:, 3] for pose in (a, b)]
-                turns = [(pose[:, :3] @ own[:, :3])[:, _visible(shape)] for pose in (a, b)]
+                turns = [(pose[:, :3] @ own[:, :3])[:, SHOWN[shape.symmetric]] for pose in (a, b)]
                 if (
                     max(np.abs(np.subtract(*pair)).max(initial=0.0) for pair in (centres, turns))
                     > MOTION_TOLERANCE
@@ -102,10 +103,3 @@ def _turns_what_is_aimed(problem: PlanningTask, states: Array, i: int) -> bool:
         return False
     before, after = (problem.frames(x)[:, bodies] for x in (states, _turned(states, i)))
     return bool(np.abs(after - before).max() > MOTION_TOLERANCE)
-
-
-def _visible(shape: object) -> list[int]:
-    """Return the axes of a shape's frame that its symmetry distinguishes; z is the axis of it."""
-    if isinstance(shape, Sphere):
-        return []
-    return [2] if isinstance(shape, Cylinder | Capsule | Disk) else [0, 1, 2]

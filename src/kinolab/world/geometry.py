@@ -1,21 +1,21 @@
 """Body shapes as numbers: extents, triangles, and how far a motion can carry them.
 
-Every shape has a frame of its own, whose z axis is the shape's axis of symmetry. In that frame a
-shape is a kind and three half sizes; the compiled code and FCL both work from these.
+Every shape has a frame of its own, whose z axis is the shape's axis of symmetry. In that frame it
+lowers itself to a kind, three half sizes and the corners of a hull; the compiled code and FCL both
+work from these.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from enum import IntEnum
+from collections.abc import Callable, Sequence
 from functools import lru_cache
 from itertools import product
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from kinolab.dynamics.language.shapes import Box, Capsule, Cylinder, Disk, Shape, Sphere
+from kinolab.dynamics.language.shapes import Shape, ShapeKind
+from kinolab.dynamics.language.shapes.hulls import hull_surface
+from kinolab.dynamics.machine_facts import BodyGeometry
 from kinolab.numerics.arrays import Array
 from kinolab.world.shape_surfaces import (
     Faces,
@@ -24,7 +24,7 @@ from kinolab.world.shape_surfaces import (
     capsule_surface,
     cylinder_surface,
 )
-from kinolab.world.support_functions import half_extent
+from kinolab.world.support_functions import half_extent, reach_along
 
 # Columns: where the axes of a shape's own frame point in the body's frame.
 TURN: dict[str, Array] = {
@@ -35,54 +35,40 @@ TURN: dict[str, Array] = {
 SECTIONS = 64  # corners of a drawn circle
 
 
-class ShapeKind(IntEnum):
-    """The families of shapes that the compiled code tells apart; a disk is a cylinder."""
-
-    BOX = 0
-    SPHERE = 1
-    CYLINDER = 2
-    CAPSULE = 3
-
-
 def sizes(shape: Shape) -> tuple[ShapeKind, Array]:
-    """Give the kind and the half sizes (3,) in [m], along x, y, z of the shape's own frame.
-
-    Round shapes have their radius in x and y and half their ``length`` in z; a capsule's caps
-    come on top of that.
-    """
-    kind, half = _sizes(shape)
+    """Give the kind and half sizes in [m] to which a shape lowers itself; (3,) but of a hull."""
+    kind, half = shape.lowered()
     return kind, np.array(half, dtype=float)
 
 
-def kinds_and_sizes(shapes: Sequence[Shape]) -> tuple[NDArray[np.int64], Array]:
-    """Give ``sizes`` of several shapes, (n,) and (n, 3)."""
-    kinds, halves = zip(*map(_sizes, shapes), strict=True)
-    return np.array(kinds, dtype=np.int64), np.array(halves, dtype=float)
+def sizes_of(halves: Sequence[Sequence[float] | Array]) -> Array:
+    """Gather half sizes (k,) in a table, (n, 3) or wider; hulls repeat their last corner in it."""
+    widest = max(map(len, halves), default=3)
+    rows = [[*half, *[*half[-3:]] * ((widest - len(half)) // 3)] for half in halves]
+    return np.array(rows, dtype=float).reshape(-1, widest)
 
 
-def _sizes(shape: Shape) -> tuple[ShapeKind, tuple[float, float, float]]:
-    match shape:
-        case Box():
-            return ShapeKind.BOX, (0.5 * float(shape.x), 0.5 * float(shape.y), 0.5 * float(shape.z))
-        case Sphere():
-            return ShapeKind.SPHERE, 3 * (float(shape.radius),)
-        case Capsule():
-            return ShapeKind.CAPSULE, _round(shape.radius, shape.length)
-        case Cylinder():
-            return ShapeKind.CYLINDER, _round(shape.radius, shape.length)
-        case Disk():
-            return ShapeKind.CYLINDER, _round(shape.radius, shape.thickness)
-    raise TypeError(f"not a shape: {shape!r}")
+def half_extents(shape: Shape, directions: Array) -> Array:
+    """Give its reach (n,) in [m] from its centre along unit vectors (n, 3) of its own frame."""
+    kind, half = sizes(shape)
+    return np.array([half_extent(int(kind), half, *direction) for direction in directions])
 
 
-def _round(radius: Any, length: Any) -> tuple[float, float, float]:
-    return float(radius), float(radius), 0.5 * float(length)
+def core_radius_of(shape: Shape) -> float:
+    """Give the radius in [m] of the ball about the centre that holds the box of the half sizes."""
+    return float(np.linalg.norm(sizes(shape)[1][:3]))
+
+
+def reach_of(body: BodyGeometry) -> float:
+    """Give the radius in [m] of the ball about a body's origin that holds those balls."""
+    distances = (np.linalg.norm(s.at) + core_radius_of(s) for s in body.shapes)  # type: ignore[arg-type]
+    return float(max(distances, default=0.0))
 
 
 def placement(shape: Shape) -> Array:
     """Give the shape's own frame in its body's frame, (3, 4), [R | p]."""
     own = np.empty((3, 4))
-    own[:, :3], own[:, 3] = TURN[getattr(shape, "axis", "z")], shape.at
+    own[:, :3], own[:, 3] = TURN[shape.axis], shape.at
     return own
 
 
@@ -93,18 +79,10 @@ def frame_in_world(shape: Shape, pose: Array) -> tuple[Array, Array]:
         shape: Of a body.
         pose: Of that body, shape (..., 3, 4).
     """
-    return _carried(placement(shape), pose)
+    return carried(placement(shape), pose)
 
 
-def frames_in_world(shapes: Sequence[Shape], poses: Array) -> tuple[Array, Array]:
-    """Give ``frame_in_world`` of shapes at poses (n, 3, 4), in shapes (n, 3, 3) and (n, 3)."""
-    own = np.empty((len(shapes), 3, 4))
-    own[..., :3] = [TURN[getattr(shape, "axis", "z")] for shape in shapes]
-    own[..., 3] = [shape.at for shape in shapes]
-    return _carried(own, poses)
-
-
-def _carried(own: Array, pose: Array) -> tuple[Array, Array]:
+def carried(own: Array, pose: Array) -> tuple[Array, Array]:
     """Give the axes and origins of frames (..., 3, 4) that poses (..., 3, 4) carry along."""
     turn = pose[..., :3]
     return turn @ own[..., :3], (turn @ own[..., 3:])[..., 0] + pose[..., 3]
@@ -112,11 +90,10 @@ def _carried(own: Array, pose: Array) -> tuple[Array, Array]:
 
 def lowest_z(shape: Shape, pose: Array) -> float:
     """Give the lowest world z of a shape in [m], in closed form; ``pose`` of its body is (3, 4)."""
-    kind, half = sizes(shape)
     own = placement(shape)
     center = pose[2, :3] @ own[:, 3] + pose[2, 3]
     down = pose[2, :3] @ own[:, :3]
-    return float(center - half_extent(int(kind), half, *down))
+    return float(center - half_extents(shape, -down[None])[0])
 
 
 def triangles(shape: Shape, corners: int = SECTIONS) -> tuple[Array, Faces]:
@@ -129,24 +106,24 @@ def triangles(shape: Shape, corners: int = SECTIONS) -> tuple[Array, Faces]:
     Returns:
         Vertices (n, 3) in [m], on the surface; faces (m, 3), seen anticlockwise from outside.
     """
-    kind, half = sizes(shape)
-    vertices, faces = _own_triangles(kind, *half.tolist(), corners)
+    kind, half = shape.lowered()
+    vertices, faces = _own_triangles(kind, half, corners)
     frame = placement(shape)
     return vertices @ frame[:, :3].T + frame[:, 3], faces.copy()
 
 
 @lru_cache(maxsize=64)
-def _own_triangles(
-    kind: ShapeKind, x: float, y: float, z: float, corners: int
-) -> tuple[Array, Faces]:
+def _own_triangles(kind: ShapeKind, half: tuple[float, ...], corners: int) -> tuple[Array, Faces]:
     """Triangulate a shape in its own frame; worlds of many have few sizes of them."""
-    if kind is ShapeKind.BOX:
-        return box_surface(np.array([x, y, z]))
-    if kind is ShapeKind.SPHERE:
-        return ball_surface(x)
-    if kind is ShapeKind.CYLINDER:
-        return cylinder_surface(x, z, corners)
-    return capsule_surface(x, z, corners)
+    radius, _, length = half[:3]
+    surfaces: dict[ShapeKind, Callable[[], tuple[Array, Faces]]] = {
+        ShapeKind.BOX: lambda: box_surface(np.array(half)),
+        ShapeKind.SPHERE: lambda: ball_surface(radius),
+        ShapeKind.CYLINDER: lambda: cylinder_surface(radius, length, corners),
+        ShapeKind.CAPSULE: lambda: capsule_surface(radius, length, corners),
+        ShapeKind.HULL: lambda: hull_surface(np.reshape(half[3:], (-1, 3)))[:2],
+    }
+    return surfaces[kind]()
 
 
 def feature_points(shape: Shape) -> Array:
@@ -155,14 +132,13 @@ def feature_points(shape: Shape) -> Array:
     They lie as far out as the shape does. Points of a round shape are on its axis: its spin about
     it is no motion. A ball has its centre alone.
     """
-    kind, half = sizes(shape)
-    if kind is ShapeKind.SPHERE:
-        own = np.zeros((1, 3))
-    elif kind is ShapeKind.BOX:
-        own = half * np.array(list(product((-1.0, 1.0), repeat=3)))
-    else:
-        far = max(half) + (half[0] if kind is ShapeKind.CAPSULE else 0.0)
-        own = np.array([[0.0, 0.0, far], [0.0, 0.0, -far]])
     frame = placement(shape)
+    kind, half = sizes(shape)
+    reach = np.array([reach_along(int(kind), half, axis) for axis in range(3)])
+    own = {
+        "": reach * np.array(list(product((-1.0, 1.0), repeat=3))),
+        "z": max(reach) * np.array([[0.0, 0.0, 1.0], [0.0, 0.0, -1.0]]),
+        "xyz": np.zeros((1, 3)),
+    }[shape.symmetric]
     points: Array = own @ frame[:, :3].T + frame[:, 3]
     return points

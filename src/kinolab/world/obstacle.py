@@ -12,13 +12,12 @@ import numpy as np
 from kinolab.dynamics.language.shapes import MAX_COORDINATE, Box, Cylinder, Shape, Sphere
 from kinolab.errors import InputError, Mistake
 from kinolab.numerics.arrays import Array
-from kinolab.world.geometry import frame_in_world, sizes, triangles
+from kinolab.world.geometry import frame_in_world, half_extents, sizes, triangles
 from kinolab.world.meshes.mesh import MAX_TRIANGLES, check, load_mesh
 from kinolab.world.meshes.mesh_components import Components, components
 from kinolab.world.meshes.mesh_hints import doubts
 from kinolab.world.meshes.mesh_reading import refusal
 from kinolab.world.shape_surfaces import Faces
-from kinolab.world.support_functions import half_extent
 
 Numbers = Sequence[float]
 ORIGIN: Numbers = (0.0, 0.0, 0.0)
@@ -55,10 +54,9 @@ class Obstacle:
         """Return the lowest and highest (x, y, z) in [m]; of a primitive exactly."""
         if self.primitive is None:
             return self.vertices.min(axis=0), self.vertices.max(axis=0)
-        kind, half = sizes(self.primitive[0])
         turn, center = frame_in_world(*self.primitive)
-        reach = np.array([half_extent(int(kind), half, *turn[axis]) for axis in range(3)])
-        return center - reach, center + reach
+        low, high = (half_extents(self.primitive[0], sign * turn) for sign in (-1.0, 1.0))
+        return center - low, center + high
 
 
 def rotation(rpy: Numbers) -> Array:

@@ -11,16 +11,16 @@ from numpy.typing import NDArray
 from kinolab.dynamics.language.shapes import Shape
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.jit import kernel
-from kinolab.world.geometry import frame_in_world, frames_in_world, kinds_and_sizes, sizes
+from kinolab.world.geometry import carried, frame_in_world, placement, sizes, sizes_of
 from kinolab.world.kept_together import KeptTogether
 from kinolab.world.obstacle import Obstacle
-from kinolab.world.support_functions import half_extent
+from kinolab.world.support_functions import HULL, half_extent
 
 
 class ObstacleArrays(NamedTuple):
     """Obstacles as numbers: the shapes of primitives, of meshes unused; boxes around all."""
 
-    kind: NDArray[np.int64]  # (obstacles,) values of ``geometry.ShapeKind``
+    kind: NDArray[np.int64]  # (obstacles,) values of ``ShapeKind``
     half: Array  # (obstacles, 3) half sizes in [m]
     turn: Array  # (obstacles, 3, 3)
     at: Array  # (obstacles, 3) centre in [m]
@@ -37,8 +37,11 @@ def _gather(obstacles: Sequence[Obstacle]) -> ObstacleArrays:
     if rows:
         primitives = [obstacles[k].primitive for k in rows]
         shapes, poses = zip(*filter(None, primitives), strict=True)
-        kind[rows], half[rows] = kinds_and_sizes(shapes)
-        turn[rows], at[rows] = frames_in_world(shapes, np.array(poses))
+        kind[rows], halves = zip(*(shape.lowered() for shape in shapes), strict=True)
+        sized = sizes_of(halves)
+        half = np.zeros((count, sized.shape[1]))
+        half[rows] = sized
+        turn[rows], at[rows] = carried(np.stack([*map(placement, shapes)]), np.array(poses))
         enclose_all(kind, half, turn, at, box)
     meshes = sorted({*range(count)}.difference(rows))
     for k in meshes:
@@ -72,9 +75,12 @@ def enclose(kind, half, turn, at, grow, box):  # type: ignore[no-untyped-def]
         box: Lowest and highest x, y, z in [m], shape (6,); written.
     """
     for i in range(3):
-        reach = half_extent(kind, half, turn[i, 0], turn[i, 1], turn[i, 2]) + grow
-        box[i] = at[i] - reach
-        box[i + 3] = at[i] + reach
+        high = half_extent(kind, half, turn[i, 0], turn[i, 1], turn[i, 2]) + grow
+        low = high  # of all others, which look the same from both sides
+        if kind == HULL:
+            low = half_extent(kind, half, -turn[i, 0], -turn[i, 1], -turn[i, 2]) + grow
+        box[i] = at[i] - low
+        box[i + 3] = at[i] + high
 
 
 @kernel

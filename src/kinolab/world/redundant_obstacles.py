@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.numerics.arrays import Array
-from kinolab.world.geometry import ShapeKind, frame_in_world, sizes
+from kinolab.world.geometry import frame_in_world, sizes
 from kinolab.world.obstacle import Obstacle
 
 CORNERS = np.array(list(product((-1.0, 1.0), repeat=3)))
@@ -57,11 +57,5 @@ def _corners(obstacle: Obstacle) -> Array:
 def _inside(obstacle: Obstacle, points: Array) -> NDArray[np.bool_]:
     """Say which points (..., 3) a shape holds."""
     assert obstacle.primitive is not None
-    (kind, half), (turn, at) = sizes(obstacle.primitive[0]), frame_in_world(*obstacle.primitive)
-    local = np.abs((points - at) @ turn)
-    if kind is ShapeKind.SPHERE:
-        return np.asarray(np.linalg.norm(local, axis=-1) <= half[0])
-    if kind is ShapeKind.CYLINDER:
-        around = np.hypot(local[..., 0], local[..., 1]) <= half[0]
-        return np.asarray(around & (local[..., 2] <= half[2]))
-    return np.asarray((local <= half).all(axis=-1)) & (kind is ShapeKind.BOX)
+    turn, at = frame_in_world(*obstacle.primitive)
+    return obstacle.primitive[0].depths((points - at) @ turn) >= 0.0

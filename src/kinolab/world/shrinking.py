@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
-from kinolab.dynamics.language.shapes import Box, Cylinder, Disk, Shape
+from kinolab.dynamics.language.shapes import Shape
 from kinolab.dynamics.machine_facts import BodyGeometry, CableGeometry
 
 # [m] that is left of every edge and diameter, so that nothing slips through walls
@@ -34,13 +34,4 @@ def shrunk_shape(shape: Shape, by: float) -> Shape:
     def left(width: Any) -> float:
         return max(float(width) - 2 * by, min(float(width), MIN_THICKNESS))
 
-    match shape:
-        case Box():
-            return replace(shape, x=left(shape.x), y=left(shape.y), z=left(shape.z))
-        case Cylinder():
-            radius, length = left(2 * shape.radius) / 2, left(shape.length)
-            return replace(shape, radius=radius, length=length)
-        case Disk():
-            radius, thickness = left(2 * shape.radius) / 2, left(shape.thickness)
-            return replace(shape, radius=radius, thickness=thickness)
-    return replace(shape, radius=left(2 * shape.radius) / 2)
+    return shape.shrunk(left)

@@ -1,17 +1,30 @@
 """Support functions of the convex shapes, compiled: how far a shape reaches in a direction.
 
-Shapes are given as ``geometry.sizes`` gives them: a kind and half sizes in their own frame.
+Shapes are given as they lower themselves: a kind and half sizes in their own frame, which the
+corners of a hull follow.
 """
 
 from __future__ import annotations
 
 import math
 
+from kinolab.dynamics.language.shapes import ShapeKind
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.jit import kernel
 
-# The values of ``geometry.Kind``; numba reads them as compile-time constants.
-BOX, SPHERE, CYLINDER, CAPSULE = 0, 1, 2, 3
+# The values of ``ShapeKind``; numba reads them as compile-time constants.
+BOX, SPHERE, CYLINDER, CAPSULE, HULL = map(int, ShapeKind)
+
+
+@kernel  # type: ignore[untyped-decorator]
+def farthest_corner(half: Array, nx: float, ny: float, nz: float) -> int:
+    """Return where in the numbers (3 + 3 corners,) of a hull its farthest corner along n begins."""
+    best, found = -math.inf, 3
+    for k in range(3, half.shape[0], 3):
+        along = nx * half[k] + ny * half[k + 1] + nz * half[k + 2]
+        if along > best:
+            best, found = along, k
+    return found
 
 
 @kernel  # type: ignore[untyped-decorator]
@@ -19,8 +32,8 @@ def half_extent(kind: int, half: Array, nx: float, ny: float, nz: float) -> floa
     """Give the shape's reach from its centre along the unit vector n of its own frame, in [m].
 
     Args:
-        kind: BOX, SPHERE, CYLINDER or CAPSULE.
-        half: Half sizes in [m], shape (3,).
+        kind: BOX, SPHERE, CYLINDER, CAPSULE or HULL.
+        half: Half sizes in [m], shape (3,), and the corners of a hull.
         nx, ny, nz: Of the unit vector.
     """
     if kind == BOX:
@@ -29,6 +42,9 @@ def half_extent(kind: int, half: Array, nx: float, ny: float, nz: float) -> floa
         return half[0]  # type: ignore[no-any-return]
     if kind == CYLINDER:
         return half[0] * math.sqrt(nx * nx + ny * ny) + half[2] * abs(nz)  # type: ignore[no-any-return]
+    if kind == HULL:
+        k = farthest_corner(half, nx, ny, nz)
+        return nx * half[k] + ny * half[k + 1] + nz * half[k + 2]  # type: ignore[no-any-return]
     return half[0] + half[2] * abs(nz)  # type: ignore[no-any-return]
 
 
@@ -44,6 +60,10 @@ def core_support(kind: int, half: Array, n: Array, point: Array) -> None:
     point[0], point[1], point[2] = 0.0, 0.0, 0.0
     if kind == SPHERE:
         return
+    if kind == HULL:
+        k = farthest_corner(half, n[0], n[1], n[2])
+        point[0], point[1], point[2] = half[k], half[k + 1], half[k + 2]
+        return
     point[2] = math.copysign(half[2], n[2])
     if kind == BOX:
         point[0], point[1] = math.copysign(half[0], n[0]), math.copysign(half[1], n[1])
@@ -55,9 +75,13 @@ def core_support(kind: int, half: Array, n: Array, point: Array) -> None:
 
 @kernel  # type: ignore[untyped-decorator]
 def move_into_core(kind: int, half: Array, point: Array) -> None:
-    """Move a point (3,) of the shape's own frame to the nearest one of its core."""
+    """Move a point (3,) of the shape's own frame to the nearest one of its core, or to a corner."""
     if kind == SPHERE:
         point[0], point[1], point[2] = 0.0, 0.0, 0.0
+        return
+    if kind == HULL:
+        k = farthest_corner(half, point[0], point[1], point[2])
+        point[0], point[1], point[2] = half[k], half[k + 1], half[k + 2]
         return
     point[2] = min(max(point[2], -half[2]), half[2])
     if kind == BOX:
@@ -73,7 +97,7 @@ def move_into_core(kind: int, half: Array, point: Array) -> None:
 @kernel  # type: ignore[untyped-decorator]
 def reach_along(kind: int, half: Array, axis: int) -> float:
     """Give the shape's reach from its centre along an axis of its own frame, in [m]."""
-    if kind == BOX:
+    if kind in (BOX, HULL):
         return half[axis]  # type: ignore[no-any-return]
     if kind == SPHERE or axis < 2:
         return half[0]  # type: ignore[no-any-return]

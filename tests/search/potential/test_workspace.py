@@ -14,9 +14,8 @@ from kinolab.problem import PlanningTask
 from kinolab.search.potential.control_points import ControlPoint, control_points, place
 from kinolab.search.potential.field import Repulsion
 from kinolab.search.potential.field_setup import navigation_field
-from kinolab.search.potential.inscribed_ball import inscribed_radius
 from kinolab.search.potential.leading_bodies import leading_bodies
-from kinolab.search.potential.workspace import around_goal, grid_of, open_cells
+from kinolab.search.potential.workspace import around_goal, grid_of, inscribed_radius, open_cells
 from kinolab.simulation import Propagator
 from kinolab.world import BodyGeometry
 from tests.support import OPEN, WALL, problem_of

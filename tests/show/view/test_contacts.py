@@ -23,6 +23,8 @@ BALL = {"kind": "sphere", "axis": None, "size": {"radius": 0.5}, "at": [0, 0, 0]
 CUBE = {"kind": "box", "axis": None, "size": {"x": 1.0, "y": 1.0, "z": 1.0}, "at": [0, 0, 0]}
 ROD = {"kind": "cylinder", "axis": "x", "size": {"radius": 0.2, "length": 2.0}, "at": [0, 0, 0]}
 PILL = {"kind": "capsule", "axis": "z", "size": {"radius": 0.2, "length": 1.0}, "at": [0, 0, 0.5]}
+TIPS = [[0.5, 0, 0], [-0.5, 0, 0], [0, 0.3, 0], [0, -0.3, 0], [0, 0, 0.2], [0, 0, -0.2]]
+GEM = {"kind": "hull", "axis": "z", "size": {"corners": TIPS}, "at": [0.1, 0, 0]}
 
 # Shape, its rotation, a direction from the box, and at which distance along it they part.
 CASES = [
@@ -34,6 +36,8 @@ CASES = [
     ("a rod by its end", ROD, EYE, (1.0, 0.0, 0.0), 2.0),
     ("a rod by its side", ROD, EYE, (0.0, 0.0, 1.0), 1.2),
     ("a capsule that begins at its origin", PILL, EYE, (0.0, 0.0, 1.0), 1.2),
+    ("a gem at its nearer tip", GEM, EYE, (1.0, 0.0, 0.0), 1.4),
+    ("a gem at its farther tip", GEM, EYE, (-1.0, 0.0, 0.0), 1.6),
     ("a capsule from below", PILL, EYE, (0.0, 0.0, -1.0), 2.2),
 ]
 

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from kinolab.dynamics import Body, System
-from kinolab.world.geometry import placement, sizes
-from kinolab.world.support_functions import half_extent
+from kinolab.world.geometry import half_extents, placement
 
 
 @dataclass(frozen=True)
@@ -38,10 +37,10 @@ def body_sizes(system: System) -> tuple[BodySize, ...]:
 def _extent(system: System, body: Body) -> tuple[float, float, float] | None:
     corners = []
     for shape in system.resolved_shapes(body):
-        kind, half = sizes(shape)
         frame = placement(shape)
-        reach = np.array([half_extent(int(kind), half, *axis) for axis in frame[:, :3]])
-        corners += [frame[:, 3] - reach, frame[:, 3] + reach]
+        corners += [
+            frame[:, 3] + sign * half_extents(shape, sign * frame[:, :3]) for sign in (-1.0, 1.0)
+        ]
     if not corners:
         return None
     x, y, z = np.ptp(corners, axis=0).tolist()

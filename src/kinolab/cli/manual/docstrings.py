@@ -7,6 +7,8 @@ import re
 from collections.abc import Callable
 from typing import Any
 
+import kinolab.dynamics
+
 SECTIONS = ("Args", "Attributes", "Returns", "Yields", "Raises", "Source", "Note", "Example")
 
 
@@ -31,11 +33,13 @@ def methods(kind: type) -> dict[str, Any]:
 
 
 def members_of(kind: type) -> list[str]:
-    """Return a line about each public method and property of a class."""
+    """Return a line about each public method and property of a class, but what it extends has."""
+    public = [base for base in kind.__mro__[1:] if base.__name__ in kinolab.dynamics.__all__]
+    known = {name for base in public for name in vars(base)}
     return [
         f"- `{shown(member, thing)}`: {first_line(thing)}"
         for member, thing in sorted(methods(kind).items())
-        if not member.startswith("_") and first_line(thing)
+        if not member.startswith("_") and member not in known and first_line(thing)
     ]
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import sympy
 
 from kinolab.dynamics.language.expressions import exact, is_zero
-from kinolab.dynamics.language.shapes import Box, Capsule, Cylinder, Disk, Scalar, Shape, Sphere
+from kinolab.dynamics.language.shapes import Scalar, Shape
 
 
 @dataclass(frozen=True)
@@ -24,22 +24,17 @@ class BoundingRadius:
 
 
 def bounding_radius(shape: Shape) -> BoundingRadius:
-    """Return the bounding radius of a shape."""
-    match shape:
-        case Sphere():
-            return BoundingRadius(shape.radius + _norm(shape.at), _axes_through(shape.at))
-        case Box():
-            half = tuple(edge / sympy.Integer(2) for edge in (shape.x, shape.y, shape.z))
-            return BoundingRadius(_norm(half) + _norm(shape.at), "")
-        case Cylinder():
-            half = _norm((shape.radius, shape.length / sympy.Integer(2)))
-            return BoundingRadius(half + _norm(shape.at), _own_axis(shape))
-        case Disk():
-            half = _norm((shape.radius, shape.thickness / sympy.Integer(2)))
-            return BoundingRadius(half + _norm(shape.at), _own_axis(shape))
-        case Capsule():
-            half = shape.length / sympy.Integer(2) + shape.radius
-            return BoundingRadius(half + _norm(shape.at), _own_axis(shape))
+    """Return the bounding radius of a shape.
+
+    Raises:
+        InputError: If a shape from outside has a dimension that is an expression.
+    """
+    edges, rounding = shape.span()
+    half = tuple(exact(edge) / sympy.Integer(2) for edge in edges if edge != 0)
+    own = shape.symmetric.replace("z", shape.axis) if shape.symmetric != "xyz" else "xyz"
+    axes = "".join(axis for axis in _axes_through(shape.at) if axis in own)
+    core = half[0] if len(half) == 1 else _norm(half)
+    return BoundingRadius(core + exact(rounding) + _norm(shape.at), axes)
 
 
 def _norm(vector: tuple[Scalar, ...]) -> sympy.Expr:
@@ -53,7 +48,3 @@ def _axes_through(at: tuple[Scalar, Scalar, Scalar]) -> str:
         for axis in "xyz"
         if all(is_zero(c) for name, c in zip("xyz", at, strict=True) if name != axis)
     )
-
-
-def _own_axis(shape: Cylinder | Capsule | Disk) -> str:
-    return shape.axis if shape.axis in _axes_through(shape.at) else ""

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import Any
+
+import numpy as np
 
 from kinolab.dynamics.codegen.exports import Function
 from kinolab.dynamics.derivation.expression_graph import Node
 from kinolab.dynamics.derivation.symbol_table import SymbolTable
 from kinolab.dynamics.language.expressions import exact
 from kinolab.dynamics.language.mechanism import Mechanism
-from kinolab.dynamics.language.shapes import Shape
+from kinolab.dynamics.language.shapes import Shape, ShapeKind
+from kinolab.dynamics.language.shapes.hulls import hull_surface
 
 
 @dataclass(frozen=True)
@@ -20,7 +22,8 @@ class BodySizes:
 
     Attributes:
         facts: Per body and shape: kind, axis of symmetry if any, names of its dimensions, and the
-            offsets of dimensions and position among the results.
+            offsets of dimensions and position among the results; and the surface of a hull, which
+            follows no parameter.
         function: ``shapes(p)``: dimensions in [m], and position in the body's frame in [m].
     """
 
@@ -31,22 +34,34 @@ class BodySizes:
 def body_sizes(system: Mechanism, binding: SymbolTable) -> BodySizes:
     """Return the shapes of all bodies with their dimensions as nodes."""
     outputs = list[Node]()
-    facts = [[_fact(shape, binding, outputs) for shape in body.shapes] for body in system.bodies]
+    facts = [
+        [
+            _fact(shape, binding, outputs) | _hull(sized)
+            for shape, sized in zip(body.shapes, system.resolved_shapes(body), strict=True)
+        ]
+        for body in system.bodies
+    ]
     return BodySizes(facts, Function("shapes", {"p": binding.parameters}, outputs))
 
 
 def _fact(shape: Shape, binding: SymbolTable, outputs: list[Node]) -> dict[str, Any]:
-    names = _dimensions(shape)
+    names = shape.lengths()
     first = len(outputs)
     values = (*(getattr(shape, name) for name in names), *shape.at)
     outputs += [binding.lower(exact(value)) for value in values]
     return {
         "kind": type(shape).__name__.lower(),
-        "axis": getattr(shape, "axis", None),
-        "dimensions": list(names),
+        "axis": shape.axis,
+        "dimensions": names,
         "first": first,
     }
 
 
-def _dimensions(shape: Shape) -> Sequence[str]:
-    return [field.name for field in fields(shape) if field.name not in ("axis", "at")]
+def _hull(shape: Shape) -> dict[str, Any]:
+    """Return the corners and faces of a hull, along the axes of its body's frame."""
+    kind, (_, _, _, *corners) = shape.lowered()
+    if kind is not ShapeKind.HULL:
+        return {}
+    vertices, faces, _ = hull_surface(np.reshape(corners, (-1, 3)))
+    vertices = np.roll(vertices, "xyz".index(shape.axis) + 1, axis=1)  # own z lies along the axis
+    return {"kind": "hull", "hull": {"corners": vertices.tolist(), "faces": faces.ravel().tolist()}}

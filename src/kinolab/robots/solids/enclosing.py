@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from kinolab.dynamics.language.shapes import Box, Capsule
+from kinolab.dynamics.language.shapes import Box, Capsule, ShapeKind
 from kinolab.numerics.arrays import Array
 from kinolab.robots.constant_frames import onto_z
 from kinolab.robots.kinematic_tree import PlacedShape, pose_of
@@ -67,9 +67,5 @@ def _capsule(points: Array, turn: Array) -> PlacedShape:
 
 def volume(solid: PlacedShape) -> float:
     """Return the volume of a box or capsule in [m^3]."""
-    shape = solid.shape
-    if isinstance(shape, Box):
-        return float(shape.x) * float(shape.y) * float(shape.z)
-    assert isinstance(shape, Capsule)
-    radius, long = float(shape.radius), float(shape.length)
-    return math.pi * radius**2 * (long + 4 / 3 * radius)
+    kind, (x, y, z) = solid.shape.lowered()
+    return 8.0 * x * y * z if kind is ShapeKind.BOX else math.pi * x**2 * (2.0 * z + 4 / 3 * x)

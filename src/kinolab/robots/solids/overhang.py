@@ -5,9 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-from kinolab.dynamics.language.shapes import Box, Capsule, Shape
 from kinolab.numerics.arrays import Array
 from kinolab.robots.kinematic_tree import PlacedShape
 from kinolab.robots.solids.enclosing_solids import enclosing_solids
@@ -54,7 +52,7 @@ def overhang(triangles: Array, within: Array, solids: Sequence[PlacedShape]) -> 
         for other in solids:
             if other is not solid:
                 own = (points - other.pose[:3, 3]) @ other.pose[:3, :3]
-                points = points[~_within(other.shape, own, spacing)]
+                points = points[other.shape.depths(own) < -spacing]
         if len(points):
             farthest = max(farthest, float(near.query(points)[0].max()))
     return farthest
@@ -69,15 +67,3 @@ def _points_on(triangles: Array, spacing: float) -> Iterator[Array]:
         first, second = (part[i + j <= count] / count for part in (i, j))
         weights = np.stack([first, second, 1.0 - first - second], axis=1)
         yield (weights @ triangles[across == count]).reshape(-1, 3)
-
-
-def _within(shape: Shape, points: Array, slack: float) -> NDArray[np.bool_]:
-    """Return which points (n, 3) of its frame are in a box or in a capsule along z, or so near."""
-    if isinstance(shape, Box):
-        half = np.array([shape.x, shape.y, shape.z], dtype=float) / 2
-        return np.asarray((np.abs(points) <= half + slack).all(axis=1))
-    assert isinstance(shape, Capsule)
-    half_length = float(shape.length) / 2
-    along = np.clip(points[:, 2], -half_length, half_length)
-    apart = np.hypot(np.hypot(points[:, 0], points[:, 1]), points[:, 2] - along)
-    return np.asarray(apart <= float(shape.radius) + slack)

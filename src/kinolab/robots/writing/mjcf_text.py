@@ -10,6 +10,7 @@ import numpy as np
 
 from kinolab.arguments import checked
 from kinolab.dynamics.language.mechanism import Mechanism
+from kinolab.dynamics.language.shapes import ShapeKind
 from kinolab.errors import Mistake
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.quaternions import of_matrices
@@ -24,7 +25,6 @@ from kinolab.robots.kinematic_tree import (
 )
 from kinolab.robots.writing.file_numbers import limits, numbers
 from kinolab.robots.writing.machine_tree import WORLD_LINK, MachineTree, machine_tree
-from kinolab.world.geometry import ShapeKind, sizes
 
 LEAST = 1e-14  # [kg] and [kg m^2]: what MuJoCo demands of all that moves is 1e-15
 ROUNDING = 1e-14  # relative, of MuJoCo's principal moments
@@ -74,7 +74,7 @@ def _lacking(tree: KinematicTree) -> Iterator[Mistake]:
 class _Writer:
     def __init__(self, made: MachineTree) -> None:
         self._tree, self._frames = made.tree, made.frames
-        self._links = {link.name: link for link in made.tree.links}
+        self._links, self._assets = {link.name: link for link in made.tree.links}, Element("asset")
         self._below: dict[str, list[Joint]] = {name: [] for name in self._links}
         for joint in made.tree.joints:
             self._below[joint.parent].append(joint)
@@ -86,8 +86,11 @@ class _Writer:
         SubElement(root, "compiler", angle="radian", inertiafromgeom="false")
         option = SubElement(root, "option", gravity=numbers(tree.gravity), integrator="RK4")
         SubElement(option, "flag", contact="disable")
+        root.append(self._assets)
         world = SubElement(root, "worldbody")
         self._hang(world, WORLD_LINK, np.eye(4))
+        if not len(self._assets):
+            root.remove(self._assets)
         self._couple(root, [joint for joint in tree.joints if joint.mimics])
         self._actuate(root, tree)
         return root
@@ -183,7 +186,7 @@ class _Writer:
         if inertial is not None:
             self._inertial(body, inertial)
         for solid in link.solids:
-            _geom(body, solid)
+            _geom(body, solid, self._assets)
 
     def _fixed_to(self, name: str) -> Iterable[Link]:
         """Yield a link and those that are fixed to it."""
@@ -272,10 +275,15 @@ def _motion(joint: Joint) -> Array:
     return moved_to(joint, rest) if rest else np.eye(4)
 
 
-def _geom(body: Element, solid: PlacedShape) -> None:
-    kind, half = sizes(solid.shape)
-    name, which = GEOMS[kind]
-    geom = SubElement(body, "geom", type=name, size=numbers(half[list(which)]))
+def _geom(body: Element, solid: PlacedShape, assets: Element) -> None:
+    kind, half = solid.shape.lowered()
+    geom = SubElement(body, "geom")
+    if kind in GEOMS:
+        name, which = GEOMS[kind]
+        geom.attrib.update(type=name, size=numbers(half[k] for k in which))
+    else:  # MuJoCo makes a hull around points
+        geom.attrib.update(type="mesh", mesh=f"hull {len(assets) + 1}")
+        SubElement(assets, "mesh", name=geom.attrib["mesh"], vertex=numbers(half[3:]))
     geom.attrib.update(_placed(solid.pose))
     if solid.color is not None:
         geom.set("rgba", numbers([*solid.color, 1]))

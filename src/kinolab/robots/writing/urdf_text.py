@@ -13,6 +13,7 @@ import numpy as np
 
 from kinolab.arguments import checked
 from kinolab.dynamics.language.mechanism import Mechanism
+from kinolab.dynamics.language.shapes import ShapeKind
 from kinolab.errors import InputError, Mistake
 from kinolab.numerics.arrays import Array
 from kinolab.robots.constant_frames import elementary_turns, turned_about
@@ -20,10 +21,17 @@ from kinolab.robots.kinematic_tree import Joint, KinematicTree, Link, Motor, Pla
 from kinolab.robots.writing.file_numbers import FAR, limits, numbers
 from kinolab.robots.writing.frame_chains import cleaned
 from kinolab.robots.writing.machine_tree import WORLD_LINK, machine_tree
-from kinolab.world.geometry import ShapeKind, sizes
 
 STRENGTH = 9.81  # [m/s^2] of gravity, which whatever reads URDF takes to point along -z
 EQUAL = 1e-12  # relative
+# Of what each kind of shape is made: names, and places along z in halves of its length.
+PARTS: dict[ShapeKind, tuple[tuple[str, float], ...]] = {
+    ShapeKind.BOX: (("box", 0.0),),
+    ShapeKind.SPHERE: (("sphere", 0.0),),
+    ShapeKind.CYLINDER: (("cylinder", 0.0),),
+    ShapeKind.CAPSULE: (("cylinder", 0.0), ("sphere", 1.0), ("sphere", -1.0)),
+    ShapeKind.HULL: (),
+}
 KINDS = {"fixed": "fixed", "prismatic": "prismatic", "floating": "floating"}
 
 
@@ -89,6 +97,11 @@ def _lacking(tree: KinematicTree) -> Iterator[Mistake]:
     for thruster in tree.thrusters:
         what = "it pushes a body, and motors of URDF act on single joints."
         yield Mistake(f"input {thruster.name!r}", what, "Write MJCF.")
+    for link in tree.links:
+        for solid in link.solids:
+            if not PARTS[solid.shape.lowered()[0]]:
+                what = f"URDF has no shape {type(solid.shape).__name__}, but in a mesh's file."
+                yield Mistake(f"body {link.name!r}", what, "Write MJCF, or give it another shape.")
     driven = [motor.joint for motor in tree.motors]
     for motor in tree.motors:
         where = f"input {motor.name!r}"
@@ -140,21 +153,16 @@ def _link(root: Element, link: Link) -> None:
 
 
 def _geometries(solid: PlacedShape) -> Iterator[tuple[Array, str, dict[str, str]]]:
-    """Yield the shapes that URDF has: poses (4, 4), names and sizes."""
-    kind, half = sizes(solid.shape)
-    round_part = {"radius": numbers([half[0]]), "length": numbers([2.0 * half[2]])}
-    match kind:
-        case ShapeKind.BOX:
-            yield solid.pose, "box", {"size": numbers(2.0 * half)}
-        case ShapeKind.SPHERE:
-            yield solid.pose, "sphere", {"radius": numbers([half[0]])}
-        case ShapeKind.CYLINDER:
-            yield solid.pose, "cylinder", round_part
-        case ShapeKind.CAPSULE:
-            yield solid.pose, "cylinder", round_part
-            for end in (1.0, -1.0):
-                cap = pose_of(np.array([0.0, 0.0, end * half[2]]), np.eye(3))
-                yield solid.pose @ cap, "sphere", {"radius": numbers([half[0]])}
+    """Yield the shapes that URDF has: poses (4, 4), names and sizes; nothing of a hull."""
+    kind, (x, y, z, *_) = solid.shape.lowered()
+    sizes = {
+        "box": {"size": numbers([2.0 * x, 2.0 * y, 2.0 * z])},
+        "sphere": {"radius": numbers([x])},
+        "cylinder": {"radius": numbers([x]), "length": numbers([2.0 * z])},
+    }
+    for name, offset in PARTS[kind]:
+        at = pose_of(np.array([0.0, 0.0, offset * z]), np.eye(3))
+        yield (solid.pose @ at if offset else solid.pose), name, sizes[name]
 
 
 def _joint(root: Element, joint: Joint, motor: Motor | None) -> None:

@@ -20,7 +20,7 @@ from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 from kinolab.simulation import Propagator, Rejections
 from kinolab.steering import Steering, cyclic_coordinates, nearest_equilibrium
-from kinolab.world.geometry import placement, sizes
+from kinolab.world.geometry import reach_of
 
 MIN_CHECKS = 12  # first samples of a path, which also give its length
 CHECK_RESOLUTION = 0.02  # [m] between samples of a path
@@ -64,7 +64,7 @@ class ConfigurationSpace:
         self._judge = Propagator(problem, self._margin, rejections)
         self._base = _base(problem, steering)
         self._free = _free(problem, steering, self._base)
-        self._reach = [_reach(body) for body in problem.bodies]
+        self._reach = [reach_of(body) for body in problem.bodies]
         self.space = ob.CompoundStateSpace()
         for i in self._free:
             self.space.addSubspace(_line(problem, i), float(problem.weights[i]))
@@ -199,12 +199,3 @@ def _line(problem: PlanningTask, i: int) -> Any:
 def _clearance(problem: PlanningTask, x: Array) -> float:
     """Return the clearance at a state, shape (nx,), in [m]."""
     return problem.checker().clearance(*problem.placement(x))
-
-
-def _reach(body: Any) -> float:
-    """Return the radius of a body about its frame's origin, in [m]."""
-    distances = [
-        float(np.linalg.norm(placement(shape)[:, 3]) + np.linalg.norm(sizes(shape)[1]))
-        for shape in body.shapes
-    ]
-    return max(distances, default=0.0)

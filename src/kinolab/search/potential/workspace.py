@@ -20,10 +20,10 @@ from kinolab.numerics.work import charge
 from kinolab.problem import PlanningTask
 from kinolab.search.potential.control_points import ControlPoint, place
 from kinolab.search.potential.eikonal import WorkspaceGrid
-from kinolab.search.potential.inscribed_ball import inscribed_radius
 from kinolab.search.potential.leading_bodies import sample_states
 from kinolab.simulation import Propagator
 from kinolab.world import BodyGeometry, CollisionChecker
+from kinolab.world.geometry import placement
 
 Mask: TypeAlias = NDArray[np.bool_]
 
@@ -230,3 +230,14 @@ def _ball(
 def _at(problem: PlanningTask, point: ControlPoint, x: Array) -> Array:
     where: Array = place(point.at, problem.frames(x)[point.carrier.body][None])[0]
     return where
+
+
+def inscribed_radius(body: BodyGeometry, at: Array) -> float:
+    """Return the radius in [m] of the largest ball in a body about a point (3,) of its frame.
+
+    It is that of the best single shape: the union of overlapping shapes might contain a larger one.
+    It is 0 outside.
+    """
+    own = [(shape, placement(shape)) for shape in body.shapes]
+    depths = [float(shape.depths(g[:, :3].T @ (at - g[:, 3]))) for shape, g in own]
+    return max([0.0, *depths])

@@ -20,7 +20,7 @@ from kinolab.numerics.quaternions import turned_at_random, unit
 from kinolab.numerics.work import charge
 from kinolab.problem import PlanningTask
 from kinolab.trajopt.options import GUESS
-from kinolab.world.geometry import placement, sizes
+from kinolab.world.geometry import core_radius_of, reach_of
 
 BRANCH_SECONDS = 4e-4  # [s] of work for a branch, as ``charge`` counts it, its checks apart
 
@@ -53,15 +53,9 @@ class GeometricPaths:
         self._weights = problem.weights.copy()
         self._weights[problem.model.nq :] = 0.0  # only the path counts
         shapes = [shape for body in problem.bodies for shape in body.shapes]
-        radii = [float(np.linalg.norm(sizes(shape)[1])) for shape in shapes]
+        radii = [core_radius_of(shape) for shape in shapes]
         self._apart = GUESS.path_resolution * min(radii, default=1.0)
-        self._reach = max(
-            (
-                np.linalg.norm(placement(shape)[:, 3]) + radius
-                for shape, radius in zip(shapes, radii, strict=True)
-            ),
-            default=0.0,
-        )
+        self._reach = max(map(reach_of, problem.bodies), default=0.0)
 
     def find(
         self,

@@ -31,7 +31,7 @@ from kinolab.world.collision.triangle_gaps import (
 )
 from kinolab.world.collision.triangle_grid import Integers
 from kinolab.world.collision.triangle_tree import Traversal, TriangleTree, mesh_tree, traversal
-from kinolab.world.geometry import sizes
+from kinolab.world.geometry import core_radius_of
 from kinolab.world.placed_shapes import ObstacleArrays, enclose, obstacle_arrays
 from kinolab.world.redundant_obstacles import without_redundant
 
@@ -71,7 +71,7 @@ class GapBuffer(NamedTuple):
     normal: Array  # (MAX_GAPS + 1, 3) from the other shape to this one; the last is scratch
     gap: Array  # (MAX_GAPS,) [m]
     level: Array  # (MAX_GAPS,) [m] along the normal, of what is nearest of a triangle
-    half: Array  # (shapes, 3) half sizes; for cables at their current length
+    half: Array  # (shapes, 3) half sizes, or more; for cables at their current length
     turns: Array  # (shapes, 3, 3)
     places: Array  # (shapes, 3)
     box: Array  # (shapes, 6)
@@ -105,7 +105,7 @@ class CollisionConstraints:
         self._around, touching = collision_arrays(problem)
         self._clearance, self._near = clearance, near
         shapes = [shape for body in problem.bodies for shape in body.shapes]
-        radii = [float(np.linalg.norm(sizes(shape)[1])) for shape in shapes]
+        radii = [core_radius_of(shape) for shape in shapes]
         self.size = math.sqrt(min(radii, default=0.0) * max(radii, default=0.0))
         lengths = problem.scales[: model.nq][~problem.circular[: model.nq]]
         self._large, self._farthest = float(lengths.max(initial=1.0)), max(radii, default=0.0)
@@ -223,7 +223,7 @@ def _memory(around: CollisionArrays) -> GapBuffer:
         room=np.full(shapes, -math.inf),
         seen_turns=np.zeros((shapes, 3, 3)),
         seen_places=np.zeros((shapes, 3)),
-        radius=np.linalg.norm(around.scene.half, axis=1),
+        radius=np.linalg.norm(around.scene.half[:, :3], axis=1),
     )
 
 
@@ -249,7 +249,7 @@ def gap_of(c, around, found):  # type: ignore[no-untyped-def]
     fixed = around.fixtures
     shape = shape_of(s, around, found)
     if k == GROUND:
-        return shape.at[2] - extent(shape, n)
+        return shape.at[2] - extent(shape, n, -1.0)
     if k <= OWN:
         return gap_along(shape, shape_of(OWN - k, around, found), n)
     if k < fixed.kind.shape[0]:

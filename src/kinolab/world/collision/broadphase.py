@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from kinolab.dynamics.language.shapes import ShapeKind
 from kinolab.dynamics.machine_facts import BodyGeometry, CableGeometry
 from kinolab.errors import UnknownNameError
 from kinolab.numerics.arrays import Array
@@ -31,7 +32,7 @@ from kinolab.world.collision.triangle_grid import (
     overlap,
 )
 from kinolab.world.collision.triangle_tree import Traversal, TriangleTree, traversal
-from kinolab.world.geometry import ShapeKind, placement, sizes
+from kinolab.world.geometry import placement, sizes, sizes_of
 from kinolab.world.placed_shapes import ObstacleArrays, enclose, obstacle_arrays
 from kinolab.world.world import World
 
@@ -49,9 +50,9 @@ class BroadphaseScene(NamedTuple):
     Cables are the last shapes; their lengths in ``half`` are those of the last pose.
     """
 
-    kind: Integers  # (shapes,) values of ``geometry.ShapeKind``
+    kind: Integers  # (shapes,) values of ``ShapeKind``
     body: Integers  # (shapes,) rows of the pose table, -1 for a cable
-    half: Array  # (shapes, 3) half sizes in [m]
+    half: Array  # (shapes, 3) half sizes in [m], and the corners of hulls, if there are any
     own: Array  # (shapes, 3, 4) the shape's own frame in its body's frame; of a cable unused
     rests: NDArray[np.bool_]  # (shapes,) whether it may touch the ground, as cables may
     obstacle: Array  # (obstacles, 6) lowest and highest x, y, z in [m]
@@ -132,9 +133,9 @@ def make_broadphase(
             dtype=np.int64,
         ),
         body=np.array([*(k for k, _, _ in parts), *[-1] * lines], dtype=np.int64),
-        half=np.array(
+        half=sizes_of(
             [*(half for _, half in measured), *([c.radius, c.radius, 0.0] for c in cables)]
-        ).reshape(-1, 3),
+        ),
         own=np.array(
             [*(placement(shape) for _, _, shape in parts), *[np.eye(3, 4)] * lines]
         ).reshape(-1, 3, 4),

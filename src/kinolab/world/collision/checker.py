@@ -27,7 +27,7 @@ from kinolab.world.collision.clearance import clearance_at
 from kinolab.world.collision.contact_report import Contact, ContactReport
 from kinolab.world.collision.fcl import CONTACT_MARGIN, Narrowphase, Obstacles
 from kinolab.world.collision.triangle_tree import mesh_tree
-from kinolab.world.geometry import sizes
+from kinolab.world.geometry import sizes, sizes_of
 from kinolab.world.placed_shapes import obstacle_arrays
 from kinolab.world.shrinking import shrunk_body, shrunk_cable
 from kinolab.world.world import World
@@ -97,7 +97,7 @@ class CollisionChecker:
         twin.cables = tuple(shrunk_cable(cable, by) for cable in self.cables)
         slim = [sizes(shape)[1] for body in twin.bodies for shape in body.shapes]
         slim += [np.array([c.radius, c.radius, 0.0]) for c in twin.cables if c.collides]
-        twin.scene = self.scene._replace(half=np.array(slim).reshape(-1, 3))
+        twin.scene = self.scene._replace(half=sizes_of(slim))
         twin._inflate(self.margin, self.scene.ground)
         return twin
 

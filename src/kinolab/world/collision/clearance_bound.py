@@ -92,7 +92,7 @@ def ground_clearance(poses, scratch, scene):  # type: ignore[no-untyped-def]
         place(pose, broadphase.own[s], turn, scratch.places[s])
         if broadphase.ground:
             reach = half_extent(
-                broadphase.kind[s], broadphase.half[s], turn[2, 0], turn[2, 1], turn[2, 2]
+                broadphase.kind[s], broadphase.half[s], -turn[2, 0], -turn[2, 1], -turn[2, 2]
             )
             low = scratch.places[s, 2] - reach
             if low < -MAX_PENETRATION or not (broadphase.rests[s] or low > TOUCHING_MARGIN):

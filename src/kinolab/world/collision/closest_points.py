@@ -20,7 +20,7 @@ from kinolab.dynamics.language.shapes import Shape
 from kinolab.dynamics.machine_facts import BodyGeometry
 from kinolab.numerics.arrays import Array
 from kinolab.world.collision.fcl import body_object, obstacle_object
-from kinolab.world.geometry import ShapeKind, placement, sizes
+from kinolab.world.geometry import placement, sizes
 from kinolab.world.support_functions import core_radius, core_support
 from kinolab.world.world import World
 
@@ -81,9 +81,9 @@ class _Mover:
         kind, self.half = sizes(shape)
         self.body, self.kind, self.over_ground = body, int(kind), over_ground
         self._own = placement(shape)
-        ball = kind is ShapeKind.SPHERE
+        self.ball = shape.symmetric == "xyz"
         point = fcl.Capsule(self.half[0], 0.0)
-        self.exact: Any = fcl.CollisionObject(point) if ball else body_object(shape, 0.0)
+        self.exact: Any = fcl.CollisionObject(point) if self.ball else body_object(shape, 0.0)
         self.swollen: Any = body_object(shape, reach)
         self.turn, self.at = np.eye(3), np.zeros(3)
 
@@ -107,7 +107,7 @@ def _gap(mover: _Mover, obstacle: object, is_mesh: bool) -> Gap:
     distance = float(fcl.distance(mover.exact, obstacle, request, result))
     first, second = (np.array(point, dtype=float) for point in result.nearest_points)
     on_body, on_obstacle = (second, first) if is_mesh else (first, second)
-    if mover.kind == ShapeKind.SPHERE and distance > 0:
+    if mover.ball and distance > 0:
         # FCL's point on the ball is up to 0.2 mm off; the one on the obstacle tells the direction.
         away = on_obstacle - mover.at
         length = float(np.linalg.norm(away))

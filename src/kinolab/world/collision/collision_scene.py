@@ -76,7 +76,7 @@ def collision_scene(
     """Gather what ``clearance_within`` needs; most arguments are those of ``CollisionChecker``."""
     shapes = [shape for body in bodies for shape in body.shapes]
     broadphase, mesh = make_broadphase(bodies, cables, world, self_pairs)
-    sizes = broadphase.half[: len(shapes)]
+    sizes = broadphase.half[: len(shapes), :3]
     finest = CELL_FRACTION * float(sizes[sizes > 0].min(initial=math.inf))
     grid = shared_distance_field(world.obstacles, finest if math.isfinite(finest) else 0.0)
     return CollisionScene(

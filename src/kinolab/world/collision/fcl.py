@@ -9,7 +9,7 @@ second solver, GST_INDEP, misses overlaps of a millimetre and is not used.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import reduce
 from typing import Any
 from weakref import WeakKeyDictionary
@@ -18,13 +18,14 @@ import fcl
 import numpy as np
 from numpy.typing import NDArray
 
-from kinolab.dynamics.language.shapes import Shape
+from kinolab.dynamics.language.shapes import Shape, ShapeKind
+from kinolab.dynamics.language.shapes.hulls import grown_hull, hull_surface
 from kinolab.dynamics.machine_facts import BodyGeometry, CableGeometry
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.jit import kernel
 from kinolab.world.collision.broadphase import BroadphaseScratch
 from kinolab.world.collision.triangle_grid import overlap
-from kinolab.world.geometry import ShapeKind, frame_in_world, sizes
+from kinolab.world.geometry import frame_in_world, sizes
 from kinolab.world.obstacle import Obstacle
 from kinolab.world.shape_surfaces import Faces
 
@@ -141,14 +142,20 @@ class Narrowphase:
 def _geometry(shape: Shape, grow: float) -> object:
     """Make the FCL shape; FCL's cylinders and capsules lie along z like our own frames."""
     kind, half = sizes(shape)
-    wide = 2.0 * (half + grow)
-    if kind is ShapeKind.BOX:
-        return fcl.Box(*wide)
-    if kind is ShapeKind.SPHERE:
-        return fcl.Sphere(half[0] + grow)
-    if kind is ShapeKind.CAPSULE:
-        return fcl.Capsule(half[0] + grow, 2.0 * half[2])
-    return fcl.Cylinder(half[0] + grow, wide[2])
+    radius, (x, y, z) = half[0] + grow, 2.0 * (half[:3] + grow)
+    made: dict[ShapeKind, Callable[[], object]] = {
+        ShapeKind.BOX: lambda: fcl.Box(x, y, z),
+        ShapeKind.SPHERE: lambda: fcl.Sphere(radius),
+        ShapeKind.CYLINDER: lambda: fcl.Cylinder(radius, z),
+        ShapeKind.CAPSULE: lambda: fcl.Capsule(radius, 2.0 * half[2]),
+        ShapeKind.HULL: lambda: _hull(grown_hull(half[3:].reshape(-1, 3), grow)),
+    }
+    return made[kind]()
+
+
+def _hull(corners: Array) -> object:
+    vertices, faces, _ = hull_surface(corners)
+    return fcl.Convex(vertices, len(faces), np.insert(faces, 0, 3, axis=1).ravel())
 
 
 class FclTiles:

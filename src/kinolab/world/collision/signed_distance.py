@@ -22,13 +22,13 @@ PARALLEL_TOLERANCE = 1e-6  # length of a cross product of unit vectors that has 
 
 
 @kernel
-def extent(shape, n):  # type: ignore[no-untyped-def]
-    """Give the reach of a shape from its centre along n (3,), in [m]."""
+def extent(shape, n, sign=1.0):  # type: ignore[no-untyped-def]
+    """Give the reach in [m] of a shape from its centre along n (3,), or against it by the sign."""
     turn = shape.turn
     x = n[0] * turn[0, 0] + n[1] * turn[1, 0] + n[2] * turn[2, 0]
     y = n[0] * turn[0, 1] + n[1] * turn[1, 1] + n[2] * turn[2, 1]
     z = n[0] * turn[0, 2] + n[1] * turn[1, 2] + n[2] * turn[2, 2]
-    return half_extent(shape.kind, shape.half, x, y, z)
+    return half_extent(shape.kind, shape.half, sign * x, sign * y, sign * z)
 
 
 @kernel
@@ -47,7 +47,7 @@ def highest(shape, n):  # type: ignore[no-untyped-def]
 def gap_along(shape, other, n):  # type: ignore[no-untyped-def]
     """Give the distance of the planes with normal n, which points from the other one to a shape."""
     at = shape.at
-    lowest = n[0] * at[0] + n[1] * at[1] + n[2] * at[2] - extent(shape, n)
+    lowest = n[0] * at[0] + n[1] * at[1] + n[2] * at[2] - extent(shape, n, -1.0)
     return lowest - highest(other, n)
 
 

@@ -6,17 +6,17 @@ the shape has a ball around it. Balls of pieces stick out of the shape less than
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Sequence
 from functools import lru_cache
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
-from kinolab.dynamics.language.shapes import Shape
+from kinolab.dynamics.language.shapes import Shape, ShapeKind
 from kinolab.numerics.arrays import Array
 from kinolab.world.collision.triangle_grid import Integers
-from kinolab.world.geometry import ShapeKind, sizes
+from kinolab.world.geometry import sizes
+from kinolab.world.support_functions import reach_along
 
 MAX_SPHERES = 31  # balls of one shape: no more are asked for where three are divided
 STACK_SIZE = 8  # balls that wait in a search, at most: three are divided
@@ -37,7 +37,7 @@ class SphereTree(NamedTuple):
 
 def sphere_tree(shapes: Sequence[Shape], finest: float) -> SphereTree:
     """Cover shapes with balls that become as small as ``finest`` in [m], as far as memory goes."""
-    trees = [_around_one(*_numbers(shape), finest) for shape in shapes]
+    trees = [_around_one(shape, finest) for shape in shapes]
     counts = np.array([len(tree.radius) for tree in trees], dtype=np.int64)
     root = np.cumsum(counts) - counts
     if not trees:
@@ -51,28 +51,25 @@ def sphere_tree(shapes: Sequence[Shape], finest: float) -> SphereTree:
     )
 
 
-def _numbers(shape: Shape) -> tuple[ShapeKind, Point]:
-    """Give a shape's kind and half sizes: NumPy would take ten times as long for a few numbers."""
-    kind, half = sizes(shape)
-    x, y, z = half.tolist()
-    return kind, (x, y, z)
-
-
 @lru_cache(maxsize=512)
-def _around_one(kind: ShapeKind, half: Point, finest: float) -> SphereTree:
+def _around_one(shape: Shape, finest: float) -> SphereTree:
     """Cover one shape, level by level."""
-    x, y, z = half
-    z += x if kind is ShapeKind.CAPSULE else 0.0
-    balls: list[tuple[Point, float]] = [((0.0, 0.0, 0.0), _around(kind, half))]
+    edges, rounding = shape.span()
+    around = float(np.linalg.norm(np.array(edges, dtype=float))) / 2 + float(rounding)
+    kind, half = sizes(shape)
+    x, y, z = (float(reach_along(int(kind), half, axis)) for axis in range(3))
+    is_round = bool(shape.symmetric) and kind is not ShapeKind.HULL
+    balls: list[tuple[Point, float]] = [((0.0, 0.0, 0.0), around)]
     children = [[-1, -1]]
-    level = [] if kind is ShapeKind.SPHERE else [(0, (-x, -y, -z), (x, y, z))]
+    level = [] if shape.symmetric == "xyz" else [(0, (-x, -y, -z), (x, y, z))]
     while level and len(balls) + 2 * len(level) <= MAX_SPHERES:
         finer = []
         for parent, low, high in level:
             if balls[parent][1] <= finest:
                 continue
             for k, (first, last) in enumerate(_halves(low, high)):
-                if not _holds(kind, half, first, last):
+                # Of what is round a box holds some where it does of its point next to the axis.
+                if is_round and shape.depths(np.clip(0.0, first, last)) < 0.0:
                     continue
                 children[parent][k] = len(balls)
                 finer.append((len(balls), first, last))
@@ -106,26 +103,3 @@ def _halves(low: Point, high: Point) -> Iterator[tuple[Point, Point]]:
 def _moved(point: Point, axis: int, to: float) -> Point:
     x, y, z = point
     return (to, y, z) if axis == 0 else (x, to, z) if axis == 1 else (x, y, to)
-
-
-def _holds(kind: ShapeKind, half: Point, low: Point, high: Point) -> bool:
-    """Say whether a box in the shape's frame holds any of it, as far as its roundness tells."""
-    if kind is ShapeKind.BOX:
-        return True
-    x, y, z = (min(max(0.0, a), b) for a, b in zip(low, high, strict=True))
-    across = math.hypot(x, y)
-    if kind is ShapeKind.CAPSULE:
-        across = math.hypot(across, max(abs(z) - half[2], 0.0))
-    return across <= half[0]
-
-
-def _around(kind: ShapeKind, half: Point) -> float:
-    match kind:
-        case ShapeKind.BOX:
-            return float(np.linalg.norm(half))
-        case ShapeKind.SPHERE:
-            return half[0]
-        case ShapeKind.CYLINDER:
-            return float(np.hypot(half[0], half[2]))
-        case ShapeKind.CAPSULE:
-            return half[0] + half[2]

@@ -236,5 +236,5 @@ def to_triangle(shape, triangle, least, enough, scratch):  # type: ignore[no-unt
 def plane_bound(shape, plane):  # type: ignore[no-untyped-def]
     """Bound the gap between a shape and what lies in a plane (4,): unit normal and offset."""
     at = shape.at
-    away = abs(plane[0] * at[0] + plane[1] * at[1] + plane[2] * at[2] - plane[3])
-    return away - extent(shape, plane)
+    above = plane[0] * at[0] + plane[1] * at[1] + plane[2] * at[2] - plane[3]
+    return abs(above) - extent(shape, plane, -1.0 if above > 0.0 else 1.0)

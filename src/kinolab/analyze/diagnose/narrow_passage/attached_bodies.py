@@ -14,9 +14,8 @@ import numpy as np
 from kinolab.dynamics.machine_facts import BodyGeometry
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
-from kinolab.world.geometry import placement, sizes
+from kinolab.world.geometry import half_extents, placement
 from kinolab.world.shrinking import MIN_THICKNESS
-from kinolab.world.support_functions import half_extent
 
 RANDOM_STATES = 12  # at which distances are compared
 SAME = 1e-9  # [m]: distances that differ by less are the same
@@ -79,9 +78,9 @@ def half_widths(body: BodyGeometry) -> list[float]:
     """Return half of the largest width of a body's shapes along the axes of its frame, in [m]."""
     found = np.zeros(3)
     for shape in body.shapes:
-        kind, half = sizes(shape)
         turn = placement(shape)[:, :3]
-        found = np.maximum(found, [half_extent(int(kind), half, *turn[a]) for a in range(3)])
+        widths = half_extents(shape, turn) + half_extents(shape, -turn)
+        found = np.maximum(found, widths / 2)
     return found.tolist()
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, is_dataclass
 from itertools import count
 from pathlib import Path
 from typing import Any
@@ -52,7 +52,7 @@ from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.language.mechanism_parts import quasi_velocities
 from kinolab.dynamics.language.modes import Mode, Transition
 from kinolab.dynamics.language.quasi_velocities import QuasiVelocity
-from kinolab.dynamics.language.shapes import SHAPES, DrawnMesh
+from kinolab.dynamics.language.shapes import Box, Capsule, Cylinder, Disk, DrawnMesh, Shape, Sphere
 from kinolab.dynamics.language.symbols import (
     Attitude,
     Coordinate,
@@ -88,7 +88,7 @@ RECORDS: dict[str, type] = {
         *(FlatOutputs, PlaneCurves),
         *(Feedback, QuasiVelocity, Reference, Regulator),
         *(Mode, Transition),
-        *(DrawnMesh, *SHAPES),
+        *(Box, Capsule, Cylinder, Disk, DrawnMesh, Sphere),
     )
 }
 CONTENT = ("constraints", "inputs", "efforts", "gravity", "states", "requirements", "cables")
@@ -443,12 +443,21 @@ def _body_of(*, name: Any, frame: Any, shapes: Any, **facts: Any) -> Body:
     return Body(name, frame, shape=shapes, **facts)
 
 
+def _shapes(below: type[Shape]) -> Iterator[type[Shape]]:
+    """Yield the shapes that are defined, those of programs included."""
+    for shape in below.__subclasses__():
+        yield from _shapes(shape)
+        if is_dataclass(shape):
+            yield shape
+
+
 def _record(kind: Any, values: dict[str, Any]) -> Any:
     if kind == State.__name__:
         values["limits"] = _limits(values["limits"])
     if kind == QuasiVelocity.__name__ and values["speed"] is None:
         values["speed"] = math.inf
-    return _named("record", kind, RECORDS)(**values)
+    shapes = {shape.__name__: shape for shape in _shapes(Shape)}
+    return _named("record", kind, shapes | RECORDS)(**values)
 
 
 def _symbols_of(coordinates: Iterable[Coordinate | Attitude]) -> Iterator[MachineSymbol]:

@@ -1,25 +1,20 @@
 """Convex shapes of bodies, for rendering and collision checking, and meshes that are only drawn."""
 
 from kinolab.dynamics.language.shapes.drawn_mesh import DrawnMesh
-from kinolab.dynamics.language.shapes.solids import (
+from kinolab.dynamics.language.shapes.shape import (
     MAX_COORDINATE,
     ORIGIN,
-    SHAPES,
     AxisName,
-    Box,
-    Capsule,
-    Cylinder,
-    Disk,
     Point,
     Scalar,
     Shape,
-    Sphere,
+    ShapeKind,
 )
+from kinolab.dynamics.language.shapes.solids import Box, Capsule, Cylinder, Disk, Sphere
 
 __all__ = [
     "MAX_COORDINATE",
     "ORIGIN",
-    "SHAPES",
     "AxisName",
     "Box",
     "Capsule",
@@ -29,5 +24,6 @@ __all__ = [
     "Point",
     "Scalar",
     "Shape",
+    "ShapeKind",
     "Sphere",
 ]

@@ -5,26 +5,26 @@ from __future__ import annotations
 from typing import TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from kinolab.numerics.arrays import Array
-from kinolab.show.film.models.painted_body import fineness
-from kinolab.show.film.models.surface_mesh import SurfaceMesh, weld
 
 Color: TypeAlias = tuple[float, float, float]
+Pattern: TypeAlias = tuple[Array, NDArray[np.int64], Array]  # vertices, faces, their colours
 
 PALE: Color = (0.99, 0.97, 0.93)
 QUARTERED = (1, 2, 3)  # subdivisions of an octahedron
 
 
-def ball(centre: Array, radius: float, color: Array, pixel: float = 0.0) -> SurfaceMesh:
-    """A sphere about (x, y, z) whose octants alternate between a colour and a pale tint of it."""
+def ball(radius: float, color: Array, detail: int) -> Pattern:
+    """A sphere whose octants alternate between a colour (3,) and a pale tint of it."""
     corners = _octahedron()
-    for _ in range(QUARTERED[fineness(radius, pixel)]):
+    for _ in range(QUARTERED[detail]):
         corners = _quartered(corners)
     parity = np.prod(corners.mean(axis=1), axis=1) > 0.0
     faces = np.arange(3 * len(corners)).reshape(-1, 3)
     colors = np.where(parity[:, None], color, pale(color))
-    return weld(centre + radius * corners.reshape(-1, 3), faces, colors)
+    return radius * corners.reshape(-1, 3), faces, colors
 
 
 def pale(color: Array) -> Array:

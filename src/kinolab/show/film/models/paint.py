@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from kinolab.dynamics.language.shapes import Box, Capsule, Cylinder, Disk, Shape, Sphere
+from kinolab.dynamics.language.shapes import Shape, ShapeKind
 from kinolab.numerics.arrays import Array
-from kinolab.show.film.models.ball import Color, ball, pale
+from kinolab.show.film.models.ball import Color, Pattern, ball, pale
 from kinolab.show.film.models.painted_body import DEGREES, PaintedBody, PaintedShape, fineness
 from kinolab.show.film.models.rotor import rotor
 from kinolab.show.film.models.surface_mesh import SurfaceMesh, weld
-from kinolab.world.geometry import SECTIONS, triangles
+from kinolab.world.geometry import SECTIONS, placement, triangles
+from kinolab.world.shape_surfaces import cylinder_surface
 
 if TYPE_CHECKING:
     from kinolab.dynamics.machine_facts import BodyGeometry
@@ -33,7 +34,6 @@ MARK: Color = (0.13, 0.16, 0.22)  # one sector, to count full turns by
 SECTORS = 8
 SEGMENTS = (8, 16, 48)  # of a circle, multiples of SECTORS: their borders coincide
 CORNERS = (16, 32, SECTIONS)  # of a circle, half as many on a capsule
-AXES = {"x": [2, 0, 1], "y": [1, 2, 0], "z": [0, 1, 2]}  # cyclic, so orientation is kept
 
 
 def paint_machine(bodies: Sequence[BodyGeometry]) -> tuple[SurfaceMesh, ...]:
@@ -60,49 +60,35 @@ def _surfaces(body: BodyGeometry, color: Color) -> Iterator[PaintedShape]:
 
 
 def _painted(shape: Shape, body: BodyGeometry, color: Color) -> PaintedShape:
-    if body.whirl and isinstance(shape, Disk) and shape.axis == "z":
+    if body.whirl and shape.rotor and shape.axis == "z":
         return PaintedShape((rotor(shape, np.asarray(color)),))
-    if isinstance(shape, Box):
+    if not shape.symmetric:
         return PaintedShape((paint(shape, color),))
-    radius = float(shape.radius)
+    radius = shape.lowered()[1][0]
     return PaintedShape(tuple(paint(shape, color, radius / size) for size in DEGREES), radius)
 
 
 def paint(shape: Shape, color: ArrayLike, pixel: float = 0.0) -> SurfaceMesh:
     """The surface of a shape in its body's frame, with a pattern that makes rotation visible."""
-    tint = np.asarray(color, dtype=np.float64)
-    if isinstance(shape, Disk):
-        return _round(shape.radius, shape.thickness, shape.axis, shape.at, tint, pixel)
-    if isinstance(shape, Cylinder):
-        return _round(shape.radius, shape.length, shape.axis, shape.at, tint, pixel)
-    if isinstance(shape, Sphere):
-        return ball(np.asarray(shape.at, dtype=np.float64), float(shape.radius), tint, pixel)
-    corners = CORNERS[fineness(shape.radius, pixel)] if isinstance(shape, Capsule) else SECTIONS
-    return weld(*triangles(shape, corners), tint)
+    kind, (radius, _, length, *_) = shape.lowered()
+    tint, detail = np.asarray(color, dtype=np.float64), fineness(radius, pixel)
+    if kind in PATTERNS:
+        own, frame = PATTERNS[kind](radius, length, tint, detail), placement(shape)
+        return weld(own[0] @ frame[:, :3].T + frame[:, 3], *own[1:])
+    return weld(*triangles(shape, CORNERS[detail]), tint)
 
 
-def _round(
-    radius: object, length: object, axis: str, at: ArrayLike, color: Array, pixel: float
-) -> SurfaceMesh:
-    """A cylinder with alternating sectors on both caps and along the rim."""
-    r, h = float(radius), 0.5 * float(length)  # type: ignore[arg-type]
-    segments = SEGMENTS[fineness(r, pixel)]
-    angle = 2.0 * np.pi * np.arange(segments) / segments
-    ring = np.stack([r * np.cos(angle), r * np.sin(angle), np.full(segments, h)], axis=1)
-    vertices = np.concatenate([ring, ring * (1.0, 1.0, -1.0), [[0, 0, h], [0, 0, -h]]])
-    faces, segment = _round_faces(segments)
-    sector = segment * SECTORS // segments
+def _round(radius: float, half: float, color: Array, detail: int) -> Pattern:
+    """Return a cylinder along z with alternating sectors on both caps and along the rim."""
+    vertices, faces = cylinder_surface(radius, half, SEGMENTS[detail])
+    sector = np.arange(len(faces)) * SECTORS // len(faces)
     colors = np.where((sector % 2 == 0)[:, None], color, pale(color))
     colors[sector == 0] = MARK
-    return weld(vertices[:, AXES[axis]] + np.asarray(at, dtype=np.float64), faces, colors)
+    return vertices, faces, colors
 
 
-def _round_faces(segments: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Caps and rim over an upper ring, a lower ring and two centres, and each face's segment."""
-    a = np.arange(segments)
-    b, top, bottom = (a + 1) % segments, np.full(segments, 2 * segments), a + segments
-    upper = np.stack([top, a, b], axis=1)
-    lower = np.stack([top + 1, b + segments, bottom], axis=1)
-    left = np.stack([bottom, b + segments, b], axis=1)
-    right = np.stack([bottom, b, a], axis=1)
-    return np.concatenate([upper, lower, left, right]), np.tile(a, 4)
+# Of a radius and half a length in [m], a colour and a degree of detail: the surface about z.
+PATTERNS: dict[ShapeKind, Callable[[float, float, Array, int], Pattern]] = {
+    ShapeKind.SPHERE: lambda radius, _, color, detail: ball(radius, color, detail),
+    ShapeKind.CYLINDER: _round,
+}

@@ -9,22 +9,23 @@ import numpy as np
 
 from kinolab.numerics.arrays import Array
 from kinolab.show.film.models.surface_mesh import SurfaceMesh, join, weld
+from kinolab.world.shape_surfaces import box_surface, cylinder_surface
 
 if TYPE_CHECKING:
-    from kinolab.dynamics.language.shapes import Disk
+    from kinolab.dynamics.language.shapes import Shape
 
 SEGMENTS = 48
 RIM, CHORD, HUB = 0.975, 0.075, 0.06  # of the radius: the ring's inside, a blade's width, the hub's
 PALE = np.array([0.86, 0.88, 0.90])  # of the ring, which marks the blade tips
 
 
-def rotor(disk: Disk, color: Array) -> SurfaceMesh:
+def rotor(disk: Shape, color: Array) -> SurfaceMesh:
     """Two blades, a hub and a ring, coloured (r, g, b), for the disc about z that they sweep."""
-    r, h = float(disk.radius), float(disk.thickness)
+    r, _, half = disk.lowered()[1]
     parts = [
-        _plate(_rectangle(r, 0.5 * CHORD * r), h, color),
-        _plate(HUB * r * _circle(16), 1.5 * h, color),
-        _ring(RIM * r, r, 0.5 * h),
+        weld(*box_surface(np.array([r, 0.5 * CHORD * r, half])), color),
+        weld(*cylinder_surface(HUB * r, 1.5 * half, 16), color),
+        _ring(RIM * r, r, half),
     ]
     mesh = join(parts)
     return mesh.moved(np.column_stack([np.eye(3), np.asarray(disk.at, dtype=np.float64)]))
@@ -48,30 +49,9 @@ def whirled(poses: Array, speeds: Sequence[float], delay: float) -> Array:
     return moved.reshape(poses.shape)
 
 
-def _rectangle(a: float, b: float) -> Array:
-    return np.array([(a, b), (-a, b), (-a, -b), (a, -b)])
-
-
-def _circle(segments: int) -> Array:
-    angle = 2.0 * np.pi * np.arange(segments) / segments
-    return np.stack([np.cos(angle), np.sin(angle)], axis=1)
-
-
-def _plate(outline: Array, thickness: float, color: Array) -> SurfaceMesh:
-    """A flat solid over a convex outline (n, 2), centred at z = 0."""
-    n, half = len(outline), 0.5 * thickness
-    top, bottom = (np.column_stack([outline, np.full(n, z)]) for z in (half, -half))
-    a = np.arange(n)
-    b = (a + 1) % n
-    lid = np.stack([np.zeros(n - 2, dtype=int), a[1:-1], a[2:]], axis=1)
-    sides = [np.stack([a, a + n, b + n], axis=1), np.stack([a, b + n, b], axis=1)]
-    return weld(
-        np.concatenate([top, bottom]), np.concatenate([lid, lid[:, ::-1] + n, *sides]), color
-    )
-
-
 def _ring(inner: float, outer: float, thickness: float) -> SurfaceMesh:
-    half, circle = 0.5 * thickness, _circle(SEGMENTS)
+    angle = 2.0 * np.pi * np.arange(SEGMENTS) / SEGMENTS
+    half, circle = 0.5 * thickness, np.stack([np.cos(angle), np.sin(angle)], axis=1)
     loops = [(outer, -half), (outer, half), (inner, half), (inner, -half)]  # turned about z
     points = [np.column_stack([r * circle, np.full(SEGMENTS, z)]) for r, z in loops]
     a = np.arange(SEGMENTS)

@@ -73,10 +73,10 @@ function farthestOf(corners, d) {
 
 /** A function from a direction to the farthest point of a shape {kind, axis, size, at} at a pose [R | p]. */
 function reachOf({ kind, axis, size, at }, g) {
-  const support = { box: ofBox, sphere: ofBall, cylinder: ofRound, disk: ofRound, capsule: ofCapsule }[kind];
+  const support = { box: ofBox, sphere: ofBall, cylinder: ofRound, disk: ofRound, capsule: ofCapsule, hull: ofHull }[kind];
   return (d) => {
     const own = [0, 1, 2].map((k) => g[k] * d[0] + g[4 + k] * d[1] + g[8 + k] * d[2]);
-    const p = support(own, size, AXES[axis ?? "z"]).map((value, k) => value + at[k]);
+    const p = support(own, size, AXES[axis]).map((value, k) => value + at[k]);
     return [0, 1, 2].map((k) => g[4 * k] * p[0] + g[4 * k + 1] * p[1] + g[4 * k + 2] * p[2] + g[4 * k + 3]);
   };
 }
@@ -85,6 +85,10 @@ const sign = (value) => (value < 0 ? -1 : 1);
 
 function ofBox(d, { x, y, z }) {
   return [x, y, z].map((edge, k) => (sign(d[k]) * edge) / 2);
+}
+
+function ofHull(d, { corners }) {
+  return farthestOf(corners, d);
 }
 
 function ofBall(d, { radius }) {

@@ -1,10 +1,11 @@
-// Boxes, balls, cylinders, capsules and disks as surfaces.
+// Boxes, balls, cylinders, capsules, disks and hulls as surfaces.
 
 const SIDES = 32, RINGS = 8;
 
 /** Return the surface of a shape {kind, axis, size, at} of a machine, in its body's frame. */
 export function solid({ kind, axis, size, at }) {
-  const { points, faces } = kind === "box" ? box(size) : turned(profileOf(kind, size), axis ?? "z");
+  const surface = { box: () => box(size), hull: () => ({ points: size.corners, faces: size.faces }) };
+  const { points, faces } = (surface[kind] ?? (() => turned(profileOf(kind, size), axis)))();
   const places = new Float32Array(points.flatMap((point) => point.map((value, k) => value + at[k])));
   const geometry = new THREE.BufferGeometry();
   geometry.setAttribute("position", new THREE.BufferAttribute(places, 3));
