@@ -61,7 +61,7 @@ def core_radius_of(shape: Shape) -> float:
 
 def reach_of(body: BodyGeometry) -> float:
     """Give the radius in [m] of the ball about a body's origin that holds those balls."""
-    distances = (np.linalg.norm(s.at) + core_radius_of(s) for s in body.shapes)  # type: ignore[arg-type]
+    distances = (np.linalg.norm(s.at) + core_radius_of(s) for s in body.shapes)
     return float(max(distances, default=0.0))
 
 
