@@ -10,8 +10,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from kinolab.analyze.describe.topology import mechanisms
-from kinolab.dynamics import Coulomb, SlidingFriction, System
-from kinolab.dynamics.language.expressions import exact, is_zero
+from kinolab.dynamics import System
+from kinolab.dynamics.language.expressions import is_zero
 
 SIMPLEST = 2  # inputs and degrees of freedom of the upright rolling disk
 
@@ -95,20 +95,14 @@ def _transitions(system: System, switching: Sequence[str]) -> Generalisation:
     """Say whether other equations hold elsewhere; dry friction is regularised."""
     if switching:
         return Generalisation("state transitions", True, ", ".join(switching))
-    kinds = Coulomb | SlidingFriction
-    dry = sum(_rubs(system, effort) for effort in system.efforts if isinstance(effort, kinds))
+    values = {p: system.parameter_values[p.name] for p in system.parameters}
+    grips = (effort.sliding[1] for effort in system.efforts if effort.sliding is not None)
+    dry = sum(not is_zero(strength.subs(values)) for strength in grips)
     why = "the same equations hold everywhere"
     if dry:
         why += f"; dry friction in {_counted(dry, 'place')} is regularised, without a state that "
         why += "sticks"
     return Generalisation("state transitions", False, why)
-
-
-def _rubs(system: System, friction: Coulomb | SlidingFriction) -> bool:
-    """Whether a friction is nonzero at the parameters' values."""
-    values = system.parameter_values
-    strength = exact(friction.strength)
-    return not is_zero(strength.subs({p: values[p.name] for p in system.parameters}))
 
 
 def _counted(count: int, noun: str) -> str:

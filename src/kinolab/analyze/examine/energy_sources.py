@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TypeGuard
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,13 +10,8 @@ from numpy.typing import NDArray
 from kinolab.analyze.examine.law_check import LawCheck
 from kinolab.dynamics import Model, System
 from kinolab.dynamics.language.constraints import Requirement
-from kinolab.dynamics.language.forces import (
-    Effort,
-    Friction,
-    Wrench,
-    effort_name,
-    friction_strength,
-)
+from kinolab.dynamics.language.forces import Effort
+from kinolab.dynamics.language.lowered import loads_in
 from kinolab.dynamics.language.mechanism_parts import atoms_of
 from kinolab.dynamics.language.symbols import (
     InputSymbol,
@@ -62,22 +56,21 @@ def _found(
         return
     both = float(np.minimum(there, back).max() / largest)
     most = float(np.maximum(there, back).max())
-    note = f"the {effort_name(effort)} feeds in up to {most:.3g} W while all inputs are 0"
+    note = f"the {effort.label} feeds in up to {most:.3g} W while all inputs are 0"
     if both > ROUNDING:
         note += ", whichever way the machine moves; friction has the sign of -velocity"
         yield LawCheck("friction takes energy out", both, ROUNDING, note)
-    elif isinstance(effort, Wrench) and most > ROUNDING * largest:
+    elif effort.resistance is None and most > ROUNDING * largest:
         note = f"but {note}: right for a wind or a motor that always runs"
         yield LawCheck("no energy comes from nowhere", 0.0, 0.0, note)
 
 
-def _may_feed(effort: Effort) -> TypeGuard[Friction | Wrench]:
+def _may_feed(effort: Effort) -> bool:
     """Say whether a force might feed energy in though inputs are zero."""
-    if not isinstance(effort, Friction | Wrench):
-        return False
-    if any(isinstance(a, InputSymbol | StateSymbol | ReferenceSymbol) for a in atoms_of(effort)):
+    driven = InputSymbol | StateSymbol | ReferenceSymbol
+    if not any(loads_in(effort)) or any(isinstance(a, driven) for a in atoms_of(effort)):
         return False  # it is, or may be, driven
-    if not isinstance(effort, Friction):
+    if effort.resistance is None:
         return True
-    _, strength = friction_strength(effort)  # numbers and parameters were validated
+    _, strength = effort.resistance  # numbers and parameters were validated
     return not all(isinstance(a, Parameter) for a in strength.free_symbols)

@@ -16,7 +16,7 @@ IEEE Trans. Robotics 22(4), 2006; Boyd, Vandenberghe, Convex Optimization, 2004,
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -26,7 +26,6 @@ import sympy
 
 from kinolab.arguments import checked
 from kinolab.dynamics.derivation.velocity_coordinates import velocity_of
-from kinolab.dynamics.language.forces import Coulomb, SlidingFriction
 from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.language.mechanism_parts import configuration_symbols, tangent_symbols
 from kinolab.errors import InputError, Mistake, UnknownNameError
@@ -110,7 +109,8 @@ def _contacts(
 ) -> tuple[Array, Array]:
     """Return the derivatives of all slips by the rates, shape (n, 2, nt), and mu N, shape (n,)."""
     where = f"system {system.name!r}"
-    rubbing = [(slip, strength.subs(place)) for slip, strength in _friction(system)]
+    dry = (effort.sliding for effort in system.efforts if effort.sliding is not None)
+    rubbing = [(slip, strength.subs(place)) for slip, strength in dry]
     for _, strength in rubbing:
         if not strength.is_number or strength < 0:
             what = f"the strength of a friction is {strength} there."
@@ -122,18 +122,6 @@ def _contacts(
         raise InputError([Mistake(where, what, remedy)])
     slips = np.stack([_rows(slip, rates, place) for slip, _ in rubbing])
     return slips, np.array([float(strength) for _, strength in rubbing])
-
-
-def _friction(
-    system: Mechanism,
-) -> Iterator[tuple[tuple[sympy.Expr, sympy.Expr], sympy.Expr]]:
-    """Yield the slip and the strength of every dry friction; one along a line slides in it only."""
-    for effort in system.efforts:
-        match effort:
-            case SlidingFriction():
-                yield effort.slip, effort.strength
-            case Coulomb():
-                yield (effort.velocity, sympy.Integer(0)), effort.strength
 
 
 def _rows(

@@ -36,7 +36,7 @@ from kinolab.dynamics.derivation.velocity_coordinates import (
     velocity_coordinates,
 )
 from kinolab.dynamics.language.constraints import PositionConstraint
-from kinolab.dynamics.language.inputs import Drive, Rate
+from kinolab.dynamics.language.lowered import imposed_velocities
 from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.language.mechanism_parts import configuration_symbols, require_one_mode
 from kinolab.dynamics.language.quasi_velocities import QuasiVelocity
@@ -134,9 +134,7 @@ def is_kinematic(system: Mechanism) -> bool:
 
 def has_imposed_velocities(system: Mechanism) -> bool:
     """Whether an input or auxiliary state imposes a velocity, whatever force that takes."""
-    return any(isinstance(entry, Rate) for entry in system.inputs) or any(
-        entry.velocity is not None for entry in system.states
-    )
+    return bool(imposed_velocities(system))
 
 
 class _Derivation:
@@ -522,7 +520,7 @@ class _Derivation:
         """Report inputs without effect."""
         used = frozenset[Node]().union(*(self.tape.depends_on(node) for node in outputs))
         mistakes = [
-            Mistake(f"input {entry.name!r}", "it reaches nothing.", _cure(entry))
+            Mistake(f"input {entry.name!r}", "it reaches nothing.", entry.remedy)
             for entry, node in zip(self.system.inputs, self.binding.inputs, strict=True)
             if node not in used
         ]
@@ -539,12 +537,6 @@ def _massless_motion(M: np.ndarray) -> list[int]:
     if eigenvalues[0] > MASS_TOLERANCE:
         return []
     return [int(i) for i in np.flatnonzero(np.abs(vectors[:, 0]) > 0.1)]
-
-
-def _cure(entry: object) -> str:
-    if isinstance(entry, Drive):
-        return "Let it drive a coordinate that is free to move."
-    return "Let it act on a body that it can move, or leave it out."
 
 
 def _rows_of(state: FrameState) -> list[Node]:

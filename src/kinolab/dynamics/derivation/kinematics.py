@@ -99,18 +99,33 @@ class Kinematics:
         Only the motions after the common part of both chains count, so that the fork's axle is
         exactly the coin's y axis whatever the coin's roll.
         """
-        own, other = axis.frame.motions, seen_from.motions
-        shared = 0
-        while shared < min(len(own), len(other)) and own[shared] == other[shared]:
-            shared += 1
+        own, other = axis.frame.after(seen_from), seen_from.after(axis.frame)
         vector = self.vectors.unit(axis.name)
-        for motion in reversed(own[shared:]):
+        for motion in reversed(own):
             if not isinstance(motion, Translation):
                 vector = self._forward(motion, vector)
-        for motion in other[shared:]:
+        for motion in other:
             if not isinstance(motion, Translation):
                 vector = self._back(motion, vector)
         return vector
+
+    def place(self, frame: Frame, seen_from: Frame) -> Vector:
+        """Return where a frame's origin is in the axes of another frame, likewise."""
+        vectors, place = self.vectors, self.vectors.zero
+        for motion in reversed(frame.after(seen_from)):
+            if isinstance(motion, Translation):
+                place = vectors.add(self._arm(motion), place)
+            else:
+                place = self._forward(motion, place)
+        for motion in seen_from.after(frame):
+            if isinstance(motion, Translation):
+                place = vectors.sub(place, self._arm(motion))
+            else:
+                place = self._back(motion, place)
+        return place
+
+    def _arm(self, motion: Translation) -> Vector:
+        return self.vectors.vector([self.lower(component) for component in motion.by])
 
     def _follow(self, motions: tuple[Motion, ...]) -> FrameState:
         known = next(k for k in range(len(motions), -1, -1) if motions[:k] in self._states)
@@ -126,8 +141,7 @@ class Kinematics:
 
     def _translate(self, before: FrameState, motion: Translation) -> FrameState:
         tape, vectors = self.tape, self.vectors
-        x, y, z = (self.lower(component) for component in motion.by)
-        arm: Vector = (x, y, z)
+        arm = self._arm(motion)
         speed, bias = self._changes(arm)
         spin = before.velocity.angular
         centripetal = vectors.cross(spin, vectors.cross(spin, arm))

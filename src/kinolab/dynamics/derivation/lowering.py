@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from kinolab.dynamics.derivation.expression_graph import ExpressionGraph, Node
 from kinolab.dynamics.derivation.formulas import Formulas
+from kinolab.dynamics.language.quantities import FrameQuantity
 from kinolab.errors import InputError, Mistake
 from kinolab.numerics.arrays import Array
 
@@ -49,6 +50,8 @@ class Lowering:
 
     def _translate(self, expression: sympy.Expr) -> Node:
         tape = self.tape
+        if isinstance(expression, FrameQuantity):  # its value depends on the motion
+            return tape.variable(expression.name)
         if expression.is_Symbol:
             remedy = "Make it with length, angle, parameter or rate, and use it in the machine."
             raise InputError([Mistake("", f"the symbol {expression} is not declared.", remedy)])

@@ -11,7 +11,7 @@ from kinolab.dynamics.derivation.symbol_table import SymbolTable
 from kinolab.dynamics.derivation.symbolic_solve import Guards
 from kinolab.dynamics.derivation.velocity_choice import singular_configuration
 from kinolab.dynamics.derivation.velocity_coordinates import velocity_coordinates
-from kinolab.dynamics.language.inputs import Rate
+from kinolab.dynamics.language.lowered import imposed_velocities
 from kinolab.dynamics.language.mechanism import Mechanism
 
 SHOWN = 1e-6  # of a coordinate; a smaller one is not worth a word
@@ -45,7 +45,7 @@ def singularity_of(system: Mechanism) -> Singularity | None:
 
     Closed loops are left out: their singularities are the mechanism's own.
     """
-    if system.velocities == "all" or not _imposes(system):
+    if system.velocities == "all" or not (system.constraints or imposed_velocities(system)):
         return None
     binding = SymbolTable.of(system)
     chart = velocity_coordinates(system, binding, Guards())
@@ -69,7 +69,7 @@ def cure_of(system: Mechanism) -> str:
     """Return what helps where a machine's velocities do not determine its motion."""
     if isinstance(system.velocities, tuple):
         return "Leave out velocities=[…], so that kinolab chooses them."
-    if any(c.velocity is not None for c in system.states) or _has_rates(system):
+    if imposed_velocities(system):
         return "Limit the coordinates so that the machine stays away from there."
     return 'Limit the coordinates, name other ones with velocities=[…], or take velocities="all".'
 
@@ -90,14 +90,6 @@ def condition_number(system: Mechanism, values: Mapping[str, float]) -> float:
     size = np.linalg.norm(binding.tape.evaluate(whole, dict(values)))
     smallest = np.linalg.svd(matrix, compute_uv=False)[-1]
     return float(size / max(smallest, 1e-300))
-
-
-def _imposes(system: Mechanism) -> bool:
-    return bool(system.constraints) or _has_rates(system)
-
-
-def _has_rates(system: Mechanism) -> bool:
-    return any(isinstance(entry, Rate) for entry in system.inputs)
 
 
 def _listed(names: tuple[str, ...]) -> tuple[str, str]:

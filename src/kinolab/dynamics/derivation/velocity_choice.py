@@ -357,7 +357,7 @@ def _labelled(system: Mechanism, chosen: Sequence[_Candidate]) -> tuple[QuasiVel
     axes = [entry.axis for entry in chosen]
     taken = {symbol.name for symbol in tangent_symbols(system)}
     taken |= {c.name for c in system.coordinates} | {p.name for p in system.parameters}
-    taken |= {entry.name for entry in (*system.inputs, *system.states)}
+    taken |= {entry.name for entry in system.inputs} | {entry.name for entry in system.states}
     named = []
     for entry in chosen:
         name = f"V_{entry.axis}"

@@ -27,7 +27,7 @@ from kinolab.dynamics.derivation.velocity_choice import (
 )
 from kinolab.dynamics.language.constraints import Constraint, PositionConstraint
 from kinolab.dynamics.language.frames import time_derivative
-from kinolab.dynamics.language.inputs import Drive, Rate
+from kinolab.dynamics.language.lowered import imposed_accelerations, imposed_velocities
 from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.language.mechanism_parts import tangent_symbols
 from kinolab.dynamics.language.quasi_velocities import QuasiVelocity
@@ -140,14 +140,8 @@ def _conditions(
     """Return what constraints, inputs and speeds demand of velocities; also what is redundant."""
     rows, redundant = independent_rows(system, binding, constraint_rows(system, binding))
     rows += [
-        _row(binding, f"input {i.name!r}", i.name, i.velocity, binding.lower(i.symbol))
-        for i in system.inputs
-        if isinstance(i, Rate)
-    ]
-    rows += [
-        _row(binding, f"state {s.name!r}", s.name, s.velocity, binding.lower(s.symbol))
-        for s in system.states
-        if s.velocity is not None
+        _row(binding, entry.where, entry.symbol.name, entry.velocity, binding.lower(entry.symbol))
+        for entry in imposed_velocities(system)
     ]
     return rows, redundant
 
@@ -274,14 +268,11 @@ def _close(
     return False
 
 
-def _driven(system: Mechanism) -> dict[int, Drive]:
-    """Return the indices of the velocities whose acceleration is an input, with the input."""
-    symbols = [symbol.name for symbol in tangent_symbols(system)]
-    return {
-        symbols.index(f"{entry.on.name}_dot"): entry
-        for entry in system.inputs
-        if isinstance(entry, Drive)
-    }
+def _driven(system: Mechanism) -> dict[int, sympy.Symbol]:
+    """Return the indices of the velocities whose acceleration is an input, with its symbol."""
+    names = [symbol.name for symbol in tangent_symbols(system)]
+    imposed = imposed_accelerations(system).items()
+    return {names.index(f"{coordinate}_dot"): symbol for coordinate, symbol in imposed}
 
 
 def _solve(
@@ -331,7 +322,7 @@ def _solve(
         independent=independent,
         states=states,
         driven={
-            k: binding.lower(driven[i].symbol)
+            k: binding.lower(driven[i])
             for k, i in enumerate(independent, start=len(quasi_rows))
             if i in driven
         },

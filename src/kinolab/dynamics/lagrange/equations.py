@@ -17,15 +17,21 @@ from dataclasses import dataclass
 import sympy
 
 from kinolab.dynamics.derivation.velocity_coordinates import velocity_of
-from kinolab.dynamics.lagrange.energies import kinetic_energy, loads, potential_energy
+from kinolab.dynamics.lagrange.energies import kinetic_energy, weight_energy
 from kinolab.dynamics.lagrange.printing import as_latex, one_line, written_length
 from kinolab.dynamics.lagrange.simplification import grouped, simplified
 from kinolab.dynamics.language.constraints import PositionConstraint
 from kinolab.dynamics.language.expressions import exact
 from kinolab.dynamics.language.frames import motion_of, time_derivative
-from kinolab.dynamics.language.inputs import Drive, Rate
+from kinolab.dynamics.language.lowered import (
+    imposed_accelerations,
+    imposed_velocities,
+    loads,
+    potentials,
+)
 from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.language.mechanism_parts import require_one_mode, tangent_symbols
+from kinolab.dynamics.language.quantities import written
 from kinolab.dynamics.language.quasi_velocities import (
     QuasiAcceleration,
     QuasiVelocity,
@@ -109,7 +115,9 @@ class _LagrangeDerivation:
         self.multipliers = [
             sympy.Symbol(f"lambda_{i + 1}", real=True) for i in range(len(system.constraints))
         ]
-        self.lagrangian = self.brief(kinetic_energy(system) - potential_energy(system))
+        energies = [energy for energy in potentials(system) if not energy.has(sympy.Max)]
+        potential = sum((written(energy, system.up) for energy in energies), weight_energy(system))
+        self.lagrangian = self.brief(kinetic_energy(system) - potential)
 
     def result(self) -> Equations:
         """Return all equations."""
@@ -122,7 +130,7 @@ class _LagrangeDerivation:
         left = [self.tidy(self.left_side(k)) for k in range(len(self.velocities))]
         forces = [self.tidy(force) for force in self.forces()]
         held = w.T * sympy.Matrix(len(constraints), 1, self.multipliers)
-        drives = {entry.on.name: entry for entry in self.system.inputs if isinstance(entry, Drive)}
+        drives = imposed_accelerations(self.system)
         kinematic = self.lagrangian == 0
         balance = (
             []
@@ -178,7 +186,7 @@ class _LagrangeDerivation:
         along a chain of frames no longer shows its sums of angles.
         """
         total = [sympy.Integer(0)] * len(self.velocities)
-        for load in loads(self.system):
+        for load in _loads(self.system):
             strength, velocity = (self.joined(self.with_roots_held(part)) for part in load)
             for k, v in enumerate(self.velocities):
                 total[k] += strength * sympy.diff(velocity, v)
@@ -211,13 +219,13 @@ class _LagrangeDerivation:
         return sympy.Add(*terms).xreplace(written)  # of sums that were not collected, too
 
     def balance(
-        self, k: int, left: sympy.Expr, right: sympy.Expr, drives: dict[str, Drive]
+        self, k: int, left: sympy.Expr, right: sympy.Expr, drives: dict[str, sympy.Symbol]
     ) -> sympy.Eq:
         """Return one equation of motion; a drive imposes the acceleration instead."""
         v = self.velocities[k]
         drive = None if isinstance(v, TurnRate) else drives.get(v.coordinate.name)
         if drive is not None:
-            return sympy.Eq(self.accelerations[k], drive.symbol, evaluate=False)
+            return sympy.Eq(self.accelerations[k], drive, evaluate=False)
         return sympy.Eq(grouped(left), right, evaluate=False)
 
     def constraint_equations(self) -> Iterator[sympy.Eq]:
@@ -232,17 +240,15 @@ class _LagrangeDerivation:
 
     def rate_equations(self) -> Iterator[sympy.Eq]:
         """Yield the velocities imposed by inputs or auxiliary states."""
-        rates = [(i.velocity, i.symbol) for i in self.system.inputs if isinstance(i, Rate)]
-        speeds = [(s.velocity, s.symbol) for s in self.system.states if s.velocity is not None]
-        for velocity, symbol in (*rates, *speeds):
-            yield sympy.Eq(self.tidy(velocity), symbol, evaluate=False)
+        for entry in imposed_velocities(self.system):
+            yield sympy.Eq(self.tidy(entry.velocity), entry.symbol, evaluate=False)
 
     def reduced(
         self,
         w: sympy.Matrix,
         left: Sequence[sympy.Expr],
         forces: Sequence[sympy.Expr],
-        drives: dict[str, Drive],
+        drives: dict[str, sympy.Symbol],
     ) -> tuple[sympy.Eq, ...]:
         """Project the balance onto the allowed motions, if the result stays short."""
         from kinolab.dynamics.derivation.derivation import derive
@@ -339,6 +345,35 @@ class _LagrangeDerivation:
     def readable(self, equation: sympy.Eq) -> bool:
         """Whether an equation is short enough to read."""
         return max(map(written_length, equation.args)) <= MAX_SIMPLIFIED
+
+
+def _loads(system: Mechanism) -> Iterator[tuple[sympy.Expr, sympy.Expr]]:
+    """Yield the strength of every force that is not in the Lagrangian, and what it acts along.
+
+    Potentials with a kink are among them, such as those of ropes: the slope of an energy that is
+    zero on one side reads badly.
+    """
+    for _, load in loads(system):
+        yield written(exact(load.magnitude), system.up), written(load.velocity, system.up)
+    for energy in potentials(system):
+        for share, side in _sides(energy) if energy.has(sympy.Max) else ():
+            if side != 0:
+                yield -written(share, system.up), time_derivative(written(side, system.up))
+
+
+def _sides(energy: sympy.Expr) -> Iterator[tuple[sympy.Expr, sympy.Expr]]:
+    """Yield what an energy is on each side of its kinks, where lengths are positive.
+
+    The first of a pair is 1 on that side, 0 on others.
+    """
+    kink = min(energy.atoms(sympy.Max), key=str, default=None)
+    if kink is None:
+        yield sympy.Integer(1), sympy.powdenest(energy, force=True)
+        return
+    for most in kink.args:
+        shares = [(1 + sympy.sign(most - other)) / 2 for other in kink.args if other != most]
+        for share, side in _sides(energy.xreplace({kink: most})):
+            yield sympy.Mul(share, *shares), side
 
 
 def acceleration_of(velocity: sympy.Symbol) -> sympy.Symbol:

@@ -7,22 +7,21 @@ from typing import Any
 
 import sympy
 
-from kinolab.dynamics.lagrange.energies import (
-    kinetic_energy,
-    potential_energy,
-    pulls,
-    ropes,
-    velocity_loads,
-)
+from kinolab.dynamics.lagrange.energies import kinetic_energy, weight_energy
 from kinolab.dynamics.lagrange.hyper_dual import FUNCTIONS, Instruction
-from kinolab.dynamics.lagrange.multiplier_form import ImposedVelocity, MultiplierForm
+from kinolab.dynamics.lagrange.multiplier_form import MultiplierForm, VelocityRow
 from kinolab.dynamics.language.constraints import PositionConstraint
 from kinolab.dynamics.language.expressions import exact
-from kinolab.dynamics.language.forces import Rope
 from kinolab.dynamics.language.frames import time_derivative
-from kinolab.dynamics.language.inputs import Drive, Rate
+from kinolab.dynamics.language.lowered import (
+    imposed_accelerations,
+    imposed_velocities,
+    loads,
+    potentials,
+)
 from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.language.mechanism_parts import tangent_symbols
+from kinolab.dynamics.language.quantities import Change, FrameQuantity, FrameSpeed, Up
 from kinolab.dynamics.language.quasi_velocities import QuasiVelocity, QuasiVelocitySymbol
 from kinolab.dynamics.language.symbols import Coordinate
 from kinolab.errors import InputError, Mistake
@@ -41,7 +40,8 @@ def multiplier_form(
     Raises:
         InputError: If it has a function that kinolab does not know.
     """
-    place = _Writing()
+    place = _Writing(system.up)
+    parts = [load for _, load in loads(system)]
     velocities = tangent_symbols(system)
     names = [symbol.name for symbol in velocities]
     kinetic = kinetic_energy(system)
@@ -49,20 +49,21 @@ def multiplier_form(
     values = system.parameter_values
     return MultiplierForm(
         kinetic=None if kinetic == 0 else place(kinetic),
-        potential=place(potential_energy(system)),
-        position_loads=(
-            *(tuple(map(place, load)) for load in pulls(system)),
-            *(place.pull_of(rope) for rope in ropes(system)),
+        potential=place(sympy.Add(weight_energy(system), *potentials(system), evaluate=False)),
+        position_loads=tuple(
+            (place(load.magnitude), place(load.velocity.position))
+            for load in parts
+            if isinstance(load.velocity, Change)
         ),
-        velocity_loads=tuple(tuple(map(place, load)) for load in velocity_loads(system)),
-        imposed=tuple(
-            ImposedVelocity(place(velocity), place(equals), place(change))
-            for velocity, equals, change in _imposed(system)
+        velocity_loads=tuple(
+            (place(load.magnitude), place.velocity(load.velocity))
+            for load in parts
+            if not isinstance(load.velocity, Change)
         ),
+        imposed=tuple(VelocityRow(*map(place, row)) for row in _imposed(system)),
         driven=tuple(
-            (names.index(f"{entry.on.name}_dot"), place(entry.symbol))
-            for entry in system.inputs
-            if isinstance(entry, Drive)
+            (names.index(f"{coordinate}_dot"), place(symbol))
+            for coordinate, symbol in imposed_accelerations(system).items()
         ),
         states=tuple(map(place, states)),
         further=tuple(place(entry.derivative) for entry in system.states),
@@ -85,18 +86,15 @@ def _imposed(system: Mechanism) -> Iterator[tuple[Any, Any, Any]]:
             yield time_derivative(exact(constraint.position)), 0, 0
         else:
             yield constraint.velocity, 0, 0
-    for entry in system.inputs:
-        if isinstance(entry, Rate):
-            yield entry.velocity, entry.symbol, 0
-    for state in system.states:
-        if state.velocity is not None:
-            yield state.velocity, state.symbol, state.derivative
+    for entry in imposed_velocities(system):
+        yield entry.velocity, entry.symbol, entry.change
 
 
 class _Writing:
     """Writes expressions as instructions, each subexpression once."""
 
-    def __init__(self) -> None:
+    def __init__(self, up: Up) -> None:
+        self._up = up
         self.instructions: list[Instruction] = []
         self._places: dict[sympy.Expr, int] = {}
 
@@ -111,13 +109,9 @@ class _Writing:
             self._places[stated] = self._written(self._instruction(stated))
         return self._places[stated]
 
-    def pull_of(self, rope: Rope) -> tuple[int, int]:
-        """Write what a rope pulls with, and its stretch, which is not differentiated here."""
-        stretch = self(rope.stretch)
-        s, s_dot = sympy.symbols("s s_dot", real=True, cls=sympy.Dummy)
-        self._places[s] = stretch
-        self._places[s_dot] = self._written(Instruction("change", (stretch,)))
-        return self(-rope.tension_at(s, s_dot)), stretch
+    def velocity(self, velocity: Any) -> int:
+        """Write what a load acts along."""
+        return self(velocity.formula if isinstance(velocity, FrameSpeed) else velocity)
 
     def _written(self, instruction: Instruction) -> int:
         self.instructions.append(instruction)
@@ -126,6 +120,10 @@ class _Writing:
     def _instruction(self, expression: sympy.Expr) -> Instruction:
         if expression.is_number:
             return Instruction("number", number=float(expression))
+        if isinstance(expression, Change):
+            return Instruction("change", (self(expression.position),))
+        if isinstance(expression, FrameQuantity):
+            return Instruction("add", (self(expression.formula(self._up)),))
         if isinstance(expression, QuasiVelocitySymbol):
             return Instruction("add", (self(expression.velocity),))
         if expression.is_Symbol:

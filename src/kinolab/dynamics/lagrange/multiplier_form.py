@@ -29,7 +29,7 @@ EQUILIBRATIONS = 12  # each halves the decades that a largest entry is away from
 
 
 @dataclass(frozen=True)
-class ImposedVelocity:
+class VelocityRow:
     """A velocity that a constraint, an input or an auxiliary state imposes, as instructions.
 
     Attributes:
@@ -77,7 +77,7 @@ class MultiplierForm:
     potential: int
     position_loads: tuple[tuple[int, ...], ...]
     velocity_loads: tuple[tuple[int, ...], ...]
-    imposed: tuple[ImposedVelocity, ...]
+    imposed: tuple[VelocityRow, ...]
     driven: tuple[tuple[int, int], ...]
     states: tuple[int, ...]
     further: tuple[int, ...]

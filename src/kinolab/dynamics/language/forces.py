@@ -1,23 +1,41 @@
-"""Force elements: gravity, potentials, springs, ropes, buoyancy, friction and wrenches."""
+"""Force elements: gravity, potentials, loads, and the words that lower themselves to these.
+
+A force says in ``lowered`` as which potentials and loads it acts. What derives, checks or writes a
+machine knows these alone, so that a force is one class, here or in another package.
+"""
 
 from __future__ import annotations
 
-from dataclasses import KW_ONLY, dataclass
-from typing import TypeAlias
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import KW_ONLY, dataclass, replace
+from functools import partial
+from numbers import Real
+from typing import Any, ClassVar, Self
 
 import sympy
 
 from kinolab.arguments import checked
 from kinolab.dynamics.language.bodies import Body
-from kinolab.dynamics.language.expressions import exact, sympify_fields
+from kinolab.dynamics.language.expressions import exact, is_zero, sympify_fields
 from kinolab.dynamics.language.frames import (
+    AXES,
+    Axis,
     Frame,
     Number,
     distance,
     move,
-    pose,
     time_derivative,
-    velocity,
+)
+from kinolab.dynamics.language.quantities import (
+    Change,
+    FrameSpeed,
+    Height,
+    PointSpeed,
+    SquaredDistance,
+    TurnSpeed,
+    Up,
+    apart,
+    written,
 )
 from kinolab.dynamics.language.shapes import ORIGIN, Point
 from kinolab.errors import InputError, Mistake
@@ -50,21 +68,90 @@ def toward(direction: str, strength: Number = 9.81) -> Gravity:
     return Gravity((x, y, z), exact(strength))
 
 
+class Effort:
+    """A force on a machine; its subclasses are frozen dataclasses."""
+
+    def __post_init__(self) -> None:
+        """Convert numbers to expressions."""
+        sympify_fields(self, *(name for name, value in vars(self).items() if _is_number(value)))
+
+    def lowered(self) -> Sequence[Potential | Load]:
+        """Return the potentials and loads that it consists of."""
+        raise NotImplementedError
+
+    @property
+    def label(self) -> str:
+        """What an error or a report calls it: its kind, and what it acts on."""
+        return type(self).__name__.lower()
+
+    @property
+    def power(self) -> sympy.Expr:
+        """The power of its loads in [W], negative where they take energy out."""
+        loads = (part for part in self.lowered() if isinstance(part, Load))
+        return sympy.Add(*(written(e.magnitude) * written(e.velocity) for e in loads))
+
+    @property
+    def resistance(self) -> tuple[str, sympy.Expr] | None:
+        """What must not be negative so that it takes energy out, after its name; None elsewhere."""
+        return None
+
+    @property
+    def sliding(self) -> tuple[tuple[Number, Number], sympy.Expr] | None:
+        """The slip in [m/s] and the strength in [N] of dry friction; None of other forces."""
+        return None
+
+
+def _is_number(value: object) -> bool:
+    entries = value if isinstance(value, tuple) else (value,)
+    return all(isinstance(entry, Real | sympy.Expr) for entry in entries)
+
+
 @checked
 @dataclass(frozen=True)
-class Potential:
+class Potential(Effort):
     """A potential energy V(q) in [J], such as k theta^2 / 2; the force is -dV/dq."""
 
     energy: Number
 
-    def __post_init__(self) -> None:
-        """Convert numbers to expressions."""
-        sympify_fields(self, "energy")
+    def lowered(self) -> Sequence[Potential | Load]:
+        """Return itself."""
+        return (self,)
+
+    def written(self, up: Up) -> Self:
+        """Return it in coordinates alone."""
+        return replace(self, energy=written(self.energy, up))
 
 
 @checked
 @dataclass(frozen=True)
-class Spring:
+class Load(Effort):
+    """A force along a velocity: the generalised force is magnitude * d(velocity)/d(q_dot).
+
+    Source: Kane, Levinson, Dynamics: Theory and Applications, 1985, section 4.4 (generalised active
+    forces by partial velocities).
+
+    Attributes:
+        magnitude: In [N] or [N m]: an expression in states, inputs and parameters.
+        velocity: An expression linear in the rates, in [m/s] or [rad/s], or a speed of a frame.
+    """
+
+    magnitude: Number
+    velocity: Number | FrameSpeed
+
+    def lowered(self) -> Sequence[Potential | Load]:
+        """Return itself."""
+        return (self,)
+
+    def written(self, up: Up) -> Self:
+        """Return it in coordinates and rates alone."""
+        return replace(
+            self, magnitude=written(self.magnitude, up), velocity=written(self.velocity, up)
+        )
+
+
+@checked
+@dataclass(frozen=True)
+class Spring(Effort):
     """A linear spring between the origins of two frames.
 
     Attributes:
@@ -78,14 +165,15 @@ class Spring:
     stiffness: Number
     length: Number = 0
 
-    def __post_init__(self) -> None:
-        """Convert numbers to expressions."""
-        sympify_fields(self, "stiffness", "length")
+    def lowered(self) -> Sequence[Potential | Load]:
+        """Return its energy, stiffness / 2 times the square of how much longer it is."""
+        stretch = apart(*self.between) - (0 if is_zero(self.length) else self.length)
+        return (Potential(self.stiffness * stretch**2 / 2),)
 
 
 @checked
 @dataclass(frozen=True)
-class Rope:
+class Rope(Effort):
     """A rope or string between the origins of two frames: stretched it pulls, slack it does not.
 
     With the stretch s = distance - length the tension is max(0, stiffness s + damping s_dot) where
@@ -105,9 +193,25 @@ class Rope:
     length: Number
     damping: Number = 0
 
-    def __post_init__(self) -> None:
-        """Convert numbers to expressions."""
-        sympify_fields(self, "stiffness", "length", "damping")
+    def lowered(self) -> Sequence[Potential | Load]:
+        """Return the energy of its stretch, and damping that takes all of the tension at most.
+
+        The stretch is that of the distance or the length, whichever is more: nothing divides by the
+        distance of ends that meet while it is slack.
+        """
+        reach = sympy.Max(SquaredDistance(*self.between), self.length**2, evaluate=False)
+        s = sympy.sqrt(reach) - self.length
+        elastic = Potential(self.stiffness * s**2 / 2)
+        if is_zero(self.damping):
+            return (elastic,)
+        s_dot = Change(s)
+        damped = sympy.Max(self.damping * s_dot, -self.stiffness * s, evaluate=False)
+        return elastic, Load(-damped, s_dot)
+
+    @property
+    def resistance(self) -> tuple[str, sympy.Expr] | None:
+        """Its damping."""
+        return "damping", exact(self.damping)
 
     @property
     def stretch(self) -> sympy.Expr:
@@ -118,18 +222,13 @@ class Rope:
     def tension(self) -> sympy.Expr:
         """Its tension in [N], never negative, for use in requirements."""
         s = self.stretch
-        return self.tension_at(s, time_derivative(s))
-
-    def tension_at(self, stretch: sympy.Expr, change: sympy.Expr) -> sympy.Expr:
-        """Return its tension in [N] at a stretch in [m] and the change of it in [m/s]."""
-        taut = (1 + sympy.sign(stretch)) / 2
-        force = exact(self.stiffness) * stretch + exact(self.damping) * change
-        return taut * sympy.Max(0, force, evaluate=False)
+        force = exact(self.stiffness) * s + exact(self.damping) * time_derivative(s)
+        return (1 + sympy.sign(s)) / 2 * sympy.Max(0, force, evaluate=False)
 
 
 @checked
 @dataclass(frozen=True)
-class Buoyancy:
+class Buoyancy(Effort):
     """A constant lift against gravity at a point of a body.
 
     Attributes:
@@ -143,14 +242,48 @@ class Buoyancy:
     lift: Number
     at: Point = ORIGIN
 
-    def __post_init__(self) -> None:
-        """Convert numbers to expressions."""
-        sympify_fields(self, "lift", "at")
+    def lowered(self) -> Sequence[Potential | Load]:
+        """Return its energy, which falls as the point rises."""
+        return (Potential(-self.lift * Height(_point(self.on.frame, self.at))),)
+
+
+class Friction(Effort):
+    """A force against velocities, which takes energy out.
+
+    Attributes:
+        kind: What an error or a report calls it.
+        size: Name of what must not be negative: a ``strength`` of dry friction.
+    """
+
+    kind: ClassVar[str]
+    size: ClassVar[str] = "strength"
+
+    @property
+    def _velocities(self) -> tuple[Any, ...]:
+        return tuple(part.velocity for part in self.lowered() if isinstance(part, Load))
+
+    @property
+    def label(self) -> str:
+        """What an error or a report calls it."""
+        return f"{self.kind} friction of {' and '.join(map(str, self._velocities))}"
+
+    @property
+    def resistance(self) -> tuple[str, sympy.Expr] | None:
+        """Its coefficient or strength."""
+        return self.size, exact(getattr(self, self.size))
+
+    @property
+    def sliding(self) -> tuple[tuple[Number, Number], sympy.Expr] | None:
+        """The slip and the strength of dry friction; one along a line slides in it alone."""
+        if self.size != "strength":
+            return None
+        x, y = (*self._velocities, sympy.Integer(0))[:2]
+        return (x, y), exact(getattr(self, self.size))
 
 
 @checked
 @dataclass(frozen=True)
-class Viscous:
+class Viscous(Friction):
     """Viscous friction: the force -coefficient * velocity along a velocity.
 
     Attributes:
@@ -158,22 +291,19 @@ class Viscous:
         coefficient: In [N s/m] or [N m s/rad].
     """
 
+    kind: ClassVar[str] = "viscous"
+    size: ClassVar[str] = "coefficient"
     velocity: Number
     coefficient: Number
 
-    def __post_init__(self) -> None:
-        """Convert numbers to expressions."""
-        sympify_fields(self, "velocity", "coefficient")
-
-    @property
-    def power(self) -> sympy.Expr:
-        """Its power in [W], negative where it takes energy out."""
-        return -exact(self.coefficient) * exact(self.velocity) ** 2
+    def lowered(self) -> Sequence[Potential | Load]:
+        """Return the force along the velocity."""
+        return (Load(-(self.coefficient * self.velocity), self.velocity),)
 
 
 @checked
 @dataclass(frozen=True)
-class Coulomb:
+class Coulomb(Friction):
     """Regularised Coulomb friction: the force -strength * tanh(velocity / smoothing).
 
     Attributes:
@@ -183,24 +313,20 @@ class Coulomb:
             stiffer.
     """
 
+    kind: ClassVar[str] = "Coulomb"
     velocity: Number
     strength: Number
     smoothing: Number = 0.01
 
-    def __post_init__(self) -> None:
-        """Convert numbers to expressions."""
-        sympify_fields(self, "velocity", "strength", "smoothing")
-
-    @property
-    def power(self) -> sympy.Expr:
-        """Its power in [W], negative where it takes energy out."""
-        v = exact(self.velocity)
-        return -exact(self.strength) * v * sympy.tanh(v / exact(self.smoothing))
+    def lowered(self) -> Sequence[Potential | Load]:
+        """Return the force along the velocity."""
+        slip = sympy.tanh(exact(self.velocity) / self.smoothing)
+        return (Load(-(self.strength * slip), self.velocity),)
 
 
 @checked
 @dataclass(frozen=True)
-class SlidingFriction:
+class SlidingFriction(Friction):
     """Regularised Coulomb friction of a contact that slides in a plane, alike in every direction.
 
     The force is -strength * slip / sqrt(|slip|^2 + smoothing^2), against the slip as a vector: what
@@ -213,24 +339,20 @@ class SlidingFriction:
         smoothing: Slip at 71 % of the full force, in [m/s]; smaller values are stiffer.
     """
 
+    kind: ClassVar[str] = "sliding"
     slip: tuple[Number, Number]
     strength: Number
     smoothing: Number = 0.01
 
-    def __post_init__(self) -> None:
-        """Convert numbers to expressions."""
-        sympify_fields(self, "slip", "strength", "smoothing")
-
-    @property
-    def power(self) -> sympy.Expr:
-        """Its power in [W], negative where it takes energy out."""
-        square = sum(exact(v) ** 2 for v in self.slip)
-        return -exact(self.strength) * square / sympy.sqrt(square + exact(self.smoothing) ** 2)
+    def lowered(self) -> Sequence[Potential | Load]:
+        """Return the force along each of the two velocities."""
+        size = sympy.sqrt(sum(exact(v) ** 2 for v in (*self.slip, self.smoothing)))
+        return tuple(Load(-(self.strength * v / size), v) for v in self.slip)
 
 
 @checked
 @dataclass(frozen=True)
-class Wrench:
+class Wrench(Effort):
     """A force and torque on a body, as expressions in states, inputs and parameters.
 
     Attributes:
@@ -248,50 +370,46 @@ class Wrench:
     at: Point = ORIGIN
     reacts_on: Body | None = None
 
-    def __post_init__(self) -> None:
-        """Convert numbers to expressions."""
-        sympify_fields(self, "force", "torque", "at")
+    def lowered(self) -> Sequence[Potential | Load]:
+        """Return its components along the axes of the body."""
+        point = _point(self.on.frame, self.at)
+        axes = [Axis(self.on.frame, name) for name in AXES]
+        speeds = [partial(PointSpeed, along=axis, at=point) for axis in axes]
+        turns = [partial(TurnSpeed, about=axis) for axis in axes]
+        along: list[Callable[[Frame], FrameSpeed]] = [*speeds, *turns]
+        parts = zip((*self.force, *self.torque), along, strict=True)
+        return [
+            load for part, speed in parts for load in both(part, speed, self.on, self.reacts_on)
+        ]
 
     @property
-    def power(self) -> sympy.Expr:
-        """Its power in [W], less that of its reaction."""
-        point = self.on.frame @ move(*map(exact, self.at))
-        moves, force, torque = velocity(point), sympy.Matrix(self.force), sympy.Matrix(self.torque)
-        power = force.dot(moves.linear) + torque.dot(moves.angular)
-        if self.reacts_on is None:
-            return power
-        turned, place = pose(point)
-        other, (axes, origin) = velocity(self.reacts_on.frame), pose(self.reacts_on.frame)
-        angular = axes * other.angular
-        linear = axes * other.linear + angular.cross(place - origin)
-        return power - (turned * force).dot(linear) - (turned * torque).dot(angular)
+    def label(self) -> str:
+        """What an error or a report calls it."""
+        return f"wrench on body {self.on.name!r}"
 
 
-Friction: TypeAlias = Viscous | Coulomb | SlidingFriction
-Effort: TypeAlias = Potential | Spring | Rope | Buoyancy | Friction | Wrench
+def both(
+    magnitude: Number, speed: Callable[[Frame], FrameSpeed], on: Body, reacts_on: Body | None
+) -> Iterator[Load]:
+    """Yield a load on a body and its reaction on another, none of a magnitude that is 0.
+
+    Args:
+        magnitude: In [N] or [N m].
+        speed: Of a frame, along which the load acts.
+        on: The body.
+        reacts_on: The body that takes the reaction; the world if None.
+    """
+    if not is_zero(magnitude):
+        yield Load(magnitude, speed(on.frame))
+        if reacts_on is not None:
+            yield Load(-magnitude, speed(reacts_on.frame))
 
 
-def friction_velocities(friction: Friction) -> tuple[Number, ...]:
-    """Return the velocities that friction acts against."""
-    return friction.slip if isinstance(friction, SlidingFriction) else (friction.velocity,)
+def _point(frame: Frame, at: Point) -> Frame:
+    """Return a frame at a point of another."""
+    return frame if all(map(is_zero, at)) else frame @ move(*at)
 
 
-def friction_strength(friction: Friction) -> tuple[str, sympy.Expr]:
-    """Return what must not be negative, so that friction takes energy out, and its name."""
-    name = "coefficient" if isinstance(friction, Viscous) else "strength"
-    return name, exact(getattr(friction, name))
-
-
-def effort_name(effort: Effort) -> str:
-    """Return what an error or a report calls a force: its kind, and what it acts on."""
-    match effort:
-        case Viscous():
-            return f"viscous friction of {effort.velocity}"
-        case Coulomb():
-            return f"Coulomb friction of {effort.velocity}"
-        case SlidingFriction():
-            return f"sliding friction of {effort.slip[0]} and {effort.slip[1]}"
-        case Wrench():
-            return f"wrench on body {effort.on.name!r}"
-        case _:
-            return type(effort).__name__.lower()
+FORCES: tuple[type[Effort], ...] = (
+    *(Buoyancy, Coulomb, Load, Potential, Rope, SlidingFriction, Spring, Viscous, Wrench),
+)

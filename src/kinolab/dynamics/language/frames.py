@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from itertools import takewhile
 from typing import TypeAlias
 
 import sympy
@@ -79,6 +80,12 @@ class Frame:
 
     def __rmatmul__(self, other: object) -> Frame:
         return _frame(other) @ self
+
+    def after(self, other: Frame) -> tuple[Motion, ...]:
+        """Return the motions after those with which another frame begins alike."""
+        pairs = zip(self.motions, other.motions, strict=False)
+        alike = takewhile(lambda pair: pair[0] == pair[1], pairs)
+        return self.motions[sum(1 for _ in alike) :]
 
     @property
     def moves(self) -> bool:
@@ -309,6 +316,18 @@ def pose(frame: Frame) -> tuple[sympy.ImmutableMatrix, sympy.ImmutableMatrix]:
         else:
             R = R * turn_matrix(motion)
     return sympy.ImmutableMatrix(R), sympy.ImmutableMatrix(p)
+
+
+@lru_cache(maxsize=1024)
+def relative_pose(
+    frame: Frame, seen_from: Frame
+) -> tuple[sympy.ImmutableMatrix, sympy.ImmutableMatrix]:
+    """Return a frame's rotation matrix and position in another frame's axes, as ``pose`` does.
+
+    The common part of both chains is left out: a coin's axle is its own y axis whatever its roll.
+    """
+    (R, p), (S, o) = pose(Frame(frame.after(seen_from))), pose(Frame(seen_from.after(frame)))
+    return S.T * R, S.T * (p - o)
 
 
 def distance(first: Frame, second: Frame) -> sympy.Expr:

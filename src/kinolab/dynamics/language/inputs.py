@@ -1,14 +1,22 @@
-"""Control inputs: forces, torques, tensions, velocities and accelerations, with limits."""
+"""Control inputs: forces, torques, tensions, velocities and accelerations, with limits.
+
+An input says in ``lowered`` what it consists of: a symbol with limits (``Control``) and the loads
+that it is in, an imposed velocity (``Rate``) or an imposed acceleration (``Drive``).
+"""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import KW_ONLY, dataclass
-from typing import Protocol, TypeAlias
+from functools import partial
+from typing import TYPE_CHECKING, ClassVar, Protocol, TypeAlias
 
 from kinolab.arguments import checked
 from kinolab.dynamics.language.bodies import Body
+from kinolab.dynamics.language.forces import Load, both
 from kinolab.dynamics.language.frames import Axis, Frame, Number
+from kinolab.dynamics.language.quantities import Change, PointSpeed, TurnSpeed, apart
 from kinolab.dynamics.language.symbols import Coordinate, InputSymbol, rate
 from kinolab.errors import InputError, Mistake
 
@@ -16,10 +24,34 @@ Limit: TypeAlias = float | tuple[float, float]
 
 
 @dataclass(frozen=True)
-class AbstractInput:
-    """Base class of inputs; ``name`` is used in scenarios and files."""
+class Input:
+    """A control input; ``name`` is used in scenarios and files.
+
+    Subclasses are frozen dataclasses with a ``limit``.
+    """
+
+    if TYPE_CHECKING:
+
+        @property
+        def limit(self) -> Limit:
+            """Largest magnitude, or (lower, upper), in ``unit``."""
+
+        @property
+        def unit(self) -> str:
+            """SI unit as text."""
+
+    remedy: ClassVar[str] = "Let it act on a body that it can move, or leave it out."
 
     name: str
+
+    def lowered(self) -> Sequence[Input | Load]:
+        """Return what it consists of: one ``Control``, ``Rate`` or ``Drive``, and loads."""
+        raise NotImplementedError
+
+    @property
+    def label(self) -> str:
+        """What an error calls it."""
+        return f"input {self.name!r}"
 
     @property
     def symbol(self) -> InputSymbol:
@@ -29,7 +61,7 @@ class AbstractInput:
 
 @checked
 @dataclass(frozen=True)
-class Torque(AbstractInput):
+class Torque(Input):
     """An input torque in [N m] on a body about an axis.
 
     Attributes:
@@ -45,16 +77,18 @@ class Torque(AbstractInput):
     about: Axis
     limit: Limit
     reacts_on: Body | None = None
+    unit: ClassVar[str] = "N m"
 
-    @property
-    def unit(self) -> str:
-        """Unit of the input."""
-        return "N m"
+    def lowered(self) -> Sequence[Input | Load]:
+        """Return its symbol, and the torque on both bodies."""
+        turn = partial(TurnSpeed, about=self.about)
+        loads = both(self.symbol, turn, self.on, self.reacts_on)
+        return (Control(self.name, limit=self.limit, unit=self.unit), *loads)
 
 
 @checked
 @dataclass(frozen=True)
-class Force(AbstractInput):
+class Force(Input):
     """An input force in [N] on a body's centre of mass along an axis.
 
     Attributes:
@@ -70,16 +104,18 @@ class Force(AbstractInput):
     along: Axis
     limit: Limit
     reacts_on: Body | None = None
+    unit: ClassVar[str] = "N"
 
-    @property
-    def unit(self) -> str:
-        """Unit of the input."""
-        return "N"
+    def lowered(self) -> Sequence[Input | Load]:
+        """Return its symbol, and the force on both bodies."""
+        speed = partial(PointSpeed, along=self.along, at=self.on.frame)
+        loads = both(self.symbol, speed, self.on, self.reacts_on)
+        return (Control(self.name, limit=self.limit, unit=self.unit), *loads)
 
 
 @checked
 @dataclass(frozen=True)
-class Pull(AbstractInput):
+class Pull(Input):
     """An input tension in [N] between two frames' origins, as of a rope or muscle.
 
     Attributes:
@@ -91,21 +127,22 @@ class Pull(AbstractInput):
     _: KW_ONLY
     between: tuple[Frame, Frame]
     limit: Limit
+    unit: ClassVar[str] = "N"
 
     def __post_init__(self) -> None:
         """Expand a single limit to (0, limit): a rope only pulls."""
         if not isinstance(self.limit, tuple):
             object.__setattr__(self, "limit", (0.0, float(self.limit)))
 
-    @property
-    def unit(self) -> str:
-        """Unit of the input."""
-        return "N"
+    def lowered(self) -> Sequence[Input | Load]:
+        """Return its symbol, and the tension against the distance."""
+        tension = Load(-self.symbol, Change(apart(*self.between)))
+        return Control(self.name, limit=self.limit, unit=self.unit), tension
 
 
 @checked
 @dataclass(frozen=True)
-class Rate(AbstractInput):
+class Rate(Input):
     """An input that imposes a velocity, for kinematic machines.
 
     Attributes:
@@ -117,6 +154,10 @@ class Rate(AbstractInput):
     _: KW_ONLY
     on: Number
     limit: Limit
+
+    def lowered(self) -> Sequence[Input | Load]:
+        """Return itself."""
+        return (self,)
 
     @property
     def velocity(self) -> Number:
@@ -131,7 +172,7 @@ class Rate(AbstractInput):
 
 @checked
 @dataclass(frozen=True)
-class Drive(AbstractInput):
+class Drive(Input):
     """An input that imposes the acceleration of a coordinate, whatever force that takes.
 
     Attributes:
@@ -143,6 +184,11 @@ class Drive(AbstractInput):
     _: KW_ONLY
     on: Coordinate
     limit: Limit
+    remedy: ClassVar[str] = "Let it drive a coordinate that is free to move."
+
+    def lowered(self) -> Sequence[Input | Load]:
+        """Return itself."""
+        return (self,)
 
     @property
     def unit(self) -> str:
@@ -152,7 +198,7 @@ class Drive(AbstractInput):
 
 @checked
 @dataclass(frozen=True)
-class Control(AbstractInput):
+class Control(Input):
     """An input used in expressions: ``throttle.symbol`` in a wrench or a motor.
 
     Attributes:
@@ -165,8 +211,12 @@ class Control(AbstractInput):
     limit: Limit
     unit: str = ""
 
+    def lowered(self) -> Sequence[Input | Load]:
+        """Return itself."""
+        return (self,)
 
-Input: TypeAlias = Torque | Force | Pull | Rate | Drive | Control
+
+INPUTS: tuple[type[Input], ...] = (Control, Drive, Force, Pull, Rate, Torque)
 
 
 class Limited(Protocol):

@@ -16,14 +16,7 @@ from kinolab.dynamics.language.constraints import PositionConstraint
 from kinolab.dynamics.language.expressions import exact
 from kinolab.dynamics.language.feedback import Feedback, Regulator
 from kinolab.dynamics.language.flatness import CURVATURE, FlatOutputs, output_symbols
-from kinolab.dynamics.language.forces import (
-    Friction,
-    Potential,
-    Rope,
-    effort_name,
-    friction_strength,
-    friction_velocities,
-)
+from kinolab.dynamics.language.forces import Friction, Load, Potential, Rope
 from kinolab.dynamics.language.inputs import bounds_of
 from kinolab.dynamics.language.mechanism_parts import (
     AnyCoordinate,
@@ -34,6 +27,7 @@ from kinolab.dynamics.language.mechanism_parts import (
     tangent_symbols,
 )
 from kinolab.dynamics.language.modes import MODE
+from kinolab.dynamics.language.quantities import written
 from kinolab.dynamics.language.quasi_velocities import QuasiVelocity, QuasiVelocitySymbol
 from kinolab.dynamics.language.shapes import MAX_COORDINATE
 from kinolab.dynamics.language.symbols import (
@@ -98,8 +92,9 @@ def _forces(system: MechanismParts) -> Iterator[Mistake]:
             yield from _rope(system, effort)
         elif isinstance(effort, Friction):
             yield from _friction(system, effort, moving)
-        elif isinstance(effort, Potential):
-            yield from _potential(effort, moving)
+        for part in effort.lowered():
+            if isinstance(part, Potential):
+                yield from _potential(part, moving)
     for constraint in system.all_constraints:
         if isinstance(constraint, PositionConstraint):
             yield from _position_constraint(constraint, moving)
@@ -132,7 +127,7 @@ def _modes(system: MechanismParts) -> Iterator[Mistake]:
             if not 0.0 <= value <= 1.0:
                 what = f"its restitution is {value:g}."
                 yield Mistake(where, what, "Give a number between 0 and 1.")
-    if MODE in {entry.name for entry in (*system.inputs, *system.parameters)} and names:
+    if MODE in _names(system.inputs) | _names(system.parameters) and names:
         what = f"a machine with modes has a state {MODE!r} already."
         yield Mistake(_where(system), what, "Give the input or parameter another name.")
 
@@ -143,7 +138,8 @@ def _where(system: MechanismParts) -> str:
 
 def _naming(system: MechanismParts) -> Iterator[Mistake]:
     references = () if system.feedback is None else system.feedback.references
-    named = (*system.inputs, *system.states, *references, *quasi_velocities(system))
+    own: list[Sequence[Any]] = [system.inputs, system.states, references, quasi_velocities(system)]
+    named = [entry for entries in own for entry in entries]
     bearers: dict[tuple[str, str], Sequence[Any]] = {
         ("a coordinate", "coordinates"): configuration_symbols(system),
         ("a rate", "rates"): tangent_symbols(system),
@@ -470,19 +466,20 @@ def _friction(
     system: MechanismParts, friction: Friction, moving: set[sympy.Symbol]
 ) -> Iterator[Mistake]:
     """Check that friction acts on a velocity, and takes energy out as far as numbers tell."""
-    stated = [exact(velocity).free_symbols for velocity in friction_velocities(friction)]
-    if not set().union(*stated) & moving:
+    stated = [written(part.velocity) for part in friction.lowered() if isinstance(part, Load)]
+    if not set().union(*(velocity.free_symbols for velocity in stated)) & moving:
         remedy = "Write rate(x) for the velocity of a coordinate x, or a velocity such as V.x."
-        yield Mistake(effort_name(friction), "no rate occurs in it.", remedy)
-    name, strength = friction_strength(friction)
+        yield Mistake(friction.label, "no rate occurs in it.", remedy)
+    assert friction.resistance is not None
+    name, strength = friction.resistance
     value = _number_in(system, strength)
     if value is not None and not 0 <= value < math.inf:
         remedy = "Give 0 or more: friction takes energy out. A Wrench may feed it in."
-        yield Mistake(effort_name(friction), f"its {name} is {value:g}.", remedy)
+        yield Mistake(friction.label, f"its {name} is {value:g}.", remedy)
     smoothing = _number_in(system, getattr(friction, "smoothing", 1.0))
     if smoothing is not None and not 0 < smoothing < math.inf:
         remedy = "It must be positive."
-        yield Mistake(effort_name(friction), f"its smoothing is {smoothing:g}.", remedy)
+        yield Mistake(friction.label, f"its smoothing is {smoothing:g}.", remedy)
 
 
 def _number_in(system: MechanismParts, value: Any) -> float | None:

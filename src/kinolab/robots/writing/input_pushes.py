@@ -12,13 +12,14 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 import sympy
 
-from kinolab.dynamics.language.bodies import Body
-from kinolab.dynamics.language.forces import Wrench
-from kinolab.dynamics.language.frames import AXES, Axis, Frame
-from kinolab.dynamics.language.inputs import Control, Force, Input, Pull, Torque, bounds_of
+from kinolab.dynamics.language.expressions import exact
+from kinolab.dynamics.language.forces import Load
+from kinolab.dynamics.language.frames import AXES, Axis, Frame, relative_pose
+from kinolab.dynamics.language.inputs import Input, bounds_of
+from kinolab.dynamics.language.lowered import loads, prescribes
 from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.language.mechanism_parts import AnyCoordinate
-from kinolab.dynamics.language.shapes import ORIGIN
+from kinolab.dynamics.language.quantities import Change, PointSpeed, SquaredDistance, TurnSpeed
 from kinolab.dynamics.language.symbols import Coordinate
 from kinolab.errors import Mistake
 from kinolab.numerics.arrays import Array
@@ -35,13 +36,9 @@ Position: TypeAlias = Mapping[AnyCoordinate, float | Array]
 
 
 class _Push(NamedTuple):
-    """A force and a torque (3,) at a point, in world axes, on what moves with a frame.
-
-    ``body`` is the one that they act on; none where a rope ends at a frame.
-    """
+    """A force and a torque (3,) at a point, in world axes, on what moves with a frame."""
 
     frame: Frame
-    body: Body | None
     force: Array
     torque: Array
     point: Array
@@ -62,24 +59,26 @@ class InputPushes:
         self._system, self._chains = system, chains
         self._factors = dict.fromkeys(system.coordinates, 1.0) | dict(factors)
         self._positions = _positions(system.coordinates)
+        self._bodies = {body.frame: body for body in reversed(system.bodies)}
 
     def of(self, entry: Input) -> Motor | Thruster | Mistake | None:
         """Return an input as what a tree has; None where a frame of it is among the mistakes."""
         where = f"input {entry.name!r}"
-        if not isinstance(entry, Torque | Force | Pull | Control):
+        if prescribes(entry):
             what = f"it is a {type(entry).__name__}, which prescribes a motion."
             return Mistake(
                 where, what, "Only what pushes is written: Torque, Force, Pull, Control."
             )
-        if any(self._chains.of(frame, where) is None for frame in self._frames(entry)):
+        acting = [e for _, e in loads(self._system) if entry.symbol in exact(e.magnitude).atoms()]
+        if any(self._chains.of(frame, where) is None for e in acting for frame in _frames(e)):
             return None
-        wrenches = [(effort, self._wrench_per_unit(effort, entry)) for effort in self._with(entry)]
-        known = [(effort, wrench) for effort, wrench in wrenches if wrench is not None]
-        if len(known) < len(wrenches):
+        factors = [self._per_unit(load, entry) for load in acting]
+        known = [pair for pair in zip(acting, factors, strict=True) if pair[1] is not None]
+        if len(known) < len(acting):
             what = "its force is not constant times the input."
             return Mistake(where, what, "Let the wrench be linear in it, with constant factors.")
-        pushes = [[*self._pushes(entry, known, at)] for at in self._positions]
-        found = self._motor(entry, pushes) or self._thruster(entry, pushes)
+        pushes = [[*self._pushes(known, at)] for at in self._positions]
+        found = self._motor(entry, pushes) or self._thruster(entry, pushes, self._place_of(acting))
         if found is None:
             what = "it acts neither on one joint nor on one body alone by a constant force."
             remedy = "Let its torque act about a joint's axis and react on the joint's other side."
@@ -103,13 +102,15 @@ class InputPushes:
         gear = rounded(float(np.median(column)) / self._factors[c])
         return Motor(entry.name, c.name, *bounds_of(entry), gear)
 
-    def _thruster(self, entry: Input, pushes: Sequence[Sequence[_Push]]) -> Thruster | None:
-        """Return what pushes one body alone, alike in the body's axes."""
-        bodies = {push.body for each in pushes for push in each}
+    def _thruster(
+        self, entry: Input, pushes: Sequence[Sequence[_Push]], place: Array
+    ) -> Thruster | None:
+        """Return what pushes one body alone, alike in the body's axes, about a point (3,) of it."""
+        bodies = {self._bodies.get(push.frame) for each in pushes for push in each}
         (body,) = bodies if len(bodies) == 1 else (None,)
         if body is None:
             return None
-        place, found = self._place_of(entry), []
+        found = []
         for each, at in zip(pushes, self._positions, strict=True):
             pose = self._pose(body.frame, at)
             turn, origin = pose[:3, :3], pose[:3, :3] @ place + pose[:3, 3]
@@ -127,65 +128,40 @@ class InputPushes:
         pose = pose_of(place, np.eye(3))
         return Thruster(entry.name, body.name, pose, wrench[:3], wrench[3:], lower, upper)
 
-    def _place_of(self, entry: Input) -> Array:
+    def _place_of(self, acting: Sequence[Load]) -> Array:
         """Return the point (3,) of its body at which an input acts; the origin, if at several."""
-        places = [effort.at for effort in self._with(entry)]
-        places += [ORIGIN] if isinstance(entry, Torque | Force) else []
-        at = {tuple(self._system.number(part) for part in place) for place in places}
-        return np.array(at.pop() if len(at) == 1 else ORIGIN, dtype=float)
+        speeds = [load.velocity for load in acting if isinstance(load.velocity, PointSpeed)]
+        places = {tuple(relative_pose(speed.at, speed.on)[1]) for speed in speeds}
+        at = (
+            [self._chains.numbers(exact(part)) for part in places.pop()] if len(places) == 1 else []
+        )
+        plain = at and not any(part.free_symbols for part in at)
+        return np.array(at if plain else (0, 0, 0), dtype=float)
 
-    def _frames(self, entry: Input) -> Iterator[Frame]:
-        """Yield the frames that an input needs."""
-        match entry:
-            case Torque():
-                yield entry.about.frame
-            case Force():
-                yield entry.along.frame
-            case Pull():
-                yield from entry.between
-        acting = (entry,) if isinstance(entry, Torque | Force) else ()
-        for push in (*acting, *self._with(entry)):
-            yield from (body.frame for body in (push.on, push.reacts_on) if body is not None)
+    def _per_unit(self, load: Load, entry: Input) -> float | None:
+        """Return a load's magnitude for each unit of an input; None if it is not constant."""
+        slope = sympy.simplify(sympy.diff(self._chains.numbers(load.magnitude), entry.symbol))
+        return None if slope.free_symbols else float(slope)
 
-    def _with(self, entry: Input) -> Iterator[Wrench]:
-        """Yield the wrenches that depend on an input."""
-        for effort in self._system.efforts:
-            if isinstance(effort, Wrench) and any(
-                entry.symbol in part.free_symbols for part in wrench_parts(effort)
-            ):
-                yield effort
-
-    def _wrench_per_unit(self, effort: Wrench, entry: Input) -> Array | None:
-        """Return force and torque (6,) for each unit of an input; None if they are not constant."""
-        parts = [self._chains.numbers(part) for part in wrench_parts(effort)]
-        slopes = [sympy.simplify(sympy.diff(part, entry.symbol)) for part in parts]
-        if any(slope.free_symbols for slope in slopes):
-            return None
-        return np.array([float(slope) for slope in slopes])
-
-    def _pushes(
-        self, entry: Input, wrenches: Sequence[tuple[Wrench, Array]], at: Position
-    ) -> Iterator[_Push]:
-        """Yield what an input does for each unit of it, in a position of the machine."""
+    def _pushes(self, acting: Sequence[tuple[Load, float]], at: Position) -> Iterator[_Push]:
+        """Yield what loads with some magnitudes do in a position of the machine."""
         still = np.zeros(3)
-        match entry:
-            case Torque():
-                point = self._pose(entry.on.frame, at)[:3, 3]
-                yield from _both(entry, still, self._axis(entry.about, at), point)
-            case Force():
-                point = self._pose(entry.on.frame, at)[:3, 3]
-                yield from _both(entry, self._axis(entry.along, at), still, point)
-            case Pull():
-                one, other = (self._pose(frame, at)[:3, 3] for frame in entry.between)
-                apart = float(np.linalg.norm(other - one))
-                along = (other - one) / apart if apart else still
-                yield _Push(entry.between[0], None, along, still, one)
-                yield _Push(entry.between[1], None, -along, still, other)
-        for effort, wrench in wrenches:
-            pose = self._pose(effort.on.frame, at)
-            place = np.array([self._system.number(part) for part in effort.at])
-            force, torque = pose[:3, :3] @ wrench[:3], pose[:3, :3] @ wrench[3:]
-            yield from _both(effort, force, torque, pose[:3, :3] @ place + pose[:3, 3])
+        for load, magnitude in acting:
+            speed = load.velocity
+            if isinstance(speed, PointSpeed):
+                force = magnitude * self._axis(speed.along, at)
+                yield _Push(speed.on, force, still, self._pose(speed.at, at)[:3, 3])
+            elif isinstance(speed, TurnSpeed):
+                yield _Push(speed.on, still, magnitude * self._axis(speed.about, at), still)
+            for ends in _distances(load):
+                one, other = (self._pose(frame, at)[:3, 3] for frame in ends.between)
+                square = float((other - one) @ (other - one))
+                slope = sympy.diff(speed.position, ends).subs(ends, square) if square else 0
+                along = 2 * magnitude * float(slope) * (other - one)
+                for frame, force, point in zip(
+                    ends.between, (-along, along), (one, other), strict=True
+                ):
+                    yield _Push(frame, force, still, point)
 
     def _pose(self, frame: Frame, at: Position) -> Array:
         return joints_along(self._chains.known(frame), at)[0]
@@ -211,18 +187,21 @@ class InputPushes:
         return total
 
 
-def wrench_parts(effort: Wrench) -> tuple[sympy.Expr, ...]:
-    """Return the components of a wrench's force and torque."""
-    return tuple(map(sympy.sympify, (*effort.force, *effort.torque)))
+def _frames(load: Load) -> Iterator[Frame]:
+    """Yield the frames that a load acts on, or along."""
+    speed = load.velocity
+    if isinstance(speed, PointSpeed):
+        yield from (speed.on, speed.along.frame, speed.at)
+    elif isinstance(speed, TurnSpeed):
+        yield from (speed.on, speed.about.frame)
+    for ends in _distances(load):
+        yield from ends.between
 
 
-def _both(
-    acts: Torque | Force | Wrench, force: Array, torque: Array, point: Array
-) -> Iterator[_Push]:
-    """Yield an action and its reaction."""
-    yield _Push(acts.on.frame, acts.on, force, torque, point)
-    if acts.reacts_on is not None:
-        yield _Push(acts.reacts_on.frame, acts.reacts_on, -force, -torque, point)
+def _distances(load: Load) -> list[SquaredDistance]:
+    """Return the distances along which a load acts."""
+    along = load.velocity.position if isinstance(load.velocity, Change) else sympy.Integer(0)
+    return sorted(along.atoms(SquaredDistance), key=str)
 
 
 def _positions(coordinates: Sequence[AnyCoordinate]) -> list[Position]:

@@ -7,22 +7,17 @@ from dataclasses import dataclass
 
 import sympy
 
-from kinolab.dynamics.language.expressions import is_zero
-from kinolab.dynamics.language.forces import (
-    Coulomb,
-    Effort,
-    Potential,
-    Viscous,
-    Wrench,
-    effort_name,
-)
+from kinolab.dynamics.language.expressions import exact, is_zero
+from kinolab.dynamics.language.forces import Effort, Load
+from kinolab.dynamics.language.lowered import energies_in, loads_in
 from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.language.mechanism_parts import AnyCoordinate
+from kinolab.dynamics.language.quantities import FrameQuantity, FrameSpeed
 from kinolab.dynamics.language.symbols import Coordinate, rate
 from kinolab.errors import Mistake
 from kinolab.robots.kinematic_tree import Motor, Thruster
 from kinolab.robots.writing.frame_chains import FrameChains
-from kinolab.robots.writing.input_pushes import InputPushes, wrench_parts
+from kinolab.robots.writing.input_pushes import InputPushes
 
 SAME = 1e-11  # relative: what differs less, differs by rounding
 SMOOTHING = 0.01  # [m/s] or [rad/s] of Coulomb friction, where a file does not say it
@@ -84,74 +79,90 @@ class _Efforts:
 
     def take(self, effort: Effort) -> None:
         """Take a force, or note that it is none of a joint."""
-        match effort:
-            case Viscous():
-                self._take_viscous(effort)
-            case Coulomb():
-                self._take_coulomb(effort)
-            case Potential():
-                self._take_potential(effort)
-            case Wrench():
-                held = {entry.symbol: 0 for entry in self._system.inputs}
-                if not all(is_zero(self._number(p.subs(held))) for p in wrench_parts(effort)):
-                    what = "no input gives it, or not all of it."
-                    self._cannot(effort_name(effort), what, "Only multiples of inputs are written.")
-            case _:
-                what = "it is no friction or spring of a joint."
-                remedy = "Springs of joints are written as Potential(k * q**2 / 2)."
-                self._cannot(effort_name(effort), what, remedy)
+        for energy in energies_in(effort):
+            self._take_potential(effort, energy)
+        for load in loads_in(effort):
+            self._take_load(effort, load)
 
-    def _cannot(self, where: str, what: str, remedy: str) -> None:
-        self.cannot.append(Mistake(where, what, remedy))
+    def _cannot(self, effort: Effort, what: str, remedy: str) -> None:
+        mistake = Mistake(effort.label, what, remedy)
+        if mistake not in self.cannot:
+            self.cannot.append(mistake)
+
+    def _no_joint(self, effort: Effort) -> None:
+        what = "it is no friction or spring of a joint."
+        self._cannot(effort, what, "Springs of joints are written as Potential(k * q**2 / 2).")
 
     def _number(self, expression: sympy.Expr) -> sympy.Expr:
         return self._chains.numbers(sympy.sympify(expression))
 
-    def _take_viscous(self, effort: Viscous) -> None:
-        coefficient, found = self._number(effort.coefficient), self._rate_in(effort.velocity)
-        if is_zero(coefficient):
+    def _take_load(self, effort: Effort, load: Load) -> None:
+        """Take what an unpowered machine's load is as damping or dry friction of a joint."""
+        held = {entry.symbol: 0 for entry in self._system.inputs}
+        magnitude = self._number(load.magnitude).subs(held)
+        if is_zero(magnitude):
             return
-        if found is None or coefficient.free_symbols:
-            self._no_joint_rate(effort)
+        if isinstance(load.velocity, FrameSpeed):
+            what = "no input gives it, or not all of it."
+            self._cannot(effort, what, "Only multiples of inputs are written.")
             return
-        c, factor = found
-        self.joints[c].damping += float(coefficient) * (factor / self._factors[c]) ** 2
+        if exact(load.velocity).has(FrameQuantity):
+            self._no_joint(effort)
+            return
+        found = self._rate_in(load.velocity)
+        if found is None or not self._take_friction(effort, magnitude, *found):
+            what = "it is not that of one joint with a constant coefficient."
+            self._cannot(effort, what, "Take the rate of a coordinate, as rate(q).")
 
-    def _take_coulomb(self, effort: Coulomb) -> None:
-        strength, found = self._number(effort.strength), self._rate_in(effort.velocity)
-        smoothing = self._number(effort.smoothing)
-        if is_zero(strength):
-            return
-        if found is None or strength.free_symbols or smoothing.free_symbols:
-            self._no_joint_rate(effort)
-            return
-        c, factor = found
-        own = abs(factor) / self._factors[c]
-        smoothed = float(smoothing) / own
+    def _take_friction(
+        self, effort: Effort, magnitude: sympy.Expr, c: Coordinate, factor: float
+    ) -> bool:
+        """Take a load along a multiple of a rate; return whether it is friction.
+
+        Args:
+            effort: The force of which it is a part.
+            magnitude: In numbers and rates.
+            c: The coordinate.
+            factor: The velocity by its rate.
+        """
+        load, own = self.joints[c], abs(factor) / self._factors[c]
+        slope = self._factor(magnitude, rate(c))
+        if slope is not None:
+            load.damping -= slope / factor * own**2
+            return True
+        slip = min(magnitude.atoms(sympy.tanh), key=str, default=sympy.Integer(0))
+        strength, pace = self._factor(magnitude, slip), self._factor(sum(slip.args), rate(c))
+        if strength is None or pace is None:
+            return False
+        smoothed = self._factors[c] / abs(pace)
         if abs(smoothed - SMOOTHING) > SAME * SMOOTHING:
             what = f"it is smoothed by {smoothed:g}, and that of files by {SMOOTHING:g}."
-            self._cannot(effort_name(effort), what, f"Give it smoothing={SMOOTHING * own:g}.")
-            return
-        self.joints[c].friction += float(strength) * own
+            self._cannot(effort, what, f"Give it smoothing={SMOOTHING * own:g}.")
+        else:
+            load.friction += abs(strength) * own
+        return True
 
-    def _no_joint_rate(self, effort: Effort) -> None:
-        what = "it is not that of one joint with a constant coefficient."
-        self._cannot(effort_name(effort), what, "Take the rate of a coordinate, as rate(q).")
+    def _factor(self, expression: sympy.Expr, of: sympy.Expr) -> float | None:
+        """Return the constant that an expression is a multiple of another one by; None without."""
+        if of == 0:
+            return None
+        factor = sympy.simplify(sympy.sympify(expression) / of)
+        return None if factor.free_symbols or is_zero(factor) else float(factor)
 
     def _rate_in(self, velocity: sympy.Expr) -> tuple[Coordinate, float] | None:
         """Return the coordinate whose rate a velocity is, and the constant factor of it."""
-        value = self._number(velocity)
-        for c in self._factors:
-            if isinstance(c, Coordinate):
-                factor = sympy.simplify(sympy.diff(value, rate(c)))
-                alone = not factor.free_symbols and not is_zero(factor)
-                if alone and is_zero(sympy.simplify(value - factor * rate(c))):
-                    return c, float(factor)
+        for c in (c for c in self._factors if isinstance(c, Coordinate)):
+            factor = self._factor(self._number(velocity), rate(c))
+            if factor is not None:
+                return c, factor
         return None
 
-    def _take_potential(self, effort: Potential) -> None:
+    def _take_potential(self, effort: Effort, energy: sympy.Expr) -> None:
         """Take a sum of k_i (q_i - r_i)^2 / 2 as springs."""
-        value = self._number(effort.energy)
+        if energy.has(FrameQuantity):
+            self._no_joint(effort)
+            return
+        value = self._number(energy)
         found: dict[Coordinate, tuple[float, float]] = {}
         for symbol in sorted(value.free_symbols, key=str):
             slope = sympy.diff(value, symbol)
@@ -159,8 +170,8 @@ class _Efforts:
             at_zero = sympy.simplify(slope - bend * symbol)
             linear = not bend.free_symbols and not at_zero.free_symbols
             if not isinstance(symbol, Coordinate) or not linear or not bend > 0:
-                what = f"its energy {effort.energy} is not that of springs of joints."
-                self._cannot("potential", what, "Write k * (q - q_0)**2 / 2 with k > 0.")
+                what = f"its energy {energy} is not that of springs of joints."
+                self._cannot(effort, what, "Write k * (q - q_0)**2 / 2 with k > 0.")
                 return
             found[symbol] = float(bend), -float(at_zero / bend)
         for c, (stiffness, rest) in found.items():

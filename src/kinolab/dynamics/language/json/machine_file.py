@@ -22,24 +22,15 @@ from kinolab.dynamics.language.constraints import (
 from kinolab.dynamics.language.expressions import parts_of
 from kinolab.dynamics.language.feedback import Feedback, Reference, Regulator
 from kinolab.dynamics.language.flatness import FlatOutputs, PlaneCurves, output_symbols
-from kinolab.dynamics.language.forces import (
-    Buoyancy,
-    Coulomb,
-    Gravity,
-    Potential,
-    Rope,
-    SlidingFriction,
-    Spring,
-    Viscous,
-    Wrench,
-)
+from kinolab.dynamics.language.forces import FORCES, Gravity
 from kinolab.dynamics.language.frames import Axis, Frame, Orientation, Rotation, Translation
-from kinolab.dynamics.language.inputs import Control, Drive, Force, Pull, Rate, Torque
+from kinolab.dynamics.language.inputs import INPUTS
 from kinolab.dynamics.language.json.expression_tree import (
     expanded_size,
     expression_to_tree,
     tree_to_expression,
 )
+from kinolab.dynamics.language.json.known_words import in_known_words
 from kinolab.dynamics.language.json.machine_folder import FEEDBACK_FILE, MACHINE_FILE
 from kinolab.dynamics.language.json.size_limits import (
     MAX_EXPRESSION_TERMS,
@@ -51,6 +42,7 @@ from kinolab.dynamics.language.json.size_limits import (
 from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.language.mechanism_parts import quasi_velocities
 from kinolab.dynamics.language.modes import Mode, Transition
+from kinolab.dynamics.language.quantities import PointSpeed, TurnSpeed
 from kinolab.dynamics.language.quasi_velocities import QuasiVelocity
 from kinolab.dynamics.language.shapes import Box, Capsule, Cylinder, Disk, DrawnMesh, Shape, Sphere
 from kinolab.dynamics.language.symbols import (
@@ -82,8 +74,7 @@ RECORDS: dict[str, type] = {
     kind.__name__: kind
     for kind in (
         *(Axis, Frame, Orientation, Rotation, Translation),
-        *(Buoyancy, Coulomb, Gravity, Potential, Rope, SlidingFriction, Spring, Viscous, Wrench),
-        *(Control, Drive, Force, Pull, Rate, Torque),
+        *(Gravity, PointSpeed, TurnSpeed, *FORCES, *INPUTS),
         *(Cable, PositionConstraint, Requirement, State, VelocityConstraint),
         *(FlatOutputs, PlaneCurves),
         *(Feedback, QuasiVelocity, Reference, Regulator),
@@ -97,7 +88,12 @@ BODY = ("name", "frame", "mass", "inertia", "added_mass", "shapes", "touches_gro
 
 
 def machine_to_json(system: Mechanism) -> str:
-    """Serialize a system as JSON text."""
+    """Serialize a system as JSON text.
+
+    A word from outside the package stands there as what it lowers to, so that reading a file runs
+    no code of others.
+    """
+    system = in_known_words(system, RECORDS.values())
     velocities = system.velocities
     document = {
         "format": FORMAT,
@@ -316,7 +312,8 @@ class _MachineReader:
         symbols: list[MachineSymbol] = [
             *system.parameters,
             *_symbols_of(coordinates.values()),
-            *(entry.symbol for entry in (*system.inputs, *system.states)),
+            *(entry.symbol for entry in system.inputs),
+            *(entry.symbol for entry in system.states),
             *(entry.symbol for entry in quasi_velocities(system)),
             *(ReferenceSymbol(entry["name"]) for entry in feedback["references"]),
         ]
