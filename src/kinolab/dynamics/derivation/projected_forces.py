@@ -57,7 +57,7 @@ class ProjectedForces:
         if isinstance(velocity, Change):
             self._push_along(total, magnitude, velocity.position)
         elif isinstance(velocity, FrameSpeed):
-            self.apply(total, velocity.on, self._scaled(magnitude, self._wrench(velocity)))
+            self.apply(total, velocity.on, self._scaled(magnitude, self.wrench(velocity)))
         else:
             node, _ = self._binding.linear_slopes(written(velocity, self._up), where)
             for i, direction in enumerate(self._kinematics.motions.directions):
@@ -78,6 +78,15 @@ class ProjectedForces:
         """Express a world vector in the axes of a frame."""
         rotation = self._kinematics(frame).rotation
         return self._vectors.transform(self._vectors.transpose(rotation), world)
+
+    def wrench(self, speed: FrameSpeed) -> Twist:
+        """Return the force and torque on a frame by which a speed of it is the power."""
+        if isinstance(speed, PointSpeed):
+            axis = self._kinematics.direction(speed.along, speed.on)
+            arm = self._kinematics.place(speed.at, speed.on)
+            arm = self._vectors.vector(self._tape.substitute(arm, self._rates))
+            return Twist(axis, self._vectors.cross(arm, axis))
+        return Twist(self._vectors.zero, self._kinematics.direction(speed.about, speed.on))
 
     def _push_along(self, total: list[Node], strength: Node, position: sympy.Expr) -> None:
         """Add a force along a function of coordinates and quantities of frames."""
@@ -146,15 +155,6 @@ class ProjectedForces:
         quantities = _quantities_in(expression)
         values = {self._binding.lower(one): self._quantity(one) for one in quantities}
         return self._tape.substitute(nodes, {**self._rates, **values})
-
-    def _wrench(self, speed: FrameSpeed) -> Twist:
-        """Return the force and torque on a frame by which a speed of it is the power."""
-        if isinstance(speed, PointSpeed):
-            axis = self._kinematics.direction(speed.along, speed.on)
-            arm = self._kinematics.place(speed.at, speed.on)
-            arm = self._vectors.vector(self._tape.substitute(arm, self._rates))
-            return Twist(axis, self._vectors.cross(arm, axis))
-        return Twist(self._vectors.zero, self._kinematics.direction(speed.about, speed.on))
 
     def _scaled(self, strength: Node, wrench: Twist) -> Twist:
         scale = self._vectors.scale

@@ -7,6 +7,7 @@ of a frame; ``written`` puts formulas in their places.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -159,6 +160,17 @@ def written(quantity: Number | FrameSpeed, up: Up = SKYWARD) -> sympy.Expr:
         return quantity.formula
     stated = exact(quantity)
     return stated.xreplace({one: one.formula(up) for one in stated.atoms(FrameQuantity)})
+
+
+def frames_in(quantity: Number | FrameSpeed) -> Iterator[Frame]:
+    """Yield the frames that an expression's quantities, or a speed of a frame, are of."""
+    if isinstance(quantity, FrameSpeed):
+        axis = quantity.along if isinstance(quantity, PointSpeed) else quantity.about
+        yield from (quantity.on, axis.frame, getattr(quantity, "at", quantity.on))
+        return
+    for symbol in sorted(exact(quantity).atoms(FrameQuantity), key=str):
+        for fact in symbol.facts:
+            yield from (fact,) if isinstance(fact, Frame) else frames_in(fact)
 
 
 def _direction(axis: Axis, seen_from: Frame) -> sympy.Matrix:

@@ -50,15 +50,6 @@ class Move:
             and abs(self.factor - other.factor) <= ROUNDING * self.factor
         )
 
-    def pose(self, at: float | Array) -> Array:
-        """Return how it moves, shape (4, 4), where the coordinate is a number or (3, 3)."""
-        if self.kind == "ball":
-            return pose_of(np.zeros(3), np.asarray(at))
-        by = self.factor * float(np.asarray(at))
-        if self.kind == "prismatic":
-            return pose_of(by * self.axis, np.eye(3))
-        return pose_of(np.zeros(3), turned_about(self.axis, by))
-
 
 @dataclass(frozen=True, eq=False)
 class ChainStep:
@@ -99,12 +90,6 @@ class FrameChains:
         if frame not in self._found:
             self._found[frame] = self._chain(frame, where)
         return self._found[frame]
-
-    def known(self, frame: Frame) -> tuple[ChainStep, ...]:
-        """Return the chain of a frame that has one."""
-        chain = self.of(frame, "")
-        assert chain is not None
-        return chain
 
     def _chain(self, frame: Frame, where: str) -> tuple[ChainStep, ...] | None:
         steps, sound = [ChainStep()], True
@@ -173,19 +158,6 @@ def cleaned(turn: Array) -> Array:
     """Return a rotation matrix (3, 3) with exact entries where 0 and +-1 are meant."""
     near = np.round(turn)
     return np.where(np.abs(turn - near) < CLEAN, near, turn)
-
-
-def joints_along(
-    chain: tuple[ChainStep, ...], at: Mapping[AnyCoordinate, float | Array]
-) -> tuple[Array, list[tuple[Move, Array]]]:
-    """Return the pose (4, 4) at the end of a chain, and each joint with the pose of its frame."""
-    pose, joints = np.eye(4), []
-    for step in chain:
-        for move in step.moves:
-            joints.append((move, pose))
-            pose = pose @ move.pose(at[move.coordinate])
-        pose = pose @ step.then
-    return pose, joints
 
 
 def _move(coordinate: Coordinate, kind: JointKind, way: Array) -> Move:
