@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import ast
 import sys
 from collections.abc import Callable, Iterable, Mapping
 from importlib import import_module
+from pathlib import Path
 from typing import Any
 
 from kinolab.errors import InputError, Mistake
@@ -27,6 +29,28 @@ def lazy_names(package: str, homes: Mapping[str, Iterable[str]]) -> Callable[[st
         return value
 
     return imported
+
+
+def lazy_package(
+    package: str, file: str
+) -> tuple[list[str], Callable[[str], Any], Callable[[], list[str]]]:
+    """Return a package's ``__all__``, ``__getattr__`` and ``__dir__``.
+
+    Its names are those that it imports as themselves for type checkers, ``from a import b as b``.
+
+    Args:
+        package: Its ``__name__``.
+        file: Its ``__file__``.
+    """
+    tree = ast.parse(Path(file).read_text(encoding="utf-8"))
+    imports = [node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)]
+    homes = {
+        str(node.module): [alias.name for alias in node.names if alias.asname == alias.name]
+        for node in imports
+    }
+    names = [name for own in homes.values() for name in own]
+    names.sort(key=lambda name: (not name.isupper(), name[0].islower(), name))
+    return names, lazy_names(package, homes), public_names(package)
 
 
 def public_names(package: str, *further: str) -> Callable[[], list[str]]:
