@@ -99,30 +99,26 @@ class Kinematics:
         Only the motions after the common part of both chains count, so that the fork's axle is
         exactly the coin's y axis whatever the coin's roll.
         """
-        own, other = axis.frame.after(seen_from), seen_from.after(axis.frame)
-        vector = self.vectors.unit(axis.name)
-        for motion in reversed(own):
-            if not isinstance(motion, Translation):
-                vector = self._forward(motion, vector)
-        for motion in other:
-            if not isinstance(motion, Translation):
-                vector = self._back(motion, vector)
-        return vector
+        unit = self.vectors.unit(axis.name)
+        return self._carried(unit, axis.frame, seen_from, moved=False)
 
     def place(self, frame: Frame, seen_from: Frame) -> Vector:
         """Return where a frame's origin is in the axes of another frame, likewise."""
-        vectors, place = self.vectors, self.vectors.zero
-        for motion in reversed(frame.after(seen_from)):
-            if isinstance(motion, Translation):
-                place = vectors.add(self._arm(motion), place)
-            else:
-                place = self._forward(motion, place)
-        for motion in seen_from.after(frame):
-            if isinstance(motion, Translation):
-                place = vectors.sub(place, self._arm(motion))
-            else:
-                place = self._back(motion, place)
-        return place
+        return self._carried(self.vectors.zero, frame, seen_from, moved=True)
+
+    def _carried(self, vector: Vector, own: Frame, seen_from: Frame, *, moved: bool) -> Vector:
+        """Express a point, or a direction that translations do not move, in other axes."""
+        for motion in reversed(own.after(seen_from)):
+            if not isinstance(motion, Translation):
+                vector = self._forward(motion, vector)
+            elif moved:
+                vector = self.vectors.add(self._arm(motion), vector)
+        for motion in seen_from.after(own):
+            if not isinstance(motion, Translation):
+                vector = self._back(motion, vector)
+            elif moved:
+                vector = self.vectors.sub(vector, self._arm(motion))
+        return vector
 
     def _arm(self, motion: Translation) -> Vector:
         return self.vectors.vector([self.lower(component) for component in motion.by])

@@ -44,7 +44,7 @@ class NewtonEuler:
 
     @cached_property
     def _forces(self) -> ProjectedForces:
-        return ProjectedForces(self.kinematics, self.system.up)
+        return ProjectedForces(self.kinematics)
 
     @property
     def _count(self) -> int:

@@ -6,6 +6,7 @@ import sympy
 
 from kinolab.dynamics.language.bodies import Body
 from kinolab.dynamics.language.frames import Frame, Rotation, pose, time_derivative, velocity
+from kinolab.dynamics.language.lowered import up_in
 from kinolab.dynamics.language.mechanism import Mechanism
 
 ZERO = sympy.Integer(0)
@@ -18,7 +19,7 @@ def kinetic_energy(system: Mechanism) -> sympy.Expr:
 
 def weight_energy(system: Mechanism) -> sympy.Expr:
     """Return the potential energy in uniform gravity in [J]."""
-    up = sympy.Matrix(list(map(sympy.nsimplify, system.up)))
+    up = sympy.Matrix(list(up_in(system).values()))
     strength = system.gravity.strength if system.gravity else ZERO
     return sum((body.mass * strength * up.dot(pose(body.frame)[1]) for body in system.bodies), ZERO)
 

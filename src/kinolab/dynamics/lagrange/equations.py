@@ -116,7 +116,7 @@ class _LagrangeDerivation:
             sympy.Symbol(f"lambda_{i + 1}", real=True) for i in range(len(system.constraints))
         ]
         energies = [energy for energy in potentials(system) if not energy.has(sympy.Max)]
-        potential = sum((written(energy, system.up) for energy in energies), weight_energy(system))
+        potential = sum((written(energy) for energy in energies), weight_energy(system))
         self.lagrangian = self.brief(kinetic_energy(system) - potential)
 
     def result(self) -> Equations:
@@ -354,11 +354,11 @@ def _loads(system: Mechanism) -> Iterator[tuple[sympy.Expr, sympy.Expr]]:
     zero on one side reads badly.
     """
     for _, load in loads(system):
-        yield written(exact(load.magnitude), system.up), written(load.velocity, system.up)
+        yield written(load.magnitude), written(load.velocity)
     for energy in potentials(system):
         for share, side in _sides(energy) if energy.has(sympy.Max) else ():
             if side != 0:
-                yield -written(share, system.up), time_derivative(written(side, system.up))
+                yield -written(share), time_derivative(written(side))
 
 
 def _sides(energy: sympy.Expr) -> Iterator[tuple[sympy.Expr, sympy.Expr]]:

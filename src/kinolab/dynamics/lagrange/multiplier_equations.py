@@ -21,7 +21,7 @@ from kinolab.dynamics.language.lowered import (
 )
 from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.language.mechanism_parts import tangent_symbols
-from kinolab.dynamics.language.quantities import Change, FrameQuantity, FrameSpeed, Up
+from kinolab.dynamics.language.quantities import Change, FrameQuantity, FrameSpeed
 from kinolab.dynamics.language.quasi_velocities import QuasiVelocity, QuasiVelocitySymbol
 from kinolab.dynamics.language.symbols import Coordinate
 from kinolab.errors import InputError, Mistake
@@ -40,7 +40,7 @@ def multiplier_form(
     Raises:
         InputError: If it has a function that kinolab does not know.
     """
-    place = _Writing(system.up)
+    place = _Writing()
     parts = [load for _, load in loads(system)]
     velocities = tangent_symbols(system)
     names = [symbol.name for symbol in velocities]
@@ -93,8 +93,7 @@ def _imposed(system: Mechanism) -> Iterator[tuple[Any, Any, Any]]:
 class _Writing:
     """Writes expressions as instructions, each subexpression once."""
 
-    def __init__(self, up: Up) -> None:
-        self._up = up
+    def __init__(self) -> None:
         self.instructions: list[Instruction] = []
         self._places: dict[sympy.Expr, int] = {}
 
@@ -123,7 +122,7 @@ class _Writing:
         if isinstance(expression, Change):
             return Instruction("change", (self(expression.position),))
         if isinstance(expression, FrameQuantity):
-            return Instruction("add", (self(expression.formula(self._up)),))
+            return Instruction("add", (self(expression.formula),))
         if isinstance(expression, QuasiVelocitySymbol):
             return Instruction("add", (self(expression.velocity),))
         if expression.is_Symbol:

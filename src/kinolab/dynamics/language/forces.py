@@ -7,10 +7,10 @@ machine knows these alone, so that a force is one class, here or in another pack
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import KW_ONLY, dataclass, replace
+from dataclasses import KW_ONLY, dataclass
 from functools import partial
 from numbers import Real
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar
 
 import sympy
 
@@ -26,17 +26,7 @@ from kinolab.dynamics.language.frames import (
     move,
     time_derivative,
 )
-from kinolab.dynamics.language.quantities import (
-    Change,
-    FrameSpeed,
-    Height,
-    PointSpeed,
-    SquaredDistance,
-    TurnSpeed,
-    Up,
-    apart,
-    written,
-)
+from kinolab.dynamics.language.quantities import UP, Change, FrameSpeed, apart, place, written
 from kinolab.dynamics.language.shapes import ORIGIN, Point
 from kinolab.errors import InputError, Mistake
 
@@ -117,10 +107,6 @@ class Potential(Effort):
         """Return itself."""
         return (self,)
 
-    def written(self, up: Up) -> Self:
-        """Return it in coordinates alone."""
-        return replace(self, energy=written(self.energy, up))
-
 
 @checked
 @dataclass(frozen=True)
@@ -141,12 +127,6 @@ class Load(Effort):
     def lowered(self) -> Sequence[Potential | Load]:
         """Return itself."""
         return (self,)
-
-    def written(self, up: Up) -> Self:
-        """Return it in coordinates and rates alone."""
-        return replace(
-            self, magnitude=written(self.magnitude, up), velocity=written(self.velocity, up)
-        )
 
 
 @checked
@@ -199,7 +179,7 @@ class Rope(Effort):
         The stretch is that of the distance or the length, whichever is more: nothing divides by the
         distance of ends that meet while it is slack.
         """
-        reach = sympy.Max(SquaredDistance(*self.between), self.length**2, evaluate=False)
+        reach = sympy.Max(apart(*self.between) ** 2, self.length**2, evaluate=False)
         s = sympy.sqrt(reach) - self.length
         elastic = Potential(self.stiffness * s**2 / 2)
         if is_zero(self.damping):
@@ -244,7 +224,8 @@ class Buoyancy(Effort):
 
     def lowered(self) -> Sequence[Potential | Load]:
         """Return its energy, which falls as the point rises."""
-        return (Potential(-self.lift * Height(_point(self.on.frame, self.at))),)
+        height = sympy.Matrix(UP).dot(place(_point(self.on.frame, self.at)))
+        return (Potential(-self.lift * height),)
 
 
 class Friction(Effort):
@@ -374,8 +355,8 @@ class Wrench(Effort):
         """Return its components along the axes of the body."""
         point = _point(self.on.frame, self.at)
         axes = [Axis(self.on.frame, name) for name in AXES]
-        speeds = [partial(PointSpeed, along=axis, at=point) for axis in axes]
-        turns = [partial(TurnSpeed, about=axis) for axis in axes]
+        speeds = [partial(FrameSpeed, axis=axis, at=point) for axis in axes]
+        turns = [partial(FrameSpeed, axis=axis) for axis in axes]
         along: list[Callable[[Frame], FrameSpeed]] = [*speeds, *turns]
         parts = zip((*self.force, *self.torque), along, strict=True)
         return [

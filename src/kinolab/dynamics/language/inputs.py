@@ -16,7 +16,7 @@ from kinolab.arguments import checked
 from kinolab.dynamics.language.bodies import Body
 from kinolab.dynamics.language.forces import Load, both
 from kinolab.dynamics.language.frames import Axis, Frame, Number
-from kinolab.dynamics.language.quantities import Change, PointSpeed, TurnSpeed, apart
+from kinolab.dynamics.language.quantities import Change, FrameSpeed, apart
 from kinolab.dynamics.language.symbols import Coordinate, InputSymbol, rate
 from kinolab.errors import InputError, Mistake
 
@@ -81,7 +81,7 @@ class Torque(Input):
 
     def lowered(self) -> Sequence[Input | Load]:
         """Return its symbol, and the torque on both bodies."""
-        turn = partial(TurnSpeed, about=self.about)
+        turn = partial(FrameSpeed, axis=self.about)
         loads = both(self.symbol, turn, self.on, self.reacts_on)
         return (Control(self.name, limit=self.limit, unit=self.unit), *loads)
 
@@ -108,7 +108,7 @@ class Force(Input):
 
     def lowered(self) -> Sequence[Input | Load]:
         """Return its symbol, and the force on both bodies."""
-        speed = partial(PointSpeed, along=self.along, at=self.on.frame)
+        speed = partial(FrameSpeed, axis=self.along, at=self.on.frame)
         loads = both(self.symbol, speed, self.on, self.reacts_on)
         return (Control(self.name, limit=self.limit, unit=self.unit), *loads)
 

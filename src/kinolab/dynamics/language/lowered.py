@@ -11,11 +11,11 @@ from typing import NamedTuple
 
 import sympy
 
-from kinolab.dynamics.language.expressions import exact
+from kinolab.dynamics.language.expressions import as_written, exact
 from kinolab.dynamics.language.forces import Effort, Load, Potential
 from kinolab.dynamics.language.inputs import Drive, Input, Rate
 from kinolab.dynamics.language.mechanism_parts import MechanismParts
-from kinolab.dynamics.language.quantities import written
+from kinolab.dynamics.language.quantities import UP, written
 
 
 class ImposedVelocity(NamedTuple):
@@ -49,10 +49,17 @@ def loads_in(word: Effort | Input) -> Iterator[Load]:
     yield from (part for part in _parts(word) if isinstance(part, Load))
 
 
+def up_in(system: MechanismParts) -> dict[sympy.Symbol, sympy.Expr]:
+    """Return the components of the unit vector against gravity; along z where there is none."""
+    down = system.gravity.down if system.gravity is not None else (0, 0, -1)
+    return {symbol: as_written(-part) for symbol, part in zip(UP, down, strict=True)}
+
+
 def potentials(system: MechanismParts) -> Iterator[sympy.Expr]:
     """Yield the potential energies of a machine's forces in [J], weight left out."""
+    up = up_in(system)
     for effort in system.efforts:
-        yield from energies_in(effort)
+        yield from (energy.xreplace(up) for energy in energies_in(effort))
 
 
 def loads(system: MechanismParts, *, dry: bool = True) -> Iterator[tuple[Effort | Input, Load]]:

@@ -71,12 +71,6 @@ class MechanismParts:
         """The requirements that hold always, then those of each mode."""
         return (*self.requirements, *(r for mode in self.modes for r in mode.requirements))
 
-    @property
-    def up(self) -> tuple[float, float, float]:
-        """Unit vector against gravity; along z where there is none."""
-        x, y, z = self.gravity.down if self.gravity is not None else (0.0, 0.0, -1.0)
-        return -x, -y, -z
-
     def number(self, expression: Any) -> float:
         """Evaluate an expression in parameters only."""
         stated, values = exact(expression), self.parameter_values

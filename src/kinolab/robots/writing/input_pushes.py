@@ -25,7 +25,7 @@ from kinolab.dynamics.language.inputs import Input, bounds_of
 from kinolab.dynamics.language.lowered import loads, prescribes
 from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.language.mechanism_parts import AnyCoordinate
-from kinolab.dynamics.language.quantities import FrameSpeed, PointSpeed, frames_in
+from kinolab.dynamics.language.quantities import FrameSpeed, frames_in
 from kinolab.dynamics.language.symbols import Coordinate
 from kinolab.errors import Mistake
 from kinolab.numerics.arrays import Array
@@ -56,7 +56,7 @@ class InputPushes:
         chart = unconstrained_coordinates(binding)
         motions = Motions(chart.velocities, chart.accelerations, chart.directions)
         self._tape = binding.tape
-        self._forces = ProjectedForces(Kinematics(binding, motions), system.up)
+        self._forces = ProjectedForces(Kinematics(binding, motions))
         self._owners = [
             c for c in system.coordinates for _ in range(1 if isinstance(c, Coordinate) else 3)
         ]
@@ -127,7 +127,7 @@ class InputPushes:
 
     def _place_of(self, speeds: Sequence[FrameSpeed]) -> Array:
         """Return the point (3,) of a body at which loads act; the origin, if at several."""
-        points = {s.at for s in speeds if isinstance(s, PointSpeed)}
+        points = {speed.at for speed in speeds if speed.at is not None}
         at = relative_pose(points.pop(), speeds[0].on)[1] if len(points) == 1 else (0, 0, 0)
         numbers = [self._chains.numbers(exact(part)) for part in at]
         still = not any(part.free_symbols for part in numbers)

@@ -7,16 +7,20 @@ lowered itself to potentials, loads and imposed motions, which every reader know
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator
-from dataclasses import replace
+from dataclasses import fields, replace
 from typing import Any
 
-from kinolab.dynamics.language.forces import Effort, Load, Potential
+import sympy
+
+from kinolab.dynamics.language.forces import Effort
 from kinolab.dynamics.language.inputs import Input
+from kinolab.dynamics.language.lowered import up_in
 from kinolab.dynamics.language.mechanism import Mechanism
+from kinolab.dynamics.language.quantities import written
 
 
 def in_known_words(system: Mechanism, known: Collection[type]) -> Mechanism:
-    """Return a machine of whose forces and inputs all have known classes.
+    """Return a machine whose forces and inputs have known classes.
 
     Args:
         system: The machine.
@@ -31,15 +35,19 @@ def in_known_words(system: Mechanism, known: Collection[type]) -> Mechanism:
             yield word
             return
         for part in word.lowered():
-            yield part.written(system.up) if isinstance(part, Load | Potential) else part
+            own = {field.name: getattr(part, field.name) for field in fields(part)}
+            stated = {k: v for k, v in own.items() if isinstance(v, sympy.Expr)}
+            yield replace(
+                part, **{k: written(v.xreplace(up_in(system))) for k, v in stated.items()}
+            )
 
-    inputs = [part for entry in system.inputs for part in plain(entry)]
-    efforts = [part for effort in system.efforts for part in plain(effort)]
+    parts = [part for word in (*system.efforts, *system.inputs) for part in plain(word)]
+    modes = [
+        replace(mode, efforts=[part for effort in mode.efforts for part in plain(effort)])
+        for mode in system.modes
+    ]
     return system.changed(
-        inputs=[part for part in inputs if isinstance(part, Input)],
-        efforts=[*efforts, *(part for part in inputs if isinstance(part, Effort))],
-        modes=[
-            replace(mode, efforts=[part for effort in mode.efforts for part in plain(effort)])
-            for mode in system.modes
-        ],
+        inputs=[part for part in parts if isinstance(part, Input)],
+        efforts=[part for part in parts if isinstance(part, Effort)],
+        modes=modes,
     )

@@ -42,7 +42,7 @@ from kinolab.dynamics.language.json.size_limits import (
 from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.language.mechanism_parts import quasi_velocities
 from kinolab.dynamics.language.modes import Mode, Transition
-from kinolab.dynamics.language.quantities import PointSpeed, TurnSpeed
+from kinolab.dynamics.language.quantities import FrameSpeed
 from kinolab.dynamics.language.quasi_velocities import QuasiVelocity
 from kinolab.dynamics.language.shapes import Box, Capsule, Cylinder, Disk, DrawnMesh, Shape, Sphere
 from kinolab.dynamics.language.symbols import (
@@ -74,7 +74,7 @@ RECORDS: dict[str, type] = {
     kind.__name__: kind
     for kind in (
         *(Axis, Frame, Orientation, Rotation, Translation),
-        *(Gravity, PointSpeed, TurnSpeed, *FORCES, *INPUTS),
+        *(Gravity, FrameSpeed, *FORCES, *INPUTS),
         *(Cable, PositionConstraint, Requirement, State, VelocityConstraint),
         *(FlatOutputs, PlaneCurves),
         *(Feedback, QuasiVelocity, Reference, Regulator),
