@@ -156,7 +156,7 @@ def _widened(system: Mechanism, own: Mechanism, d: Derivation, *, projects: bool
     tape = d.binding.tape
     everything = system.all_constraints
     names = [c.name for c in own.constraints]
-    closing = [c.name for c in own.constraints if isinstance(c, PositionConstraint)]
+    closing = [closure.name for closure in own.closures]
     speeds = dict(zip(names, d.constraint_residual, strict=False))
     gaps = dict(zip(closing, d.constraint_residual[len(names) :], strict=True))
     acting = [name for name in names if name not in d.redundant]

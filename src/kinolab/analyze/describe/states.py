@@ -6,7 +6,6 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from kinolab.dynamics import Attitude, System
-from kinolab.dynamics.language.constraints import PositionConstraint
 
 
 @dataclass(frozen=True)
@@ -72,9 +71,7 @@ def state_storage(
         redundant: Names of constraints that follow from others.
     """
     quaternions = sum(isinstance(c, Attitude) for c in system.coordinates)
-    held = sum(
-        isinstance(c, PositionConstraint) and c.name not in redundant for c in system.constraints
-    )
+    held = sum(closure.name not in redundant for closure in system.closures)
     positions = len(system.coordinates) + 2 * quaternions - held
     further = tuple(entry.name for entry in system.states)
     velocities = dimension - positions - len(further)

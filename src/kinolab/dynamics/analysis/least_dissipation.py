@@ -25,7 +25,6 @@ import scipy
 import sympy
 
 from kinolab.arguments import checked
-from kinolab.dynamics.derivation.velocity_coordinates import velocity_of
 from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.language.mechanism_parts import configuration_symbols, tangent_symbols
 from kinolab.errors import InputError, Mistake, UnknownNameError
@@ -141,7 +140,7 @@ def _velocities(
     given: Mapping[int, float],
 ) -> tuple[Array, Array]:
     """Return rates (nt,) as given, and a basis (nt, k) of what constraints leave besides."""
-    constraints = _rows([velocity_of(c) for c in system.constraints], rates, place)
+    constraints = _rows([c.velocity for c in system.constraints], rates, place)
     rows = np.vstack([constraints, np.eye(len(rates))[list(given)]])
     wanted = np.concatenate([np.zeros(len(constraints)), list(given.values())])
     known = np.linalg.lstsq(rows, wanted, rcond=None)[0]

@@ -35,7 +35,6 @@ from kinolab.dynamics.derivation.velocity_coordinates import (
     unconstrained_coordinates,
     velocity_coordinates,
 )
-from kinolab.dynamics.language.constraints import PositionConstraint
 from kinolab.dynamics.language.lowered import imposed_velocities
 from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.language.mechanism_parts import configuration_symbols, require_one_mode
@@ -377,11 +376,7 @@ class _Derivation:
         return (*speeds, *self._gaps())
 
     def _gaps(self) -> list[Node]:
-        return [
-            self.binding.lower(constraint.position)
-            for constraint in self.system.constraints
-            if isinstance(constraint, PositionConstraint)
-        ]
+        return [self.binding.lower(closure.position) for closure in self.system.closures]
 
     def _requirements(self, forces: Sequence[Node]) -> tuple[Node, ...]:
         """Lower the requirements, with velocities and constraint forces substituted."""
@@ -409,21 +404,8 @@ class _Derivation:
     def _shifted(self, gaps: list[Node]) -> list[Node]:
         """Move the configuration by the least-norm velocity that closes the gaps."""
         tape = self.tape
-        rows = [
-            row
-            for row in self._own_rows()
-            if any(
-                isinstance(c, PositionConstraint) and c.name == row.name
-                for c in self.system.constraints
-            )
-        ]
-        closing = dict(
-            zip(
-                (c.name for c in self.system.constraints if isinstance(c, PositionConstraint)),
-                gaps,
-                strict=True,
-            )
-        )
+        closing = dict(zip((c.name for c in self.system.closures), gaps, strict=True))
+        rows = [row for row in self._own_rows() if row.name in closing]
         covectors = [row.covector for row in rows]
         (shares,) = self._solve_compliance(
             covectors, covectors, [[tape.neg(closing[row.name]) for row in rows]]

@@ -23,7 +23,6 @@ import numpy as np
 from kinolab.dynamics.derivation.expression_graph import Node
 from kinolab.dynamics.derivation.regularity import SampledConstraints, normalised_determinants
 from kinolab.dynamics.derivation.symbol_table import SymbolTable
-from kinolab.dynamics.language.constraints import PositionConstraint
 from kinolab.dynamics.language.frames import Frame, velocity
 from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.language.mechanism_parts import quasi_velocities, tangent_symbols
@@ -112,7 +111,7 @@ def singular_configuration(
         rows: Coefficients of all velocities in each condition, quasi-velocities included.
         dependent: Indices of the velocities that follow from them.
     """
-    if not rows or _closes_loops(system):
+    if not rows or system.closures:
         return None
     found = SampledConstraints.of(system, binding).singular(rows, dependent)
     if found is None:
@@ -121,13 +120,9 @@ def singular_configuration(
     return {name: found[name] for name in labels}
 
 
-def _closes_loops(system: Mechanism) -> bool:
-    return any(isinstance(c, PositionConstraint) for c in system.constraints)
-
-
 def _may_be_singular(system: Mechanism, samples: Array) -> bool:
     """Whether there is a choice to be made that no closed loop decides on."""
-    return samples.shape[2] > samples.shape[1] and not _closes_loops(system)
+    return samples.shape[2] > samples.shape[1] and not system.closures
 
 
 def _named(

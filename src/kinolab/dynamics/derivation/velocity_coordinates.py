@@ -25,8 +25,6 @@ from kinolab.dynamics.derivation.velocity_choice import (
     VelocityChoice,
     choose_velocities,
 )
-from kinolab.dynamics.language.constraints import Constraint, PositionConstraint
-from kinolab.dynamics.language.frames import time_derivative
 from kinolab.dynamics.language.lowered import imposed_accelerations, imposed_velocities
 from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.language.mechanism_parts import tangent_symbols
@@ -94,13 +92,6 @@ class VelocityCoordinates:
         return (*self.rows, *self.quasi_rows)
 
 
-def velocity_of(constraint: Constraint) -> sympy.Expr:
-    """Return the velocity that a constraint sets to zero."""
-    if isinstance(constraint, PositionConstraint):
-        return time_derivative(constraint.position)
-    return constraint.velocity
-
-
 def constraint_rows(system: Mechanism, binding: SymbolTable) -> list[ConstraintRow]:
     """Return the rows of all constraints, redundant ones included.
 
@@ -108,7 +99,7 @@ def constraint_rows(system: Mechanism, binding: SymbolTable) -> list[ConstraintR
         InputError: If one is not linear in the rates, does not vanish at rest, or is vacuous.
     """
     return [
-        _row(binding, f"constraint {c.name!r}", c.name, velocity_of(c), binding.tape.zero)
+        _row(binding, f"constraint {c.name!r}", c.name, c.velocity, binding.tape.zero)
         for c in system.constraints
     ]
 
@@ -229,9 +220,7 @@ def feasible_values(
     system: Mechanism, binding: SymbolTable, count: int = RANDOM_STATES
 ) -> Iterator[dict[str, float]]:
     """Yield sampled values of all symbols, projected onto the position constraints."""
-    gaps = [
-        binding.lower(c.position) for c in system.constraints if isinstance(c, PositionConstraint)
-    ]
+    gaps = [binding.lower(constraint.position) for constraint in system.closures]
     slopes = [node for gap in gaps for node in _gradient(binding, gap)]
     names = [binding.tape.operations[node].label for node in binding.configuration]
     for values in sampled_values(system, count):

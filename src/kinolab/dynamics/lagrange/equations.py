@@ -16,11 +16,9 @@ from dataclasses import dataclass
 
 import sympy
 
-from kinolab.dynamics.derivation.velocity_coordinates import velocity_of
 from kinolab.dynamics.lagrange.energies import kinetic_energy, weight_energy
 from kinolab.dynamics.lagrange.printing import as_latex, one_line, written_length
 from kinolab.dynamics.lagrange.simplification import grouped, simplified
-from kinolab.dynamics.language.constraints import PositionConstraint
 from kinolab.dynamics.language.expressions import exact
 from kinolab.dynamics.language.frames import motion_of, time_derivative
 from kinolab.dynamics.language.lowered import (
@@ -125,7 +123,7 @@ class _LagrangeDerivation:
         w = sympy.Matrix(
             len(constraints),
             len(self.velocities),
-            lambda i, j: self.tidy(sympy.diff(velocity_of(constraints[i]), self.velocities[j])),
+            lambda i, j: self.tidy(sympy.diff(constraints[i].velocity, self.velocities[j])),
         )
         left = [self.tidy(self.left_side(k)) for k in range(len(self.velocities))]
         forces = [self.tidy(force) for force in self.forces()]
@@ -231,12 +229,7 @@ class _LagrangeDerivation:
     def constraint_equations(self) -> Iterator[sympy.Eq]:
         """Yield the constraints as stated by the author."""
         for constraint in self.system.constraints:
-            held = (
-                constraint.position
-                if isinstance(constraint, PositionConstraint)
-                else constraint.velocity
-            )
-            yield sympy.Eq(self.brief(held), 0, evaluate=False)
+            yield sympy.Eq(self.brief(constraint.stated), 0, evaluate=False)
 
     def rate_equations(self) -> Iterator[sympy.Eq]:
         """Yield the velocities imposed by inputs or auxiliary states."""

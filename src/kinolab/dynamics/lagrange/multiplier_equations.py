@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import sympy
@@ -10,9 +10,7 @@ import sympy
 from kinolab.dynamics.lagrange.energies import kinetic_energy, weight_energy
 from kinolab.dynamics.lagrange.hyper_dual import FUNCTIONS, Instruction
 from kinolab.dynamics.lagrange.multiplier_form import MultiplierForm, VelocityRow
-from kinolab.dynamics.language.constraints import PositionConstraint
 from kinolab.dynamics.language.expressions import exact
-from kinolab.dynamics.language.frames import time_derivative
 from kinolab.dynamics.language.lowered import (
     imposed_accelerations,
     imposed_velocities,
@@ -60,7 +58,13 @@ def multiplier_form(
             for load in parts
             if not isinstance(load.velocity, Change)
         ),
-        imposed=tuple(VelocityRow(*map(place, row)) for row in _imposed(system)),
+        imposed=tuple(
+            VelocityRow(place(velocity), place(equals), place(change))
+            for velocity, equals, change in (
+                *((constraint.velocity, 0, 0) for constraint in system.constraints),
+                *((e.velocity, e.symbol, e.change) for e in imposed_velocities(system)),
+            )
+        ),
         driven=tuple(
             (names.index(f"{coordinate}_dot"), place(symbol))
             for coordinate, symbol in imposed_accelerations(system).items()
@@ -77,17 +81,6 @@ def multiplier_form(
         further_names=tuple(entry.name for entry in system.states),
         parameters=tuple((p.name, values[p.name]) for p in system.parameters),
     )
-
-
-def _imposed(system: Mechanism) -> Iterator[tuple[Any, Any, Any]]:
-    """Yield what is imposed on velocities, what they equal, and its change; inputs are held."""
-    for constraint in system.constraints:
-        if isinstance(constraint, PositionConstraint):
-            yield time_derivative(exact(constraint.position)), 0, 0
-        else:
-            yield constraint.velocity, 0, 0
-    for entry in imposed_velocities(system):
-        yield entry.velocity, entry.symbol, entry.change
 
 
 class _Writing:

@@ -9,7 +9,7 @@ import sympy
 
 from kinolab.arguments import checked
 from kinolab.dynamics.language.expressions import exact
-from kinolab.dynamics.language.frames import Number
+from kinolab.dynamics.language.frames import Number, time_derivative
 from kinolab.dynamics.language.symbols import ForceSymbol
 
 
@@ -21,6 +21,11 @@ class VelocityConstraint:
     velocity: sympy.Expr
     name: str
 
+    @property
+    def stated(self) -> sympy.Expr:
+        """What is zero, as its author wrote it."""
+        return self.velocity
+
 
 @checked
 @dataclass(frozen=True)
@@ -29,6 +34,16 @@ class PositionConstraint:
 
     position: sympy.Expr
     name: str
+
+    @property
+    def stated(self) -> sympy.Expr:
+        """What is zero, as its author wrote it."""
+        return self.position
+
+    @property
+    def velocity(self) -> sympy.Expr:
+        """The derivative of the position, which is zero, too."""
+        return time_derivative(self.position)
 
 
 Constraint: TypeAlias = VelocityConstraint | PositionConstraint

@@ -10,7 +10,7 @@ import sympy
 
 from kinolab.dynamics.language.auxiliary_states import State
 from kinolab.dynamics.language.bodies import Body, Cable
-from kinolab.dynamics.language.constraints import Constraint, Requirement
+from kinolab.dynamics.language.constraints import Constraint, PositionConstraint, Requirement
 from kinolab.dynamics.language.expressions import exact, parts_of
 from kinolab.dynamics.language.feedback import Feedback, Regulator
 from kinolab.dynamics.language.flatness import Flat
@@ -65,6 +65,11 @@ class MechanismParts:
     def all_constraints(self) -> tuple[Constraint, ...]:
         """The constraints that hold always, then those of each mode."""
         return (*self.constraints, *(c for mode in self.modes for c in mode.constraints))
+
+    @property
+    def closures(self) -> tuple[PositionConstraint, ...]:
+        """The position constraints that hold always."""
+        return tuple(c for c in self.constraints if isinstance(c, PositionConstraint))
 
     @property
     def all_requirements(self) -> tuple[Requirement, ...]:

@@ -17,7 +17,6 @@ from kinolab.dynamics.derivation.formulas import Formulas
 from kinolab.dynamics.derivation.kinematics import Kinematics, Motions
 from kinolab.dynamics.derivation.newton_euler import NewtonEuler
 from kinolab.dynamics.derivation.symbol_table import SymbolTable
-from kinolab.dynamics.language.constraints import PositionConstraint
 from kinolab.numerics.arrays import Array
 
 
@@ -39,8 +38,7 @@ class MachineForces:
         (inertial,), (conservative,) = mechanics.inertial_forces(), mechanics.conservative_forces()
         (other,) = mechanics.other_forces(dry=False)
         taken = tape.sub(inertial, tape.add(conservative, other))
-        gaps = [binding.lower(c.position) for c in system.constraints
-                if isinstance(c, PositionConstraint)]  # fmt: skip
+        gaps = [binding.lower(closure.position) for closure in system.closures]
         self._formulas = Formulas.of(tape, [taken, *tape.derivative(gaps, binding.flow(w))])
         self._known = {entry.name: 0.0 for entry in system.inputs}
         self._size = size

@@ -8,7 +8,6 @@ from typing import TypeAlias
 
 import sympy
 
-from kinolab.dynamics.derivation.velocity_coordinates import velocity_of
 from kinolab.dynamics.language.expressions import as_written
 from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.language.mechanism_parts import tangent_symbols
@@ -34,7 +33,7 @@ def integral_of(system: Mechanism, factors: Mapping[str, float]) -> sympy.Expr |
     Source: Flanders, Differential Forms, 1963, section 3.6 (Poincare's lemma).
     """
     terms = (
-        as_written(round(factors[c.name], FACTOR_DIGITS)) * velocity_of(c)
+        as_written(round(factors[c.name], FACTOR_DIGITS)) * c.velocity
         for c in system.constraints
         if factors.get(c.name)
     )

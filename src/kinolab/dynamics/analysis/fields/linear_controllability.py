@@ -13,7 +13,6 @@ from kinolab.dynamics.analysis.fields.vector_fields import combination_text
 from kinolab.dynamics.analysis.jets.ranks import RANK_TOLERANCE, reduced_rows
 from kinolab.dynamics.derivation.symbol_table import SymbolTable
 from kinolab.dynamics.derivation.velocity_coordinates import constraint_rows
-from kinolab.dynamics.language.constraints import PositionConstraint
 from kinolab.dynamics.model import Model
 from kinolab.errors import InputError, Mistake, UnknownNameError
 from kinolab.numerics.arrays import Array
@@ -141,7 +140,7 @@ def normals_at(model: Model, x: Array) -> Iterator[Array]:
     system = model.system
     binding = SymbolTable.of(system)
     rows = [r for r in constraint_rows(system, binding) if r.name not in model.redundant]
-    closed = {c.name for c in system.constraints if isinstance(c, PositionConstraint)}
+    closed = {constraint.name for constraint in system.closures}
     values = dict(zip(model.state_names, map(float, x), strict=True)) | system.parameter_values
     for row in rows:
         try:

@@ -20,7 +20,6 @@ from kinolab.dynamics.derivation.velocity_coordinates import (
     feasible_values,
     velocity_coordinates,
 )
-from kinolab.dynamics.language.constraints import PositionConstraint
 from kinolab.dynamics.language.inputs import bounds_of
 from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.language.mechanism_parts import (
@@ -65,7 +64,7 @@ def vector_fields(system: Mechanism) -> VectorFields:
         dimension=len(symbols) - normal_count(system, derivation.redundant),
         constants=system.parameters,
         points=first(_samples(system, derivation)),
-        held=_is_held(system),
+        held=bool(system.closures),
     )
     moving = frozenset(inputs)
     if any(tape.depends_on(node) & moving for slope in slopes for node in slope):
@@ -100,20 +99,15 @@ def allowed_motions(system: Mechanism) -> VectorFields:
         dimension=len(binding.tangent),
         constants=system.parameters,
         points=first(feasible_values(system, binding)),
-        held=_is_held(system),
+        held=bool(system.closures),
     )
 
 
 def normal_count(system: Mechanism, redundant: Sequence[str]) -> int:
     """Return how many equations unit quaternions and constraints impose on a state."""
-    kept = [c for c in system.constraints if c.name not in redundant]
-    positions = sum(isinstance(c, PositionConstraint) for c in kept)
-    velocities = len(kept) if system.velocities == "all" else 0
-    return sum(isinstance(c, Attitude) for c in system.coordinates) + positions + velocities
-
-
-def _is_held(system: Mechanism) -> bool:
-    return any(isinstance(c, PositionConstraint) for c in system.constraints)
+    of_states = system.constraints if system.velocities == "all" else ()
+    kept = sum(c.name not in redundant for c in (*system.closures, *of_states))
+    return sum(isinstance(c, Attitude) for c in system.coordinates) + kept
 
 
 def _samples(system: Mechanism, derivation: Derivation) -> Iterator[dict[str, float]]:
