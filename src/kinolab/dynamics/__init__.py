@@ -41,11 +41,6 @@ if TYPE_CHECKING:
         Trim as Trim,
         trim as trim,
     )
-    from kinolab.dynamics.language.auxiliary_states import (
-        State as State,
-        lag as lag,
-        state as state,
-    )
     from kinolab.dynamics.language.bodies import Body as Body, Cable as Cable
     from kinolab.dynamics.language.constraints import (
         Constraint as Constraint,
@@ -103,7 +98,12 @@ if TYPE_CHECKING:
         Torque as Torque,
     )
     from kinolab.dynamics.language.modes import Mode as Mode, Transition as Transition
-    from kinolab.dynamics.language.quasi_velocities import QuasiVelocity as QuasiVelocity
+    from kinolab.dynamics.language.quasi_velocities import (
+        QuasiVelocity as QuasiVelocity,
+        State as State,
+        lag as lag,
+        state as state,
+    )
     from kinolab.dynamics.language.shapes import (
         Box as Box,
         Capsule as Capsule,

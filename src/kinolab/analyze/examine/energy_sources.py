@@ -11,8 +11,7 @@ from kinolab.analyze.examine.law_check import LawCheck
 from kinolab.dynamics import Model, System
 from kinolab.dynamics.language.constraints import Requirement
 from kinolab.dynamics.language.forces import Effort
-from kinolab.dynamics.language.lowered import loads_in
-from kinolab.dynamics.language.mechanism_parts import atoms_of
+from kinolab.dynamics.language.mechanism_parts import atoms_of, loads_in
 from kinolab.dynamics.language.symbols import (
     InputSymbol,
     Parameter,

@@ -21,7 +21,6 @@ from kinolab.dynamics.derivation.bounding_radius import bounding_radius
 from kinolab.dynamics.derivation.expression_graph import Node
 from kinolab.dynamics.derivation.kinematics import FrameState, Kinematics, Motions
 from kinolab.dynamics.derivation.lowering import Lowering
-from kinolab.dynamics.derivation.massless import remedy_for
 from kinolab.dynamics.derivation.newton_euler import NewtonEuler
 from kinolab.dynamics.derivation.symbol_table import SymbolTable
 from kinolab.dynamics.derivation.symbolic_solve import Guards, solve_definite, solve_square
@@ -35,9 +34,14 @@ from kinolab.dynamics.derivation.velocity_coordinates import (
     unconstrained_coordinates,
     velocity_coordinates,
 )
-from kinolab.dynamics.language.lowered import imposed_velocities
 from kinolab.dynamics.language.mechanism import Mechanism
-from kinolab.dynamics.language.mechanism_parts import configuration_symbols, require_one_mode
+from kinolab.dynamics.language.mechanism_parts import (
+    atoms_of,
+    configuration_symbols,
+    coordinate_of,
+    imposed_velocities,
+    require_one_mode,
+)
 from kinolab.dynamics.language.quasi_velocities import QuasiVelocity
 from kinolab.dynamics.language.symbols import Attitude, Coordinate, ForceSymbol
 from kinolab.errors import InputError, Mistake
@@ -473,7 +477,7 @@ class _Derivation:
             massless = [self._velocity_name(free[i]) for i in moved]
         if massless:
             what = f"no mass or inertia resists a motion of {', '.join(massless)}."
-            remedy = remedy_for(self.system, massless)
+            remedy = _remedy_for(self.system, massless)
             raise InputError([Mistake(f"system {self.system.name!r}", what, remedy)])
 
     def _velocity_name(self, k: int) -> str:
@@ -519,6 +523,21 @@ def _massless_motion(M: np.ndarray) -> list[int]:
     if eigenvalues[0] > MASS_TOLERANCE:
         return []
     return [int(i) for i in np.flatnonzero(np.abs(vectors[:, 0]) > 0.1)]
+
+
+def _remedy_for(system: Mechanism, coordinates: Sequence[str]) -> str:
+    """Say what gives coordinates inertia: a missing body, or mass of those that move with them."""
+    moved = []
+    for body in system.bodies:
+        own = {coordinate_of(atom) for atom in atoms_of(body.frame)}
+        if any(c is not None and c.name in coordinates for c in own):
+            moved.append(body.name)
+    if not moved:
+        named = " or ".join(coordinates)
+        return f"No body moves with {named}: add the one that does to bodies."
+    if len(moved) == 1:
+        return f"Give {moved[0]!r} a mass or an inertia."
+    return f"Give one of {', '.join(map(repr, moved))} a mass or an inertia."
 
 
 def _rows_of(state: FrameState) -> list[Node]:

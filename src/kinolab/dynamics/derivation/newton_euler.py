@@ -14,8 +14,8 @@ from kinolab.dynamics.derivation.projected_forces import ProjectedForces, power
 from kinolab.dynamics.derivation.symbol_table import SymbolTable
 from kinolab.dynamics.derivation.vectors import Matrix3, Vector, Vectors
 from kinolab.dynamics.language.bodies import Body
-from kinolab.dynamics.language.lowered import loads, potentials
 from kinolab.dynamics.language.mechanism import Mechanism
+from kinolab.dynamics.language.mechanism_parts import loads, potentials
 
 
 @dataclass(frozen=True)

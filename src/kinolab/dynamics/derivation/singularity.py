@@ -11,8 +11,8 @@ from kinolab.dynamics.derivation.symbol_table import SymbolTable
 from kinolab.dynamics.derivation.symbolic_solve import Guards
 from kinolab.dynamics.derivation.velocity_choice import singular_configuration
 from kinolab.dynamics.derivation.velocity_coordinates import velocity_coordinates
-from kinolab.dynamics.language.lowered import imposed_velocities
 from kinolab.dynamics.language.mechanism import Mechanism
+from kinolab.dynamics.language.mechanism_parts import imposed_velocities
 
 SHOWN = 1e-6  # of a coordinate; a smaller one is not worth a word
 

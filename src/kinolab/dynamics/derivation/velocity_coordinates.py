@@ -25,9 +25,12 @@ from kinolab.dynamics.derivation.velocity_choice import (
     VelocityChoice,
     choose_velocities,
 )
-from kinolab.dynamics.language.lowered import imposed_accelerations, imposed_velocities
 from kinolab.dynamics.language.mechanism import Mechanism
-from kinolab.dynamics.language.mechanism_parts import tangent_symbols
+from kinolab.dynamics.language.mechanism_parts import (
+    imposed_accelerations,
+    imposed_velocities,
+    tangent_symbols,
+)
 from kinolab.dynamics.language.quasi_velocities import QuasiVelocity
 from kinolab.errors import InputError, Mistake
 

@@ -6,8 +6,8 @@ import sympy
 
 from kinolab.dynamics.language.bodies import Body
 from kinolab.dynamics.language.frames import Frame, Rotation, pose, time_derivative, velocity
-from kinolab.dynamics.language.lowered import up_in
 from kinolab.dynamics.language.mechanism import Mechanism
+from kinolab.dynamics.language.mechanism_parts import up_in
 
 ZERO = sympy.Integer(0)
 

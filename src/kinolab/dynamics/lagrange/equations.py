@@ -21,14 +21,15 @@ from kinolab.dynamics.lagrange.printing import as_latex, one_line, written_lengt
 from kinolab.dynamics.lagrange.simplification import grouped, simplified
 from kinolab.dynamics.language.expressions import exact
 from kinolab.dynamics.language.frames import motion_of, time_derivative
-from kinolab.dynamics.language.lowered import (
+from kinolab.dynamics.language.mechanism import Mechanism
+from kinolab.dynamics.language.mechanism_parts import (
     imposed_accelerations,
     imposed_velocities,
     loads,
     potentials,
+    require_one_mode,
+    tangent_symbols,
 )
-from kinolab.dynamics.language.mechanism import Mechanism
-from kinolab.dynamics.language.mechanism_parts import require_one_mode, tangent_symbols
 from kinolab.dynamics.language.quantities import written
 from kinolab.dynamics.language.quasi_velocities import (
     QuasiAcceleration,

@@ -11,14 +11,14 @@ from kinolab.dynamics.lagrange.energies import kinetic_energy, weight_energy
 from kinolab.dynamics.lagrange.hyper_dual import FUNCTIONS, Instruction
 from kinolab.dynamics.lagrange.multiplier_form import MultiplierForm, VelocityRow
 from kinolab.dynamics.language.expressions import exact
-from kinolab.dynamics.language.lowered import (
+from kinolab.dynamics.language.mechanism import Mechanism
+from kinolab.dynamics.language.mechanism_parts import (
     imposed_accelerations,
     imposed_velocities,
     loads,
     potentials,
+    tangent_symbols,
 )
-from kinolab.dynamics.language.mechanism import Mechanism
-from kinolab.dynamics.language.mechanism_parts import tangent_symbols
 from kinolab.dynamics.language.quantities import Change, FrameQuantity, FrameSpeed
 from kinolab.dynamics.language.quasi_velocities import QuasiVelocity, QuasiVelocitySymbol
 from kinolab.dynamics.language.symbols import Coordinate

@@ -7,7 +7,6 @@ from dataclasses import dataclass, fields
 from typing import Any, Literal, Self
 
 from kinolab.arguments import checked
-from kinolab.dynamics.language.auxiliary_states import State
 from kinolab.dynamics.language.bodies import AnyCable, Body, as_cables
 from kinolab.dynamics.language.constraints import Constraint, Requirement
 from kinolab.dynamics.language.feedback import Feedback, Regulator
@@ -21,7 +20,7 @@ from kinolab.dynamics.language.mechanism_parts import (
     coordinate_of,
 )
 from kinolab.dynamics.language.modes import MODE, Mode, Transition
-from kinolab.dynamics.language.quasi_velocities import QuasiVelocity
+from kinolab.dynamics.language.quasi_velocities import QuasiVelocity, State
 from kinolab.dynamics.language.symbols import Parameter
 from kinolab.dynamics.language.validation import mistakes_of
 from kinolab.errors import InputError

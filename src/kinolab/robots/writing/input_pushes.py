@@ -22,9 +22,8 @@ from kinolab.dynamics.language.expressions import exact
 from kinolab.dynamics.language.forces import Load
 from kinolab.dynamics.language.frames import relative_pose
 from kinolab.dynamics.language.inputs import Input, bounds_of
-from kinolab.dynamics.language.lowered import loads, prescribes
 from kinolab.dynamics.language.mechanism import Mechanism
-from kinolab.dynamics.language.mechanism_parts import AnyCoordinate
+from kinolab.dynamics.language.mechanism_parts import AnyCoordinate, loads, prescribes
 from kinolab.dynamics.language.quantities import FrameSpeed, frames_in
 from kinolab.dynamics.language.symbols import Coordinate
 from kinolab.errors import Mistake

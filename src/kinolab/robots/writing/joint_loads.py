@@ -9,9 +9,8 @@ import sympy
 
 from kinolab.dynamics.language.expressions import exact, is_zero
 from kinolab.dynamics.language.forces import Effort, Load
-from kinolab.dynamics.language.lowered import energies_in, loads_in
 from kinolab.dynamics.language.mechanism import Mechanism
-from kinolab.dynamics.language.mechanism_parts import AnyCoordinate
+from kinolab.dynamics.language.mechanism_parts import AnyCoordinate, energies_in, loads_in
 from kinolab.dynamics.language.quantities import FrameQuantity, FrameSpeed
 from kinolab.dynamics.language.symbols import Coordinate, rate
 from kinolab.errors import Mistake

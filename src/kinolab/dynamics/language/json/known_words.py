@@ -14,8 +14,8 @@ import sympy
 
 from kinolab.dynamics.language.forces import Effort
 from kinolab.dynamics.language.inputs import Input
-from kinolab.dynamics.language.lowered import up_in
 from kinolab.dynamics.language.mechanism import Mechanism
+from kinolab.dynamics.language.mechanism_parts import up_in
 from kinolab.dynamics.language.quantities import written
 
 

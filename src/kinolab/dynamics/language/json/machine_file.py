@@ -12,7 +12,6 @@ from typing import Any
 
 import sympy
 
-from kinolab.dynamics.language.auxiliary_states import State
 from kinolab.dynamics.language.bodies import Body, Cable, as_cables
 from kinolab.dynamics.language.constraints import (
     PositionConstraint,
@@ -43,8 +42,8 @@ from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.language.mechanism_parts import quasi_velocities
 from kinolab.dynamics.language.modes import Mode, Transition
 from kinolab.dynamics.language.quantities import FrameSpeed
-from kinolab.dynamics.language.quasi_velocities import QuasiVelocity
-from kinolab.dynamics.language.shapes import Box, Capsule, Cylinder, Disk, DrawnMesh, Shape, Sphere
+from kinolab.dynamics.language.quasi_velocities import QuasiVelocity, State
+from kinolab.dynamics.language.shapes import SHAPES, DrawnMesh, Shape
 from kinolab.dynamics.language.symbols import (
     Attitude,
     Coordinate,
@@ -79,7 +78,7 @@ RECORDS: dict[str, type] = {
         *(FlatOutputs, PlaneCurves),
         *(Feedback, QuasiVelocity, Reference, Regulator),
         *(Mode, Transition),
-        *(Box, Capsule, Cylinder, Disk, DrawnMesh, Sphere),
+        *(DrawnMesh, *SHAPES),
     )
 }
 CONTENT = ("constraints", "inputs", "efforts", "gravity", "states", "requirements", "cables")

@@ -10,11 +10,12 @@ from kinolab.dynamics.language.shapes.shape import (
     Shape,
     ShapeKind,
 )
-from kinolab.dynamics.language.shapes.solids import Box, Capsule, Cylinder, Disk, Sphere
+from kinolab.dynamics.language.shapes.solids import SHAPES, Box, Capsule, Cylinder, Disk, Sphere
 
 __all__ = [
     "MAX_COORDINATE",
     "ORIGIN",
+    "SHAPES",
     "AxisName",
     "Box",
     "Capsule",

@@ -166,3 +166,6 @@ class Disk(_Swept):
     def span(self) -> Span:
         """Return its section."""
         return (0, 2 * self.radius, self.thickness), 0
+
+
+SHAPES: tuple[type[Shape], ...] = (Box, Capsule, Cylinder, Disk, Sphere)
