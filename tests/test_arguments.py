@@ -93,6 +93,7 @@ VALID: dict[str, dict[str, Any]] = {
     },
     "LeastDissipation": {"rates": {"x_dot": 1.0}, "power": 1.0, "bound": 1.0},
     "LinearControllability": {"rank": 1, "dimension": 1, "directions": (), "modes": ()},
+    "Load": {"magnitude": 1.0, "velocity": kd.rate(X)},
     "Model": {"system": SYSTEM},
     "Parameter": {"name": "p", "default": 1.0, "unit": "m"},
     "PlaneCurves": {"x": X, "y": X, "heading": TH, "steered": ()},

@@ -5,47 +5,27 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from kinolab.lazy import lazy_names, public_names
+from kinolab.lazy import lazy_package
 
 if TYPE_CHECKING:
-    from kinolab import systems
-    from kinolab.analyze.diagnose import Diagnosis, diagnose
-    from kinolab.api import Plan, Problem, load, read_run, simulate
-    from kinolab.show.view import save_glb, save_page
-    from kinolab.trajectory import Trajectory
-    from kinolab.verification import Certificate, verify
+    from kinolab import systems as systems
+    from kinolab.analyze.diagnose import Diagnosis as Diagnosis
+    from kinolab.analyze.diagnose import diagnose as diagnose
+    from kinolab.api import Plan as Plan
+    from kinolab.api import Problem as Problem
+    from kinolab.api import load as load
+    from kinolab.api import read_run as read_run
+    from kinolab.api import simulate as simulate
+    from kinolab.show.view import save_glb as save_glb
+    from kinolab.show.view import save_page as save_page
+    from kinolab.trajectory.trajectory import Trajectory as Trajectory
+    from kinolab.verification.certificate import Certificate as Certificate
+    from kinolab.verification.certificate import verify as verify
 
     __version__: str
 
-__all__ = [
-    "Certificate",
-    "Diagnosis",
-    "Plan",
-    "Problem",
-    "Trajectory",
-    "diagnose",
-    "load",
-    "read_run",
-    "save_glb",
-    "save_page",
-    "simulate",
-    "systems",
-    "verify",
-]
-
-_lazy = lazy_names(
-    __name__,
-    {
-        "kinolab.analyze.diagnose": ("Diagnosis", "diagnose"),
-        "kinolab.api": ("Plan", "Problem", "load", "read_run", "simulate"),
-        "kinolab.show.view": ("save_glb", "save_page"),
-        "kinolab.trajectory.trajectory": ("Trajectory",),
-        "kinolab.verification.certificate": ("Certificate", "verify"),
-    },
-)
-
 _MODULES = ("dynamics", "errors", "planners", "systems", "testing")
-__dir__ = public_names(__name__, *_MODULES, "__version__")
+__all__, _lazy, __dir__ = lazy_package(__name__, __file__, *_MODULES, "__version__")
 
 
 def __getattr__(name: str) -> Any:

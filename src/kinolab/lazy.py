@@ -32,7 +32,7 @@ def lazy_names(package: str, homes: Mapping[str, Iterable[str]]) -> Callable[[st
 
 
 def lazy_package(
-    package: str, file: str
+    package: str, file: str, *further: str
 ) -> tuple[list[str], Callable[[str], Any], Callable[[], list[str]]]:
     """Return a package's ``__all__``, ``__getattr__`` and ``__dir__``.
 
@@ -41,16 +41,16 @@ def lazy_package(
     Args:
         package: Its ``__name__``.
         file: Its ``__file__``.
+        further: Names besides those, for tab completion.
     """
-    tree = ast.parse(Path(file).read_text(encoding="utf-8"))
-    imports = [node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)]
-    homes = {
-        str(node.module): [alias.name for alias in node.names if alias.asname == alias.name]
-        for node in imports
-    }
+    homes: dict[str, list[str]] = {}
+    for node in ast.walk(ast.parse(Path(file).read_text(encoding="utf-8"))):
+        if isinstance(node, ast.ImportFrom):
+            own = (alias.name for alias in node.names if alias.asname == alias.name)
+            homes.setdefault(str(node.module), []).extend(own)
     names = [name for own in homes.values() for name in own]
     names.sort(key=lambda name: (not name.isupper(), name[0].islower(), name))
-    return names, lazy_names(package, homes), public_names(package)
+    return names, lazy_names(package, homes), public_names(package, *further)
 
 
 def public_names(package: str, *further: str) -> Callable[[], list[str]]:

@@ -11,123 +11,103 @@ from typing import TYPE_CHECKING
 from kinolab.lazy import lazy_package
 
 if TYPE_CHECKING:
-    from kinolab.dynamics.analysis.decoupling_fields import (
-        DecouplingFields as DecouplingFields,
-        decoupling_fields as decoupling_fields,
-    )
+    from kinolab.dynamics.analysis.decoupling_fields import DecouplingFields as DecouplingFields
+    from kinolab.dynamics.analysis.decoupling_fields import decoupling_fields as decoupling_fields
+    from kinolab.dynamics.analysis.fields import Filtration as Filtration
+    from kinolab.dynamics.analysis.fields import InvolutiveClosure as InvolutiveClosure
+    from kinolab.dynamics.analysis.fields import LinearControllability as LinearControllability
+    from kinolab.dynamics.analysis.fields import SmallTime as SmallTime
+    from kinolab.dynamics.analysis.fields import SmallTimeVerdict as SmallTimeVerdict
+    from kinolab.dynamics.analysis.fields import VectorField as VectorField
+    from kinolab.dynamics.analysis.fields import VectorFields as VectorFields
+    from kinolab.dynamics.analysis.fields import allowed_motions as allowed_motions
+    from kinolab.dynamics.analysis.fields import filtration as filtration
+    from kinolab.dynamics.analysis.fields import growth_vector as growth_vector
+    from kinolab.dynamics.analysis.fields import involutive_closure as involutive_closure
+    from kinolab.dynamics.analysis.fields import lie_bracket as lie_bracket
+    from kinolab.dynamics.analysis.fields import linear_controllability as linear_controllability
     from kinolab.dynamics.analysis.fields import (
-        Filtration as Filtration,
-        InvolutiveClosure as InvolutiveClosure,
-        LinearControllability as LinearControllability,
-        SmallTime as SmallTime,
-        SmallTimeVerdict as SmallTimeVerdict,
-        VectorField as VectorField,
-        VectorFields as VectorFields,
-        allowed_motions as allowed_motions,
-        filtration as filtration,
-        growth_vector as growth_vector,
-        involutive_closure as involutive_closure,
-        lie_bracket as lie_bracket,
-        linear_controllability as linear_controllability,
         small_time_controllability as small_time_controllability,
-        vector_fields as vector_fields,
     )
-    from kinolab.dynamics.analysis.least_dissipation import (
-        LeastDissipation as LeastDissipation,
-        least_dissipation as least_dissipation,
-    )
-    from kinolab.dynamics.analysis.trim import (
-        StateFunctions as StateFunctions,
-        Trim as Trim,
-        trim as trim,
-    )
-    from kinolab.dynamics.language.bodies import Body as Body, Cable as Cable
-    from kinolab.dynamics.language.constraints import (
-        Constraint as Constraint,
-        Requirement as Requirement,
-        closed as closed,
-        force_of as force_of,
-        require as require,
-        zero as zero,
-    )
-    from kinolab.dynamics.language.feedback import (
-        Feedback as Feedback,
-        Reference as Reference,
-        Regulator as Regulator,
-    )
-    from kinolab.dynamics.language.flatness import (
-        CURVATURE as CURVATURE,
-        FlatOutputs as FlatOutputs,
-        PlaneCurves as PlaneCurves,
-        output as output,
-    )
-    from kinolab.dynamics.language.forces import (
-        Buoyancy as Buoyancy,
-        Coulomb as Coulomb,
-        Gravity as Gravity,
-        Load as Load,
-        Potential as Potential,
-        Rope as Rope,
-        SlidingFriction as SlidingFriction,
-        Spring as Spring,
-        Viscous as Viscous,
-        Wrench as Wrench,
-        toward as toward,
-    )
-    from kinolab.dynamics.language.frames import (
-        WORLD as WORLD,
-        Axis as Axis,
-        BodyVelocity as BodyVelocity,
-        Frame as Frame,
-        hat as hat,
-        homogeneous as homogeneous,
-        move as move,
-        orient as orient,
-        rot_x as rot_x,
-        rot_y as rot_y,
-        rot_z as rot_z,
-        unhat as unhat,
-        velocity as velocity,
-    )
-    from kinolab.dynamics.language.inputs import (
-        Control as Control,
-        Drive as Drive,
-        Force as Force,
-        Pull as Pull,
-        Rate as Rate,
-        Torque as Torque,
-    )
-    from kinolab.dynamics.language.modes import Mode as Mode, Transition as Transition
-    from kinolab.dynamics.language.quasi_velocities import (
-        QuasiVelocity as QuasiVelocity,
-        State as State,
-        lag as lag,
-        state as state,
-    )
-    from kinolab.dynamics.language.shapes import (
-        Box as Box,
-        Capsule as Capsule,
-        Cylinder as Cylinder,
-        Disk as Disk,
-        DrawnMesh as DrawnMesh,
-        Shape as Shape,
-        Sphere as Sphere,
-    )
-    from kinolab.dynamics.language.symbols import (
-        Attitude as Attitude,
-        Coordinate as Coordinate,
-        Parameter as Parameter,
-        acceleration as acceleration,
-        angle as angle,
-        length as length,
-        parameter as parameter,
-        rate as rate,
-        rotation as rotation,
-        turn_rate as turn_rate,
-    )
+    from kinolab.dynamics.analysis.fields import vector_fields as vector_fields
+    from kinolab.dynamics.analysis.least_dissipation import LeastDissipation as LeastDissipation
+    from kinolab.dynamics.analysis.least_dissipation import least_dissipation as least_dissipation
+    from kinolab.dynamics.analysis.trim import StateFunctions as StateFunctions
+    from kinolab.dynamics.analysis.trim import Trim as Trim
+    from kinolab.dynamics.analysis.trim import trim as trim
+    from kinolab.dynamics.language.bodies import Body as Body
+    from kinolab.dynamics.language.bodies import Cable as Cable
+    from kinolab.dynamics.language.constraints import Constraint as Constraint
+    from kinolab.dynamics.language.constraints import Requirement as Requirement
+    from kinolab.dynamics.language.constraints import closed as closed
+    from kinolab.dynamics.language.constraints import force_of as force_of
+    from kinolab.dynamics.language.constraints import require as require
+    from kinolab.dynamics.language.constraints import zero as zero
+    from kinolab.dynamics.language.feedback import Feedback as Feedback
+    from kinolab.dynamics.language.feedback import Reference as Reference
+    from kinolab.dynamics.language.feedback import Regulator as Regulator
+    from kinolab.dynamics.language.flatness import CURVATURE as CURVATURE
+    from kinolab.dynamics.language.flatness import FlatOutputs as FlatOutputs
+    from kinolab.dynamics.language.flatness import PlaneCurves as PlaneCurves
+    from kinolab.dynamics.language.flatness import output as output
+    from kinolab.dynamics.language.forces import Buoyancy as Buoyancy
+    from kinolab.dynamics.language.forces import Coulomb as Coulomb
+    from kinolab.dynamics.language.forces import Gravity as Gravity
+    from kinolab.dynamics.language.forces import Load as Load
+    from kinolab.dynamics.language.forces import Potential as Potential
+    from kinolab.dynamics.language.forces import Rope as Rope
+    from kinolab.dynamics.language.forces import SlidingFriction as SlidingFriction
+    from kinolab.dynamics.language.forces import Spring as Spring
+    from kinolab.dynamics.language.forces import Viscous as Viscous
+    from kinolab.dynamics.language.forces import Wrench as Wrench
+    from kinolab.dynamics.language.forces import toward as toward
+    from kinolab.dynamics.language.frames import WORLD as WORLD
+    from kinolab.dynamics.language.frames import Axis as Axis
+    from kinolab.dynamics.language.frames import BodyVelocity as BodyVelocity
+    from kinolab.dynamics.language.frames import Frame as Frame
+    from kinolab.dynamics.language.frames import hat as hat
+    from kinolab.dynamics.language.frames import homogeneous as homogeneous
+    from kinolab.dynamics.language.frames import move as move
+    from kinolab.dynamics.language.frames import orient as orient
+    from kinolab.dynamics.language.frames import rot_x as rot_x
+    from kinolab.dynamics.language.frames import rot_y as rot_y
+    from kinolab.dynamics.language.frames import rot_z as rot_z
+    from kinolab.dynamics.language.frames import unhat as unhat
+    from kinolab.dynamics.language.frames import velocity as velocity
+    from kinolab.dynamics.language.inputs import Control as Control
+    from kinolab.dynamics.language.inputs import Drive as Drive
+    from kinolab.dynamics.language.inputs import Force as Force
+    from kinolab.dynamics.language.inputs import Pull as Pull
+    from kinolab.dynamics.language.inputs import Rate as Rate
+    from kinolab.dynamics.language.inputs import Torque as Torque
+    from kinolab.dynamics.language.modes import Mode as Mode
+    from kinolab.dynamics.language.modes import Transition as Transition
+    from kinolab.dynamics.language.quasi_velocities import QuasiVelocity as QuasiVelocity
+    from kinolab.dynamics.language.quasi_velocities import State as State
+    from kinolab.dynamics.language.quasi_velocities import lag as lag
+    from kinolab.dynamics.language.quasi_velocities import state as state
+    from kinolab.dynamics.language.shapes import Box as Box
+    from kinolab.dynamics.language.shapes import Capsule as Capsule
+    from kinolab.dynamics.language.shapes import Cylinder as Cylinder
+    from kinolab.dynamics.language.shapes import Disk as Disk
+    from kinolab.dynamics.language.shapes import DrawnMesh as DrawnMesh
+    from kinolab.dynamics.language.shapes import Shape as Shape
+    from kinolab.dynamics.language.shapes import Sphere as Sphere
+    from kinolab.dynamics.language.symbols import Attitude as Attitude
+    from kinolab.dynamics.language.symbols import Coordinate as Coordinate
+    from kinolab.dynamics.language.symbols import Parameter as Parameter
+    from kinolab.dynamics.language.symbols import acceleration as acceleration
+    from kinolab.dynamics.language.symbols import angle as angle
+    from kinolab.dynamics.language.symbols import length as length
+    from kinolab.dynamics.language.symbols import parameter as parameter
+    from kinolab.dynamics.language.symbols import rate as rate
+    from kinolab.dynamics.language.symbols import rotation as rotation
+    from kinolab.dynamics.language.symbols import turn_rate as turn_rate
     from kinolab.dynamics.mode_derivations import in_mode as in_mode
     from kinolab.dynamics.model import Model as Model
     from kinolab.dynamics.system import System as System
-    from kinolab.numerics.riccati import dlqr as dlqr, lqr as lqr, tvlqr as tvlqr
+    from kinolab.numerics.riccati import dlqr as dlqr
+    from kinolab.numerics.riccati import lqr as lqr
+    from kinolab.numerics.riccati import tvlqr as tvlqr
 
 __all__, __getattr__, __dir__ = lazy_package(__name__, __file__)

@@ -7,22 +7,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from kinolab.lazy import lazy_names
+from kinolab.lazy import lazy_package
 
 if TYPE_CHECKING:
-    from kinolab.interchange.motion_export import export_motion
-    from kinolab.interchange.ros_messages import joint_trajectory, path_message
+    from kinolab.interchange.motion_export import export_motion as export_motion
+    from kinolab.interchange.ros_messages import joint_trajectory as joint_trajectory
+    from kinolab.interchange.ros_messages import path_message as path_message
 
-__all__ = [
-    "export_motion",
-    "joint_trajectory",
-    "path_message",
-]
-
-__getattr__ = lazy_names(
-    __name__,
-    {
-        "kinolab.interchange.motion_export": ("export_motion",),
-        "kinolab.interchange.ros_messages": ("joint_trajectory", "path_message"),
-    },
-)
+__all__, __getattr__, __dir__ = lazy_package(__name__, __file__)

@@ -2,28 +2,18 @@
 
 from typing import TYPE_CHECKING
 
-from kinolab.lazy import lazy_names
+from kinolab.lazy import lazy_package
 
 if TYPE_CHECKING:
-    from kinolab.testing.assertions import assert_collision_free, assert_dynamically_feasible
-    from kinolab.testing.exercises import Mark, check
-    from kinolab.testing.grading import Report, grade, grade_class
+    from kinolab.testing.assertions import assert_collision_free as assert_collision_free
+    from kinolab.testing.assertions import (
+        assert_dynamically_feasible as assert_dynamically_feasible,
+    )
+    from kinolab.testing.exercises import Mark as Mark
+    from kinolab.testing.exercises import check as check
+    from kinolab.testing.grading import Report as Report
+    from kinolab.testing.grading import grade as grade
+    from kinolab.testing.grading import grade_class as grade_class
 
-__all__ = [
-    "Mark",
-    "Report",
-    "assert_collision_free",
-    "assert_dynamically_feasible",
-    "check",
-    "grade",
-    "grade_class",
-]
-
-__getattr__ = lazy_names(  # who asserts needs neither SymPy nor the exercises
-    __name__,
-    {
-        "kinolab.testing.assertions": ("assert_collision_free", "assert_dynamically_feasible"),
-        "kinolab.testing.exercises": ("Mark", "check"),
-        "kinolab.testing.grading": ("Report", "grade", "grade_class"),
-    },
-)
+# who asserts needs neither SymPy nor the exercises
+__all__, __getattr__, __dir__ = lazy_package(__name__, __file__)

@@ -2,20 +2,13 @@
 
 from typing import TYPE_CHECKING
 
-from kinolab.lazy import lazy_names
+from kinolab.lazy import lazy_package
 
 if TYPE_CHECKING:
-    from kinolab.trajopt.exact import make_exact
-    from kinolab.trajopt.segments import is_long
-    from kinolab.trajopt.shortening.shorten import shorten, shortened
+    from kinolab.trajopt.exact import make_exact as make_exact
+    from kinolab.trajopt.segments import is_long as is_long
+    from kinolab.trajopt.shortening.shorten import shorten as shorten
+    from kinolab.trajopt.shortening.shorten import shortened as shortened
 
-__all__ = ["is_long", "make_exact", "shorten", "shortened"]
-
-__getattr__ = lazy_names(  # a search needs none of it
-    __name__,
-    {
-        "kinolab.trajopt.exact": ("make_exact",),
-        "kinolab.trajopt.segments": ("is_long",),
-        "kinolab.trajopt.shortening.shorten": ("shorten", "shortened"),
-    },
-)
+# a search needs none of it
+__all__, __getattr__, __dir__ = lazy_package(__name__, __file__)

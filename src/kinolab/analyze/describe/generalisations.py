@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from kinolab.analyze.describe.topology import mechanisms
 from kinolab.dynamics import System
 from kinolab.dynamics.language.expressions import is_zero
+from kinolab.dynamics.language.mechanism_parts import dry_frictions
 
 SIMPLEST = 2  # inputs and degrees of freedom of the upright rolling disk
 
@@ -96,8 +97,7 @@ def _transitions(system: System, switching: Sequence[str]) -> Generalisation:
     if switching:
         return Generalisation("state transitions", True, ", ".join(switching))
     values = {p: system.parameter_values[p.name] for p in system.parameters}
-    grips = (effort.sliding[1] for effort in system.efforts if effort.sliding is not None)
-    dry = sum(not is_zero(strength.subs(values)) for strength in grips)
+    dry = sum(not is_zero(strength.subs(values)) for _, strength in dry_frictions(system))
     why = "the same equations hold everywhere"
     if dry:
         why += f"; dry friction in {_counted(dry, 'place')} is regularised, without a state that "

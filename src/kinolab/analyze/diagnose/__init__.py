@@ -2,14 +2,11 @@
 
 from typing import TYPE_CHECKING
 
-from kinolab.lazy import lazy_names
+from kinolab.lazy import lazy_package
 
 if TYPE_CHECKING:
-    from kinolab.analyze.diagnose.diagnosis import Diagnosis, diagnose
-
-__all__ = ["Diagnosis", "diagnose"]
+    from kinolab.analyze.diagnose.diagnosis import Diagnosis as Diagnosis
+    from kinolab.analyze.diagnose.diagnosis import diagnose as diagnose
 
 # a page asks for inputs that hold a machine, and needs no diagnosis
-__getattr__ = lazy_names(
-    __name__, {"kinolab.analyze.diagnose.diagnosis": ("Diagnosis", "diagnose")}
-)
+__all__, __getattr__, __dir__ = lazy_package(__name__, __file__)

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from kinolab.analyze.examine.law_check import LawCheck
 from kinolab.dynamics import Model, System
 from kinolab.dynamics.language.constraints import Requirement
+from kinolab.dynamics.language.expressions import exact
 from kinolab.dynamics.language.forces import Effort
 from kinolab.dynamics.language.mechanism_parts import atoms_of, loads_in
 from kinolab.dynamics.language.symbols import (
@@ -55,11 +56,11 @@ def _found(
         return
     both = float(np.minimum(there, back).max() / largest)
     most = float(np.maximum(there, back).max())
-    note = f"the {effort.label} feeds in up to {most:.3g} W while all inputs are 0"
+    note = f"the {effort} feeds in up to {most:.3g} W while all inputs are 0"
     if both > ROUNDING:
         note += ", whichever way the machine moves; friction has the sign of -velocity"
         yield LawCheck("friction takes energy out", both, ROUNDING, note)
-    elif effort.resistance is None and most > ROUNDING * largest:
+    elif not effort.size and most > ROUNDING * largest:
         note = f"but {note}: right for a wind or a motor that always runs"
         yield LawCheck("no energy comes from nowhere", 0.0, 0.0, note)
 
@@ -69,7 +70,7 @@ def _may_feed(effort: Effort) -> bool:
     driven = InputSymbol | StateSymbol | ReferenceSymbol
     if not any(loads_in(effort)) or any(isinstance(a, driven) for a in atoms_of(effort)):
         return False  # it is, or may be, driven
-    if effort.resistance is None:
+    if not effort.size:
         return True
-    _, strength = effort.resistance  # numbers and parameters were validated
+    strength = exact(getattr(effort, effort.size))  # numbers and parameters were validated
     return not all(isinstance(a, Parameter) for a in strength.free_symbols)

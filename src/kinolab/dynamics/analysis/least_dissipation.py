@@ -26,7 +26,11 @@ import sympy
 
 from kinolab.arguments import checked
 from kinolab.dynamics.language.mechanism import Mechanism
-from kinolab.dynamics.language.mechanism_parts import configuration_symbols, tangent_symbols
+from kinolab.dynamics.language.mechanism_parts import (
+    configuration_symbols,
+    dry_frictions,
+    tangent_symbols,
+)
 from kinolab.errors import InputError, Mistake, UnknownNameError
 from kinolab.numerics.arrays import Array
 
@@ -108,8 +112,7 @@ def _contacts(
 ) -> tuple[Array, Array]:
     """Return the derivatives of all slips by the rates, shape (n, 2, nt), and mu N, shape (n,)."""
     where = f"system {system.name!r}"
-    dry = (effort.sliding for effort in system.efforts if effort.sliding is not None)
-    rubbing = [(slip, strength.subs(place)) for slip, strength in dry]
+    rubbing = [(slip, strength.subs(place)) for slip, strength in dry_frictions(system)]
     for _, strength in rubbing:
         if not strength.is_number or strength < 0:
             what = f"the strength of a friction is {strength} there."

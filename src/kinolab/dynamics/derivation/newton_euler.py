@@ -92,7 +92,7 @@ class NewtonEuler:
         """
         total = [self.binding.tape.zero] * self._count
         for word, load in loads(self.system, dry=dry):
-            self._forces.push(total, load, partial(getattr, word, "label"))
+            self._forces.push(total, load, partial(str, word))
         return total
 
     def energy(self) -> tuple[Node, Node]:

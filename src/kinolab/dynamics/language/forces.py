@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import KW_ONLY, dataclass
 from functools import partial
 from numbers import Real
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import sympy
 
@@ -59,7 +59,19 @@ def toward(direction: str, strength: Number = 9.81) -> Gravity:
 
 
 class Effort:
-    """A force on a machine; its subclasses are frozen dataclasses."""
+    """A force on a machine; its subclasses are frozen dataclasses.
+
+    Attributes:
+        size: Name of the attribute that must not be negative, so that it takes energy out, if any.
+        dry: Whether it is dry friction, of which that is the strength.
+    """
+
+    size: ClassVar[str] = ""
+    dry: ClassVar[bool] = False
+
+    def __str__(self) -> str:
+        """What an error or a report calls it: its kind, and what it acts on."""
+        return type(self).__name__.lower()
 
     def __post_init__(self) -> None:
         """Convert numbers to expressions."""
@@ -70,25 +82,10 @@ class Effort:
         raise NotImplementedError
 
     @property
-    def label(self) -> str:
-        """What an error or a report calls it: its kind, and what it acts on."""
-        return type(self).__name__.lower()
-
-    @property
     def power(self) -> sympy.Expr:
         """The power of its loads in [W], negative where they take energy out."""
         loads = (part for part in self.lowered() if isinstance(part, Load))
         return sympy.Add(*(written(e.magnitude) * written(e.velocity) for e in loads))
-
-    @property
-    def resistance(self) -> tuple[str, sympy.Expr] | None:
-        """What must not be negative so that it takes energy out, after its name; None elsewhere."""
-        return None
-
-    @property
-    def sliding(self) -> tuple[tuple[Number, Number], sympy.Expr] | None:
-        """The slip in [m/s] and the strength in [N] of dry friction; None of other forces."""
-        return None
 
 
 def _is_number(value: object) -> bool:
@@ -167,6 +164,7 @@ class Rope(Effort):
         damping: In [N s/m].
     """
 
+    size: ClassVar[str] = "damping"
     _: KW_ONLY
     between: tuple[Frame, Frame]
     stiffness: Number
@@ -189,11 +187,6 @@ class Rope(Effort):
         return elastic, Load(-damped, s_dot)
 
     @property
-    def resistance(self) -> tuple[str, sympy.Expr] | None:
-        """Its damping."""
-        return "damping", exact(self.damping)
-
-    @property
     def stretch(self) -> sympy.Expr:
         """How much longer it is than its length in [m]; negative where it is slack."""
         return distance(*self.between) - exact(self.length)
@@ -202,8 +195,12 @@ class Rope(Effort):
     def tension(self) -> sympy.Expr:
         """Its tension in [N], never negative, for use in requirements."""
         s = self.stretch
-        force = exact(self.stiffness) * s + exact(self.damping) * time_derivative(s)
-        return (1 + sympy.sign(s)) / 2 * sympy.Max(0, force, evaluate=False)
+        return self.tension_at(s, time_derivative(s))
+
+    def tension_at(self, stretch: sympy.Expr, change: sympy.Expr) -> sympy.Expr:
+        """Return its tension in [N] at a stretch in [m] and the change of it in [m/s]."""
+        force = exact(self.stiffness) * stretch + exact(self.damping) * change
+        return (1 + sympy.sign(stretch)) / 2 * sympy.Max(0, force, evaluate=False)
 
 
 @checked
@@ -229,37 +226,14 @@ class Buoyancy(Effort):
 
 
 class Friction(Effort):
-    """A force against velocities, which takes energy out.
-
-    Attributes:
-        kind: What an error or a report calls it.
-        size: Name of what must not be negative: a ``strength`` of dry friction.
-    """
+    """A force against velocities; ``kind`` is what a report calls it."""
 
     kind: ClassVar[str]
-    size: ClassVar[str] = "strength"
 
-    @property
-    def _velocities(self) -> tuple[Any, ...]:
-        return tuple(part.velocity for part in self.lowered() if isinstance(part, Load))
-
-    @property
-    def label(self) -> str:
+    def __str__(self) -> str:
         """What an error or a report calls it."""
-        return f"{self.kind} friction of {' and '.join(map(str, self._velocities))}"
-
-    @property
-    def resistance(self) -> tuple[str, sympy.Expr] | None:
-        """Its coefficient or strength."""
-        return self.size, exact(getattr(self, self.size))
-
-    @property
-    def sliding(self) -> tuple[tuple[Number, Number], sympy.Expr] | None:
-        """The slip and the strength of dry friction; one along a line slides in it alone."""
-        if self.size != "strength":
-            return None
-        x, y = (*self._velocities, sympy.Integer(0))[:2]
-        return (x, y), exact(getattr(self, self.size))
+        loads = (part for part in self.lowered() if isinstance(part, Load))
+        return f"{self.kind} friction of {' and '.join(str(load.velocity) for load in loads)}"
 
 
 @checked
@@ -295,6 +269,8 @@ class Coulomb(Friction):
     """
 
     kind: ClassVar[str] = "Coulomb"
+    size: ClassVar[str] = "strength"
+    dry: ClassVar[bool] = True
     velocity: Number
     strength: Number
     smoothing: Number = 0.01
@@ -321,6 +297,8 @@ class SlidingFriction(Friction):
     """
 
     kind: ClassVar[str] = "sliding"
+    size: ClassVar[str] = "strength"
+    dry: ClassVar[bool] = True
     slip: tuple[Number, Number]
     strength: Number
     smoothing: Number = 0.01
@@ -363,8 +341,7 @@ class Wrench(Effort):
             load for part, speed in parts for load in both(part, speed, self.on, self.reacts_on)
         ]
 
-    @property
-    def label(self) -> str:
+    def __str__(self) -> str:
         """What an error or a report calls it."""
         return f"wrench on body {self.on.name!r}"
 

@@ -48,8 +48,7 @@ class Input:
         """Return what it consists of: one ``Control``, ``Rate`` or ``Drive``, and loads."""
         raise NotImplementedError
 
-    @property
-    def label(self) -> str:
+    def __str__(self) -> str:
         """What an error calls it."""
         return f"input {self.name!r}"
 

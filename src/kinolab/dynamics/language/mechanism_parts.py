@@ -228,9 +228,22 @@ def loads(system: MechanismParts, *, dry: bool = True) -> Iterator[tuple[Effort 
         system: The machine.
         dry: Whether dry friction counts.
     """
-    kept = [effort for effort in system.efforts if dry or effort.sliding is None]
+    kept = [effort for effort in system.efforts if dry or not effort.dry]
     words: list[Effort | Input] = [*kept, *system.inputs]
     yield from ((word, load) for word in words for load in loads_in(word))
+
+
+def dry_frictions(
+    system: MechanismParts,
+) -> Iterator[tuple[tuple[sympy.Expr, sympy.Expr], sympy.Expr]]:
+    """Yield the slip in [m/s] and the strength in [N] of every dry friction.
+
+    One along a line slides in it only.
+    """
+    for effort in system.efforts:
+        if effort.dry:
+            x, y = (*(load.velocity for load in loads_in(effort)), sympy.Integer(0))[:2]
+            yield (x, y), exact(getattr(effort, effort.size))
 
 
 def imposed_velocities(system: MechanismParts) -> list[ImposedVelocity]:

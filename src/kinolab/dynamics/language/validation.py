@@ -469,17 +469,15 @@ def _friction(
     stated = [written(part.velocity) for part in friction.lowered() if isinstance(part, Load)]
     if not set().union(*(velocity.free_symbols for velocity in stated)) & moving:
         remedy = "Write rate(x) for the velocity of a coordinate x, or a velocity such as V.x."
-        yield Mistake(friction.label, "no rate occurs in it.", remedy)
-    assert friction.resistance is not None
-    name, strength = friction.resistance
-    value = _number_in(system, strength)
+        yield Mistake(str(friction), "no rate occurs in it.", remedy)
+    value = _number_in(system, getattr(friction, friction.size))
     if value is not None and not 0 <= value < math.inf:
         remedy = "Give 0 or more: friction takes energy out. A Wrench may feed it in."
-        yield Mistake(friction.label, f"its {name} is {value:g}.", remedy)
+        yield Mistake(str(friction), f"its {friction.size} is {value:g}.", remedy)
     smoothing = _number_in(system, getattr(friction, "smoothing", 1.0))
     if smoothing is not None and not 0 < smoothing < math.inf:
         remedy = "It must be positive."
-        yield Mistake(friction.label, f"its smoothing is {smoothing:g}.", remedy)
+        yield Mistake(str(friction), f"its smoothing is {smoothing:g}.", remedy)
 
 
 def _number_in(system: MechanismParts, value: Any) -> float | None:

@@ -62,7 +62,7 @@ class InputPushes:
 
     def of(self, entry: Input) -> Motor | Thruster | Mistake | None:
         """Return an input as what a tree has; None where a frame of it is among the mistakes."""
-        where = entry.label
+        where = str(entry)
         if prescribes(entry):
             what = f"it is a {type(entry).__name__}, which prescribes a motion."
             return Mistake(
@@ -92,7 +92,7 @@ class InputPushes:
         """Return the motor of a joint, if loads act on one with a constant factor."""
         total = [self._tape.zero] * len(self._owners)
         for load in acting:
-            self._forces.push(total, load, lambda: entry.label)
+            self._forces.push(total, load, lambda: str(entry))
         table = self._in_positions(total)
         size = np.abs(table).max()
         (moved,) = np.nonzero(np.abs(table).max(axis=0) > SAME * size)

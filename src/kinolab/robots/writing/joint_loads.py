@@ -84,7 +84,7 @@ class _Efforts:
             self._take_load(effort, load)
 
     def _cannot(self, effort: Effort, what: str, remedy: str) -> None:
-        mistake = Mistake(effort.label, what, remedy)
+        mistake = Mistake(str(effort), what, remedy)
         if mistake not in self.cannot:
             self.cannot.append(mistake)
 

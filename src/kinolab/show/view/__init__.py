@@ -2,38 +2,17 @@
 
 from typing import TYPE_CHECKING
 
-from kinolab.lazy import lazy_names
+from kinolab.lazy import lazy_package
 
 if TYPE_CHECKING:
-    from kinolab.show.view.cards import gallery_of
-    from kinolab.show.view.page_files import (
-        notebook_frame,
-        save_glb,
-        save_page,
-        write_model,
-        write_page,
-        write_scene,
-    )
-    from kinolab.show.view.scenes import content_of
+    from kinolab.show.view.cards import gallery_of as gallery_of
+    from kinolab.show.view.page_files import notebook_frame as notebook_frame
+    from kinolab.show.view.page_files import save_glb as save_glb
+    from kinolab.show.view.page_files import save_page as save_page
+    from kinolab.show.view.page_files import write_model as write_model
+    from kinolab.show.view.page_files import write_page as write_page
+    from kinolab.show.view.page_files import write_scene as write_scene
+    from kinolab.show.view.scenes import content_of as content_of
 
-__all__ = [
-    "content_of",
-    "gallery_of",
-    "notebook_frame",
-    "save_glb",
-    "save_page",
-    "write_model",
-    "write_page",
-    "write_scene",
-]
-
-__getattr__ = lazy_names(  # a plan has one page, not a gallery of films
-    __name__,
-    {
-        "kinolab.show.view.cards": ("gallery_of",),
-        "kinolab.show.view.page_files": (
-            "notebook_frame", "save_glb", "save_page", "write_model", "write_page", "write_scene",
-        ),
-        "kinolab.show.view.scenes": ("content_of",),
-    },
-)  # fmt: skip
+# a plan has one page, not a gallery of films
+__all__, __getattr__, __dir__ = lazy_package(__name__, __file__)

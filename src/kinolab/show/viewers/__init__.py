@@ -4,18 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from kinolab.lazy import lazy_names
+from kinolab.lazy import lazy_package
 
 if TYPE_CHECKING:
-    from kinolab.show.viewers.meshcat_scene import show_in_meshcat
-    from kinolab.show.viewers.rerun_recording import show_in_rerun
+    from kinolab.show.viewers.meshcat_scene import show_in_meshcat as show_in_meshcat
+    from kinolab.show.viewers.rerun_recording import show_in_rerun as show_in_rerun
 
-__all__ = ["show_in_meshcat", "show_in_rerun"]
-
-__getattr__ = lazy_names(
-    __name__,
-    {
-        "kinolab.show.viewers.meshcat_scene": ("show_in_meshcat",),
-        "kinolab.show.viewers.rerun_recording": ("show_in_rerun",),
-    },
-)
+__all__, __getattr__, __dir__ = lazy_package(__name__, __file__)
