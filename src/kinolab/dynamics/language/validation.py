@@ -435,14 +435,16 @@ def _rope(system: MechanismParts, rope: Rope) -> Iterator[Mistake]:
         if not isinstance(symbol, Coordinate | Parameter):
             what = f"its length depends on {symbol}."
             yield Mistake("rope", what, "Take a coordinate, and a Drive on it for a winch.")
-    for name, value in (("stiffness", rope.stiffness), ("damping", rope.damping)):
-        if not all(isinstance(symbol, Parameter) for symbol in exact(value).free_symbols):
-            what = f"its {name} is {value}."
+    for name in ("stiffness", "damping"):
+        value = _number_in(system, getattr(rope, name))
+        if value is None:
+            what = f"its {name} is {getattr(rope, name)}."
             yield Mistake("rope", what, "Give a number, or an expression of parameters.")
-        elif not 0 <= system.number(value) < math.inf:
-            yield Mistake("rope", f"its {name} is {system.number(value):g}.", "Give 0 or more.")
-    if length.free_symbols <= set(system.parameters) and not system.number(length) > 0:
-        yield Mistake("rope", f"its length is {system.number(length):g} m.", "It must be positive.")
+        elif not 0 <= value < math.inf:
+            yield Mistake("rope", f"its {name} is {value:g}.", "Give 0 or more.")
+    longest = _number_in(system, length)
+    if longest is not None and not longest > 0:
+        yield Mistake("rope", f"its length is {longest:g} m.", "It must be positive.")
 
 
 def _potential(potential: Potential, moving: set[sympy.Symbol]) -> Iterator[Mistake]:
