@@ -19,7 +19,7 @@ from kinolab.dynamics.language.mechanism_parts import (
     potentials,
     tangent_symbols,
 )
-from kinolab.dynamics.language.quantities import Change, FrameQuantity, FrameSpeed
+from kinolab.dynamics.language.quantities import Change, FrameQuantity, written
 from kinolab.dynamics.language.quasi_velocities import QuasiVelocity, QuasiVelocitySymbol
 from kinolab.dynamics.language.symbols import Coordinate
 from kinolab.errors import InputError, Mistake
@@ -54,7 +54,7 @@ def multiplier_form(
             if isinstance(load.velocity, Change)
         ),
         velocity_loads=tuple(
-            (place(load.magnitude), place.velocity(load.velocity))
+            (place(load.magnitude), place(written(load.velocity)))
             for load in parts
             if not isinstance(load.velocity, Change)
         ),
@@ -100,10 +100,6 @@ class _Writing:
         if stated not in self._places:
             self._places[stated] = self._written(self._instruction(stated))
         return self._places[stated]
-
-    def velocity(self, velocity: Any) -> int:
-        """Write what a load acts along."""
-        return self(velocity.formula if isinstance(velocity, FrameSpeed) else velocity)
 
     def _written(self, instruction: Instruction) -> int:
         self.instructions.append(instruction)
