@@ -88,8 +88,8 @@ class ProjectedForces:
     def _push_along(self, total: list[Node], strength: Node, position: sympy.Expr) -> None:
         """Add a force along a function of coordinates and places."""
         tape, flow = self._tape, self._binding.flow
-        for frame, slope in self._by_places(position):
-            force = self._vectors.scale(strength, slope)
+        for frame, gradient in self._by_places(position):
+            force = self._vectors.scale(strength, gradient)
             self.apply(total, frame, Twist(force, self._vectors.zero))
         seeds = [flow(direction) for direction in self._kinematics.motions.directions]
         for i, slope in enumerate(self._slopes(position, seeds)):
