@@ -51,6 +51,8 @@ class ProjectedForces:
         """
         magnitude, velocity = self.value(exact(load.magnitude)), load.velocity
         if isinstance(velocity, Change):
+            if velocity.position.is_number:  # both ends of a line are one point
+                raise ZeroDivisionError("an expression divides by zero")
             self._push_along(total, magnitude, velocity.position)
         elif isinstance(velocity, FrameSpeed):
             wrench, scale = self.wrench(velocity), self._vectors.scale
