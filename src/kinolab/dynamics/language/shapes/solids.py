@@ -168,4 +168,4 @@ class Disk(_Swept):
         return (0, 2 * self.radius, self.thickness), 0
 
 
-SHAPES: tuple[type[Shape], ...] = (Box, Capsule, Cylinder, Disk, Sphere)
+SHAPES: tuple[type, ...] = (Box, Capsule, Cylinder, Disk, Sphere)
