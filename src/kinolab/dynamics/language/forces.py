@@ -119,7 +119,7 @@ class Load(Effort):
     """
 
     magnitude: Number
-    velocity: Number | FrameSpeed
+    velocity: sympy.Expr | FrameSpeed
 
     def lowered(self) -> Sequence[Potential | Load]:
         """Return itself."""
