@@ -31,12 +31,12 @@ IMPORTED = "import sys, kinolab.show.film.drawing; print(*sys.modules)"
 LOADED = """
 import numpy as np
 from numba.core.dispatcher import Dispatcher
-from kinolab.show.film import changes, drawing, palette
+from kinolab.show.film import drawing, palette
 from kinolab.show.film.gif import gif_parts
 from kinolab.show.film.raster import rasterizer
 
 def loaded():
-    loops = {**vars(changes), **vars(palette), **vars(rasterizer)}
+    loops = {**vars(palette), **vars(rasterizer)}
     found = {name: one for name, one in loops.items() if isinstance(one, Dispatcher)}
     return {name: len(one.signatures) for name, one in found.items()}
 
@@ -50,7 +50,7 @@ film = make_film(Picture(bodies=PAIR, ground=True, bounds=LONG), [0.0, 1.0], pos
 assert film.magnifier is not None
 b"".join(gif_parts(film, SIZE))
 assert loaded() == before, (before, loaded())
-assert before["_draw"] == before["_change"] == 1
+assert before["_draw"] == before["_look_up"] == 1
 """
 
 

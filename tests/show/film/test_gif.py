@@ -13,9 +13,8 @@ from kinolab.dynamics.language.shapes import Disk
 from kinolab.dynamics.machine_facts import BodyGeometry
 from kinolab.files import whole_file
 from kinolab.show.film import gif
-from kinolab.show.film.changes import UNCHANGED, Patches, change
 from kinolab.show.film.crew import Crew, Share
-from kinolab.show.film.gif import gif_parts
+from kinolab.show.film.gif import UNCHANGED, change, gif_parts
 from kinolab.show.film.palette import shared_palette
 from kinolab.show.film.picture import Picture
 from kinolab.show.film.staging.film_making import make_film, write_gif
@@ -200,9 +199,9 @@ def test_the_number_of_threads_may_change_while_a_film_is_drawn() -> None:
 def test_a_frame_is_the_one_before_and_what_changes() -> None:
     rng = np.random.default_rng(1)
     before = rng.integers(0, 4, (20, 30), dtype=np.uint8)
-    boxes = [(3, 2, 11, 9), (9, 5, 25, 18)]  # which overlap
-    after = Patches(boxes, [rng.integers(0, 4, (7, 8)), rng.integers(0, 4, (13, 16))]).over(before)
-    part, (left, top) = change(after, before, boxes)
+    after = before.copy()
+    after[2:9, 3:11], after[5:18, 9:25] = rng.integers(0, 4, (7, 8)), rng.integers(0, 4, (13, 16))
+    part, (left, top) = change(after, before)
     shown = before.copy()
     window = shown[top : top + part.shape[0], left : left + part.shape[1]]
     window[part != UNCHANGED] = part[part != UNCHANGED]

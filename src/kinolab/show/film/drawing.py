@@ -16,7 +16,6 @@ from multiprocessing.connection import Connection
 from kinolab.concurrency.processors import processors
 from kinolab.concurrency.serving import serve
 from kinolab.numerics.compiling import compilation
-from kinolab.show.film.changes import change
 from kinolab.show.film.crew import Crew, Share, everything
 from kinolab.show.film.film_messages import (
     Compiling,
@@ -111,9 +110,7 @@ def load() -> None:
     image = average(drawn(layers, (SMALL, SMALL), PAPER).color, 1)
     extent(NO_FACETS.corners, (SMALL, SMALL))
     reveal(blank((SMALL, SMALL), PAPER), NO_FACETS)
-    palette = shared_palette([image])
-    shown = palette.indices(image)
-    change(shown, shown, [])
+    shared_palette([image]).indices(image)
 
 
 def _result(

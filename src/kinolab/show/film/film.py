@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from kinolab.numerics.arrays import Array
 from kinolab.show.film.inset import Inset
-from kinolab.show.film.raster.rasterizer import Box
 from kinolab.show.film.scene import Scene
 from kinolab.show.film.staging.playback import Playback
 from kinolab.show.film.text import letter, time_stamp
@@ -49,25 +48,26 @@ class Film:
 
     def frame(self, i: int) -> Bytes:
         """RGB pixels of frame ``i``, shape (h, w, 3)."""
-        return next(self.shots(slice(i, i + 1)))[0]
+        return next(self.shots(slice(i, i + 1)))
 
     def frames(self) -> Iterator[Bytes]:
         """All frames in order, rendered lazily."""
-        return (image for run in self.runs() for image, _ in self.shots(run))
+        return (image for run in self.runs() for image in self.shots(run))
 
     def runs(self) -> list[slice]:
         """Frames that follow each other, which are drawn in one go."""
         return [slice(i, min(i + RUN, len(self))) for i in range(0, len(self), RUN)]
 
-    def shots(self, run: slice) -> Iterator[tuple[Bytes, list[Box]]]:
-        """Draw some frames: RGB pixels, and the boxes in which they differ from the backdrop."""
+    def shots(self, run: slice) -> Iterator[Bytes]:
+        """Draw some frames: RGB pixels, shape (h, w, 3) each."""
         poses, lines = self.poses[run], None if self.lines is None else self.lines[run]
         views = repeat(None) if self.magnifier is None else self.magnifier.views(poses, lines)
         words = self.stage.still.words
         shots = zip(self.playback.times[run], self.stage.shots(poses, lines), views, strict=False)
-        for time, (image, box), view in shots:
-            boxes = [box, *self.stage.signs.on(image)]
+        for time, image, view in shots:
+            self.stage.signs.on(image)
             if self.magnifier is not None and view is not None:
-                boxes.append(self.magnifier.put(view, image))
+                self.magnifier.put(view, image)
             stamp = time_stamp(float(time), self.playback.speed)
-            yield image, [*boxes, *letter(image, self.title, stamp, words, self.stage.around)]
+            letter(image, self.title, stamp, words, self.stage.around)
+            yield image

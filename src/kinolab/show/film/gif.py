@@ -16,15 +16,15 @@ from numpy.typing import NDArray
 from PIL import Image
 from PIL.GifImagePlugin import getdata
 
-from kinolab.show.film.changes import UNCHANGED, Patches, change, patches
 from kinolab.show.film.crew import Crew, Share, everything
 from kinolab.show.film.film import Film
-from kinolab.show.film.palette import Palette, shared_palette
+from kinolab.show.film.palette import UNKNOWN, Palette, shared_palette
 
 Bytes: TypeAlias = NDArray[np.uint8]
 Part: TypeAlias = tuple[Bytes, tuple[int, int]]  # palette indices and their upper left corner
-Run: TypeAlias = tuple[slice, list[Patches]]  # frames that follow each other
+Run: TypeAlias = tuple[slice, list[Bytes]]  # frames that follow each other, as palette indices
 
+UNCHANGED = UNKNOWN  # transparent index: shows the previous frame
 KEEP = 1  # GIF's disposal method: the next frame is drawn over this one
 LAST_DELAY = 100  # [1/100 s] for which the last frame is shown before the loop restarts
 PALETTE_FRAMES = 8  # frames from which the palette is chosen
@@ -62,15 +62,14 @@ def _header(size: tuple[int, int], palette: Palette) -> bytes:
 
 def _blocks(film: Film, palette: Palette, crew: Crew) -> Iterator[bytes]:
     """Frames as their differences from the ones before, several in a chunk."""
-    backdrop = palette.indices(film.stage.image)
     delays = [film.playback.delay] * (len(film) - 1) + [LAST_DELAY]
 
     def drawn(run: slice) -> Run:
-        return run, [patches(image, boxes, palette) for image, boxes in film.shots(run)]
+        return run, [palette.indices(image) for image in film.shots(run)]
 
     def compressed(neighbours: tuple[Run, Run]) -> bytes:
         (_, before), (run, frames) = neighbours
-        parts = _changes(before[-1:], frames, backdrop)
+        parts = _changes(before[-1:], frames)
         return b"".join(
             _block(*part, delay) for part, delay in zip(parts, delays[run], strict=True)
         )
@@ -80,12 +79,29 @@ def _blocks(film: Film, palette: Palette, crew: Crew) -> Iterator[bytes]:
     yield from crew.in_order(compressed, pairwise(runs))
 
 
-def _changes(before: list[Patches], frames: list[Patches], backdrop: Bytes) -> Iterator[Part]:
+def _changes(before: list[Bytes], frames: list[Bytes]) -> Iterator[Part]:
     """What each frame changes; the first one of a film, which has none before it, is whole."""
     if not before:
-        yield frames[0].over(backdrop), (0, 0)
+        yield frames[0], (0, 0)
     for old, new in pairwise(before + frames):
-        yield change(new.over(backdrop), old.over(backdrop), [*old.boxes, *new.boxes])
+        yield change(new, old)
+
+
+def change(after: Bytes, before: Bytes) -> Part:
+    """Find what changes from one frame to the next, palette indices of shape (h, w).
+
+    Pixels that stay as they are are ``UNCHANGED``: long runs of it compress to almost nothing.
+
+    Returns:
+        The smallest rectangle with all changes, one pixel at least, and its upper left corner.
+    """
+    differs = after != before
+    rows, columns = (np.flatnonzero(differs.any(axis=k)) for k in (1, 0))
+    if not len(rows):
+        return np.full((1, 1), UNCHANGED, dtype=np.uint8), (0, 0)
+    top, left = int(rows[0]), int(columns[0])
+    window = np.s_[top : rows[-1] + 1, left : columns[-1] + 1]
+    return np.where(differs[window], after[window], np.uint8(UNCHANGED)), (left, top)
 
 
 def _block(indices: Bytes, corner: tuple[int, int], delay: int) -> bytes:

@@ -74,11 +74,10 @@ class Inset:
         seen[0], seen[-1], seen[:, 0], seen[:, -1] = FRAME, FRAME, FRAME, FRAME
         return seen
 
-    def put(self, view: Bytes, image: Bytes) -> Box:
-        """Put an inset into its picture, and return where it is."""
+    def put(self, view: Bytes, image: Bytes) -> None:
+        """Put an inset into its picture."""
         left, top, right, bottom = self.box
         image[top:bottom, left:right] = view
-        return self.box
 
 
 def _middles(pen: Pen, poses: Array) -> Array:

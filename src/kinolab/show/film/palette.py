@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from kinolab.numerics.jit import kernel
-from kinolab.show.film.raster.rasterizer import Box
 
 Bytes: TypeAlias = NDArray[np.uint8]
 
@@ -34,16 +33,10 @@ class Palette:
     colors: Bytes
     table: Bytes
 
-    def indices(self, image: Bytes, box: Box | None = None) -> Bytes:
-        """Replace RGB, shape (h, w, 3), by the nearest colour's index, shape (h, w).
-
-        Args:
-            image: RGB, shape (h, w, 3).
-            box: What part of it is wanted, all of it if left out.
-        """
-        left, top, right, bottom = box or (0, 0, image.shape[1], image.shape[0])
-        out = np.empty((bottom - top, right - left), dtype=np.uint8)
-        _look_up(image, left, top, self.colors, self.table, out)
+    def indices(self, image: Bytes) -> Bytes:
+        """Replace RGB, shape (h, w, 3), by the nearest colour's index, shape (h, w)."""
+        out = np.empty(image.shape[:2], dtype=np.uint8)
+        _look_up(image, self.colors, self.table, out)
         return out
 
 
@@ -84,15 +77,14 @@ def _index(pixel: Bytes, colors: Bytes, table: Bytes) -> int:
 
 
 @kernel  # type: ignore[untyped-decorator]
-def _look_up(image: Bytes, left: int, top: int, colors: Bytes, table: Bytes, out: Bytes) -> None:
-    """Look up a part of an image.
+def _look_up(image: Bytes, colors: Bytes, table: Bytes, out: Bytes) -> None:
+    """Look up an image.
 
     Args:
         image: RGB, (h, w, 3).
-        left, top: The part's corner.
         colors, table: Of ``Palette``, (COLORS, 3) and flat.
-        out: The part's indices, of its own (h, w).
+        out: The indices, (h, w).
     """
     for i in range(out.shape[0]):
         for j in range(out.shape[1]):
-            out[i, j] = _index(image[top + i, left + j], colors, table)
+            out[i, j] = _index(image[i, j], colors, table)

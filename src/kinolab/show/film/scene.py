@@ -16,7 +16,6 @@ from kinolab.show.film.picture import Floor, pose_table
 from kinolab.show.film.raster.contact import darken_corners
 from kinolab.show.film.raster.draw_list import Layer, Shadows, drawn
 from kinolab.show.film.raster.rasterizer import (
-    Box,
     Bytes,
     Canvas,
     Facets,
@@ -82,10 +81,10 @@ class Scene:
     def shot(self, poses: ArrayLike, lines: Array | None = None) -> Bytes:
         """The picture with the machine at poses, shape (nb, 12), and cables, shape (nl, 2, 3)."""
         one = None if lines is None else lines[None]
-        return next(self.shots(pose_table(poses)[None], one))[0]
+        return next(self.shots(pose_table(poses)[None], one))
 
-    def shots(self, poses: Array, lines: Array | None) -> Iterator[tuple[Bytes, Box]]:
-        """Draw pictures, each with the box in which it differs from the backdrop.
+    def shots(self, poses: Array, lines: Array | None) -> Iterator[Bytes]:
+        """Draw pictures, shape (h, w, 3) each.
 
         Args:
             poses: Of the bodies, shape (nf, nb, 12).
@@ -94,7 +93,7 @@ class Scene:
         for parts in machine_facets(self.pen, self.machine, poses, lines, self.floor is not None):
             yield self._composed(*parts)
 
-    def _composed(self, facets: Facets, shadows: list[Array]) -> tuple[Bytes, Box]:
+    def _composed(self, facets: Facets, shadows: list[Array]) -> Bytes:
         box = extent(np.concatenate([facets.corners, *shadows]), self.pen.size, self.pen.scale)
         part = self.canvas.part(box)
         shift = np.array([box[0], box[1], 0.0])
@@ -103,7 +102,7 @@ class Scene:
         left, top, right, bottom = (side // self.pen.scale for side in box)
         image = self.image.copy()
         image[top:bottom, left:right] = average(part.color, self.pen.scale)
-        return image, (left, top, right, bottom)
+        return image
 
 
 def put_machine(canvas: Canvas, facets: Facets, still: Still) -> None:

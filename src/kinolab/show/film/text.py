@@ -44,14 +44,13 @@ class Words:
         """Where they are."""
         return self.left, self.top, self.left + self.mask.width, self.top + self.mask.height
 
-    def on(self, image: Bytes, color: tuple[int, int, int]) -> Box:
-        """Write them on an image, shape (h, w, 3), and return where they are."""
+    def on(self, image: Bytes, color: tuple[int, int, int]) -> None:
+        """Write them on an image, shape (h, w, 3)."""
         wide, high = self.mask.size
         part = image[self.top : self.top + high, self.left : self.left + wide]
         sheet = Image.fromarray(np.ascontiguousarray(part))
         sheet.paste(color, (0, 0), self.mask)
         part[:] = np.asarray(sheet)
-        return self.left, self.top, self.left + wide, self.top + high
 
 
 def letter(
@@ -60,7 +59,7 @@ def letter(
     stamp: str,
     color: tuple[int, int, int] = TITLE,
     around: tuple[int, int, int] | None = None,
-) -> tuple[Box, Box]:
+) -> None:
     """Write a title at the upper left of an image, and a time stamp at the right.
 
     Args:
@@ -69,26 +68,21 @@ def letter(
         stamp: The same.
         color: Of the letters.
         around: Of what surrounds them, where they stand before all kinds of things.
-
-    Returns:
-        Where they are.
     """
     height, width = image.shape[:2]
     size, edge = _sizes(height)
     page = (width, min(height, heading(height)))
     room = int(width - 3 * edge - _length(stamp, PLAIN, size))
-    words = _words(title, BOLD, _fitting(title, size, room), (edge, edge), "la", page)
-    time = _words(stamp, PLAIN, size, (width - edge, edge), "ra", page)
-    if around is None:
-        return words.on(image, color), time.on(image, STAMP if color == TITLE else color)
-    outer = (
-        _words(title, BOLD, _fitting(title, size, room), (edge, edge), "la", page, HALO),
-        _words(stamp, PLAIN, size, (width - edge, edge), "ra", page, HALO),
+    parts = (
+        (title, BOLD, _fitting(title, size, room), (edge, edge), "la", page),
+        (stamp, PLAIN, size, (width - edge, edge), "ra", page),
     )
-    boxes = outer[0].on(image, around), outer[1].on(image, around)
-    words.on(image, color)
-    time.on(image, color)
-    return boxes
+    if around is not None:
+        for part in parts:
+            _words(*part, HALO).on(image, around)
+    pale = STAMP if color == TITLE and around is None else color
+    for part, ink in zip(parts, (color, pale), strict=True):
+        _words(*part).on(image, ink)
 
 
 @lru_cache(maxsize=64)  # a longer stamp leaves less space

@@ -10,7 +10,7 @@ import numpy as np
 
 from kinolab.numerics.arrays import Array
 from kinolab.show.film.inset import Inset
-from kinolab.show.film.raster.rasterizer import Box, Bytes
+from kinolab.show.film.raster.rasterizer import Bytes
 from kinolab.show.film.staging.backdrop import Still
 from kinolab.show.film.staging.captions import NO_SIGNS, Signs
 
@@ -50,12 +50,11 @@ class Travelling:
         width, height = self.size
         return np.zeros((height, width, 3), dtype=np.uint8)
 
-    def shots(self, poses: Array, lines: Array | None) -> Iterator[tuple[Bytes, Box]]:
-        """Draw pictures, each with the box in which it differs from the backdrop: all of it.
+    def shots(self, poses: Array, lines: Array | None) -> Iterator[Bytes]:
+        """Draw pictures, shape (h, w, 3) each.
 
         Args:
             poses: Of the bodies, shape (nf, nb, 12).
             lines: Cables, shape (nf, nl, 2, 3), if any.
         """
-        for view in self.window.views(poses, lines):
-            yield view, (0, 0, *self.size)
+        return self.window.views(poses, lines)

@@ -108,13 +108,11 @@ class Signs:
     words: tuple[tuple[Words, Words], ...]
     colors: tuple[tuple[int, int, int], tuple[int, int, int]]
 
-    def on(self, image: Bytes) -> list[Box]:
-        """Write them on an image, shape (h, w, 3), and return where they are."""
-        boxes = []
+    def on(self, image: Bytes) -> None:
+        """Write them on an image, shape (h, w, 3)."""
         for inner, outer in self.words:
-            boxes.append(outer.on(image, self.colors[1]))
+            outer.on(image, self.colors[1])
             inner.on(image, self.colors[0])
-        return boxes
 
 
 NO_SIGNS = Signs((), ((0, 0, 0), (0, 0, 0)))
