@@ -1,16 +1,19 @@
 """Results as OMPL keeps them: benchmark logs, and a database for Planner Arena.
 
-Source: the log's format and the database's tables are those of OMPL 2.0's ``Benchmark.cpp`` and
+Source: the log's format is that of OMPL 2.0's ``Benchmark.cpp`` and of the script that reads it,
 ``ompl_benchmark_statistics.py`` (ompl.kavrakilab.org/benchmark.html).
 """
 
 from __future__ import annotations
 
+import io
 import json
 import re
-import sqlite3
+import tempfile
+import warnings
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Sequence
+from contextlib import redirect_stdout
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -39,34 +42,6 @@ PROPERTIES: tuple[tuple[str, str], ...] = (  # of a run, as OMPL names them wher
     ("seed", "INTEGER"),
     ("status", "ENUM"),
 )
-TABLES = """
-CREATE TABLE experiments (id INTEGER PRIMARY KEY AUTOINCREMENT, name VARCHAR(512),
-  totaltime REAL, timelimit REAL, memorylimit REAL, runcount INTEGER, version VARCHAR(128),
-  hostname VARCHAR(1024), cpuinfo TEXT, date DATETIME, seed VARCHAR(24), setup TEXT);
-CREATE TABLE plannerConfigs (id INTEGER PRIMARY KEY AUTOINCREMENT, name VARCHAR(512) NOT NULL,
-  settings TEXT);
-CREATE TABLE enums (name VARCHAR(512), value INTEGER, description TEXT,
-  PRIMARY KEY (name, value));
-CREATE TABLE runs (id INTEGER PRIMARY KEY AUTOINCREMENT, experimentid INTEGER,
-  plannerid INTEGER, {columns},
-  FOREIGN KEY (experimentid) REFERENCES experiments(id) ON DELETE CASCADE,
-  FOREIGN KEY (plannerid) REFERENCES plannerConfigs(id) ON DELETE CASCADE);
-CREATE TABLE progress (runid INTEGER, time REAL, best_cost REAL, PRIMARY KEY (runid, time),
-  FOREIGN KEY (runid) REFERENCES runs(id) ON DELETE CASCADE);
-CREATE VIEW bestPlannerConfigsPerExperiment AS
-  SELECT plannerid, experimentid, MIN(avg_solved) AS avg_solved, avg_total_time
-  FROM (SELECT plannerid, plannerName, experimentid, AVG(solved) AS avg_solved,
-    AVG(total_time) AS avg_total_time FROM ({measured}) GROUP BY plannerid, experimentid)
-  GROUP BY plannerName, experimentid ORDER BY avg_solved DESC, avg_total_time ASC;
-CREATE VIEW bestPlannerConfigs AS
-  SELECT plannerid, MIN(avg_solved) AS avg_solved, avg_total_time
-  FROM (SELECT plannerid, plannerName, AVG(solved) AS avg_solved,
-    AVG(total_time) AS avg_total_time FROM ({measured}) GROUP BY plannerid)
-  GROUP BY plannerName ORDER BY avg_solved DESC, avg_total_time ASC;
-"""
-MEASURED = """SELECT plannerid, plannerConfigs.name AS plannerName, experimentid, solved,
-    time AS total_time FROM plannerConfigs INNER JOIN experiments INNER JOIN runs
-    ON plannerConfigs.id = runs.plannerid AND experiments.id = runs.experimentid"""
 
 
 @dataclass(frozen=True)
@@ -253,45 +228,19 @@ def write_logs(folder: Path, found: Sequence[Experiment]) -> list[Path]:
     return paths
 
 
-def write_database(path: Path, found: Sequence[Experiment]) -> None:
-    """Write experiments into an SQLite database for Planner Arena, whole or not at all."""
-    columns = ", ".join(f"{name.replace(' ', '_')} {kind}" for name, kind in PROPERTIES)
-    connection = sqlite3.connect(":memory:")
-    with connection:
-        connection.executescript(TABLES.format(columns=columns, measured=MEASURED))
-        named = [("status", value, name) for value, name in enumerate(STATUSES)]
-        connection.executemany("INSERT INTO enums VALUES (?, ?, ?)", named)
-        for one in found:
-            _insert(connection, one)
-    write_whole(path, connection.serialize())
-    connection.close()
+def write_database(path: Path, logs: Iterable[Path]) -> None:
+    """Write logs into an SQLite database for Planner Arena, whole or not at all.
 
+    That is what OMPL's own script makes of them.
+    """
+    from ompl.tools import computeViews, readBenchmarkLog  # late: `comparison` needs no OMPL
 
-def _insert(connection: sqlite3.Connection, experiment: Experiment) -> None:
-    facts = experiment.facts
-    places = ", ".join("?" * len(facts))
-    names = ", ".join(facts)
-    made = connection.execute(
-        f"INSERT INTO experiments ({names}) VALUES ({places})", list(facts.values())
-    )
-    for planner, rows in experiment.rows.items():
-        told = (planner, "".join(f"{line}\n;" for line in settings_of(rows)))  # as OMPL has them
-        known = connection.execute(
-            "SELECT id FROM plannerConfigs WHERE name = ? AND settings = ?", told
-        ).fetchone()
-        config = known[0] if known else _added(connection, told)
-        for row in rows:
-            values = [None, made.lastrowid, config, *values_of(row)]
-            run = connection.execute(
-                f"INSERT INTO runs VALUES ({', '.join('?' * len(values))})", values
-            )
-            connection.executemany(
-                "INSERT INTO progress VALUES (?, ?, ?)",
-                [(run.lastrowid, *p) for p in progress(row)],
-            )
-
-
-def _added(connection: sqlite3.Connection, told: tuple[str, str]) -> int | None:
-    return connection.execute(
-        "INSERT INTO plannerConfigs (name, settings) VALUES (?, ?)", told
-    ).lastrowid
+    with (
+        tempfile.TemporaryDirectory() as folder,
+        redirect_stdout(io.StringIO()),  # which the script tells what it does
+        warnings.catch_warnings(action="ignore", category=ResourceWarning),  # it closes nothing
+    ):
+        made = str(Path(folder) / DATABASE)
+        readBenchmarkLog(made, [str(log) for log in logs], False)
+        computeViews(made, False)
+        write_whole(path, Path(made).read_bytes())

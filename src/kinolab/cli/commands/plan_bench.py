@@ -122,9 +122,9 @@ def _write(
     write_parquet(written[0], rows)
     if not rows:
         return written
-    found = experiments(study, rows)
-    written += [*write_logs(folder, found), folder / DATABASE]
-    write_database(written[-1], found)
+    logs = write_logs(folder, experiments(study, rows))
+    written += [*logs, folder / DATABASE]
+    write_database(written[-1], logs)
     if report:
         progress("drawing the report")
         from kinolab.studies.report_page import write_report
