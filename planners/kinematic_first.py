@@ -5,11 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar, final
 
-from kinolab.planners.shooting import AnyMultistart, first_motion
+from kinolab.planners.shooting import first_motion
 from kinolab.problem import PlanningTask
-from kinolab.problem.kinematic_task import is_underactuated
 from kinolab.search import AbstractPlanner, Budget, SearchResult, setting
-from kinolab.trajopt.multistart.decoupled_multistart import DecoupledMultistart
 from kinolab.trajopt.multistart.kinematic_multistart import KinematicMultistart
 
 
@@ -19,10 +17,7 @@ class KinematicFirst(AbstractPlanner):
     """Plans without masses first, velocities being inputs; the dynamics follow, more slowly.
 
     For machines whose inputs accelerate them along every velocity that nonholonomic constraints
-    leave, such as a tractor with trailers, and for those with fewer inputs that have decoupling
-    vector fields, such as a snakeboard: they follow one field at a time, with stops in between,
-    which suits short ways. `plan describe` says so of a machine. Solutions end exactly in the
-    goal's centre.
+    leave, such as a tractor with trailers. Solutions end exactly in the goal's centre.
 
     Source: Bullo, Lynch, Kinematic controllability for decoupled trajectory planning, IEEE Trans.
     Robotics and Automation 17(4), 2001.
@@ -34,10 +29,5 @@ class KinematicFirst(AbstractPlanner):
 
     def solve(self, problem: PlanningTask, seed: int, budget: Budget) -> SearchResult:
         """Optimise motions of the reduction, then with the dynamics, until one succeeds."""
-        multistart: AnyMultistart
-        if is_underactuated(problem):
-            multistart = DecoupledMultistart(problem, seed, budget.expired, budget.below)
-        else:
-            given = (problem, self.knots, seed, budget.expired, budget.below)
-            multistart = KinematicMultistart(*given)
-        return first_motion(problem, multistart, budget)
+        given = (problem, self.knots, seed, budget.expired, budget.below)
+        return first_motion(problem, KinematicMultistart(*given), budget)

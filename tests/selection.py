@@ -54,7 +54,6 @@ SMOKE = {  # one search of each class, however long it takes and whoever stands 
     ),
     "tests/solve/test_modes.py"
     "::test_a_machine_with_one_mode_that_bounces_into_itself_is_planned_for[rrt]",
-    "tests/trajopt/multistart/test_decoupled_motions.py::test_a_snakeboard_parks[0.0-2]",
 }
 OTHERS = {name for names, stand_in in REPRESENTATIVES.items() for name in set(names) - stand_in}
 

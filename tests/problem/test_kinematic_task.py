@@ -36,7 +36,7 @@ def test_configurations_change_as_they_do_with_the_dynamics(name: str) -> None:
     ("name", "reason"),
     [
         ("pendulum_swingup", "no constraint takes velocities away"),
-        ("crane_factory", "do not accelerate it along every velocity"),
+        ("snakeboard_park", "do not accelerate it along every velocity"),
         ("falling_disk_slalom", "it has feedback or states of its own"),
     ],
 )

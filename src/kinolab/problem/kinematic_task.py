@@ -21,7 +21,6 @@ from kinolab.scenario import Issue, mistake_at
 if TYPE_CHECKING:
     from kinolab.dynamics.language.mechanism import Mechanism
 
-MISSING = "its inputs do not accelerate it along every velocity that the constraints leave"
 HELD_SAMPLES = 10  # random configurations in which a machine must be held
 FULL_RANK = 1e-6  # singular value of the inputs' effect, relative to the largest
 
@@ -65,39 +64,6 @@ def kinematic_task(problem: PlanningTask) -> PlanningTask:
     )
 
 
-def is_underactuated(problem: PlanningTask) -> bool:
-    """Say whether a machine has velocities that no input changes, and might have decoupling fields.
-
-    Those with feedback, states of their own or velocities as inputs have none.
-    """
-    return not _outside_mechanics(problem) and not _accelerates_all(problem)
-
-
-def decoupled_model(problem: PlanningTask) -> Model:
-    """Return the model of the machine that follows the decoupling fields of a problem's machine.
-
-    Its first coordinates are the machine's; each input is how fast one field is followed.
-
-    Args:
-        problem: Of the machine with its dynamics.
-
-    Raises:
-        InputError: If it has no such fields, or begins or ends in motion.
-    """
-    model = problem.model
-    reason = _outside_mechanics(problem)
-    if not reason and not _begins_and_ends_at_rest(problem):
-        reason = "it does not rest at the start and in the goal"
-    if reason:
-        raise _refusal(problem, reason)
-    content = json.dumps([model.key, "decoupling fields"])
-    try:
-        return Model.described_by(content, partial(_decoupled_reduction, model))
-    except InputError as error:
-        about = f"system {model.machine.name!r}"
-        raise _refusal(problem, f"{MISSING}, and {_told(error, about)}") from error
-
-
 def follows_every_path(problem: PlanningTask) -> bool:
     """Say whether a machine can follow every path of its coordinates slowly, from rest to rest.
 
@@ -129,17 +95,6 @@ def _is_held(problem: PlanningTask, x: Array) -> bool:
     return held is not None and held.holds
 
 
-def _told(error: InputError, about: str) -> str:
-    """Return what an error says, as a clause."""
-    return "; ".join(m.what for m in error.mistakes if m.where == about).rstrip(".") or str(error)
-
-
-def _decoupled_reduction(model: Model) -> Mechanism:
-    from kinolab.dynamics.analysis.decoupling_fields import decoupled_reduction  # uses SymPy
-
-    return decoupled_reduction(model.system)
-
-
 def _reduction(model: Model, limits: list[tuple[float, float]]) -> Mechanism:
     from kinolab.dynamics.analysis.kinematic_reduction import kinematic_reduction  # uses SymPy
 
@@ -160,7 +115,7 @@ def _obstacle(problem: PlanningTask) -> str:
     if machine.all_rates or all(constraint.of_position for constraint in machine.constraints):
         return "no constraint takes velocities away from its state"
     if not _accelerates_all(problem):
-        return MISSING
+        return "its inputs do not accelerate it along every velocity that the constraints leave"
     return (
         "" if _begins_and_ends_at_rest(problem) else "it does not rest at the start and in the goal"
     )

@@ -196,35 +196,15 @@ class GuessOptions:
 
 @final
 @dataclass(frozen=True, kw_only=True)
-class FieldOptions:
-    """Options of paths along decoupling vector fields and of their time scaling."""
+class TimingOptions:
+    """Options of the time scaling of paths, from rest to rest."""
 
-    max_branches: int = setting(4000, meaning="Branches of a tree at most.")
-    goal_period: int = setting(4, meaning="Branches of which one grows towards the goal.")
-    candidates: int = setting(24, meaning="Random branches of which the best is taken.")
-    checked: int = setting(3, meaning="The best of them, which are checked for collisions.")
-    samples: int = setting(16, meaning="Steps of a leg.")
-    checks_between: int = setting(3, meaning="Collision checks between two of them.")
-    shortest: float = setting(0.02, meaning="Shortest leg, of the longest.")
-    least_reach: float = setting(0.1, meaning="Added to the distance to the goal for that.")
-    speed_samples: int = setting(64, meaning="States that show how fast fields lead away.")
-    near: float = setting(2.0, meaning="Goal violation, of the least, from which ends are moved.")
-    last_legs: int = setting(12, meaning="Legs that may change to end in the goal's centre.")
-    newton_steps: int = setting(10, meaning="Steps of Gauss-Newton for that.")
-    max_change: float = setting(0.3, meaning="Change of a leg in one, of the longest.")
-    fd_step: float = setting(1e-6, meaning="Finite difference of a leg, of the longest.")
-    goal_tolerance: float = setting(1e-6, meaning="Goal residual that counts as none.")
-    rank_tolerance: float = setting(1e-4, meaning="Singular values that are none, of the largest.")
-    stop: float = setting(0.5, unit="s", meaning="What a leg takes for its stops, about.")
-    cost: float = setting(3e-3, unit="s", meaning="Work of a branch.")
     ramps: tuple[float, ...] = setting((0.5, 0.3, 0.15), meaning="Shares that speed up, tried.")
     used: float = setting(0.9, meaning="Fraction of limits that a motion uses.")
     durations: tuple[float, float] = setting((0.02, 1e3), unit="s", meaning="Of a leg.")
     bisections: int = setting(18, meaning="Of that range, for the shortest duration.")
     limit_samples: int = setting(41, meaning="Samples at which limits are checked.")
     samples_per_step: int = setting(4, meaning="Samples over which held inputs are averaged.")
-    max_iterations: int = setting(40, meaning="Subproblems for a guess.")
-    longer: float = setting(3.0, meaning="Duration of a guess over the incumbent's, at most.")
 
 
 @final
@@ -243,7 +223,7 @@ class EndOptions:
     cost_of_state: float = setting(6e-6, unit="s", meaning="Work per step and state.")
 
 
-FIELDS = FieldOptions()
+TIMING = TimingOptions()
 END = EndOptions()
 NLP, SQP, SHORT, GUESS = NlpOptions(), SqpOptions(), ShorteningOptions(), GuessOptions()
 TIGHT = StoppingTolerances()
@@ -253,7 +233,7 @@ OPTIONS = {
     "sqp": SQP,
     "shorten": SHORT,
     "guess": GUESS,
-    "fields": FIELDS,
+    "timing": TIMING,
     "end": END,
     "tight": TIGHT,
     "loose": LOOSE,

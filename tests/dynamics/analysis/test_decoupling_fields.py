@@ -22,7 +22,6 @@ from kinolab.dynamics import (
     Box,
     Control,
     Force,
-    Model,
     System,
     Torque,
     Wrench,
@@ -36,7 +35,6 @@ from kinolab.dynamics import (
 )
 from kinolab.dynamics.analysis.decoupling_fields import (
     DecouplingFields,
-    decoupled_reduction,
     decoupling_fields,
 )
 from kinolab.errors import InputError
@@ -184,20 +182,3 @@ def test_machines_to_which_the_notion_does_not_apply_are_refused(
 ) -> None:
     with pytest.raises(InputError, match=reason):
         decoupling_fields(machine())
-
-
-@pytest.mark.parametrize("machine", [lambda: systems.get("snakeboard"), planar_body])
-def test_the_reduction_follows_one_field_for_each_input(machine: Callable[[], System]) -> None:
-    """Its coordinates begin with the machine's; each further one counts how far a field goes."""
-    found, reduction = decoupling_fields(machine()), Model(decoupled_reduction(machine()))
-    assert reduction.nu == len(found.names) == 2
-    for q, fields in rates(found):
-        x = np.array([*q.values(), 0.0, 0.0])
-        for u, name in zip(np.eye(2), found.names, strict=True):
-            np.testing.assert_allclose(reduction.f(x, u), [*fields[name], *u], atol=1e-9)
-
-
-def test_fields_with_long_expressions_are_no_reduction() -> None:
-    """The arm's are roots of quadratics with everything in them."""
-    with pytest.raises(InputError, match="too long to be compiled"):
-        decoupled_reduction(arm())

@@ -11,7 +11,6 @@ of Mechanical Systems, 2005, section 8.3.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
@@ -23,23 +22,19 @@ import sympy
 from kinolab.arguments import checked
 from kinolab.dynamics.analysis.fields import VectorFields, vector_fields
 from kinolab.dynamics.analysis.fields.to_sympy import to_sympy
-from kinolab.dynamics.analysis.kinematic_reduction import without_mass
 from kinolab.dynamics.derivation.derivation import Derivation, derive, has_imposed_velocities
 from kinolab.dynamics.derivation.expression_graph import Node
 from kinolab.dynamics.derivation.symbol_table import SymbolTable
 from kinolab.dynamics.derivation.symbolic_solve import Guards, solve_square
 from kinolab.dynamics.derivation.velocity_coordinates import feasible_values
-from kinolab.dynamics.language.constraints import zero
-from kinolab.dynamics.language.inputs import Rate
 from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.language.mechanism_parts import tangent_symbols
-from kinolab.dynamics.language.symbols import Attitude, Coordinate, length, rate
+from kinolab.dynamics.language.symbols import Attitude, Coordinate
 from kinolab.errors import InputError, Mistake
 
 SAMPLES = 6  # random configurations at which an identity is checked
 SAME = 1e-8  # of the terms of a sum: it is zero up to rounding
 NOTHING = 1e-3  # in SI units at unit speed: terms below it may be rounding themselves
-MAX_SIZE = 400  # operations of a field from which SymPy's expressions take minutes
 FULL_RANK = 1e-6  # of the largest singular value of the inputs' effect
 
 
@@ -433,51 +428,3 @@ def _configurations(system: Mechanism, whole: VectorFields) -> Iterator[dict[str
 
 def _entries(coordinate: Coordinate | Attitude) -> int:
     return len(coordinate.quaternion) if isinstance(coordinate, Attitude) else 1
-
-
-def decoupled_reduction(system: Mechanism) -> Mechanism:
-    """Return the kinematic machine that follows the decoupling fields of another one.
-
-    It has a further coordinate for each field, how far it has been followed, whose rate is an
-    input. One at a time is to be used, unless the fields may be followed together. Fields with long
-    expressions are left out.
-
-    Args:
-        system: The machine; its coordinates come first, in the same order.
-
-    Raises:
-        InputError: As ``decoupling_fields``, or if there are none.
-    """
-    found = decoupling_fields(system)
-    if not found.names:
-        raise _refusal(system, "no direction can be followed with every time scaling")
-    names = [name for name in found.names if found.size(name) <= MAX_SIZE]
-    if not names:
-        what = "the expressions of its decoupling vector fields are too long to be compiled."
-        raise InputError([Mistake(f"system {system.name!r}", what)])
-    ways = [length(f"along_{_identifier(name)}") for name in names]
-    columns = [found.expressions(name) for name in names]
-    conditions = [
-        zero(
-            velocity
-            - sum(column[i] * rate(way) for column, way in zip(columns, ways, strict=True)),
-            f"velocity {i + 1} along the fields",
-        )
-        for i, velocity in enumerate(found.velocity_symbols)
-    ]
-    made = Mechanism(
-        system.name,
-        bodies=[without_mass(body) for body in system.bodies],
-        constraints=[*system.constraints, *conditions],
-        inputs=[Rate(f"{way.name}_rate", on=way, limit=1.0) for way in ways],
-        collisions=system.collisions,
-        cables=system.cables,
-        coordinates=(*system.coordinates, *ways),
-    )
-    left = {parameter.name for parameter in made.parameters}
-    return made.with_parameters(**{name: x for name, x in system.values if name in left})
-
-
-def _identifier(name: str) -> str:
-    """Return a field's name as a coordinate may be called."""
-    return "_".join(re.findall(r"\w+", name))

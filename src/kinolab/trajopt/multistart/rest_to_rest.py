@@ -1,10 +1,9 @@
-"""Time scaling of paths along decoupling fields, from rest to rest within the machine's limits.
+"""Time scaling of paths, from rest to rest within the machine's limits.
 
 Each leg begins and ends at rest: its speed rises smoothly, stays, and falls. Of a few shapes, the
 one that takes least time is chosen.
 
-Source: Bullo, Lynch, Kinematic controllability for decoupled trajectory planning, IEEE Trans.
-Robotics and Automation 17(4), 2001.
+Source: Lynch, Park, Modern Robotics, 2017, section 9.2.
 """
 
 from __future__ import annotations
@@ -19,7 +18,7 @@ from kinolab.problem import PlanningTask
 from kinolab.problem.time_steps import covering_steps
 from kinolab.trajopt.multistart.allowed_velocities import velocity_directions
 from kinolab.trajopt.nlp.decision import Knots
-from kinolab.trajopt.options import FIELDS
+from kinolab.trajopt.options import TIMING
 
 UNLIMITED = 1e9  # magnitude of an input without limits
 
@@ -84,31 +83,31 @@ def timed(problem: PlanningTask, curve: LegCurve) -> Knots | None:
         problem: The planning problem.
         curve: The leg.
     """
-    profiles = [Profile(ramp) for ramp in FIELDS.ramps]
+    profiles = [Profile(ramp) for ramp in TIMING.ramps]
     quickest = [(_least_duration(problem, curve, profile), profile) for profile in profiles]
     duration, profile = min(quickest, key=lambda pair: pair[0])
     if not math.isfinite(duration):
         return None
     h = problem.step
     count = max(1, covering_steps(duration, h))
-    times = np.linspace(0.0, 1.0, count * FIELDS.samples_per_step + 1)
+    times = np.linspace(0.0, 1.0, count * TIMING.samples_per_step + 1)
     x, u = _motion(problem, curve, profile, count * h, times)
-    knots = x[:: FIELDS.samples_per_step]
+    knots = x[:: TIMING.samples_per_step]
     if problem.machine.references is not None:  # the law looks at the state when a step begins
         accelerations = np.diff(knots[:, problem.model.nq :], axis=0) / h
         return Knots(knots, _inverse_dynamics(problem, knots[:-1], accelerations), h)
     held = u[:-1] + np.diff(u, axis=0) / 2
-    held = held.reshape(count, FIELDS.samples_per_step, -1).mean(axis=1)
+    held = held.reshape(count, TIMING.samples_per_step, -1).mean(axis=1)
     return Knots(knots, held, h)
 
 
 def _least_duration(problem: PlanningTask, curve: LegCurve, profile: Profile) -> float:
     """Return the shortest duration in [s] that limits allow, by bisection; infinite if none."""
-    times = np.linspace(0.0, 1.0, FIELDS.limit_samples)
-    low, high = FIELDS.durations
+    times = np.linspace(0.0, 1.0, TIMING.limit_samples)
+    low, high = TIMING.durations
     if not _allowed(problem, curve, profile, high, times):
         return math.inf
-    for _ in range(FIELDS.bisections):
+    for _ in range(TIMING.bisections):
         middle = math.sqrt(low * high)
         if _allowed(problem, curve, profile, middle, times):
             high = middle
@@ -120,7 +119,7 @@ def _least_duration(problem: PlanningTask, curve: LegCurve, profile: Profile) ->
 def _allowed(
     problem: PlanningTask, curve: LegCurve, profile: Profile, duration: float, times: Array
 ) -> bool:
-    model, used = problem.model, FIELDS.used
+    model, used = problem.model, TIMING.used
     x, u = _motion(problem, curve, profile, duration, times)
     lower, upper = problem.bounds[model.nq :].T * used
     v = x[:, model.nq :]
