@@ -18,8 +18,8 @@ from kinolab.errors import InputError
 from kinolab.studies import dask_engine
 from kinolab.studies.dask_engine import DaskEngine
 from kinolab.studies.problem_files import ProblemFiles
-from kinolab.studies.run_study import StudyFolder, differing
-from tests.studies.tiny_study import LIMITED, SWINGS, kept, rows_made, study_in
+from kinolab.studies.run_study import StudyFolder
+from tests.studies.tiny_study import LIMITED, SWINGS, differing, kept, rows_made, study_in
 
 pytest.importorskip("distributed")
 psutil = pytest.importorskip("psutil")

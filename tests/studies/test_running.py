@@ -12,9 +12,9 @@ import pytest
 from kinolab.errors import InputError
 from kinolab.studies.columns import COLUMNS
 from kinolab.studies.orders import SearchOrder
-from kinolab.studies.run_study import StudyFolder, StudyPart, differing
+from kinolab.studies.run_study import StudyFolder, StudyPart
 from kinolab.studies.study_file import Study
-from tests.studies.tiny_study import LIMITED, SWINGS, Row, kept, rows_made, study_in
+from tests.studies.tiny_study import LIMITED, SWINGS, Row, differing, kept, rows_made, study_in
 
 psutil = pytest.importorskip("psutil")
 

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
 from kinolab.concurrency.cancel import CancellationToken, never_cancelled
+from kinolab.studies.columns import COLUMNS
 from kinolab.studies.engine import LocalEngine
 from kinolab.studies.run_study import StudyFolder
 from kinolab.studies.study_file import Study, read_study
@@ -90,3 +91,12 @@ def several(planner: str, times: list[float], first: int = 0, **further: Any) ->
         solved = time == time  # noqa: PLR0124  # NaN is not
         ends = {"status": "solved", "search": time} if solved else {"status": "not_found"}
         yield row(index, planner, **{**ends, **further})
+
+
+def differing(first: Iterable[Row], second: Iterable[Row]) -> list[int]:
+    """Return the runs whose rows differ in more than times and computers, or that one lacks."""
+    lasting = [column.name for column in COLUMNS if not column.timed]
+    one, two = (
+        {row["index"]: [row[n] for n in lasting] for row in rows} for rows in (first, second)
+    )
+    return sorted(index for index in {*one, *two} if one.get(index) != two.get(index))

@@ -153,12 +153,3 @@ def write_parquet(path: Path, rows: Iterable[Row]) -> None:
     out = io.BytesIO()
     pq.write_table(table_of(rows), out, compression="zstd")
     write_whole(path, out.getvalue())
-
-
-def read_parquet(path: Path) -> list[dict[str, Any]]:
-    """Return the rows of a Parquet file."""
-    library_of("bench", "pyarrow", NEED)
-    import pyarrow.parquet as pq
-
-    rows: list[dict[str, Any]] = pq.read_table(path).to_pylist()
-    return rows

@@ -15,7 +15,7 @@ from kinolab.concurrency.cancel import CancellationToken, never_cancelled
 from kinolab.concurrency.processors import processors
 from kinolab.errors import InputError, Mistake
 from kinolab.files import write_whole
-from kinolab.studies.columns import COLUMNS, Row
+from kinolab.studies.columns import COLUMNS
 from kinolab.studies.engine import AbstractEngine, LocalEngine, MakeEngine
 from kinolab.studies.expansion import RunSpec, StudyRuns, expanded
 from kinolab.studies.journal import ROWS, Journal, read_rows
@@ -240,12 +240,3 @@ def _earlier(folder: Path, resume: bool) -> list[dict[str, Any]]:
         what = f"this folder cannot be made: {error.strerror}."
         raise InputError([Mistake(str(folder), what, "Name another.")]) from None
     return rows
-
-
-def differing(first: Iterable[Row], second: Iterable[Row]) -> list[int]:
-    """Return the runs whose rows differ in more than times and computers, or that one lacks."""
-    lasting = [column.name for column in COLUMNS if not column.timed]
-    one, two = (
-        {row["index"]: [row[n] for n in lasting] for row in rows} for rows in (first, second)
-    )
-    return sorted(index for index in {*one, *two} if one.get(index) != two.get(index))

@@ -46,13 +46,6 @@ def require_number(answer: Any, expected: float, unit: str = "", tolerance: floa
         raise WrongAnswerError(f"{given:g}{f' {unit}' if unit else ''} is not right.")
 
 
-def require_choice(answer: Any, expected: object) -> None:
-    """Compare an answer out of a few, such as True or a word."""
-    given = answer.strip().lower() if isinstance(answer, str) else answer
-    if given != expected:
-        raise WrongAnswerError(f"{answer!r} is not right.")
-
-
 def require_values(
     answer: Any,
     expected: Callable[..., Any],

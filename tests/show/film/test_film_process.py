@@ -42,7 +42,7 @@ def loaded():
 
 drawing.load()
 before = loaded()
-from kinolab.show.film.staging.film_making import make_film
+from tests.show.film.films import make_film
 from tests.show.film.test_inset import LONG, PAIR, SIZE, Picture, pair_at
 poses = np.stack([pair_at(-9.0, 0.3), pair_at(0.0, 0.3)])
 film = make_film(Picture(bodies=PAIR, ground=True, bounds=LONG), [0.0, 1.0], poses, size=SIZE,

@@ -17,9 +17,9 @@ from kinolab.show.film.crew import Crew, Share
 from kinolab.show.film.gif import UNCHANGED, change, gif_parts
 from kinolab.show.film.palette import shared_palette
 from kinolab.show.film.picture import Picture
-from kinolab.show.film.staging.film_making import make_film, write_gif
 from kinolab.show.film.text import letter, time_stamp
 from kinolab.world.obstacle import box_obstacle
+from tests.show.film.films import make_film, write_gif
 
 SIZE = (200, 150)
 PICTURE = Picture(

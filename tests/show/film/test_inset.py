@@ -11,8 +11,8 @@ from kinolab.dynamics.language.shapes import Box, Sphere
 from kinolab.dynamics.machine_facts import BodyGeometry
 from kinolab.show.film.inset import Inset
 from kinolab.show.film.picture import Picture
-from kinolab.show.film.staging.film_making import make_film
 from kinolab.world.obstacle import box_obstacle
+from tests.show.film.films import make_film
 
 SIZE = (600, 450)
 RED, BLUE = (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)

@@ -7,7 +7,7 @@ import pytest
 
 from kinolab.dynamics.language.shapes import Box, Capsule, Cylinder, Disk, Shape, Sphere
 from kinolab.dynamics.machine_facts import BodyGeometry
-from kinolab.show.film.models.paint import MARK, paint, paint_machine
+from kinolab.show.film.models.paint import MARK, paint, painted_bodies
 from kinolab.show.film.models.surface_mesh import is_room, join, normals, weld
 
 RED = (0.9, 0.1, 0.1)
@@ -81,7 +81,8 @@ def test_a_ball_has_two_tones_of_equal_area() -> None:
 def test_bodies_differ_in_colour_unless_they_name_one() -> None:
     cube = (Box(1.0, 1.0, 1.0),)
     named = BodyGeometry("named", cube, color=RED)
-    meshes = paint_machine([BodyGeometry("a", cube), BodyGeometry("b", cube), named])
+    bodies = [BodyGeometry("a", cube), BodyGeometry("b", cube), named]
+    meshes = [body.mesh() for body in painted_bodies(bodies)]
     assert tuple(meshes[0].colors[0]) != tuple(meshes[1].colors[0])
     assert tuple(meshes[2].colors[0]) == RED
 
@@ -118,7 +119,8 @@ def test_a_shell_that_looks_inward_is_a_room() -> None:
 def test_a_disc_that_whirls_is_drawn_as_the_blades_that_sweep_it() -> None:
     """Closed solids that reach as far as the disc and cover a small part of it."""
     disc = Disk(0.8, 0.02, at=(0.0, 0.0, 0.3))
-    (rotor,) = paint_machine([BodyGeometry("rotor", (disc,), color=RED, whirl=9.0)])
+    (body,) = painted_bodies([BodyGeometry("rotor", (disc,), color=RED, whirl=9.0)])
+    rotor = body.mesh()
     assert (rotor.sides[:, 0] != rotor.sides[:, 1]).all()
     assert np.linalg.norm(rotor.vertices[:, :2], axis=1).max() == pytest.approx(0.8, rel=0.01)
     assert abs(rotor.vertices[:, 2] - 0.3).max() < 0.02  # [m]

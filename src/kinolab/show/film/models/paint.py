@@ -36,11 +36,6 @@ SEGMENTS = (8, 16, 48)  # of a circle, multiples of SECTORS: their borders coinc
 CORNERS = (16, 32, SECTIONS)  # of a circle, half as many on a capsule
 
 
-def paint_machine(bodies: Sequence[BodyGeometry]) -> tuple[SurfaceMesh, ...]:
-    """One mesh per body in the body's frame, in its own colour or in the next free one."""
-    return tuple(body.mesh() for body in painted_bodies(bodies))
-
-
 def painted_bodies(bodies: Sequence[BodyGeometry]) -> tuple[PaintedBody, ...]:
     """The surfaces of bodies, in their own colours or in the next free ones."""
     return tuple(

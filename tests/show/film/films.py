@@ -1,4 +1,4 @@
-"""From a motion to a film that can be drawn, and to a file."""
+"""From a motion to a film that can be drawn, and to a file: what a run does, without one."""
 
 from __future__ import annotations
 
