@@ -11,7 +11,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import kinolab
-from kinolab.analyze.execute import Conditions, execute
+from kinolab.analyze.execute import Conditions
 from kinolab.cli import run
 from kinolab.dynamics.codegen.methods import METHODS
 from kinolab.problem import PlanningTask
@@ -23,6 +23,7 @@ from kinolab.simulation.reference import DivergedError, follow, resimulate
 from kinolab.simulation.sensitivities import StepSensitivities
 from kinolab.solve.plan import CENTRE_TOLERANCE
 from kinolab.trajectory import Trajectory
+from tests.executions import execute
 from tests.outsiders import SKID, skid_steered, written
 from tests.support import failed, within
 

@@ -15,9 +15,10 @@ from scipy.integrate import solve_ivp
 
 import kinolab
 from kinolab import systems
-from kinolab.analyze.execute import Conditions, execute
+from kinolab.analyze.execute import Conditions
 from kinolab.dynamics import LeastDissipation, least_dissipation
 from tests.conftest import Solved
+from tests.executions import execute
 from tests.oracles import slip_steered as oracle
 from tests.oracles.slip_steered import SkidVehicle, sides
 

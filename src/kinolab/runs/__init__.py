@@ -15,7 +15,7 @@ from kinolab.runs.folder import (
     write_run,
     written_at,
 )
-from kinolab.runs.report import check_to_json, goal_distance_by_unit, margin_to_json
+from kinolab.runs.report import check_to_json, facts_of_plan, margin_to_json
 
 __all__ = [
     "MODEL",
@@ -25,7 +25,7 @@ __all__ = [
     "add_diagnosis",
     "check_run",
     "check_to_json",
-    "goal_distance_by_unit",
+    "facts_of_plan",
     "has_its_steps",
     "margin_to_json",
     "read_run",

@@ -34,11 +34,31 @@ def report_of(
         assets: Content of the files below ``assets/``, by name.
         certified: SHA-256 of ``certificate.json``; None where nothing was verified.
     """
-    certificate = plan.certificate
     return {
         "schema_version": SCHEMA_VERSION,
         "scenario": problem.name,
         "system": problem.machine.name,
+        **facts_of_plan(problem, plan),
+        "jobs": plan.jobs,
+        "attempts": [asdict(attempt) for attempt in plan.attempts],
+        "refused": plan.refused,
+        "interrupted": plan.interrupted,
+        "improvements": [asdict(improvement) for improvement in plan.improvements],
+        "timings": plan.timings,
+        "statistics": plan.statistics,
+        "notes": list(problem.notes),
+        "warnings": [*problem_warnings(problem), *plan.warnings],
+        "diagnosis": {"rejections": plan.rejections},
+        "certificate": certified,
+        "assets": hashes_of(assets),
+        "versions": versions(),
+    }
+
+
+def facts_of_plan(problem: PlanningTask, plan: PlanResult) -> dict[str, Any]:
+    """Return the facts about a plan that its page shows, by the keys of a report."""
+    checks = plan.certificate.checks if plan.certificate else ()
+    return {
         "status": plan.status,
         "message": plan.message,
         "planner": plan.planner,
@@ -48,23 +68,8 @@ def report_of(
         "duration": plan.cost,
         "goal_distance": _finite(plan.goal_distance),
         "goal_distance_by_unit": goal_distance_by_unit(problem, plan),
-        "jobs": plan.jobs,
-        "attempts": [asdict(attempt) for attempt in plan.attempts],
-        "refused": plan.refused,
-        "interrupted": plan.interrupted,
-        "improvements": [asdict(improvement) for improvement in plan.improvements],
-        "timings": plan.timings,
-        "statistics": plan.statistics,
-        "verification": [
-            check_to_json(check) for check in (certificate.checks if certificate else ())
-        ],
-        "margin": margin_to_json(certificate),
-        "notes": list(problem.notes),
-        "warnings": [*problem_warnings(problem), *plan.warnings],
-        "diagnosis": {"rejections": plan.rejections},
-        "certificate": certified,
-        "assets": hashes_of(assets),
-        "versions": versions(),
+        "margin": margin_to_json(plan.certificate),
+        "verification": [check_to_json(check) for check in checks],
     }
 
 

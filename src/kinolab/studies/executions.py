@@ -43,7 +43,7 @@ class ExecutionOrder(WorkOrder):
         count: How many.
         conditions: Perturbations of the machine and its sensors.
         seed: Random seed.
-        large: As of ``execute``.
+        large: As of ``Executor``.
     """
 
     first: int
@@ -165,7 +165,7 @@ def execute_many(
             when None.
         runs: Number of executions.
         seed: Random seed.
-        large: As of ``execute``.
+        large: As of ``Executor``.
         table: Path of a CSV file with a row for each.
         told: Called after each with their number so far.
         stop: Polled; once set, nothing is written.

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import kinolab
-from kinolab.analyze.execute import Conditions, Tracker, execute
+from kinolab.analyze.execute import Conditions, Tracker
 from kinolab.cli import run
 from kinolab.dynamics import (
     Body,
@@ -32,6 +32,7 @@ from kinolab.runs import write_run
 from kinolab.solve import PlanResult
 from kinolab.trajectory import Trajectory
 from kinolab.world import box_obstacle
+from tests.executions import execute
 from tests.feedback_machines import cart_pole
 from tests.outsiders import FURUTA, furuta, written
 

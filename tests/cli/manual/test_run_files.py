@@ -13,7 +13,7 @@ import pytest
 import kinolab
 from kinolab import planners
 from kinolab.analyze.diagnose.diagnosis import Diagnosis
-from kinolab.analyze.execute import Conditions, execute, execution_to_json
+from kinolab.analyze.execute import Conditions, execution_to_json
 from kinolab.cli.manual.run_files import files_page
 from kinolab.cli.manual.sections import sections_of
 from kinolab.problem import PlanningTask
@@ -22,6 +22,7 @@ from kinolab.runs.readme import README
 from kinolab.trajectory import Trajectory
 from kinolab.verification.checks import CHECKS
 from tests.conftest import Finished, Solved
+from tests.executions import execute
 
 SECTIONS = {section.title: section for section in sections_of(files_page())}
 NAMED = {"goal_distance_by_unit", "refused", "assets", "versions", "rejections"}  # keys are names

@@ -1,7 +1,7 @@
 """Closed-loop execution of plans on perturbed machines."""
 
 from kinolab.analyze.execute.conditions import Conditions
-from kinolab.analyze.execute.execution import Execution, ExecutionRun, Executor, execute
+from kinolab.analyze.execute.execution import Execution, ExecutionRun, Executor
 from kinolab.analyze.execute.tracker import Tracker
 from kinolab.analyze.execute.tube_plot import execution_to_json, tube_png
 
@@ -11,7 +11,6 @@ __all__ = [
     "ExecutionRun",
     "Executor",
     "Tracker",
-    "execute",
     "execution_to_json",
     "tube_png",
 ]

@@ -88,46 +88,18 @@ class Execution:
         return self.counts.get("reached", 0)
 
 
-def execute(
-    problem: PlanningTask,
-    trajectory: Trajectory,
-    conditions: Conditions,
-    *,
-    runs: int = 100,
-    seed: int = 1,
-    large: float = LARGE_DEVIATION,
-    told: Callable[[int], None] = lambda _: None,
-) -> Execution:
-    """Execute a plan in closed loop, with tracking gains designed for the nominal machine.
+class Executor:
+    """Executes a plan in closed loop, with tracking gains designed for the nominal machine.
 
-    The same seed gives the same machines, noise and disturbances.
+    Every run depends on its number and the seed alone.
 
     Args:
         problem: The problem of the plan.
         trajectory: The plan.
         conditions: Perturbations of the machine and its sensors.
-        runs: Number of runs.
         seed: Random seed.
         large: Deviation that the gains answer with a quarter of the inputs' range, as a fraction of
             one over each state's weight in the metric; smaller is stiffer.
-        told: Called after each run with the number of runs so far.
-
-    Raises:
-        InputError: If the plan has no steps, or no machine has such parameters.
-    """
-    executor = Executor(problem, trajectory, conditions, seed=seed, large=large)
-    return executor.tally(map(executor.run, range(runs)), told)
-
-
-class Executor:
-    """Executes a plan as often as it is asked to; every run depends on its number alone.
-
-    Args:
-        problem: The problem of the plan.
-        trajectory: The plan.
-        conditions: Perturbations of the machine and its sensors.
-        seed: Random seed.
-        large: As of ``execute``.
 
     Raises:
         InputError: If the plan has no steps, or the machine nothing that the conditions vary.

@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 import html
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 from kinolab.arguments import require_fit
 from kinolab.errors import InputError
 from kinolab.files import utf_8, write_whole
 from kinolab.problem import PlanningTask
 from kinolab.problem.own_motion import other_machine
-from kinolab.runs import MODEL, PAGE, Run
-from kinolab.search.graph import SearchGraph
+from kinolab.runs import MODEL, PAGE, Run, facts_of_plan
 from kinolab.show.gltf.glb_scene import glb_scene
 from kinolab.show.page import Content, page_html
-from kinolab.show.view.scenes import content_of, facts_of, readiness
+from kinolab.show.view.scenes import content_of, readiness
 from kinolab.solve import PlanResult
 from kinolab.trajectory import Trajectory
 
@@ -24,27 +22,6 @@ Shown: TypeAlias = PlanResult | Trajectory | Run | None
 
 FRAME_HEIGHT = 600  # pixels, in a notebook
 UNPLANNED = "A motion by itself: kinolab.verify says whether it solves the problem."
-
-
-def write_scene(
-    folder: Path,
-    problem: PlanningTask,
-    trajectory: Trajectory,
-    facts: Mapping[str, Any],
-    graph: SearchGraph | None = None,
-) -> None:
-    """Write ``scene.html`` and ``result.glb`` of a motion, each atomically.
-
-    Args:
-        folder: The run's folder.
-        problem: The machine in its world.
-        trajectory: The motion.
-        facts: The run's report.
-        graph: The search graph.
-    """
-    content = content_of(problem, trajectory, facts, graph)
-    write_page(folder, content)
-    write_model(folder, content)
 
 
 def write_page(folder: Path, content: Content) -> None:
@@ -133,4 +110,4 @@ def content_of_plan(problem: PlanningTask, plan: Shown) -> Content:
     if isinstance(plan, Trajectory):
         facts = {"status": "simulated", "duration": plan.duration, "message": UNPLANNED}
         return content_of(problem, plan, facts)
-    return content_of(problem, plan.trajectory, facts_of(problem, plan), plan.graph)
+    return content_of(problem, plan.trajectory, facts_of_plan(problem, plan), plan.graph)

@@ -17,13 +17,11 @@ from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 from kinolab.problem.goal import angle_between
 from kinolab.problem.unwrapping import unwrapped
-from kinolab.runs import check_to_json, goal_distance_by_unit, margin_to_json
 from kinolab.search.graph import SearchGraph
 from kinolab.show.film.staging.motion_script import picture
 from kinolab.show.page import Content, Series
 from kinolab.show.view.driving import driving_of
 from kinolab.show.view.keyframes import key_poses
-from kinolab.solve import PlanResult
 from kinolab.trajectory import Trajectory
 
 SHOWN = 3  # states that are plotted at first: those that the goal names, before others
@@ -136,24 +134,6 @@ def branches(problem: PlanningTask, graph: SearchGraph) -> Array:
     """Return the search graph's edges as segments of the leading body, shape (edges, 2, 3)."""
     places = problem.model.frames(graph.x)[:, problem.leading, 3::4]
     return np.asarray(places[graph.edges])
-
-
-def facts_of(problem: PlanningTask, plan: PlanResult) -> dict[str, Any]:
-    """Return the facts about a plan, by the keys of a report."""
-    checks = plan.certificate.checks if plan.certificate else ()
-    return {
-        "status": plan.status,
-        "message": plan.message,
-        "planner": plan.planner,
-        "seed": plan.seed,
-        "iterations": plan.iterations,
-        "cost": plan.cost,
-        "duration": plan.cost,
-        "goal_distance": plan.goal_distance,
-        "goal_distance_by_unit": goal_distance_by_unit(problem, plan),
-        "margin": margin_to_json(plan.certificate),
-        "verification": [check_to_json(check) for check in checks],
-    }
 
 
 def readiness(problem: PlanningTask) -> dict[str, Any]:
