@@ -308,7 +308,7 @@ def test_a_process_tells_what_went_wrong(
     monkeypatch.setattr(worker, "sequential_runs", raising(error))
     ours, theirs = Pipe()
     with ours, theirs:
-        worker.work(theirs, Request(None), pickle.dumps(table))
+        worker.search_and_tell(theirs, lambda: table, Request(None), lambda _: None)
         message = ours.recv()
     assert message.exit_code == code
     assert told in message.reason
@@ -328,7 +328,7 @@ def test_a_system_without_room_for_so_many_processes_is_told(
     table: PlanningTask, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The second process is refused; the first one is ended."""
-    start, started = starting.start_process, []
+    start, started = starting.Worker, []
 
     def refuse(module: str) -> Any:
         if started:
@@ -336,13 +336,13 @@ def test_a_system_without_room_for_so_many_processes_is_told(
         started.append(start(module))
         return started[0]
 
-    monkeypatch.setattr("kinolab.solve.jobs.start_process", refuse)
+    monkeypatch.setattr("kinolab.solve.jobs.Worker", refuse)
     with pytest.raises(JobsError) as caught:
         table.solve(seed=1, jobs=2)
     told = "seed 2: its process cannot be started ([Errno 11] Resource temporarily unavailable)."
     assert str(caught.value) == f"{told} Ask for fewer."
     assert caught.value.exit_code == 6
-    assert started[0][0].poll() is not None
+    assert started[0].process.poll() is not None
 
 
 @pytest.mark.parametrize("jobs", ["0", "-1", "two", "257"])

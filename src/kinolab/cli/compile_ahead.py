@@ -8,13 +8,9 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import replace
 from multiprocessing.connection import Connection
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from kinolab.concurrency.starting import Process
 
 MODULE = __name__
 
@@ -26,41 +22,25 @@ def compiled_ahead() -> Iterator[None]:
     A machine without a second processor, or Windows, does without.
     """
     from kinolab.concurrency.processors import processors
-    from kinolab.concurrency.starting import bury, start_process
+    from kinolab.concurrency.starting import Worker
     from kinolab.numerics.compiling import Compilation, compilation
 
-    started: list[tuple[Process, Connection]] = []
+    started: list[Worker] = []
 
     def start(_: Compilation) -> None:
         if not started:
             with suppress(OSError):  # no process can be had: everything is compiled here
-                started.append(start_process(MODULE))
+                started.append(ending.enter_context(Worker(MODULE)))
 
     if sys.platform == "win32" or processors() < 2:
         yield
         return
-    try:
-        with compilation(start):
-            yield
-    finally:
-        for process, connection in started:
-            process.kill()
-            bury(process)
-            connection.close()
+    with ExitStack() as ending, compilation(start):
+        yield
 
 
-def enter(handle: int) -> None:
-    """Compile in a process of its own, until that is done or the process that started it ends.
-
-    Args:
-        handle: The file descriptor of the connection to that process.
-    """
-    from kinolab.concurrency.serving import serve
-
-    serve(handle, _compile)
-
-
-def _compile(starter: Connection) -> None:
+def work(starter: Connection) -> None:
+    """Compile in a process of its own, until that is done or the one that started it ends."""
     from kinolab.concurrency.serving import leave_with
 
     leave_with(starter)

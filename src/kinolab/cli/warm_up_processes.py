@@ -6,13 +6,13 @@ import sys
 import time
 import traceback
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
 
 from kinolab.cli.warm_up_parts import PARTS
 from kinolab.concurrency.processors import processors
-from kinolab.concurrency.serving import serve
-from kinolab.concurrency.starting import bury, start_process
+from kinolab.concurrency.starting import Worker
 from kinolab.errors import KinolabError
 from kinolab.numerics.compiling import Compilation, compilation
 
@@ -81,39 +81,26 @@ def _in_turn(parts: Sequence[str]) -> Iterator[Warmed]:
 def _at_once(parts: Sequence[str], jobs: int) -> Iterator[Warmed]:
     """Yield the reports of several processes, each of which compiles part after part."""
     left = list(parts)[::-1]
-    team = [start_process(MODULE) for _ in range(jobs)]
-    try:
-        for _, connection in team:
+    with ExitStack() as ending:
+        working = [ending.enter_context(Worker(MODULE)).connection for _ in range(jobs)]
+        for connection in working:
             connection.send(left.pop())
-        working = [connection for _, connection in team]
         while working:
             for ready in wait(working):
                 assert isinstance(ready, Connection)
-                news = ready.recv()
+                try:
+                    news = ready.recv()
+                except EOFError:
+                    raise WarmUpError("a process that compiles was ended.") from None
                 yield news
                 if news.done and left:
                     ready.send(left.pop())
                 elif news.done:
                     working.remove(ready)
-    except EOFError:
-        raise WarmUpError("a process that compiles was ended.") from None
-    finally:
-        for process, connection in team:
-            process.kill()
-            bury(process)
-            connection.close()
 
 
-def enter(handle: int) -> None:
-    """Run a worker process that compiles the parts it receives.
-
-    Args:
-        handle: The file descriptor of the connection to the process that started this one.
-    """
-    serve(handle, _compile)
-
-
-def _compile(connection: Connection) -> None:
+def work(connection: Connection) -> None:
+    """Compile the parts that come by a connection."""
     while True:
         connection.send(_compiled(connection.recv(), connection.send))
 

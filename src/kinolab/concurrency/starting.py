@@ -10,10 +10,12 @@ import json
 import signal
 import subprocess
 import sys
+import threading
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from multiprocessing import Pipe
-from multiprocessing.connection import Connection
+from queue import SimpleQueue
+from typing import Any, Self
 
 from kinolab.errors import InputError, Mistake
 
@@ -21,7 +23,8 @@ Process = subprocess.Popen[bytes]
 
 ENTRY = (
     "import json, sys; sys.path[:] = json.loads(sys.argv[1]); "
-    "from {module} import enter; enter(int(sys.argv[2]))"
+    "from kinolab.concurrency.serving import serve; from {module} import work; "
+    "serve(int(sys.argv[2]), work)"
 )
 
 
@@ -30,39 +33,68 @@ STDERR = 2  # all output goes there: stdout is for the result
 _running: set[Process] = set()
 
 
-def start_process(module: str) -> tuple[Process, Connection]:
-    """Start a process and return it with the connection to it.
+class Worker:
+    """A process that works for this one; a context manager that ends it.
 
     Args:
-        module: Its ``enter`` is run with the file descriptor of the other end of the connection,
-            and passes it to ``serving.serve``.
+        module: Its ``work`` is called there, with the other end of the connection.
+
+    Attributes:
+        process: The process.
+        connection: To it.
 
     Raises:
         InputError: If this platform cannot inherit a connection.
         OSError: If the system cannot start another process.
     """
-    if sys.platform == "win32":
-        what = "several processes are not to be had on Windows."
-        raise InputError([Mistake("jobs", what, "Use jobs=1.")])
-    ours, theirs = Pipe()
-    code = ENTRY.format(module=module)
-    command = [sys.executable, "-c", code, json.dumps(sys.path), str(theirs.fileno())]
-    try:
-        with theirs, _deaf_to_interrupts():
-            process = subprocess.Popen(
-                command, pass_fds=[theirs.fileno()], stdin=subprocess.DEVNULL, stdout=STDERR
-            )
-            _running.add(process)
-    except BaseException:
-        ours.close()
-        raise
-    return process, ours
 
+    def __init__(self, module: str) -> None:
+        if sys.platform == "win32":
+            what = "several processes are not to be had on Windows."
+            raise InputError([Mistake("jobs", what, "Use jobs=1.")])
+        ours, theirs = Pipe()
+        code = ENTRY.format(module=module)
+        command = [sys.executable, "-c", code, json.dumps(sys.path), str(theirs.fileno())]
+        try:
+            with theirs, _deaf_to_interrupts():
+                self.process = subprocess.Popen(
+                    command, pass_fds=[theirs.fileno()], stdin=subprocess.DEVNULL, stdout=STDERR
+                )
+                _running.add(self.process)
+        except BaseException:
+            ours.close()
+            raise
+        self.connection = ours
+        self._outbox: SimpleQueue[Any] = SimpleQueue()
+        self._posting: threading.Thread | None = None
 
-def bury(process: Process) -> None:
-    """Reap a killed process."""
-    process.wait()
-    _running.discard(process)
+    def post(self, message: Any) -> None:
+        """Send a message, in the order of others, without waiting until the process reads it."""
+        if self._posting is None:
+            self._posting = threading.Thread(target=self._post, daemon=True)
+            self._posting.start()
+        self._outbox.put(message)
+
+    def _post(self) -> None:
+        with suppress(OSError):  # it has ended, as its closed connection shows
+            while (message := self._outbox.get()) is not None:
+                self.connection.send(message)
+
+    def end(self) -> None:
+        """End it, whatever it does."""
+        self.process.kill()
+        self.process.wait()
+        _running.discard(self.process)
+        if self._posting is not None:
+            self._outbox.put(None)
+            self._posting.join()
+        self.connection.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.end()
 
 
 def kill_all() -> None:

@@ -11,7 +11,7 @@ from multiprocessing import Pipe
 from multiprocessing.connection import Connection
 from typing import final
 
-from kinolab.concurrency.starting import bury, start_process
+from kinolab.concurrency.starting import Worker
 from kinolab.problem import PlanningTask
 from kinolab.search import Budget
 from kinolab.solve.plan import Attempt, Request
@@ -125,47 +125,38 @@ class ProcessJob(AbstractJob):
     """
 
     def __init__(self, parcel: bytes, request: Request, pool: SolutionPool) -> None:
-        self._process, connection = start_process(SEARCHES)
-        super().__init__(connection, request, pool)
+        self._worker = Worker(SEARCHES)
+        super().__init__(self._worker.connection, request, pool)
         # Most problems exceed the pipe's buffer, and the process reads only once it has started.
-        deliver = threading.Thread(target=_deliver, args=(connection, request, parcel))
-        deliver.daemon = True
-        deliver.start()
-        self._delivery, self._asked = deliver, False
+        self._worker.post((request, parcel))
+        self._asked = False
 
     def end_search(self) -> None:
         """Ask it to end its search and send its result; a second call aborts the current stage."""
         self._asked = True
-        self._process.terminate()
+        self._worker.process.terminate()
 
     def kill(self) -> None:
         """Kill it unconditionally."""
-        self._process.kill()
+        self._worker.process.kill()
 
     def close(self, reason: str) -> None:
         """Wait until it has exited; ``reason`` is recorded for an unfinished search."""
-        bury(self._process)
-        self._delivery.join()  # ends because the pipe has no reader any more
-        self.connection.close()
+        self._worker.end()
         if not self.over:
             self._note("ended", reason)
 
     def _left(self) -> None:
         """Record how the process ended after its connection closed."""
         with suppress(subprocess.TimeoutExpired):
-            self._process.wait(PROCESS_EXIT_SECONDS)
-        code = self._process.returncode
+            self._worker.process.wait(PROCESS_EXIT_SECONDS)
+        code = self._worker.process.returncode
         if code == 0:  # out of time; the next seed was not begun
             self.over = True
         elif self._asked and code == -signal.SIGTERM:
             self._note("ended", INTERRUPTED)
         else:
             self._fail(*_failure(code))
-
-
-def _deliver(connection: Connection, request: Request, parcel: bytes) -> None:
-    with suppress(OSError):  # the process has exited, which its closed connection shows
-        connection.send((request, parcel))
 
 
 def _failure(code: int | None) -> tuple[int, str]:

@@ -12,7 +12,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
 
-from kinolab.concurrency.serving import leave_with, serve
+from kinolab.concurrency.serving import leave_with
 from kinolab.errors import KinolabError
 from kinolab.problem import PlanningTask
 from kinolab.search import Budget
@@ -53,29 +53,10 @@ class Failed:
     reason: str
 
 
-def enter(handle: int) -> None:
-    """Entry point of a worker process.
-
-    Args:
-        handle: File descriptor of the connection to the parent process.
-    """
-    serve(handle, _work)
-
-
-def _work(connection: Connection) -> None:
+def work(connection: Connection) -> None:
+    """Search as the parent process asks by a connection, and send it messages."""
     request, parcel = connection.recv()
     leave_with(connection)
-    work(connection, request, parcel)
-
-
-def work(connection: Connection, request: Request, parcel: bytes) -> None:
-    """Search, and send messages to the parent process.
-
-    Args:
-        connection: To the parent process.
-        request: The searches to make.
-        parcel: The problem, pickled.
-    """
 
     def watch(budget: Budget) -> None:
         signal.signal(signal.SIGTERM, lambda *_: budget.end())

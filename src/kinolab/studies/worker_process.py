@@ -20,8 +20,7 @@ from pathlib import Path
 from typing import NoReturn
 
 from kinolab.concurrency.parent_death import end_with_parent
-from kinolab.concurrency.serving import serve
-from kinolab.concurrency.starting import bury, start_process
+from kinolab.concurrency.starting import Worker
 from kinolab.studies.hardware import computer
 from kinolab.studies.orders import Answer, WorkOrder, failure, peak_memory
 
@@ -45,7 +44,7 @@ class WorkerProcess:
     """The process, as seen by the one that starts it; it is started when it is needed."""
 
     def __init__(self) -> None:
-        self._process, self._connection = start_process(MODULE)
+        self._worker = Worker(MODULE)
 
     def answer(self, order: WorkOrder, root: Path) -> Answer:
         """Have an order done.
@@ -58,8 +57,8 @@ class WorkerProcess:
             WorkerLostError: If the process, or the run in it, was killed.
         """
         try:
-            self._connection.send((order, root))
-            answer = self._connection.recv()
+            self._worker.connection.send((order, root))
+            answer = self._worker.connection.recv()
         except (EOFError, OSError) as error:
             raise WorkerLostError("its process has ended") from error
         if isinstance(answer, Killed):
@@ -69,21 +68,11 @@ class WorkerProcess:
 
     def close(self) -> None:
         """End it, whatever it does."""
-        self._process.kill()
-        bury(self._process)
-        self._connection.close()
+        self._worker.end()
 
 
-def enter(handle: int) -> None:
-    """Entry point of the process.
-
-    Args:
-        handle: File descriptor of the connection to the process that started it.
-    """
-    serve(handle, _work)
-
-
-def _work(connection: Connection) -> None:
+def work(connection: Connection) -> None:
+    """Do the orders that come by a connection."""
     rehearsed: set[str] = set()
     while True:
         order, root = connection.recv()

@@ -14,7 +14,6 @@ from dataclasses import replace
 from multiprocessing.connection import Connection
 
 from kinolab.concurrency.processors import processors
-from kinolab.concurrency.serving import serve
 from kinolab.numerics.compiling import compilation
 from kinolab.show.film.crew import Crew, Share, everything
 from kinolab.show.film.film_messages import (
@@ -84,16 +83,8 @@ class OrderBook:
             self._changed.notify()
 
 
-def enter(handle: int) -> None:
-    """Entry point of the process: get ready, and draw what is ordered, newest first.
-
-    Args:
-        handle: File descriptor of the connection to the process that started this one.
-    """
-    serve(handle, _draw)
-
-
-def _draw(connection: Connection) -> None:
+def work(connection: Connection) -> None:
+    """Get ready, and draw what is ordered by a connection, newest first."""
     orders, number = OrderBook(connection), 0
     load()
     while True:

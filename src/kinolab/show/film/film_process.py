@@ -8,20 +8,16 @@ draws is not loaded here.
 from __future__ import annotations
 
 import sys
-import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import replace
 from functools import partial
 from multiprocessing.connection import Connection
-from queue import SimpleQueue
-from types import TracebackType
-from typing import Any
 
 import numpy as np
 
 from kinolab.concurrency.processors import processors
-from kinolab.concurrency.starting import Process, bury, start_process
+from kinolab.concurrency.starting import Worker
 from kinolab.errors import KinolabError
 from kinolab.numerics.compiling import running
 from kinolab.problem import PlanningTask
@@ -48,8 +44,7 @@ class FilmProcess:
 
     def __init__(self, progress: Callable[[str], None] = lambda _: None) -> None:
         self._progress = progress
-        self._started: tuple[Process, Connection] | None = None
-        self._outbox: SimpleQueue[Any] = SimpleQueue()
+        self._worker: Worker | None = None
         self._ordered: Trajectory | None = None
         self._orders = 0
         self._still: Picture | None = None  # surfaces, which are the same in all orders
@@ -58,44 +53,32 @@ class FilmProcess:
     def __enter__(self) -> FilmProcess:
         if sys.platform != "win32":
             with suppress(OSError):  # no room for another process
-                self._started = start_process(MODULE)
-        if self._started:
-            posting = (self._started[1], self._outbox)
-            threading.Thread(target=_post, args=posting, daemon=True).start()
+                self._worker = Worker(MODULE)
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        at: TracebackType | None,
-    ) -> None:
-        self._outbox.put(None)
-        if self._started:
-            process, connection = self._started
-            self._started = None
-            process.kill()
-            bury(process)
-            connection.close()
+    def __exit__(self, *_: object) -> None:
+        if self._worker:
+            self._worker.end()
+            self._worker = None
 
     def suggest(self, problem: PlanningTask, trajectory: Trajectory) -> None:
         """Begin to draw a trajectory that may be the last one, if a processor is idle.
 
         What goes wrong here is said when the film is wanted.
         """
-        if self._started and processors() > 1:
+        if self._worker and processors() > 1:
             with suppress(Exception):
-                self._order(problem, trajectory)
+                self._order(self._worker, problem, trajectory)
 
     def begin(self, problem: PlanningTask, trajectory: Trajectory) -> None:
         """Draw this trajectory; without a process it is drawn by ``animation``."""
-        if self._started is None:
+        if self._worker is None:
             self._result = partial(_drawn_here, problem, trajectory)
             return
         if not _same(self._ordered, trajectory):
-            self._order(problem, trajectory)
-        self._outbox.put(Final())
-        self._result = partial(self._received, self._started[1])
+            self._order(self._worker, problem, trajectory)
+        self._worker.post(Final())
+        self._result = partial(self._received, self._worker.connection)
 
     def animation(self) -> bytes:
         """Return what was begun as an animated GIF.
@@ -109,15 +92,15 @@ class FilmProcess:
         with _ended():
             return self._result()
 
-    def _order(self, problem: PlanningTask, trajectory: Trajectory) -> None:
+    def _order(self, worker: Worker, problem: PlanningTask, trajectory: Trajectory) -> None:
         """Have a trajectory drawn, and nothing that was ordered before."""
         script = motion_script(problem, trajectory)
         if self._still is None:
             self._still = script.picture.plain()
-            self._outbox.put(Scenery(self._still.surfaces()))
+            worker.post(Scenery(self._still.surfaces()))
         self._orders += 1
         moving = replace(script.picture, bodies=self._still.bodies, obstacles=())
-        self._outbox.put(Order(self._orders, replace(script, picture=moving)))
+        worker.post(Order(self._orders, replace(script, picture=moving)))
         self._ordered = trajectory
 
     def _received(self, connection: Connection) -> bytes:
@@ -142,13 +125,6 @@ def _same(ordered: Trajectory | None, wanted: Trajectory) -> bool:
     return ordered is not None and (
         np.array_equal(ordered.t, wanted.t) and np.array_equal(ordered.x, wanted.x)
     )
-
-
-def _post(connection: Connection, outbox: SimpleQueue[Any]) -> None:
-    """Send messages, for which the process may not be ready yet, until there is None."""
-    with suppress(OSError):  # it was ended; whoever waits for the film is told
-        while (message := outbox.get()) is not None:
-            connection.send(message)
 
 
 @contextmanager
