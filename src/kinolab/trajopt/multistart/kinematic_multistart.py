@@ -22,6 +22,7 @@ from kinolab.problem.time_steps import covering_steps
 from kinolab.trajectory import Trajectory
 from kinolab.trajopt.multistart.guesses import path_time_scaling
 from kinolab.trajopt.multistart.multiple_shooting import Multistart, shot
+from kinolab.trajopt.multistart.rest_to_rest import inverse_dynamics
 from kinolab.trajopt.nlp.decision import Knots, resampled
 from kinolab.trajopt.options import GUESS
 
@@ -96,16 +97,13 @@ class KinematicMultistart:
             times, np.hstack([motion.x, still]), none, math.ceil(count / block), problem.space
         )
         guess = path_time_scaling(problem, Knots(even.x, even.u, block * problem.step))
-        return Knots(guess.x, _inverse_dynamics(problem, guess), guess.h), block
+        return Knots(guess.x, _inputs_between(problem, guess), guess.h), block
 
 
-def _inverse_dynamics(problem: PlanningTask, knots: Knots) -> Array:
+def _inputs_between(problem: PlanningTask, knots: Knots) -> Array:
     """Return inputs (N, nu) of least norm, within limits, that make the velocities of knots."""
     model, nq = problem.model, problem.model.nq
     middle = problem.space.unit((knots.x[1:] + knots.x[:-1]) / 2)
-    idle = np.tile(model.null_control(), (len(knots.u), 1))
     wanted = np.diff(knots.x[:, nq:], axis=0) / knots.h
-    effect = model.jacobian(middle, idle)[1][:, nq:]
-    lacking = wanted - model.f(middle, idle)[:, nq:]
-    inputs = idle + (np.linalg.pinv(effect) @ lacking[..., None])[..., 0]
+    inputs = inverse_dynamics(problem, middle, wanted)
     return np.asarray(np.clip(inputs, *model.control_bounds.T))

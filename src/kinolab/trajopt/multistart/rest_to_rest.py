@@ -95,7 +95,7 @@ def timed(problem: PlanningTask, curve: LegCurve) -> Knots | None:
     knots = x[:: TIMING.samples_per_step]
     if problem.machine.references is not None:  # the law looks at the state when a step begins
         accelerations = np.diff(knots[:, problem.model.nq :], axis=0) / h
-        return Knots(knots, _inverse_dynamics(problem, knots[:-1], accelerations), h)
+        return Knots(knots, inverse_dynamics(problem, knots[:-1], accelerations), h)
     held = u[:-1] + np.diff(u, axis=0) / 2
     held = held.reshape(count, TIMING.samples_per_step, -1).mean(axis=1)
     return Knots(knots, held, h)
@@ -151,10 +151,10 @@ def _motion(
     speed, gain = (speed / duration)[:, None], (gain / duration**2)[:, None]
     x = problem.space.unit(np.hstack([q, v * speed]))
     wanted = v * gain + slope * speed**2
-    return x, _inverse_dynamics(problem, x, wanted)
+    return x, inverse_dynamics(problem, x, wanted)
 
 
-def _inverse_dynamics(problem: PlanningTask, x: Array, accelerations: Array) -> Array:
+def inverse_dynamics(problem: PlanningTask, x: Array, accelerations: Array) -> Array:
     """Return the least inputs (m, nu) that come nearest to accelerations (m, nv) at states."""
     model = problem.model
     idle = np.tile(model.null_control(), (len(x), 1))
