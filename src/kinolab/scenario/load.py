@@ -152,18 +152,27 @@ def _length(value: object) -> int:
 def _parse(path: Path, text: str) -> dict[str, Any]:
     if not text.strip():
         raise InputError([Mistake(path.name, "the file is empty.", _BEGINNING)])
+    document = toml_document(text, path.name, "Draw the obstacles as one mesh.")
+    if not document:
+        raise InputError([Mistake(path.name, "the file holds no keys.", _BEGINNING)])
+    return document
+
+
+def toml_document(text: str, label: str, fewer: str) -> dict[str, Any]:
+    """Parse the text of a file; ``fewer`` is what helps where it holds too many values.
+
+    Raises:
+        InputError: If it is not TOML, or has too many values or too long keys.
+    """
     if line := long_key(text):
         what = f"a key has more than {MOST_PARTS} parts with dots between them."
-        raise InputError([Mistake(f"{path.name} line {line}", what, "Shorten it.")])
+        raise InputError([Mistake(f"{label} line {line}", what, "Shorten it.")])
     try:
         document = tomllib.loads(text)
     except (ValueError, RecursionError) as error:
-        raise InputError([_not_toml(path.name, text, error)]) from None
-    if not document:
-        raise InputError([Mistake(path.name, "the file holds no keys.", _BEGINNING)])
+        raise InputError([_not_toml(label, text, error)]) from None
     if has_too_many(document):
-        what = f"it holds more than {MOST_VALUES} values."
-        raise InputError([Mistake(path.name, what, "Draw the obstacles as one mesh.")])
+        raise InputError([Mistake(label, f"it holds more than {MOST_VALUES} values.", fewer)])
     return document
 
 

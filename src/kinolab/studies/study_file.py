@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import tomllib
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -22,14 +21,8 @@ from pydantic_core import ErrorDetails
 
 from kinolab.errors import InputError, Mistake, unknown_name
 from kinolab.scenario.file_lookup import read_text
-from kinolab.scenario.toml_text import (
-    MOST_PARTS,
-    MOST_VALUES,
-    has_too_many,
-    key_text,
-    long_key,
-    shown,
-)
+from kinolab.scenario.load import toml_document
+from kinolab.scenario.toml_text import key_text, shown
 
 MOST_SEEDS = 1_000_000
 MOST_SEED = 2**63 - 1  # the largest that tables hold
@@ -237,24 +230,7 @@ def _document(text: str, path: Path) -> dict[str, Any]:
     Raises:
         InputError: If it is not TOML, or not a study.
     """
-    if line := long_key(text):
-        what = f"a key has more than {MOST_PARTS} parts with dots between them."
-        raise InputError([Mistake(f"{path.name} line {line}", what, "Shorten it.")])
-    try:
-        document = tomllib.loads(text)
-    except RecursionError:
-        what, remedy = "its lists or tables are nested too deep.", "Flatten them."
-        raise InputError([Mistake(path.name, what, remedy)]) from None
-    except tomllib.TOMLDecodeError as error:
-        what = f"this is not TOML: {error}."
-        remedy = 'TOML has key = value, "text" in quotes, [lists] and { tables = "closed" }.'
-        raise InputError([Mistake(path.name, what, remedy)]) from None
-    except ValueError:  # Python reads at most 4300 digits
-        what = "one of its numbers is too long to read."
-        raise InputError([Mistake(path.name, what, "Shorten the number.")]) from None
-    if has_too_many(document):
-        what = f"it holds more than {MOST_VALUES} values."
-        raise InputError([Mistake(path.name, what, "Write [sobol] or several studies.")])
+    document = toml_document(text, path.name, "Write [sobol] or several studies.")
     if "system" in document:
         what = "this is a scenario, not a study."
         raise InputError([Mistake(path.name, what, f"`plan {path}` plans it.")])
