@@ -3,20 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import final
 
 import numpy as np
 
 from kinolab.dynamics.machine_facts import FlatFacts
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
-from kinolab.steering.path_motion import Path
+from kinolab.steering.path_motion import AbstractPathFamily, Path
 
 
-class FlatOutputPaths:
+@final
+class FlatOutputPaths(AbstractPathFamily):
     """Paths along straight lines of the flat outputs.
-
-    Attributes:
-        coordinates: Names of the coordinates that the paths determine.
 
     Source: Fliess, Levine, Martin, Rouchon, Int. J. Control 61(6), 1995, section 4.1.
     """
@@ -24,14 +23,6 @@ class FlatOutputPaths:
     def __init__(self, problem: PlanningTask, flat: FlatFacts) -> None:
         self._problem, self._flat = problem, flat
         self.coordinates = flat.coordinates
-
-    def detours(self, x0: Array, x1: Array) -> Iterator[list[Path]]:  # noqa: ARG002
-        """Yield nothing: there are no alternatives."""
-        yield from ()
-
-    def straightened(self, x: Array) -> Array:
-        """Return the state unchanged: there is no steering angle."""
-        return x
 
     def paths(self, x0: Array, x1: Array) -> Iterator[list[Path]]:
         """Yield the straight path from x0 to x1, both at rest, shape (nx,)."""

@@ -3,37 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Protocol
+from typing import final
 
 import numpy as np
 
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 from kinolab.steering.flat_outputs import FlatOutputPaths
-from kinolab.steering.path_motion import Path
+from kinolab.steering.path_motion import AbstractPathFamily, Path
 from kinolab.steering.plane_curves import PlanePaths
 
 
-class StraightLines:
-    """Straight lines, which a machine may be unable to follow; none for attitudes.
-
-    Attributes:
-        coordinates: Names of the coordinates that the paths determine.
-    """
+@final
+class StraightLines(AbstractPathFamily):
+    """Straight lines, which a machine may be unable to follow; none for attitudes."""
 
     def __init__(self, problem: PlanningTask) -> None:
         coordinates = problem.machine.coordinates
         self.coordinates = tuple(c.name for c in coordinates if not c.quaternion)
         self._can = len(self.coordinates) == len(coordinates)
         self._nq = problem.model.nq
-
-    def detours(self, x0: Array, x1: Array) -> Iterator[list[Path]]:  # noqa: ARG002
-        """Yield nothing: there are no alternatives."""
-        yield from ()
-
-    def straightened(self, x: Array) -> Array:
-        """Return the state unchanged: there is no steering angle."""
-        return x
 
     def paths(self, x0: Array, x1: Array) -> Iterator[list[Path]]:
         """Yield the straight path from x0 to x1, both at rest, shape (nx,)."""
@@ -42,24 +31,7 @@ class StraightLines:
             yield [lambda fraction, _rate, _slope: begin + fraction[:, None] * path]
 
 
-class PathFamily(Protocol):
-    """Rest-to-rest paths."""
-
-    @property
-    def coordinates(self) -> tuple[str, ...]:
-        """Names of the coordinates that the paths determine."""
-
-    def paths(self, x0: Array, x1: Array) -> Iterator[list[Path]]:
-        """Yield sequences of paths from x0 to x1, shape (nx,), with a stop after each path."""
-
-    def detours(self, x0: Array, x1: Array) -> Iterator[list[Path]]:
-        """Yield longer alternatives, for when none of the others is free."""
-
-    def straightened(self, x: Array) -> Array:
-        """Return the state, shape (nx,), with its steering straight, if the machine has any."""
-
-
-def path_family(problem: PlanningTask) -> PathFamily:
+def path_family(problem: PlanningTask) -> AbstractPathFamily:
     """Return the machine's path family: that of its flat map, or straight lines."""
     flat = problem.machine.flat
     if flat is None:

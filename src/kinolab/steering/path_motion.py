@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache
 from typing import TypeAlias
@@ -85,6 +85,29 @@ def _ramp(tau: Array) -> tuple[Array, Array, Array]:
 
 
 Path: TypeAlias = Callable[[Array, Array, Array], Array]  # s, ds/dt, d2s/dt2 -> (times, known)
+
+
+class AbstractPathFamily(ABC):
+    """Rest-to-rest paths.
+
+    Attributes:
+        coordinates: Names of the coordinates that the paths determine.
+    """
+
+    coordinates: tuple[str, ...]
+
+    @abstractmethod
+    def paths(self, x0: Array, x1: Array) -> Iterator[list[Path]]:
+        """Yield sequences of paths from x0 to x1, shape (nx,), with a stop after each path."""
+
+    def detours(self, x0: Array, x1: Array) -> Iterator[list[Path]]:  # noqa: ARG002
+        """Yield longer alternatives, for when none of the others is free: by default none."""
+        yield from ()
+
+    def straightened(self, x: Array) -> Array:
+        """Return the state, shape (nx,), with its steering straight, if the machine has any."""
+        return x
+
 
 LIMIT_FRACTION = 0.9  # fraction of every limit that a motion may use; the rest is for corrections
 FIRST_RAMP = 0.5  # [s]

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache, cached_property
 from itertools import pairwise
+from typing import final
 
 import numpy as np
 
@@ -14,7 +15,7 @@ from kinolab.dynamics.machine_facts import FlatFacts
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.cubic_spline import CubicSpline
 from kinolab.problem import PlanningTask
-from kinolab.steering.path_motion import Path, SampledPath
+from kinolab.steering.path_motion import AbstractPathFamily, Path, SampledPath
 from kinolab.steering.reeds_shepp import Arc, arcs
 
 CURVE_SAMPLES = 120  # of a smooth curve
@@ -36,15 +37,13 @@ class Pose:
     steered: tuple[float, ...]
 
 
-class PlanePaths:
+@final
+class PlanePaths(AbstractPathFamily):
     """Paths along plane curves.
 
     Candidates in order: smooth curves forward and backward (quintic Hermite polynomials with zero
     curvature at both ends); then turn-drive-turn if the machine turns on the spot, otherwise the
     shortest curve of arcs and straight lines, with a stop wherever the steering must change.
-
-    Attributes:
-        coordinates: Names of the coordinates that the paths determine.
 
     Source: Reeds, Shepp, Optimal paths for a car that goes both forwards and backwards, Pacific J.
     Mathematics 145(2), 1990; Laumond (ed.), Robot Motion Planning and Control, 1998, chapter 1.
