@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar, Protocol, final
+from typing import ClassVar, final
 
 import numpy as np
 
@@ -11,6 +11,7 @@ from kinolab.concurrency.cancel import CancelledError
 from kinolab.problem import PlanningTask
 from kinolab.search import AbstractPlanner, Budget, Outcome, SearchResult, setting, unsolved
 from kinolab.trajectory import Trajectory
+from kinolab.trajopt.multistart.kinematic_multistart import KinematicMultistart
 from kinolab.trajopt.multistart.multiple_shooting import Multistart
 
 
@@ -36,17 +37,9 @@ class Shooting(AbstractPlanner):
         return first_motion(problem, multistart, budget)
 
 
-class AnyMultistart(Protocol):
-    """A source of motions, each optimised from a guess of its own."""
-
-    def prepare(self) -> None:
-        """Compile and load all that a guess needs."""
-
-    def next(self) -> Trajectory | None:
-        """Optimise the next guess; return its motion, None if it failed."""
-
-
-def first_motion(problem: PlanningTask, multistart: AnyMultistart, budget: Budget) -> SearchResult:
+def first_motion(
+    problem: PlanningTask, multistart: Multistart | KinematicMultistart, budget: Budget
+) -> SearchResult:
     """Return the first motion that comes of a guess; each guess is an iteration."""
     multistart.prepare()
     budget.restart()  # code for this machine was compiled and loaded until here

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, ClassVar, Protocol
+from typing import Any, ClassVar
 
 from kinolab.analyze.execute import Conditions, Execution, ExecutionRun, Executor
 from kinolab.concurrency.cancel import CancellationToken, never_cancelled
@@ -19,14 +19,6 @@ from kinolab.runs import Run, read_run
 from kinolab.studies.engine import AbstractEngine, MakeEngine
 from kinolab.studies.orders import Answer, WorkOrder
 from kinolab.studies.problem_files import ProblemFiles, files_in
-
-
-class RowWriter(Protocol):
-    """What ``csv.writer`` returns."""
-
-    def writerow(self, row: Iterable[Any], /) -> Any:
-        """Write a row."""
-
 
 BATCH = 50  # runs of an order: about a second
 NEEDED = ("scenario.toml", "report.json", "trajectory.csv", "trajectory.npz", "assets")
@@ -135,7 +127,7 @@ def _until(stop: CancellationToken, runs: Iterable[ExecutionRun]) -> Iterator[Ex
             raise KeyboardInterrupt
 
 
-def _rows_written(writer: RowWriter, runs: Iterable[ExecutionRun]) -> Iterator[ExecutionRun]:
+def _rows_written(writer: Any, runs: Iterable[ExecutionRun]) -> Iterator[ExecutionRun]:
     for k, run in enumerate(runs):
         if not k:
             writer.writerow([*HEADING, *run.parameters])
