@@ -22,15 +22,15 @@ def compiled_ahead() -> Iterator[None]:
     A machine without a second processor, or Windows, does without.
     """
     from kinolab.concurrency.processors import processors
-    from kinolab.concurrency.starting import Worker
+    from kinolab.concurrency.starting import WorkingProcess
     from kinolab.numerics.compiling import Compilation, compilation
 
-    started: list[Worker] = []
+    started: list[WorkingProcess] = []
 
     def start(_: Compilation) -> None:
         if not started:
             with suppress(OSError):  # no process can be had: everything is compiled here
-                started.append(ending.enter_context(Worker(MODULE)))
+                started.append(ending.enter_context(WorkingProcess(MODULE)))
 
     if sys.platform == "win32" or processors() < 2:
         yield

@@ -12,7 +12,7 @@ from multiprocessing.connection import Connection, wait
 
 from kinolab.cli.warm_up_parts import PARTS
 from kinolab.concurrency.processors import processors
-from kinolab.concurrency.starting import Worker
+from kinolab.concurrency.starting import WorkingProcess
 from kinolab.errors import KinolabError
 from kinolab.numerics.compiling import Compilation, compilation
 
@@ -82,7 +82,7 @@ def _at_once(parts: Sequence[str], jobs: int) -> Iterator[Warmed]:
     """Yield the reports of several processes, each of which compiles part after part."""
     left = list(parts)[::-1]
     with ExitStack() as ending:
-        working = [ending.enter_context(Worker(MODULE)).connection for _ in range(jobs)]
+        working = [ending.enter_context(WorkingProcess(MODULE)).connection for _ in range(jobs)]
         for connection in working:
             connection.send(left.pop())
         while working:

@@ -12,7 +12,7 @@ from typing import NoReturn
 
 
 def serve(handle: int, work: Callable[[Connection], None]) -> NoReturn:
-    """Do the work of a process that a ``Worker`` has started, in that process, and leave.
+    """Do the work of a process that a ``WorkingProcess`` has started, in that process, and leave.
 
     It ignores Ctrl-C, which a terminal sends to the whole process group: the process that started
     it decides, and ends it.

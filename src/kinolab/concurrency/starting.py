@@ -33,7 +33,7 @@ STDERR = 2  # all output goes there: stdout is for the result
 _running: set[Process] = set()
 
 
-class Worker:
+class WorkingProcess:
     """A process that works for this one; a context manager that ends it.
 
     Args:

@@ -11,7 +11,7 @@ from multiprocessing import Pipe
 from multiprocessing.connection import Connection
 from typing import final
 
-from kinolab.concurrency.starting import Worker
+from kinolab.concurrency.starting import WorkingProcess
 from kinolab.problem import PlanningTask
 from kinolab.search import Budget
 from kinolab.solve.plan import Attempt, Request
@@ -125,7 +125,7 @@ class ProcessJob(AbstractJob):
     """
 
     def __init__(self, parcel: bytes, request: Request, pool: SolutionPool) -> None:
-        self._worker = Worker(SEARCHES)
+        self._worker = WorkingProcess(SEARCHES)
         super().__init__(self._worker.connection, request, pool)
         # Most problems exceed the pipe's buffer, and the process reads only once it has started.
         self._worker.post((request, parcel))

@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import NoReturn
 
 from kinolab.concurrency.parent_death import end_with_parent
-from kinolab.concurrency.starting import Worker
+from kinolab.concurrency.starting import WorkingProcess
 from kinolab.studies.hardware import computer
 from kinolab.studies.orders import Answer, WorkOrder, failure, peak_memory
 
@@ -44,7 +44,7 @@ class WorkerProcess:
     """The process, as seen by the one that starts it; it is started when it is needed."""
 
     def __init__(self) -> None:
-        self._worker = Worker(MODULE)
+        self._worker = WorkingProcess(MODULE)
 
     def answer(self, order: WorkOrder, root: Path) -> Answer:
         """Have an order done.

@@ -132,7 +132,7 @@ def test_without_a_process_the_film_is_drawn_here(
     def full(*_: object) -> None:
         raise OSError("no room for another process")
 
-    monkeypatch.setattr(film_process, "Worker", full)
+    monkeypatch.setattr(film_process, "WorkingProcess", full)
     with FilmProcess() as film:
         assert drawn(film, table, motion) == animate(table, motion)
 
@@ -166,9 +166,9 @@ def test_all_loops_are_loaded_before_the_film_comes() -> None:
 
 def test_a_process_that_is_killed_is_told_of(table: PlanningTask, motion: Trajectory) -> None:
     with FilmProcess() as film:
-        assert film._started is not None
-        os.kill(film._started[0].pid, signal.SIGKILL)
-        film._started[0].wait()
+        assert film._worker is not None
+        os.kill(film._worker.process.pid, signal.SIGKILL)
+        film._worker.process.wait()
         with pytest.raises(DrawingError, match="was ended"):
             drawn(film, table, motion)
 
@@ -247,7 +247,7 @@ def test_no_process_is_started_where_no_film_is_wanted(monkeypatch: pytest.Monke
     def refused(*_: object) -> None:
         raise AssertionError("a process was started")
 
-    monkeypatch.setattr(film_process, "Worker", refused)
+    monkeypatch.setattr(film_process, "WorkingProcess", refused)
     assert cli.run(["table.toml", "--quiet", "--no-animation"]) == 0
     lost = ["--max-iterations", "1", "--no-diagnosis", "--set", "goal.tolerance=1e-9"]
     assert cli.run(["table.toml", "--quiet", *lost]) != 0

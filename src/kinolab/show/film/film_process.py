@@ -17,7 +17,7 @@ from multiprocessing.connection import Connection
 import numpy as np
 
 from kinolab.concurrency.processors import processors
-from kinolab.concurrency.starting import Worker
+from kinolab.concurrency.starting import WorkingProcess
 from kinolab.errors import KinolabError
 from kinolab.numerics.compiling import running
 from kinolab.problem import PlanningTask
@@ -44,7 +44,7 @@ class FilmProcess:
 
     def __init__(self, progress: Callable[[str], None] = lambda _: None) -> None:
         self._progress = progress
-        self._worker: Worker | None = None
+        self._worker: WorkingProcess | None = None
         self._ordered: Trajectory | None = None
         self._orders = 0
         self._still: Picture | None = None  # surfaces, which are the same in all orders
@@ -53,7 +53,7 @@ class FilmProcess:
     def __enter__(self) -> FilmProcess:
         if sys.platform != "win32":
             with suppress(OSError):  # no room for another process
-                self._worker = Worker(MODULE)
+                self._worker = WorkingProcess(MODULE)
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -92,7 +92,7 @@ class FilmProcess:
         with _ended():
             return self._result()
 
-    def _order(self, worker: Worker, problem: PlanningTask, trajectory: Trajectory) -> None:
+    def _order(self, worker: WorkingProcess, problem: PlanningTask, trajectory: Trajectory) -> None:
         """Have a trajectory drawn, and nothing that was ordered before."""
         script = motion_script(problem, trajectory)
         if self._still is None:
