@@ -8,7 +8,6 @@ from __future__ import annotations
 from importlib.machinery import SourceFileLoader
 from pathlib import Path
 from types import ModuleType
-from typing import Any
 
 import numpy as np
 import scipy
@@ -19,22 +18,22 @@ from kinolab.numerics.arrays import Array
 STAGES, EXTRA_STAGES = 12, 3
 
 
-def _scipys() -> Any:
+def _scipys() -> tuple[Array, ...]:
     """Run SciPy's module alone: the package around it imports optimisers, as long as a search."""
     path = Path(scipy.__file__).parent / "integrate/_ivp/dop853_coefficients.py"
+    if not path.is_file():  # it is a private one
+        from scipy.integrate import DOP853
+
+        return DOP853.A, DOP853.A_EXTRA, DOP853.B, DOP853.E3, DOP853.E5, DOP853.D
     loader = SourceFileLoader(path.stem, str(path))
-    module = ModuleType(loader.name)
-    loader.exec_module(module)
-    return module
+    loader.exec_module(given := ModuleType(loader.name))
+    inner, further = given.A[:STAGES, :STAGES], given.A[STAGES + 1 :]
+    return inner, further, given.B, given.E3, given.E5, given.D
 
 
-_given = _scipys()
-A: Array = np.ascontiguousarray(_given.A[:STAGES, :STAGES])  # weights of slopes before each stage
-B: Array = np.ascontiguousarray(_given.B)  # weights of the step, (12,)
-E3: Array = _given.E3  # error estimate of order 3, (13,)
-E5: Array = _given.E5  # error estimate of order 5, (13,)
-A_EXTRA: Array = np.ascontiguousarray(_given.A[STAGES + 1 :])  # of the dense output's, (3, 16)
-D: Array = _given.D  # dense output, (4, 16)
+# Weights of the slopes before each stage (12, 12), before those of the dense output (3, 16), of the
+# step (12,), of error estimates of orders 3 and 5 (13,), and of the dense output (4, 16).
+A, A_EXTRA, B, E3, E5, D = map(np.ascontiguousarray, _scipys())
 
 # without error control
 DOP853 = Method(
