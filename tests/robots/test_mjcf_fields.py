@@ -254,6 +254,35 @@ def test_a_shape_that_is_a_plugin_is_refused(tmp_path: Path) -> None:
     refused(written(tmp_path, extra=TORUS, world=world), "geom ring has plugin", "code of its own")
 
 
+@pytest.mark.parametrize(
+    ("parts", "owner"),
+    [
+        ({"hip": 'range="1 -1"'}, "joint hip has range 1 -1"),
+        ({"knee": 'actuatorfrcrange="5 -5"'}, "joint knee has actuatorfrcrange 5 -5"),
+        (
+            {"after": '<actuator><motor name="m" joint="hip" ctrlrange="2 -2"/></actuator>'},
+            "actuator m has ctrlrange 2 -2",
+        ),
+        (
+            {"after": '<actuator><position name="m" joint="hip" forcerange="2 -2"/></actuator>'},
+            "actuator m has forcerange 2 -2",
+        ),
+    ],
+)
+def test_a_range_that_is_turned_round_is_refused(
+    tmp_path: Path, parts: dict[str, str], owner: str
+) -> None:
+    """MuJoCo takes it for none."""
+    refused(written(tmp_path, **parts), f"{owner}, which ends below where it begins")
+
+
+def test_a_urdf_file_of_another_name_is_refused(tmp_path: Path) -> None:
+    """MuJoCo reads it, too, without its motors."""
+    file = tmp_path / "arm.xml"
+    file.write_text('<?xml version="1.0"?><!-- an arm --><robot name="a"><link name="b"/></robot>')
+    refused(file, "begins with <robot>", "ends with .urdf")
+
+
 def test_what_stands_is_refused_once(tmp_path: Path) -> None:
     field = 'nrow="2" ncol="2" size="1 1 0.1 0.1" elevation="0 1 0 0"'
     extra = f'<asset><hfield name="h" {field}/></asset>'

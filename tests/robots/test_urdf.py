@@ -250,7 +250,7 @@ def test_a_number_that_is_not_finite_is_refused(attribute: str, word: str, tmp_p
     """Wherever it stands; names may be what they like."""
     changed = re.sub(r'"[^ "]+', f'"{word}', attribute)  # the first number of it
     assert WITH_FOLLOWER.count(attribute)
-    with pytest.raises(InputError, match=rf"'{word}.*' is not finite"):
+    with pytest.raises(InputError, match=rf"is '{word}.*', which is not finite"):
         read_urdf(written(tmp_path, WITH_FOLLOWER.replace(attribute, changed)))
     read_urdf(written(tmp_path, WITH_FOLLOWER))
 
@@ -276,14 +276,56 @@ def test_a_magnitude_that_is_negative_is_refused(
     assert len(caught.value.mistakes) == 1
 
 
-def test_that_soft_limits_are_not_read_is_said(
-    tmp_path: Path, caplog: pytest.LogCaptureFixture
-) -> None:
+def test_what_is_not_read_is_said(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
     read_urdf(written(tmp_path, ARM))
     assert not caplog.messages
-    read_urdf(written(tmp_path, WITH_FOLLOWER))
-    told = "<safety_controller> of inf is not read; [bounds] of a scenario may be as narrow."
-    assert caplog.messages == [f"arm.urdf: {told}"]
+    changed = WITH_FOLLOWER.replace('effort="10"', 'effort="0" acceleration="4"')
+    changed = changed.replace("</robot>", '<loop_joint name="l"/><gazebo/></robot>')
+    read_urdf(written(tmp_path, changed))
+    soft = "<safety_controller> of inf is not read; [bounds] of a scenario may be as narrow."
+    assert caplog.messages == [
+        "arm.urdf: not read: acceleration of <limit> (shoulder-pan), <loop_joint> (l).",
+        "arm.urdf: the effort of joints that follow others is not read: inf.",
+        "arm.urdf: joints with effort 0 have no motor: shoulder-pan.",
+        f"arm.urdf: {soft}",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "said"),
+    [
+        ("collision>", "colision>", "link has 'colision', which is not a word of URDF. Did you"),
+        (
+            "upper=",
+            "uper=",
+            "<limit> has 'uper', which is not a word of URDF. Did you",
+        ),
+        ("effort=", "efort=", "<limit> has 'efort'"),
+        ("dynamics", "dynamic", "joint has 'dynamic'"),
+        ("<inertial>", "<inertia>", "link has 'inertia'"),
+        ("multiplier=", "multiplyer=", "<mimic> has 'multiplyer'"),
+        ("sphere", "capsule", "its <geometry> has <capsule>. Known: box, cylinder, mesh, sphere."),
+        ('<mass value="1.5"/>', "", "link 'f': its <inertial> has no <mass>."),
+        ('effort="7"', 'effort="7 Nm"', "<limit> effort is '7 Nm', which is not finite."),
+        ("robot", "mujoco", "it begins with <mujoco>, not <robot>"),
+    ],
+)
+def test_a_word_that_is_misspelt_is_not_passed_over(
+    before: str, after: str, said: str, tmp_path: Path
+) -> None:
+    """A link lost its shape, a joint its limits or its motor, and no word was said."""
+    text = WITH_FOLLOWER
+    if before == "<inertial>":
+        text = text.replace("</inertial>", "</inertia>")
+    with pytest.raises(InputError, match=re.escape(said)):
+        read_urdf(written(tmp_path, text.replace(before, after)))
+
+
+def test_all_mistakes_in_numbers_are_told_at_once(tmp_path: Path) -> None:
+    text = ARM.replace('velocity="3"', 'velocity="-3"').replace('effort="10"', 'effort="nan"')
+    with pytest.raises(InputError) as caught:
+        read_urdf(written(tmp_path, text))
+    assert len(caught.value.mistakes) == 2
 
 
 def test_a_joint_that_moves_nothing_is_refused(tmp_path: Path) -> None:

@@ -12,6 +12,7 @@ from copy import copy
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
+from xml.etree.ElementTree import ParseError, iterparse
 
 import numpy as np
 
@@ -131,6 +132,9 @@ def _compiled(mujoco: Any, path: Path) -> Any:
     if path.stat().st_size > MOST_BYTES:
         what = f"it is larger than {MOST_BYTES // 10**6} MB."
         raise InputError([Mistake(path.name, what)])
+    if _first_element(path) == "robot":
+        what = "it begins with <robot>, so that it is a URDF file."
+        raise InputError([Mistake(path.name, what, "Give it a name that ends with .urdf.")])
     with quiet(mujoco):
         try:
             model = mujoco.MjModel.from_xml_path(str(path))
@@ -140,6 +144,15 @@ def _compiled(mujoco: Any, path: Path) -> Any:
     if model.nbody > MOST_LINKS:
         raise InputError([Mistake(path.name, f"it has more than {MOST_LINKS} bodies.")])
     return model
+
+
+def _first_element(path: Path) -> str:
+    """Return the name of a file's first element; empty where it is no XML."""
+    try:
+        with path.open("rb") as file:
+            return next(str(found.tag) for _, found in iterparse(file, events=["start"]))
+    except (ParseError, StopIteration):
+        return ""  # MuJoCo will say why
 
 
 class _ModelReader:

@@ -201,13 +201,19 @@ def not_looked_at(mujoco: Any, model: Any) -> Iterator[str]:
 
 
 def not_finite(mujoco: Any, model: Any) -> Iterator[str]:
-    """Yield what is said of fields that are read and have no finite values."""
+    """Yield what is said of fields that are read and have no finite values, and of empty ranges.
+
+    MuJoCo itself passes over a range whose end is below its beginning.
+    """
     for name in _fields(model):
         if name not in READ:
             continue
         values = _rows(model, name)
         wrong = np.any(~np.isfinite(values), axis=1)
         yield from _told(mujoco, model, name, values, wrong, "is not finite")
+        if name.endswith("range"):
+            wrong = values[:, 0] > values[:, 1]
+            yield from _told(mujoco, model, name, values, wrong, "ends below where it begins")
 
 
 def element_name(mujoco: Any, model: Any, kind: str, k: int) -> str:

@@ -9,8 +9,7 @@ import io
 import logging
 import math
 import re
-from collections.abc import Iterator, Mapping
-from contextlib import suppress
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, get_args
@@ -20,7 +19,7 @@ import numpy as np
 from kinolab.arguments import require_fit
 from kinolab.dynamics import System
 from kinolab.dynamics.language.shapes import Box, Cylinder, Shape, Sphere
-from kinolab.errors import InputError, Mistake, UnknownNameError, printable
+from kinolab.errors import InputError, Mistake, UnknownNameError, printable, shortened_quotes
 from kinolab.files import is_file, read_ordinary
 from kinolab.lazy import library_of
 from kinolab.numerics.arrays import Array
@@ -43,6 +42,7 @@ from kinolab.robots.mesh_files import find_mesh
 from kinolab.robots.robot_machine import Base, assembled
 from kinolab.robots.solids.convex_parts import check_parts, enclosing_shapes
 from kinolab.robots.tree_mistakes import tree_mistakes
+from kinolab.robots.urdf_fields import READ, unread_words
 from kinolab.world.meshes.mesh import load_mesh
 from kinolab.world.shape_surfaces import Faces
 
@@ -55,6 +55,8 @@ SIZES_AND_MASSES = {"size", "radius", "length", "value", "ixx", "ixy", "ixz", "i
 LIMITS = {"lower", "upper", "effort", "velocity", "damping", "friction", "multiplier", "offset"}
 SOFT_LIMITS = {"soft_lower_limit", "soft_upper_limit", "k_position", "k_velocity"}
 NUMBERS = PLACES | SIZES_AND_MASSES | LIMITS | SOFT_LIMITS
+MAGNITUDES = {"limit": ("effort", "velocity"), "dynamics": ("friction",)}
+MOVED = ("revolute", "continuous", "prismatic")  # by one number, so that a motor may do it
 KINDS: Mapping[str, JointKind] = {
     "fixed": "fixed",
     "revolute": "revolute",
@@ -81,7 +83,7 @@ def read_urdf(
     has no limits, as in files that leave them out. Joints with an effort limit have a motor of that
     limit; damping is viscous friction, friction is Coulomb's. Collision geometry counts, or what is
     drawn where there is none; meshes are enclosed in boxes and capsules. Sensors, transmissions and
-    what simulators add are left out; so are soft limits (``safety_controller``), with a warning.
+    what simulators add are left out; warnings name whatever else is not read.
 
     Args:
         path: The file.
@@ -109,7 +111,7 @@ def read_urdf(
     check_parts(convex_parts, path.name)
     robot, document = _parsed(path)
     reader = _LinkReader(path, packages or {}, shapes=shapes, convex_parts=convex_parts)
-    _tell_what_is_not_read(robot, path.name)
+    _tell_what_is_not_read(robot, document, path.name)
     links = tuple(reader.link(entry) for entry in robot.links)
     joints = tuple(reader.joint(entry) for entry in robot.joints)
     name, motors = str(robot.name or path.stem), tuple(reader.motors)
@@ -144,7 +146,12 @@ def _parsed(path: Path) -> tuple[Any, Any]:
     try:
         # yourdfpy guesses where this fails
         document = xml.fromstring(content, xml.XMLParser(resolve_entities=False))
-        if mistakes := [*_not_finite(document, path.name)]:
+        if document.tag != "robot":
+            what = f"it begins with <{printable(str(document.tag))}>, not <robot>."
+            raise InputError([Mistake(path.name, what, "MJCF files are named .xml.")])
+        mistakes, _ = unread_words(document, path.name)
+        mistakes += [*_wrong_numbers(document, path.name), *_empty(document, path.name)]
+        if mistakes:
             raise InputError(mistakes)
         robot = library.URDF.load(
             io.BytesIO(content),
@@ -166,12 +173,29 @@ def _parsed(path: Path) -> tuple[Any, Any]:
     return robot, document
 
 
-def _tell_what_is_not_read(robot: Any, where: str) -> None:
-    """Warn of limits of a robot's own controller, which are in its file and not in its machine."""
-    soft = [printable(str(joint.name)) for joint in robot.joints if joint.safety_controller]
-    if soft:
-        told = "%s: <safety_controller> of %s is not read; [bounds] of a scenario may be as narrow."
-        LOG.warning(told, printable(where), ", ".join(soft))
+def _tell_what_is_not_read(robot: Any, document: Any, where: str) -> None:
+    """Warn of what is in a robot's file and not in its machine."""
+    if left_out := unread_words(document, where)[1]:
+        LOG.warning("%s: not read: %s.", printable(where), shortened_quotes(", ".join(left_out)))
+    limited = [joint for joint in robot.joints if joint.limit and joint.type in MOVED]
+    _tell(
+        "%s: the effort of joints that follow others is not read: %s.",
+        where,
+        (joint for joint in limited if joint.mimic and joint.limit.effort),
+    )
+    _tell(
+        "%s: joints with effort 0 have no motor: %s.",
+        where,
+        (joint for joint in limited if not joint.mimic and not joint.limit.effort),
+    )
+    told = "%s: <safety_controller> of %s is not read; [bounds] of a scenario may be as narrow."
+    _tell(told, where, (joint for joint in robot.joints if joint.safety_controller))
+
+
+def _tell(sentence: str, where: str, joints: Iterable[Any]) -> None:
+    """Warn with the names of joints, if there are some."""
+    if names := ", ".join(printable(str(joint.name)) for joint in joints):
+        LOG.warning(sentence, printable(where), shortened_quotes(names))
 
 
 def _allowed(path: Path) -> frozenset[frozenset[str]]:
@@ -192,22 +216,42 @@ def _allowed(path: Path) -> frozenset[frozenset[str]]:
     return frozenset(frozenset((one.get("link1", ""), one.get("link2", ""))) for one in pairs)
 
 
-def _not_finite(document: Any, where: str) -> Iterator[Mistake]:
-    """Yield the numbers of links and joints that are not finite, wherever they stand in these."""
+def _wrong_numbers(document: Any, where: str) -> Iterator[Mistake]:
+    """Yield what should be finite numbers, or no negative ones, and is not."""
     for part in document.iterchildren("link", "joint"):
-        for element in part.iter("*"):
+        at = f"{where} {part.tag} {part.get('name', '')!r}"
+        for element in part.iter(*READ):
             for name in sorted(set(element.keys()) & NUMBERS):
                 text = element.get(name)
-                if any(not math.isfinite(number) for number in _numbers(text)):
-                    place = f"{where} {part.tag} {part.get('name', '')!r} <{element.tag}> {name}"
-                    what = f"{printable(text)!r} is not finite."
-                    yield Mistake(place, what, "Give a number, or leave it out.")
+                place = f"<{element.tag}> {name}"
+                if not all(map(_is_finite, text.split())):
+                    what = f"{place} is {printable(text)!r}, which is not finite."
+                    yield Mistake(at, what, "Give numbers without units.")
+                elif name in MAGNITUDES.get(element.tag, ()) and float(text) < 0.0:
+                    what = f"{place} is {float(text):g}, and no magnitude is negative."
+                    yield Mistake(at, what, "Give a positive one, or 0 for none.")
 
 
-def _numbers(text: str) -> Iterator[float]:
-    for word in text.split():
-        with suppress(ValueError):  # yourdfpy tells what is no number
-            yield float(word)
+def _is_finite(word: str) -> bool:
+    try:
+        return math.isfinite(float(word))
+    except ValueError:
+        return False
+
+
+def _empty(document: Any, where: str) -> Iterator[Mistake]:
+    """Yield the inertias without mass and the geometries without a shape."""
+    for link in document.iterchildren("link"):
+        at = f"{where} link {link.get('name', '')!r}"
+        for inertial in link.iterchildren("inertial"):
+            if inertial.find("mass") is None:
+                yield Mistake(at, "its <inertial> has no <mass>.", 'Give <mass value="…"/>.')
+        solid = link.findall("collision") or link.findall("visual")
+        for geometry in (one for drawn in solid for one in drawn.iterchildren("geometry")):
+            if not any(geometry.find(shape) is not None for shape in READ["geometry"][1]):
+                tags = [f"<{printable(str(child.tag))}>" for child in geometry.iterchildren("*")]
+                what = f"its <geometry> has {', '.join(tags) or 'no shape'}."
+                yield Mistake(at, what, _listed(sorted(READ["geometry"][1])))
 
 
 class _LinkReader:
@@ -376,7 +420,6 @@ class _LinkReader:
             self._wrong("joint", entry.name, what, remedy)
         speed = _number(limit.velocity) if limit is not None else 0.0
         effort = _number(limit.effort) if limit is not None and mimic is None else 0.0
-        self._check_signs(entry)
         if effort > 0.0 and kind in ("revolute", "prismatic"):
             motor = f"{usable_name(str(entry.name))}_{'force' if kind == 'prismatic' else 'torque'}"
             self.motors.append(Motor(motor, str(entry.name), -effort, effort))
@@ -401,18 +444,6 @@ class _LinkReader:
             ),
         )
 
-    def _check_signs(self, entry: Any) -> None:
-        """Name what is a magnitude and negative."""
-        for owner, tag, names in (
-            (entry.limit, "limit", ("effort", "velocity")),
-            (entry.dynamics, "dynamics", ("friction",)),
-        ):
-            for name in names if owner is not None else ():
-                value = _number(getattr(owner, name))
-                if value < 0.0:
-                    what = f"<{tag}> {name} is {value:g}, and no magnitude is negative."
-                    self._wrong("joint", entry.name, what, "Give a positive one, or 0 for none.")
-
 
 def _outward(faces: Faces, scale: Array) -> Faces:
     """Return faces (m, 3) as they look outward after a scale (3,), which may mirror them."""
@@ -432,5 +463,5 @@ def _color(drawn: Any) -> tuple[float, float, float] | None:
     return red, green, blue
 
 
-def _listed(known: Mapping[str, JointKind]) -> str:
+def _listed(known: Iterable[str]) -> str:
     return f"Known: {', '.join(known)}."
