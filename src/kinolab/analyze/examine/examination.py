@@ -211,6 +211,7 @@ def _limits(model: Model) -> Iterator[LawCheck]:
     for i in model.speeds:
         if not np.isfinite(model.state_bounds[i]).all():
             note = " ".join(unlimited_sentences(model, model.state_names[i]))
-            yield LawCheck("velocities have limits", 0.0, 0.0, note)
+            yield LawCheck("velocities without limits", 0.0, 0.0, note, advice=True)
     if not model.nu:
-        yield LawCheck("something can be decided", 0.0, 0.0, "it has no inputs: only simulate it")
+        note = "there is nothing to plan; plan simulate shows how it moves"
+        yield LawCheck("without inputs", 0.0, 0.0, note, advice=True)
