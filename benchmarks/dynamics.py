@@ -40,7 +40,7 @@ from kinolab.dynamics import (
     rot_z,
     toward,
 )
-from kinolab.dynamics.lagrange.energies import kinetic_energy, potential_energy
+from kinolab.dynamics.lagrange.energies import kinetic_energy, weight_energy
 
 STATES = 20_000
 HEADINGS = (
@@ -150,7 +150,7 @@ def sympy_times(make: Callable[[], System]) -> tuple[float, float]:
     q_dot = [symbol.diff(dynamicsymbols._t) for symbol in q]
     known = dict(zip(map(rate, system.coordinates), q_dot, strict=True))
     known |= dict(zip(system.coordinates, q, strict=True))
-    energy = (kinetic_energy(system) - potential_energy(system)).xreplace(known)
+    energy = (kinetic_energy(system) - weight_energy(system)).xreplace(known)
     begun = time.perf_counter()
     method = LagrangesMethod(energy, q)
     method.form_lagranges_equations()

@@ -16,12 +16,13 @@ import numpy as np
 import sympy
 from numpy.typing import NDArray
 
-from kinolab.dynamics.lagrange.energies import kinetic_energy, loads, potential_energy
+from kinolab.dynamics.lagrange.energies import kinetic_energy, weight_energy
 from kinolab.dynamics.lagrange.equations import acceleration_of
 from kinolab.dynamics.language.constraints import VelocityConstraint
 from kinolab.dynamics.language.frames import time_derivative
 from kinolab.dynamics.language.mechanism import Mechanism
-from kinolab.dynamics.language.mechanism_parts import tangent_symbols
+from kinolab.dynamics.language.mechanism_parts import loads, potentials, tangent_symbols
+from kinolab.dynamics.language.quantities import written
 
 Array: TypeAlias = NDArray[np.float64]
 Slope: TypeAlias = Callable[[Array, Array], Array]
@@ -57,8 +58,9 @@ def _balance(
     system: Mechanism, v: Any, a: list[Any], held: list[Any], multipliers: tuple[Any, ...]
 ) -> list[Any]:
     """Return d/dt(dL/dv) - dL/dq - F - w^T lambda, one for each coordinate."""
-    L = kinetic_energy(system) - potential_energy(system)
-    forces = list(loads(system))
+    V = sum(map(written, potentials(system)), weight_energy(system))
+    L = kinetic_energy(system) - V
+    forces = [(written(load.magnitude), written(load.velocity)) for _, load in loads(system)]
     left = []
     for k, rate in enumerate(v):
         force = sum(strength * sympy.diff(speed, rate) for strength, speed in forces)

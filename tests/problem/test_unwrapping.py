@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 
 import kinolab
 from kinolab import systems
-from kinolab.analyze.execute import Conditions, execute
+from kinolab.analyze.execute import Conditions
 from kinolab.dynamics.machine_facts import facts_of
 from kinolab.loading import build_problem, find_scenario
 from kinolab.problem import PlanningTask
@@ -27,6 +27,7 @@ from kinolab.trajectory import Trajectory
 from kinolab.verification import Certificate, dynamics_checks, verify
 from kinolab.verification.checks.knot_defects import DEFECT_TOLERANCE
 from tests.conftest import Solver
+from tests.executions import execute
 from tests.support import failed
 
 Array = NDArray[np.float64]

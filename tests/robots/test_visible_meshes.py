@@ -13,7 +13,7 @@ import pytest
 import trimesh
 
 import kinolab
-from kinolab.dynamics.language.shapes import MOST_DRAWN, DrawnMesh
+from kinolab.dynamics.language.shapes.drawn_mesh import MOST_DRAWN, DrawnMesh
 from kinolab.errors import InputError
 from kinolab.robots import read_mjcf, read_urdf
 from kinolab.robots.visible_meshes import MOST_TRIANGLES
