@@ -291,6 +291,15 @@ def test_what_is_not_read_is_said(tmp_path: Path, caplog: pytest.LogCaptureFixtu
     ]
 
 
+def test_a_file_of_many_strange_words_is_told_in_one_line(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    strange = " ".join(f'gear{k}{"x" * 10}="1"' for k in range(9))
+    read_urdf(written(tmp_path, ARM.replace("<axis", f"<axis {strange}")))
+    (line,) = caplog.messages
+    assert line.endswith("and 3 more words.")
+
+
 @pytest.mark.parametrize(
     ("before", "after", "said"),
     [

@@ -71,19 +71,21 @@ def unread_words(document: Any, where: str) -> tuple[list[Mistake], list[str]]:
                 for word in words:
                     meant = difflib.get_close_matches(word, known - there, n=1, cutoff=NEARLY)
                     place = f"<{element.tag}>" if element is not part else part.tag
-                    told = printable(word)
+                    shown = printable(word)
                     if meant:
-                        what = f"{place} has {told!r}, which is not a word of URDF."
+                        what = f"{place} has {shown!r}, which is not a word of URDF."
                         at = f"{where} {part.tag} {name!r}"
                         mistakes.append(Mistake(at, what, f'Did you mean "{meant[0]}"?'))
                     else:
-                        left_out.setdefault(f"{told} of {place}", []).append(name)
+                        left_out.setdefault(f"{shown} of {place}", []).append(name)
         elif _is_plain(part.tag) and part.tag not in OF_OTHERS:
             left_out.setdefault(f"<{printable(part.tag)}>", []).append(name)
-    return mistakes, [
+    told = [
         f"{what} ({names[0]}{f' and {len(names) - 1} more' if names[1:] else ''})"
-        for what, names in [*left_out.items()][:MOST_TOLD]
+        for what, names in left_out.items()
     ]
+    more = len(told) - MOST_TOLD
+    return mistakes, [*told[:MOST_TOLD], *([f"and {more} more words"] if more > 0 else [])]
 
 
 def _unknown(part: Any) -> Iterator[tuple[list[str], frozenset[str], set[str], Any]]:
