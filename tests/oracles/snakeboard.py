@@ -277,3 +277,14 @@ def follow(gait: Gait, t: Array, board: Board) -> Array:
     span = (float(t[0]), float(t[-1]))
     run = solve_ivp(slope, span, np.zeros(4), "DOP853", t_eval=t, rtol=1e-12, atol=1e-13)
     return np.asarray(run.y.T)
+
+
+def swing(pose: Array, phi: float, turned: float, board: Board) -> Array:
+    """Pose (x, y, theta) after the rotor has turned by ``turned`` with the steering held.
+
+    From rest p stays 0, so the board turns by -(J_r / m l^2) sin^2 phi of it, about the point
+    l cot phi to its right where the axles meet.
+    """
+    theta = pose[2] - board.J_r / (board.m * board.l**2) * np.sin(phi) ** 2 * turned
+    across = np.array([np.sin(theta) - np.sin(pose[2]), np.cos(pose[2]) - np.cos(theta)])
+    return np.array([*(pose[:2] - board.l / np.tan(phi) * across), theta])

@@ -5,7 +5,7 @@ from __future__ import annotations
 from itertools import product
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from kinolab.numerics.arrays import Array
 
@@ -32,36 +32,23 @@ def cylinder_surface(radius: float, half: float, corners: int) -> tuple[Array, F
         half: Half its length, in [m].
         corners: Of the polygon that stands for the circle, and has its corners on it.
     """
-    ends = [(0.0, -half), (radius, -half), (radius, half), (0.0, half)]
-    return surface_of_revolution(ends, corners)
-
-
-def surface_of_revolution(profile: ArrayLike, corners: int) -> tuple[Array, Faces]:
-    """Turn a line about z, which has what it bounds on its left.
-
-    Args:
-        profile: Its points (radius, height), shape (n, 2); the first and the last may be on z.
-        corners: Of the polygon that stands for a circle, and has its corners on it.
-
-    Returns:
-        Vertices (m, 3), ring after ring, and faces (k, 3), seen anticlockwise from outside: of each
-        strip of ``corners`` quads the first halves, then the second ones, and of a fan its
-        triangles.
-    """
-    line = np.asarray(profile, dtype=np.float64)
     angle = np.linspace(0.0, 2.0 * np.pi, corners + 1)[:-1]
-    rings = (
-        np.stack([np.cos(angle), np.sin(angle), np.ones(corners)], axis=1)
-        * line[:, None, [0, 0, 1]]
-    )
-    here = np.arange(len(line) * corners).reshape(-1, corners)
-    here[line[:, 0] == 0.0] = here[line[:, 0] == 0.0, :1]
-    a, b = here, np.roll(here, -1, axis=1)
-    halves = [np.stack([a[:-1], b[:-1], b[1:]], -1), np.stack([a[:-1], b[1:], a[1:]], -1)]
-    faces = np.stack(halves, axis=1).reshape(-1, 3)
-    faces = faces[(faces != np.roll(faces, 1, axis=1)).all(axis=1)]
-    used, faces = np.unique(faces, return_inverse=True)
-    return rings.reshape(-1, 3)[used], faces.reshape(-1, 3)
+    low = np.column_stack([np.cos(angle), np.sin(angle), np.full(corners, -half)])
+    low[:, :2] *= radius
+    rim = np.stack([low, low * [1.0, 1.0, -1.0]], axis=1)  # (corners, below and above, 3)
+    centers = np.array([[0.0, 0.0, -half], [0.0, 0.0, half]])
+    vertices = np.concatenate([centers[:1], rim[0], centers[1:], *rim[1:]])
+    bottom, top = 0, 3  # the centres
+    below = np.array([1, *range(4, 2 * corners + 2, 2)])
+    above = np.array([2, *range(5, 2 * corners + 2, 2)])
+    below_next, above_next = np.roll(below, -1), np.roll(above, -1)
+    sectors = [
+        (below, np.full(corners, bottom), below_next),
+        (below, below_next, above),
+        (above, below_next, above_next),
+        (above, above_next, np.full(corners, top)),
+    ]
+    return vertices, np.array(sectors).transpose(2, 0, 1).reshape(-1, 3)
 
 
 def ball_surface(radius: float) -> tuple[Array, Faces]:

@@ -5,11 +5,11 @@ from __future__ import annotations
 from typing import TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from kinolab.numerics.arrays import Array
 from kinolab.show.film.models.surface_mesh import SurfaceMesh, weld
 from kinolab.show.film.picture import Cone
-from kinolab.world.shape_surfaces import surface_of_revolution
 
 Color: TypeAlias = tuple[float, float, float]
 
@@ -23,15 +23,32 @@ SEGMENTS = 48
 def cone_mesh(cone: Cone) -> SurfaceMesh:
     """The cone from its apex to a cap that is part of a ball, in its colour."""
     half = float(np.clip(cone.half_angle, MIN_HALF_ANGLE, np.pi))
-    angles = np.linspace(half, 0.0, 9)
-    cap = np.stack([np.sin(angles), np.cos(angles)], axis=1)
-    points, faces = surface_of_revolution([(0.0, 0.0), *cap], SEGMENTS)
+    rings = np.linspace(0.0, half, 9)[1:]
+    turn = 2.0 * np.pi * np.arange(SEGMENTS) / SEGMENTS
+    across = np.stack([np.cos(turn), np.sin(turn), 0.0 * turn], axis=1)
+    ahead = np.array([0.0, 0.0, 1.0])
+    cap = [np.sin(angle) * across + np.cos(angle) * ahead for angle in rings]
+    points = np.concatenate([*cap, [ahead], [np.zeros(3)]])
     placed = np.asarray(cone.apex) + cone.length * points @ _frame(np.asarray(cone.direction)).T
+    faces = _faces(len(rings))
     if not cone.forbidden:
         return weld(placed, faces, WANTED)
     segment = np.tile(np.arange(SEGMENTS), len(faces) // SEGMENTS)
     striped = (segment // STRIPES) % 2 == 0
     return weld(placed, faces, np.where(striped[:, None], FORBIDDEN, STRIPE))
+
+
+def _faces(rings: int) -> NDArray[np.int64]:
+    a = np.arange(SEGMENTS)
+    b = (a + 1) % SEGMENTS
+    top, apex = np.full(SEGMENTS, rings * SEGMENTS), np.full(SEGMENTS, rings * SEGMENTS + 1)
+    outer = (rings - 1) * SEGMENTS
+    faces = [np.stack([top, a, b], axis=1), np.stack([apex, b + outer, a + outer], axis=1)]
+    for k in range(rings - 1):
+        near, far = k * SEGMENTS, (k + 1) * SEGMENTS
+        faces += [np.stack([a + near, a + far, b + far], axis=1)]
+        faces += [np.stack([a + near, b + far, b + near], axis=1)]
+    return np.concatenate(faces)
 
 
 def _frame(direction: Array) -> Array:

@@ -10,7 +10,6 @@ from numpy.typing import ArrayLike
 from kinolab.numerics.arrays import Array
 from kinolab.show.film.models.setting import SceneColors
 from kinolab.show.film.models.surface_mesh import SurfaceMesh, weld
-from kinolab.world.shape_surfaces import surface_of_revolution
 
 MAX_LINES = 30  # along the longer side; larger worlds take a coarser grid
 BOARDS, BOARD = 12, 1.4  # number side by side; length, in widths of the floor
@@ -118,8 +117,14 @@ def grid_step(length: float) -> float:
 
 def annulus(centre: ArrayLike, radii: tuple[float, float], color: ArrayLike) -> SurfaceMesh:
     """A flat ring on the ground about (x, y) between two radii in [m]; a disc if the first is 0."""
-    vertices, faces = surface_of_revolution([(radius, 0.0) for radius in reversed(radii)], 96)
-    return weld(vertices + np.array([*np.asarray(centre)[:2], 0.0]), faces, color)
+    n = 96
+    angle = 2.0 * np.pi * np.arange(n) / n
+    circle = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    flat = np.concatenate([radius * circle for radius in radii]) + np.asarray(centre)[:2]
+    i = np.arange(n)
+    j = (i + 1) % n
+    faces = np.concatenate([np.stack([i, i + n, j + n], 1), np.stack([i, j + n, j], 1)])
+    return weld(np.column_stack([flat, np.zeros(2 * n)]), faces, color)
 
 
 def _multiples(low: float, high: float, step: float) -> Array:

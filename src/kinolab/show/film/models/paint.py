@@ -76,7 +76,7 @@ def paint(shape: Shape, color: ArrayLike, pixel: float = 0.0) -> SurfaceMesh:
 def _round(radius: float, half: float, color: Array, detail: int) -> Pattern:
     """Return a cylinder along z with alternating sectors on both caps and along the rim."""
     vertices, faces = cylinder_surface(radius, half, SEGMENTS[detail])
-    sector = np.arange(len(faces)) % SEGMENTS[detail] * SECTORS // SEGMENTS[detail]
+    sector = np.arange(len(faces)) * SECTORS // len(faces)
     colors = np.where((sector % 2 == 0)[:, None], color, pale(color))
     colors[sector == 0] = MARK
     return vertices, faces, colors

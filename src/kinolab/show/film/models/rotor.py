@@ -9,7 +9,7 @@ import numpy as np
 
 from kinolab.numerics.arrays import Array
 from kinolab.show.film.models.surface_mesh import SurfaceMesh, join, weld
-from kinolab.world.shape_surfaces import box_surface, cylinder_surface, surface_of_revolution
+from kinolab.world.shape_surfaces import box_surface, cylinder_surface
 
 if TYPE_CHECKING:
     from kinolab.dynamics.language.shapes import Shape
@@ -50,6 +50,15 @@ def whirled(poses: Array, speeds: Sequence[float], delay: float) -> Array:
 
 
 def _ring(inner: float, outer: float, thickness: float) -> SurfaceMesh:
-    half = 0.5 * thickness
-    corners = [(outer, -half), (outer, half), (inner, half), (inner, -half), (outer, -half)]
-    return weld(*surface_of_revolution(corners, SEGMENTS), PALE)
+    angle = 2.0 * np.pi * np.arange(SEGMENTS) / SEGMENTS
+    half, circle = 0.5 * thickness, np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    loops = [(outer, -half), (outer, half), (inner, half), (inner, -half)]  # turned about z
+    points = [np.column_stack([r * circle, np.full(SEGMENTS, z)]) for r, z in loops]
+    a = np.arange(SEGMENTS)
+    b = (a + 1) % SEGMENTS
+    faces = []
+    for k in range(4):
+        low, high = k * SEGMENTS, (k + 1) % 4 * SEGMENTS
+        faces += [np.stack([a + low, b + low, b + high], axis=1)]
+        faces += [np.stack([a + low, b + high, a + high], axis=1)]
+    return weld(np.concatenate(points), np.concatenate(faces), PALE)

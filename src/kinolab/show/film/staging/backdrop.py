@@ -8,14 +8,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from kinolab.dynamics.language.shapes import Sphere
 from kinolab.numerics.arrays import Array
-from kinolab.show.film.models.ball import Color
+from kinolab.show.film.models.ball import Color, ball
 from kinolab.show.film.models.cone import cone_mesh
 from kinolab.show.film.models.ground import annulus, marked_areas, marked_lines, slab
-from kinolab.show.film.models.paint import paint
+from kinolab.show.film.models.painted_body import fineness
 from kinolab.show.film.models.setting import SceneColors
-from kinolab.show.film.models.surface_mesh import SurfaceMesh, is_room, join
+from kinolab.show.film.models.surface_mesh import SurfaceMesh, is_room, join, weld
 from kinolab.show.film.picture import Floor, Ghost, GoalMarker, Picture
 from kinolab.show.film.raster.draw_list import FloorPaint, Layer, Shadows, Sky, Solid, Veil
 from kinolab.show.film.raster.rasterizer import GROUND
@@ -83,7 +82,8 @@ def backdrop(still: Still, machine: Sequence[SurfaceMesh], pen: Pen) -> list[Lay
 
 def goal_ball(goal: GoalMarker) -> SurfaceMesh:
     """Return the ball that a point must enter."""
-    return paint(Sphere(goal.radius, goal.position), GOAL).painted(GOAL)
+    points, faces, colors = ball(goal.radius, np.array(GOAL), fineness(goal.radius, 0.0))
+    return weld(np.asarray(goal.position) + points, faces, colors).painted(GOAL)
 
 
 def _floor(floor: Floor, colors: SceneColors, pen: Pen) -> Iterator[Layer]:
