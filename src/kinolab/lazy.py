@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import sys
 from collections.abc import Callable, Iterable, Mapping
+from functools import cache
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -85,3 +86,17 @@ def library_of(extra: str, module: str, need: str) -> Any:
     except ImportError as error:
         what = f"{need}, which is not installed."
         raise InputError([Mistake(extra, what, f"pip install 'kinolab[{extra}]'")]) from error
+
+
+@cache
+def versions_of(*packages: str) -> dict[str, str | None]:
+    """Return the installed versions of packages by name; None of those that are absent."""
+    from importlib.metadata import PackageNotFoundError, version
+
+    found: dict[str, str | None] = {}
+    for package in packages:
+        try:
+            found[package] = version(package)
+        except PackageNotFoundError:
+            found[package] = None
+    return found

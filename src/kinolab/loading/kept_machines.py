@@ -9,8 +9,7 @@ always described anew.
 from __future__ import annotations
 
 import json
-from functools import cache, partial
-from importlib.metadata import version
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,6 +18,7 @@ from kinolab.dynamics import Model
 from kinolab.dynamics.language.json.machine_folder import texts_of
 from kinolab.dynamics.machine_facts import MachineFacts, facts_of
 from kinolab.errors import InputError
+from kinolab.lazy import versions_of
 from kinolab.loading.find import find_system
 from kinolab.scenario import Scenario
 from kinolab.store import code_in
@@ -110,12 +110,7 @@ def _content_of_texts(texts: dict[str, str], scenario: Scenario) -> str:
 
 
 def _content(*parts: Any) -> str:
-    return json.dumps([*parts, *_versions()], sort_keys=True)
-
-
-@cache
-def _versions() -> list[str]:
-    return [version(library) for library in LIBRARIES]
+    return json.dumps([*parts, *versions_of(*LIBRARIES).values()], sort_keys=True)
 
 
 def systems_code() -> str:

@@ -147,8 +147,7 @@ def assembled(
     made = assembly.system(self_collisions=self_collisions)
     further = {BASE: BASE_COORDINATES} if base == "floating" else {}
     corresponding = Correspondence.of(joints, held, further)
-    known = agreement_on(file, base, held)
-    if engines and AGREED.find(known) is None:
+    if engines and AGREED.find(known := agreement_on(file, base, held)) is None:
         left_out = assembly.neglected
         if mistakes := [*disagreements(made, corresponding, engines, where, left_out)]:
             raise InputError(mistakes)

@@ -9,7 +9,7 @@ import io
 import logging
 import math
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, get_args
@@ -109,9 +109,9 @@ def read_urdf(
         raise UnknownNameError("base", str(base), known=get_args(Base), where="read_urdf base")
     path = Path(path)
     check_parts(convex_parts, path.name)
-    robot, document = _parsed(path)
+    robot, document, left_out = _parsed(path)
     reader = _LinkReader(path, packages or {}, shapes=shapes, convex_parts=convex_parts)
-    _tell_what_is_not_read(robot, document, path.name)
+    _tell_what_is_not_read(robot, left_out, path.name)
     links = tuple(reader.link(entry) for entry in robot.links)
     joints = tuple(reader.joint(entry) for entry in robot.joints)
     name, motors = str(robot.name or path.stem), tuple(reader.motors)
@@ -131,8 +131,8 @@ def read_urdf(
     )
 
 
-def _parsed(path: Path) -> tuple[Any, Any]:
-    """Return yourdfpy's robot, and the document of lxml."""
+def _parsed(path: Path) -> tuple[Any, Any, list[str]]:
+    """Return yourdfpy's robot, the document of lxml, and which of its words are not read."""
     library = library_of("robots", "yourdfpy", "URDF files are read by yourdfpy")
     if not is_file(path):
         raise InputError([Mistake(str(path), "there is no such file.")])
@@ -149,7 +149,7 @@ def _parsed(path: Path) -> tuple[Any, Any]:
         if document.tag != "robot":
             what = f"it begins with <{printable(str(document.tag))}>, not <robot>."
             raise InputError([Mistake(path.name, what, "MJCF files are named .xml.")])
-        mistakes, _ = unread_words(document, path.name)
+        mistakes, left_out = unread_words(document, path.name)
         mistakes += [*_wrong_numbers(document, path.name), *_empty(document, path.name)]
         if mistakes:
             raise InputError(mistakes)
@@ -170,12 +170,12 @@ def _parsed(path: Path) -> tuple[Any, Any]:
         raise InputError([Mistake(path.name, "it has no links.")])
     if len(robot.links) > MOST_LINKS:
         raise InputError([Mistake(path.name, f"it has more than {MOST_LINKS} links.")])
-    return robot, document
+    return robot, document, left_out
 
 
-def _tell_what_is_not_read(robot: Any, document: Any, where: str) -> None:
+def _tell_what_is_not_read(robot: Any, left_out: Sequence[str], where: str) -> None:
     """Warn of what is in a robot's file and not in its machine."""
-    if left_out := unread_words(document, where)[1]:
+    if left_out:
         LOG.warning("%s: not read: %s.", printable(where), shortened_quotes(", ".join(left_out)))
     limited = [joint for joint in robot.joints if joint.limit and joint.type in MOVED]
     _tell(

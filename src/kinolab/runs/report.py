@@ -6,9 +6,9 @@ import math
 import platform
 from collections.abc import Mapping
 from dataclasses import asdict
-from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
+from kinolab.lazy import versions_of
 from kinolab.problem import PlanningTask
 from kinolab.problem.goal_entries import distance_by_unit, goal_entries
 from kinolab.problem.warnings import problem_warnings
@@ -97,13 +97,9 @@ def goal_distance_by_unit(problem: PlanningTask, plan: PlanResult) -> dict[str, 
 
 def versions() -> dict[str, str]:
     """Return the versions of Python, kinolab and the libraries that figures depend on."""
-    found = {"python": platform.python_version()}
-    for package in ("kinolab", *RECORDED):
-        try:
-            found[package] = version(package)
-        except PackageNotFoundError:
-            found[package] = "absent"
-    return found
+    found = versions_of("kinolab", *RECORDED)
+    known = {package: number or "absent" for package, number in found.items()}
+    return {"python": platform.python_version(), **known}
 
 
 def _finite(value: float) -> float | None:

@@ -341,7 +341,7 @@ def test_engines_are_asked_once_of_the_same_file(
     assert [times_asked(), times_asked()] == [1, 0]
     assert [times_asked(izz=0.0011), times_asked(locked={"elbow": 0.1})] == [1, 1]
     assert [times_asked(base="floating"), times_asked(locked={"elbow": 0.1})] == [1, 0]
-    monkeypatch.setattr(agreements, "_versions", lambda: ["mujoco=0"])
+    monkeypatch.setattr(agreements, "versions_of", lambda *_: {"mujoco": "0"})
     assert times_asked() == 1
     read_wrongly(monkeypatch, urdf, joint("elbow", axis=np.negative))
     for _ in range(2):

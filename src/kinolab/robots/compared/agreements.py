@@ -6,11 +6,10 @@ MuJoCo and Pinocchio take longer to import than most files to be read.
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping
-from functools import cache
-from importlib.metadata import PackageNotFoundError, version
+from collections.abc import Mapping
 from pathlib import Path
 
+from kinolab.lazy import versions_of
 from kinolab.store import Kind, code_in
 
 PACKAGE = Path(__file__).parents[2]
@@ -21,17 +20,5 @@ AGREED: Kind[bytes] = Kind("agreed", bytes, bytes)
 def agreement_on(file: bytes, base: str, locked: Mapping[str, float]) -> list[str | bytes]:
     """Return all that determines whether engines agree: the file, how it is read, and by what."""
     code = [code_in(PACKAGE / room) for room in ("robots", "dynamics", "numerics")]
-    return [file, json.dumps([base, sorted(locked.items()), *_versions()]), *code]
-
-
-@cache
-def _versions() -> list[str]:
-    return [*map("=".join, _installed())]
-
-
-def _installed() -> Iterator[tuple[str, str]]:
-    for library in LIBRARIES:
-        try:
-            yield library, version(library)
-        except PackageNotFoundError:
-            continue
+    how = [base, sorted(locked.items()), versions_of(*LIBRARIES)]
+    return [file, json.dumps(how), *code]
