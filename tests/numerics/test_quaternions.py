@@ -13,7 +13,7 @@ from scipy.stats import ks_2samp, kstest
 from kinolab import planners
 from kinolab.errors import InputError
 from kinolab.loading import build_problem, find_scenario
-from kinolab.numerics.quaternions import (
+from kinolab.numerics.manifolds.rotations import (
     multiply,
     of_matrices,
     random_attitude,

@@ -16,7 +16,7 @@ from kinolab.arguments import require_fit
 from kinolab.dynamics import Model
 from kinolab.errors import InputError, Mistake, UnknownNameError
 from kinolab.numerics.arrays import Array
-from kinolab.numerics.quaternions import of_poses
+from kinolab.numerics.manifolds.rotations import of_poses
 from kinolab.problem import PlanningTask
 from kinolab.robots.writing.fresh_names import fresh_name
 from kinolab.trajectory import Trajectory

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from kinolab.dynamics import Model
 from kinolab.numerics.arrays import Array
-from kinolab.numerics.quaternions import unit
+from kinolab.numerics.manifolds.rotations import unit
 from kinolab.problem.goal import AttitudeTarget, DirectionTarget, Goal, KeepOutCone, PointTarget
 from kinolab.scenario import Scenario, axis_vector
 

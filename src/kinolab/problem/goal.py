@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from kinolab.dynamics.codegen.state_space import wrapped
 from kinolab.numerics.arrays import Array
-from kinolab.numerics.quaternions import multiply, turn_between
+from kinolab.numerics.manifolds.rotations import multiply, turn_between
 
 Norm: TypeAlias = Literal["max", "sum", "euclidean"]
 

@@ -19,7 +19,7 @@ from kinolab.dynamics.codegen.state_space import StateSpace
 from kinolab.dynamics.machine_facts import MachineFacts
 from kinolab.errors import EndpointError, InputError, Mistake
 from kinolab.numerics.arrays import Array
-from kinolab.numerics.quaternions import (
+from kinolab.numerics.manifolds.rotations import (
     random_attitude,
     random_attitudes,
     turned_at_random,

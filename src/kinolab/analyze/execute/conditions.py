@@ -11,7 +11,7 @@ from kinolab.dynamics import Model
 from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.errors import InputError, Mistake
 from kinolab.numerics.arrays import Array
-from kinolab.numerics.quaternions import turned_at_random
+from kinolab.numerics.manifolds.rotations import turned_at_random
 from kinolab.problem import PlanningTask
 
 MAX_FRACTION = 1.0  # above it a mass could be negative

@@ -13,7 +13,7 @@ from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.language.shapes import ShapeKind
 from kinolab.errors import Mistake
 from kinolab.numerics.arrays import Array
-from kinolab.numerics.quaternions import of_matrices
+from kinolab.numerics.manifolds.rotations import of_matrices
 from kinolab.robots.kinematic_tree import (
     Inertial,
     Joint,

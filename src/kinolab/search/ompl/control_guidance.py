@@ -15,7 +15,7 @@ import numpy as np
 
 from kinolab.dynamics.codegen.state_space import wrapped
 from kinolab.numerics.arrays import Array
-from kinolab.numerics.quaternions import turn_between
+from kinolab.numerics.manifolds.rotations import turn_between
 from kinolab.problem import PlanningTask
 from kinolab.problem.goal import SEARCHED_FRACTION
 from kinolab.search.ompl.goal_errors import GoalErrors

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from kinolab.numerics.arrays import Array
-from kinolab.numerics.quaternions import random_attitude
+from kinolab.numerics.manifolds.rotations import random_attitude
 from kinolab.problem import PlanningTask
 from kinolab.world import BodyGeometry, triangles
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from kinolab.dynamics.language.shapes import Sphere
 from kinolab.numerics.arrays import Array
-from kinolab.numerics.quaternions import random_attitude
+from kinolab.numerics.manifolds.rotations import random_attitude
 from kinolab.numerics.work import charge
 from kinolab.problem import PlanningTask
 from kinolab.search.potential.control_points import ControlPoint, place

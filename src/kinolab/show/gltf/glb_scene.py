@@ -9,7 +9,7 @@ import numpy as np
 
 from kinolab.dynamics.language.shapes import Cylinder
 from kinolab.numerics.arrays import Array
-from kinolab.numerics.quaternions import of_matrices
+from kinolab.numerics.manifolds.rotations import of_matrices
 from kinolab.show.film.models.cone import cone_mesh
 from kinolab.show.film.models.ground import floor_top, marked_areas
 from kinolab.show.film.models.setting import SceneColors

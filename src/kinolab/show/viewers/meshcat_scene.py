@@ -9,7 +9,7 @@ import numpy as np
 
 from kinolab.arguments import require_fit
 from kinolab.lazy import library_of
-from kinolab.numerics.quaternions import to_matrices
+from kinolab.numerics.manifolds.rotations import to_matrices
 from kinolab.problem import PlanningTask
 from kinolab.show.film.raster.camera import frame_scene, horizontal_axes
 from kinolab.show.page.content import Content

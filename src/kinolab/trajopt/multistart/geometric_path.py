@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from kinolab.concurrency.cancel import CancellationToken, never_cancelled, raise_if_cancelled
 from kinolab.numerics.arrays import Array
-from kinolab.numerics.quaternions import turned_at_random, unit
+from kinolab.numerics.manifolds.rotations import turned_at_random, unit
 from kinolab.numerics.work import charge
 from kinolab.problem import PlanningTask
 from kinolab.trajopt.options import GUESS

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.numerics.arrays import Array
-from kinolab.numerics.quaternions import multiply
+from kinolab.numerics.manifolds.rotations import multiply
 from kinolab.problem import PlanningTask
 from kinolab.steering.cyclic_coordinates import cyclic_coordinates
 from kinolab.trajopt.multistart.allowed_velocities import velocities_along, velocity_directions

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.numerics.arrays import Array
-from kinolab.numerics.quaternions import of_matrices, slerp, to_matrices
+from kinolab.numerics.manifolds.rotations import of_matrices, slerp, to_matrices
 from kinolab.show.film.staging.playback import Playback
 
 MAX_FRAMES = 400  # of a GIF

@@ -1,0 +1,1 @@
+"""What states are made of besides plain numbers."""
