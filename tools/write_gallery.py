@@ -319,9 +319,9 @@ def goal(problem: PlanningTask) -> Iterator[Sequence[str]]:
             target.indices, target.targets, target.tolerances, strict=True
         )
     }
-    for attitude in target.attitudes:
-        rows[attitude.index] = (
-            *(f"`{attitude.name}`", f"quaternion {vector(attitude.target)}"),
+    for attitude in target.parts:
+        rows[attitude.part.first] = (
+            *(f"`{attitude.part.name}`", f"quaternion {vector(attitude.target)}"),
             number(attitude.tolerance),
         )
     for index in sorted(rows):

@@ -77,6 +77,6 @@ def centre(problem: PlanningTask) -> np.ndarray:
     """Return the state at the goal's centre, shape (nx,)."""
     x, goal = problem.start.copy(), problem.goal
     x[list(goal.indices)] = goal.targets
-    for attitude in goal.attitudes:
-        x[attitude.index : attitude.index + 4] = attitude.target
+    for one in goal.parts:
+        x[one.part.own] = one.target
     return x

@@ -22,12 +22,10 @@ def strictly(problem: PlanningTask) -> PlanningTask:
     weights, goal = MACHINES[problem.system.name].weights, problem.goal
     named = [problem.model.state_names[k] for k in goal.indices]
     attitudes = tuple(
-        replace(one, tolerance=ROTATION * EXACTLY / weights[one.name]) for one in goal.attitudes
+        replace(one, tolerance=ROTATION * EXACTLY / weights[one.part.name]) for one in goal.parts
     )
     tolerances = np.array([EXACTLY / weights[name] for name in named])
-    return replace(
-        problem, goal=replace(goal, tolerances=tolerances, attitudes=attitudes, norm="sum")
-    )
+    return replace(problem, goal=replace(goal, tolerances=tolerances, parts=attitudes, norm="sum"))
 
 
 def miss(problem: PlanningTask, x: np.ndarray) -> float:

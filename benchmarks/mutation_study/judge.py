@@ -228,8 +228,8 @@ class Judge:
         turns = np.asarray(goal.circular)
         off[turns] -= 2 * np.pi * np.round(off[turns] / (2 * np.pi))
         shares = [*(np.abs(off) / goal.tolerances)]
-        for target in goal.attitudes:
-            turn = Rotation.from_quat(target.target).inv() * Rotation.from_quat(x[target.entries])
+        for target in goal.parts:
+            turn = Rotation.from_quat(target.target).inv() * Rotation.from_quat(x[target.part.own])
             shares.append(float(turn.magnitude()) / target.tolerance)
         if goal.norm == "sum":
             return float(sum(shares))

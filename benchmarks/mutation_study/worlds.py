@@ -41,7 +41,7 @@ def goal(case: Case, generator: Generator) -> Fault | None:
     if not np.isfinite(final).all():
         return None
     count = len(wanted.indices)
-    i = int(generator.integers(count + len(wanted.attitudes) + len(wanted.directions)))
+    i = int(generator.integers(count + len(wanted.parts) + len(wanted.directions)))
     far = float(case.judge.apart(final, case.motion.x[-1]).max()) > NEAR
     truth = ("borderline" if far else "false") if known else "unknown"
     verdict = Verdict(truth, f"{MISSED} tolerances from the goal")
@@ -50,15 +50,15 @@ def goal(case: Case, generator: Generator) -> Fault | None:
         targets[i] = final[wanted.indices[i]] + sign * MISSED * wanted.tolerances[i]
         moved = replace(wanted, targets=targets)
         what = f"{case.judge.states[wanted.indices[i]]} of the goal is missed"
-    elif i < count + len(wanted.attitudes):
-        one = wanted.attitudes[i - count]
+    elif i < count + len(wanted.parts):
+        one = wanted.parts[i - count]
         turn = _turn(generator, min(MISSED * one.tolerance, np.pi))
-        x, y, z, w = map(float, (Rotation.from_quat(final[one.entries]) * turn).as_quat())
-        rest = [other for other in wanted.attitudes if other is not one]
-        moved = replace(wanted, attitudes=(*rest, replace(one, target=(x, y, z, w))))
-        what = f"the attitude {one.name} of the goal is missed"
+        x, y, z, w = map(float, (Rotation.from_quat(final[one.part.own]) * turn).as_quat())
+        rest = [other for other in wanted.parts if other is not one]
+        moved = replace(wanted, parts=(*rest, replace(one, target=(x, y, z, w))))
+        what = f"the attitude {one.part.name} of the goal is missed"
     else:
-        axis = wanted.directions[i - count - len(wanted.attitudes)]
+        axis = wanted.directions[i - count - len(wanted.parts)]
         seen = case.bodies.poses(final)[axis.body][:3, :3] @ np.array(axis.axis)
         aside = np.cross(seen, generator.normal(size=3))
         turn = Rotation.from_rotvec(MISSED * axis.tolerance * aside / np.linalg.norm(aside))

@@ -16,15 +16,14 @@ from kinolab.loading import build_problem, find_scenario
 from kinolab.numerics.manifolds.rotations import (
     multiply,
     of_matrices,
-    random_attitude,
     slerp,
     to_matrices,
     turn_between,
-    turned_at_random,
     unit,
 )
+from kinolab.numerics.manifolds.state_parts import Rotations
 from kinolab.problem import PlanningTask
-from kinolab.problem.goal import AttitudeTarget
+from kinolab.problem.goal import PartTarget
 from kinolab.runs import read_run, write_run
 from kinolab.scenario import load_scenario, write_scenario
 from kinolab.search import Budget
@@ -36,6 +35,7 @@ from tests.support import detail, failed, plan, problem_of
 
 Array = NDArray[np.float64]
 
+ATTITUDE = Rotations("R", 0, 4)
 HALF_TURNS = [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0.6, 0.8, 0, 0], [0, 0.6, 0, 0.8]]
 
 
@@ -153,7 +153,7 @@ def test_a_product_turns_in_the_axes_of_the_first() -> None:
 @pytest.mark.parametrize("angle", [1e-9, 0.1, 2.0, np.pi])
 def test_a_random_turn_is_within_its_angle_and_has_no_favourite_axis(angle: float) -> None:
     generator, (base, _) = np.random.default_rng(0), pairs(1)[0]
-    drawn = [turned_at_random(base.as_quat(), angle, generator) for _ in range(2000)]
+    drawn = [ATTITUDE.near(base.as_quat(), angle, generator) for _ in range(2000)]
     turns = (base.inv() * Rotation.from_quat(drawn)).as_rotvec()
     sizes = np.linalg.norm(turns, axis=1)
     assert sizes.max() <= angle + 1e-14  # [rad] rounding
@@ -168,7 +168,7 @@ def test_random_attitudes_are_uniform_on_the_rotations() -> None:
     Source: Miles, On random rotations in R^3, Biometrika 52, 1965.
     """
     generator = np.random.default_rng(0)
-    drawn = Rotation.from_quat([random_attitude(generator) for _ in range(2000)])
+    drawn = Rotation.from_quat([ATTITUDE.random(generator) for _ in range(2000)])
     assert kstest(drawn.magnitude(), lambda s: (s - np.sin(s)) / np.pi).pvalue > 0.01
     for axis in np.eye(3):
         heights = drawn.apply(axis)[:, 2]
@@ -332,11 +332,11 @@ def test_the_largest_share_counts_and_the_norm_of_all_errors(tmp_path: Path) -> 
 
 
 def test_a_target_keeps_the_tolerance_of_its_own(tmp_path: Path) -> None:
-    (target,) = problem_of(tmp_path, WATER, "goal.tolerance=0.05").goal.attitudes
+    (target,) = problem_of(tmp_path, WATER, "goal.tolerance=0.05").goal.parts
     half = float(np.sqrt(0.5))
-    assert (target.name, target.index, target.tolerance) == ("R", 3, 0.05)
+    assert (target.part.name, target.part.first, target.tolerance) == ("R", 3, 0.05)
     assert target.target == pytest.approx((0, 0, half, half), abs=1e-15)
-    assert isinstance(target, AttitudeTarget)
+    assert isinstance(target, PartTarget)
 
 
 @pytest.mark.parametrize("spread", [1.0, 4.0, 1e6])

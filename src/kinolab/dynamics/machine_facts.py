@@ -6,16 +6,17 @@ They are kept with the compiled machine, so that one from the cache needs no sym
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from kinolab.dynamics.derivation.expression_graph import ExpressionGraph
 from kinolab.dynamics.derivation.formulas import Formulas
 from kinolab.dynamics.language.shapes import DrawnMesh, Shape, ShapeKind
 from kinolab.numerics.arrays import Array
+from kinolab.numerics.manifolds.state_parts import Part
 
 if TYPE_CHECKING:
     from kinolab.dynamics.language.flatness import Flat
-    from kinolab.dynamics.language.mechanism_parts import AnyCoordinate, MechanismParts
+    from kinolab.dynamics.language.mechanism_parts import MechanismParts
 
 Limits = tuple[float, float]
 
@@ -25,8 +26,7 @@ class CoordinateFacts:
     """A coordinate or an attitude; limits, scale and speed in ``unit``, the latter per second.
 
     Attributes:
-        on_circle: Whether it is an angle that wraps at +-pi.
-        quaternion: Names of an attitude's entries x, y, z, w; none for a single number.
+        entries: Names of its entries in a configuration: one, or four for an attitude.
         rates: Names of its velocities: one, or three for an attitude.
     """
 
@@ -35,14 +35,8 @@ class CoordinateFacts:
     limits: Limits
     speed: float
     scale: float
-    on_circle: bool
-    quaternion: tuple[str, ...]
+    entries: tuple[str, ...]
     rates: tuple[str, ...]
-
-    @property
-    def entries(self) -> tuple[str, ...]:
-        """Names of its entries in a configuration."""
-        return self.quaternion or (self.name,)
 
 
 @dataclass(frozen=True)
@@ -162,6 +156,7 @@ class MachineFacts:
     """A machine without its mechanics, in the order of ``Mechanism``'s own fields.
 
     Attributes:
+        parts: Of a configuration: lines, circles and unit spheres.
         all_rates: Whether every rate is a state.
         references: Those of its feedback; None where it has none.
         parameters: Values in SI units, by name.
@@ -173,6 +168,7 @@ class MachineFacts:
 
     name: str
     coordinates: tuple[CoordinateFacts, ...]
+    parts: tuple[Part, ...]
     states: tuple[StateFacts, ...]
     inputs: tuple[InputFacts, ...]
     references: tuple[InputFacts, ...] | None
@@ -223,12 +219,21 @@ def facts_of(system: MechanismParts) -> MachineFacts:
     """
     from kinolab.dynamics.language.constraints import PositionConstraint
     from kinolab.dynamics.language.inputs import bounds_of
+    from kinolab.dynamics.language.mechanism_parts import state_parts
     from kinolab.dynamics.language.symbols import ForceSymbol, InputSymbol
 
     references = None if system.feedback is None else system.feedback.references
     return MachineFacts(
         name=system.name,
-        coordinates=tuple(map(_coordinate, system.coordinates)),
+        coordinates=tuple(
+            CoordinateFacts(
+                *(c.name, c.unit, (c.lower, c.upper), c.speed, c.scale),
+                entries=tuple(entry.name for entry in c.entries),
+                rates=tuple(entry.name for entry in c.rates),
+            )
+            for c in system.coordinates
+        ),
+        parts=state_parts(system),
         states=tuple(
             StateFacts(s.name, s.unit, s.limits, s.scale, s.velocity is not None)
             for s in system.states
@@ -291,25 +296,4 @@ def _flat(system: MechanismParts, flat: Flat) -> FlatFacts:
         tuple(name for name, _ in outputs),
         Formulas.of(graph, defined),
         Formulas.of(graph, determined),
-    )
-
-
-def _coordinate(c: AnyCoordinate) -> CoordinateFacts:
-    from kinolab.dynamics.language.symbols import Coordinate, rate
-
-    shared: dict[str, Any] = {"name": c.name, "unit": c.unit, "speed": c.speed, "scale": c.scale}
-    if isinstance(c, Coordinate):
-        return CoordinateFacts(
-            **shared,
-            limits=(c.lower, c.upper),
-            on_circle=c.topology == "circle",
-            quaternion=(),
-            rates=(rate(c).name,),
-        )
-    return CoordinateFacts(
-        **shared,
-        limits=(-1.0, 1.0),
-        on_circle=False,
-        quaternion=tuple(entry.name for entry in c.quaternion),
-        rates=tuple(entry.name for entry in c.turn_rate),
     )

@@ -30,6 +30,7 @@ from kinolab.errors import (
     UnknownNameError,
 )
 from kinolab.numerics.arrays import Array
+from kinolab.numerics.manifolds.state_parts import Rotations, completed, spheres_of
 from kinolab.store import pickled
 
 if TYPE_CHECKING:  # what describes and derives a machine: one that is in the cache needs none of it
@@ -91,7 +92,6 @@ class Model:
         state_bounds: Lower and upper limit of each entry of x, shape (nx, 2).
         state_scales: What counts as a large difference in each entry of x, shape (nx,); a rate's
             is its speed limit, or its coordinate's scale per second.
-        circular: Whether each entry of x is an angle on the circle, shape (nx,).
     """
 
     def __init__(self, system: Mechanism) -> None:
@@ -180,9 +180,10 @@ class Model:
         self.control_bounds: Array = np.array(
             [entry.limits for entry in machine.chosen], dtype=float
         ).reshape(-1, 2)
-        self.state_bounds, self.state_scales, self.circular = _entries(
+        self.state_bounds, self.state_scales = _entries(
             machine, self.quasi_velocities, self.independent
         )
+        self._parts = completed(machine.parts, self.nx)
         self.parameter_names = tuple(name for name, _ in machine.parameters)
         self._defaults = np.array([value for _, value in machine.parameters])
 
@@ -217,21 +218,19 @@ class Model:
     @cached_property
     def attitudes(self) -> dict[str, int]:
         """Where in a state the quaternion of each attitude begins, by the attitude's name."""
-        return {
-            c.name: self.state_names.index(c.quaternion[0])
-            for c in self.machine.coordinates
-            if c.quaternion
-        }
+        return {part.name: part.first for part in self._parts if isinstance(part, Rotations)}
 
     @cached_property
     def space(self) -> StateSpace:
-        """Differences of states and steps along them, on lines, circles and SO(3)."""
+        """Differences of states and steps along them, on lines, circles and spheres."""
         rows, difference, retract = map(self.address, SPACE)
-        turned = tuple(self.attitudes.values())
-        return StateSpace(
-            self.circular, turned,
-            rows=rows, difference=difference, retract=retract, owner=self._code,
-        )  # fmt: skip
+        addresses = {"rows": rows, "difference": difference, "retract": retract}
+        return StateSpace(self._parts, **addresses, owner=self._code)
+
+    @property
+    def circular(self) -> NDArray[np.bool_]:
+        """Whether each entry of x is an angle on the circle, shape (nx,)."""
+        return self.space.circular
 
     @property
     def projects(self) -> bool:
@@ -578,7 +577,7 @@ class Model:
         Everything is 0, or at the limit nearest to it, and attitudes are not turned.
         """
         x = np.clip(np.zeros(self.nx), *self.state_bounds.T)
-        x[[first + 3 for first in self.attitudes.values()]] = 1.0
+        x[[part.pole for part in spheres_of(self._parts)]] = 1.0
         return x
 
     def null_control(self) -> Array:
@@ -665,18 +664,16 @@ def _plant_of(model: Model) -> Mechanism:
 
 def _entries(
     machine: MachineFacts, quasi: Sequence[QuasiVelocityFacts], independent: tuple[int, ...]
-) -> tuple[Array, Array, NDArray[np.bool_]]:
-    """Return each entry's limits (nx, 2), its scale (nx,) and whether it is on a circle (nx,)."""
+) -> tuple[Array, Array]:
+    """Return each entry's limits (nx, 2) and its scale (nx,)."""
     limits = [c.limits for c in machine.coordinates for _ in c.entries]
     scales = [c.scale for c in machine.coordinates for _ in c.entries]
-    circular = [c.on_circle for c in machine.coordinates for _ in c.entries]
     owners = [c for c in machine.coordinates for _ in c.rates]
     moving: list[CoordinateFacts | QuasiVelocityFacts] = [*quasi, *(owners[i] for i in independent)]
     limits += [(-c.speed, c.speed) for c in moving] + [entry.limits for entry in machine.states]
     scales += [c.speed if np.isfinite(c.speed) else c.scale for c in moving]
     scales += [entry.scale for entry in machine.states]
-    circular += [False] * (len(scales) - len(circular))
-    return np.array(limits).reshape(-1, 2), np.array(scales, dtype=float), np.array(circular)
+    return np.array(limits).reshape(-1, 2), np.array(scales, dtype=float)
 
 
 def _array(name: str, values: ArrayLike, size: int) -> Array:

@@ -29,6 +29,6 @@ def units_by_name(machine: MachineFacts) -> dict[str, str]:
 
 def _units(machine: MachineFacts) -> Iterator[tuple[str, str]]:
     for c in machine.coordinates:
-        yield from ((name, "" if c.quaternion else c.unit) for name in c.entries)
+        yield from ((name, c.unit if len(c.entries) == 1 else "") for name in c.entries)
         yield from ((name, f"{c.unit}/s") for name in c.rates)
     yield from ((state.name, state.unit) for state in machine.states)

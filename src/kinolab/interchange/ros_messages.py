@@ -174,7 +174,7 @@ def quaternion(turn: Array) -> Message:
 
 
 def _joints(model: Model, wanted: Collection[str] | None) -> tuple[str, ...]:
-    known = tuple(c.name for c in model.machine.coordinates if not c.quaternion)
+    known = tuple(c.name for c in model.machine.coordinates if len(c.entries) == 1)
     if not known:
         what = "it has no coordinate that is a single number, as a joint has."
         raise InputError([Mistake(f"system {model.machine.name!r}", what, "Write a path.")])
@@ -194,7 +194,7 @@ def _joint_states(
     held = trajectory.inputs
     u = held[np.minimum(np.arange(len(trajectory.t)), len(held) - 1)] if len(held) else ()
     rates = model.velocity(trajectory.x, u)
-    rate_of = {c.name: c.rates[0] for c in model.machine.coordinates if not c.quaternion}
+    rate_of = {c.name: c.rates[0] for c in model.machine.coordinates if len(c.entries) == 1}
     columns = [model.coordinate_names.index(name) for name in names]
     speeds = [model.rate_names.index(rate_of[name]) for name in names]
     return trajectory.x[:, columns], rates[:, speeds]

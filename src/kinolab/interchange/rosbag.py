@@ -66,7 +66,7 @@ def _messages(
     problem: PlanningTask, trajectory: Trajectory
 ) -> Iterator[tuple[str, str, float, Message]]:
     """Yield topic, type, time in [s] and content."""
-    has_joints = any(not c.quaternion for c in problem.machine.coordinates)
+    has_joints = any(len(c.entries) == 1 for c in problem.machine.coordinates)
     if has_joints:
         whole = joint_trajectory(problem, trajectory)
         yield "/joint_trajectory", "trajectory_msgs/msg/JointTrajectory", 0.0, whole

@@ -35,11 +35,11 @@ def state_arrays(scenario: Scenario, model: Model) -> StateArrays:
 def _bounds(scenario: Scenario, model: Model) -> Array:
     """Intersect the machine's limits with the scenario's and, for positions, the world's.
 
-    Quaternions have none: their length is 1 but for rounding.
+    Unit vectors have none: their length is 1 but for rounding.
     """
     bounds = model.state_bounds.copy()
-    for own in model.space.quaternions:
-        bounds[own] = -np.inf, np.inf
+    for part in model.space.spheres:
+        bounds[part.own] = -np.inf, np.inf
     lengths = {c.name for c in model.machine.coordinates if c.unit == "m"}
     workspace = {axis: given for axis, given in scenario.world.bounds.items() if axis in lengths}
     for limits in (scenario.bounds, workspace):
@@ -63,9 +63,10 @@ def _rate_bounds(scenario: Scenario, model: Model) -> Array:
 def _weights(scenario: Scenario, model: Model) -> Array:
     """Return what differences are multiplied by: [metric], else one over the scale."""
     weights: Array = 1 / model.state_scales
+    spheres = {part.name: part.own for part in model.space.spheres}
     for name, weight in scenario.metric.items():
         if name in model.state_names:
             weights[model.state_names.index(name)] = weight
-        elif name in model.attitudes:
-            weights[model.attitudes[name] : model.attitudes[name] + 4] = weight
+        elif name in spheres:
+            weights[spheres[name]] = weight
     return weights

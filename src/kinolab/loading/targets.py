@@ -10,17 +10,16 @@ from numpy.typing import NDArray
 from kinolab.dynamics import Model
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.manifolds.rotations import unit
-from kinolab.problem.goal import AttitudeTarget, DirectionTarget, Goal, KeepOutCone, PointTarget
+from kinolab.problem.goal import DirectionTarget, Goal, KeepOutCone, PartTarget, PointTarget
 from kinolab.scenario import Scenario, axis_vector
 
 
 def start_of(scenario: Scenario, model: Model) -> Array:
     """Return the state at time zero, at rest where the scenario says nothing, shape (nx,)."""
-    start = model.rest()
+    start, spheres = model.rest(), {part.name: part for part in model.space.spheres}
     for name, value in scenario.start.items():
         if isinstance(value, tuple):
-            first = model.attitudes[name]
-            start[first : first + 4] = unit(value)
+            start[spheres[name].own] = unit(value)
         else:
             start[model.state_names.index(name)] = value
     return start
@@ -36,7 +35,7 @@ def goal_of(scenario: Scenario, model: Model, circular: NDArray[np.bool_]) -> Go
     """
     section, kept = scenario.goal, 1.0 - scenario.goal.reserve
     values = {name: v for name, v in section.values.items() if not isinstance(v, tuple)}
-    rotations = {name: v for name, v in section.values.items() if isinstance(v, tuple)}
+    spheres = {part.name: part for part in model.space.spheres}
     if section.at_rest:
         values = dict.fromkeys((model.state_names[i] for i in model.speeds), 0.0) | values
     indices = [model.state_names.index(name) for name in values]
@@ -59,14 +58,12 @@ def goal_of(scenario: Scenario, model: Model, circular: NDArray[np.bool_]) -> Go
             )
             for d in section.direction
         ),
-        attitudes=tuple(
-            AttitudeTarget(
-                name,
-                model.attitudes[name],
-                tuple(unit(quaternion).tolist()),
-                kept * section.tolerance_of(name),
+        parts=tuple(
+            PartTarget(
+                spheres[name], tuple(unit(value).tolist()), kept * section.tolerance_of(name)
             )
-            for name, quaternion in rotations.items()
+            for name, value in section.values.items()
+            if isinstance(value, tuple)
         ),
         norm=section.norm,
     )

@@ -93,10 +93,7 @@ def mesh_issues(scenario: Scenario, obstacles: Mapping[int, Obstacle]) -> Iterat
 
 def limit_issues(scenario: Scenario, model: Model, arrays: StateArrays) -> Iterator[Issue]:
     """Yield what no planner could work with: no limits, limits that exclude each other, …"""
-    unlimited = arrays.circular.copy()
-    for own in model.space.quaternions:
-        unlimited[own] = True
-    for i in np.flatnonzero(~unlimited):
+    for i in np.flatnonzero(~model.space.limited(arrays.circular).turns):
         name, (lower, upper) = model.state_names[i], arrays.bounds[i].tolist()
         if not lower < upper:
             what = f"the limits of {name} exclude each other: {lower:g} to {upper:g}."
@@ -127,22 +124,22 @@ def endpoint_issues(scenario: Scenario, model: Model) -> Iterator[Issue]:
 
     Nor can tolerances and weights of dependent rates count: they are no part of the state.
     """
-    for name in model.attitudes:
+    spheres = {part.name: part for part in model.space.spheres}
+    for name, part in spheres.items():
         if name in scenario.bounds:
-            what = f"{name} is a rotation, which has no limits."
+            what = f"{name} is a {part.word}, which has no limits."
             yield Issue(("bounds", name), what, "Limit its rates, or use [[keep_out]].")
     free = ", ".join(model.velocity_names)
     modes = {model.state_names[-1]: model.machine.modes} if model.machine.modes else {}
     sections: dict[str, Any] = {"start": scenario.start, "goal": scenario.goal.values}
     for section, values in sections.items():
         for name, value in values.items():
-            if isinstance(value, tuple) and name not in model.attitudes:
+            if isinstance(value, tuple) and name not in spheres:
                 what = f"{name} is a single number, not a rotation."
                 yield Issue((section, name), what, "Give one number.")
-            elif not isinstance(value, tuple) and name in model.attitudes:
-                what = f"{name} is a rotation, not a single number."
-                remedy = "Give its quaternion [x, y, z, w]; [0, 0, 0, 1] is not turned."
-                yield Issue((section, name), what, remedy)
+            elif not isinstance(value, tuple) and name in spheres:
+                what = f"{name} is a {spheres[name].word}, not a single number."
+                yield Issue((section, name), what, f"Give {spheres[name].example}.")
             elif name in modes and value not in range(len(modes[name])):
                 named = (f"{k} for {mode}" for k, mode in enumerate(modes[name]))
                 what = f"{value} is no mode of {model.machine.name}."

@@ -46,11 +46,17 @@ def below(state, count):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def attitude(state, out):  # type: ignore[no-untyped-def]
-    """Draw a unit quaternion (4,) uniformly from SO(3).
+def unit_vector(state, out):  # type: ignore[no-untyped-def]
+    """Draw a unit vector uniformly from the sphere: of 4 entries a quaternion, or of 3.
 
-    Source: Shoemake, Uniform random rotations, Graphics Gems III, 1992.
+    Source: Shoemake, Uniform random rotations, Graphics Gems III, 1992; Archimedes, On the Sphere
+    and Cylinder (a zone's area is proportional to its height).
     """
+    if out.shape[0] == 3:
+        z, turn = 2 * uniform(state) - 1, 2 * math.pi * uniform(state)
+        around = math.sqrt(1 - z * z)
+        out[0], out[1], out[2] = around * math.cos(turn), around * math.sin(turn), z
+        return
     fraction, a, b = uniform(state), 2 * math.pi * uniform(state), 2 * math.pi * uniform(state)
     less, more = math.sqrt(1.0 - fraction), math.sqrt(fraction)
     out[0], out[1] = less * math.sin(a), less * math.cos(a)

@@ -11,13 +11,12 @@ from numpy.typing import NDArray
 
 from kinolab.dynamics.codegen.state_space import wrapped
 from kinolab.numerics.arrays import Array
-from kinolab.numerics.manifolds.rotations import multiply, turn_between
+from kinolab.numerics.manifolds.state_parts import UnitSphere
 
 Norm: TypeAlias = Literal["max", "sum", "euclidean"]
 
 # of the goal's tolerance, which searches aim at; the rest allows for rounding
 SEARCHED_FRACTION = 0.999
-INVERSE = np.array([-1.0, -1.0, -1.0, 1.0])  # times a unit quaternion
 
 
 @dataclass(frozen=True)
@@ -113,35 +112,26 @@ class KeepOutCone:
 
 
 @dataclass(frozen=True)
-class AttitudeTarget:
-    """An attitude that a coordinate on SO(3) must come near.
+class PartTarget:
+    """A unit vector that a part of the state must come near, such as an attitude.
 
     Attributes:
-        name: Of the coordinate.
-        index: Where its quaternion begins in the state.
-        target: Unit quaternion x, y, z, w.
-        tolerance: Largest turn away from it, in [rad].
+        part: Of the state, a coordinate.
+        target: Its value there, such as a unit quaternion x, y, z, w.
+        tolerance: Largest distance from it as the part counts it, in [rad].
     """
 
-    name: str
-    index: int
-    target: tuple[float, float, float, float]
+    part: UnitSphere
+    target: tuple[float, ...]
     tolerance: float
 
-    @property
-    def entries(self) -> slice:
-        """Of the state that hold the quaternion."""
-        return slice(self.index, self.index + 4)
-
-    def turn(self, x: Array) -> float:
-        """Return the angle in [rad] between a state's attitude and the target."""
-        return float(turn_between(x[self.entries], self.target))
+    def error(self, x: Array) -> float:
+        """Return the angle in [rad] between a state's value and the target."""
+        return float(self.part.distance(x[self.part.own], self.target))
 
     def offset(self, x: Array) -> Array:
-        """Return twice the vector part of the turn from the target, shape (3,): smooth near it."""
-        turn = multiply(INVERSE * np.asarray(self.target), x[self.entries])
-        vector: Array = 2 * np.copysign(1.0, turn[3]) * turn[:3]
-        return vector
+        """Return the angle from the target as a vector of 3, smooth near it."""
+        return self.part.offset(self.target, x[self.part.own])
 
 
 @dataclass(frozen=True, eq=False)
@@ -158,7 +148,7 @@ class Goal:
         circular: Whether each is an angle on the circle.
         points: Targets of points.
         directions: Targets of axes.
-        attitudes: Targets of coordinates on SO(3).
+        parts: Targets of coordinates that are unit vectors, such as attitudes.
         norm: What counts of all deviations as shares of their tolerances: the largest, their sum,
             or the root of the sum of their squares.
     """
@@ -169,7 +159,7 @@ class Goal:
     circular: NDArray[np.bool_]
     points: tuple[PointTarget, ...] = ()
     directions: tuple[DirectionTarget, ...] = ()
-    attitudes: tuple[AttitudeTarget, ...] = ()
+    parts: tuple[PartTarget, ...] = ()
     norm: Norm = "max"
 
     @property
@@ -181,6 +171,19 @@ class Goal:
     def needs_frames(self) -> bool:
         """Whether poses of bodies matter."""
         return bool(self.points or self.directions)
+
+    @cached_property
+    def entries(self) -> list[int]:
+        """The entries of the state that have a target, by themselves or as part of a vector."""
+        return [*self.indices, *(i for one in self.parts for i in one.part.entries)]
+
+    def centre(self, x: Array) -> Array:
+        """Return a state (nx,) with its entries at their targets; points and axes do not matter."""
+        moved = np.array(x, dtype=float)
+        moved[list(self.indices)] = self.targets
+        for one in self.parts:
+            moved[one.part.own] = one.target
+        return moved
 
     def deviations(self, x: Array) -> Array:
         """Return target minus state of each named entry, shape (len(indices),)."""
@@ -195,7 +198,7 @@ class Goal:
     @cached_property
     def error_tolerances(self) -> Array:
         """The largest size of each of ``errors`` inside the goal."""
-        others = (*self.attitudes, *self.of_bodies)
+        others = (*self.parts, *self.of_bodies)
         return np.append(self.tolerances, [target.tolerance for target in others])
 
     def errors(self, x: Array, frames: Array | None = None) -> Array:
@@ -208,7 +211,7 @@ class Goal:
             x: State, shape (nx,).
             frames: Poses of the bodies, shape (bodies, 12); needed where ``needs_frames``.
         """
-        others = [attitude.turn(x) for attitude in self.attitudes]
+        others = [one.error(x) for one in self.parts]
         if frames is not None:
             others += [target.error(frames) for target in self.of_bodies]
         return np.append(self.deviations(x), others)
@@ -219,7 +222,7 @@ class Goal:
         It is smooth in x, and 0 in the goal's middle; arguments as for ``errors``.
         """
         parts = [self.deviations(x) / self.tolerances]
-        parts += [attitude.offset(x) / attitude.tolerance for attitude in self.attitudes]
+        parts += [one.offset(x) / one.tolerance for one in self.parts]
         if frames is not None:
             parts += [target.offset(frames) / target.tolerance for target in self.of_bodies]
         return np.concatenate(parts)

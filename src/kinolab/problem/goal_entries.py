@@ -58,7 +58,7 @@ def _entries(problem: PlanningTask, x: Array) -> Iterator[GoalEntry]:
         (model.state_names[i], float(values[i]), float(target), units[i])
         for i, target in zip(goal.indices, goal.targets, strict=True)
     ]
-    measured = [(f"turn of {attitude.name}", "rad") for attitude in goal.attitudes]
+    measured = [(f"turn of {one.part.name}", "rad") for one in goal.parts]
     measured += [(f"distance of {bodies[point.body].name}", "m") for point in goal.points]
     measured += [(f"angle of {bodies[axis.body].name}", "rad") for axis in goal.directions]
     errors = np.abs(problem.goal_errors(x)).tolist()

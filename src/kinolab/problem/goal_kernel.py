@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from kinolab.dynamics.codegen.state_space import wrapped
 from kinolab.numerics.arrays import Array, Integers
 from kinolab.numerics.jit import kernel
+from kinolab.numerics.manifolds.state_parts import sphere_table
 from kinolab.problem.goal import Goal
 
 LARGEST, SUM, EUCLIDEAN = range(3)
@@ -24,9 +25,9 @@ class GoalArrays(NamedTuple):
     target: Array  # (named,)
     tolerance: Array  # (named,)
     circular: NDArray[np.bool_]  # (named,)
-    attitude: Integers  # (attitudes,) offsets of their quaternions in the state
-    quaternion: Array  # (attitudes, 4)
-    turn: Array  # (attitudes,) tolerances in [rad]
+    sphere: Integers  # (parts, 3), as ``sphere_table``
+    vector: Array  # (parts, 4), unit vectors and zeros after them
+    angle: Array  # (parts,) tolerances in [rad]
     point_body: Integers  # (points,)
     point_at: Array  # (points, 3) in the body's frame
     point_target: Array  # (points, 3)
@@ -55,9 +56,9 @@ def goal_arrays(goal: Goal) -> GoalArrays:
         target=np.ascontiguousarray(goal.targets, dtype=float),
         tolerance=np.ascontiguousarray(goal.tolerances, dtype=float),
         circular=np.ascontiguousarray(goal.circular, dtype=bool),
-        attitude=whole(goal.attitudes, "index"),
-        quaternion=rows(goal.attitudes, "target", 4),
-        turn=column(goal.attitudes, "tolerance"),
+        sphere=sphere_table([one.part for one in goal.parts]),
+        vector=np.array([(*one.target, 0.0)[:4] for one in goal.parts]).reshape(-1, 4),
+        angle=column(goal.parts, "tolerance"),
         point_body=whole(goal.points, "body"),
         point_at=rows(goal.points, "at", 3),
         point_target=rows(goal.points, "position", 3),
@@ -91,19 +92,22 @@ def state_violation(goal, x, enough):  # type: ignore[no-untyped-def]
         far = add_violation(goal, far, abs(normalized_error(goal, k, x)))
         if not far <= enough:  # NaN included
             return far
-    for k in range(goal.attitude.shape[0]):
-        far = add_violation(goal, far, turn_from_target(goal, k, x) / goal.turn[k])
+    for k in range(goal.sphere.shape[0]):
+        far = add_violation(goal, far, angle_from_target(goal, k, x) / goal.angle[k])
     return far
 
 
 @kernel
-def turn_from_target(goal, k, x):  # type: ignore[no-untyped-def]
-    """Return the angle in [rad] between an attitude and its target, as ``turn_between``."""
-    first, apart, together = goal.attitude[k], 0.0, 0.0
-    for i in range(4):
-        apart += (x[first + i] - goal.quaternion[k, i]) ** 2
-        together += (x[first + i] + goal.quaternion[k, i]) ** 2
-    return 4.0 * math.atan2(math.sqrt(min(apart, together)), math.sqrt(max(apart, together)))
+def angle_from_target(goal, k, x):  # type: ignore[no-untyped-def]
+    """Return the angle in [rad] between a unit vector and its target, as its part has it."""
+    first, size, antipodal = goal.sphere[k, 0], goal.sphere[k, 1], goal.sphere[k, 2]
+    apart, together = 0.0, 0.0
+    for i in range(size):
+        apart += (x[first + i] - goal.vector[k, i]) ** 2
+        together += (x[first + i] + goal.vector[k, i]) ** 2
+    if antipodal:  # the angle of a turn is twice that of quaternions
+        return 4.0 * math.atan2(math.sqrt(min(apart, together)), math.sqrt(max(apart, together)))
+    return 2.0 * math.atan2(math.sqrt(apart), math.sqrt(together))
 
 
 @kernel

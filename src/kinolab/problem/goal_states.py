@@ -44,11 +44,8 @@ def goal_states(problem: PlanningTask) -> GoalStates:
 
 def _guesses(problem: PlanningTask, generator: np.random.Generator) -> list[Array]:
     """Return the start moved to the goal's targets, then random samples of the goal box."""
-    center = problem.start.copy()
-    center[list(problem.goal.indices)] = problem.goal.targets
-    for attitude in problem.goal.attitudes:
-        center[attitude.entries] = attitude.target
-    return [center, *(problem.sample_goal(generator) for _ in range(MAX_SAMPLES))]
+    drawn = (problem.sample_goal(generator) for _ in range(MAX_SAMPLES))
+    return [problem.goal.centre(problem.start), *drawn]
 
 
 def _at_rest(problem: PlanningTask, x: Array) -> Array:

@@ -38,9 +38,7 @@ def reaching(
     """
     free = np.zeros(model.nx, dtype=bool)
     free[: model.nq] = True
-    free[list(goal.indices)] = False
-    for attitude in goal.attitudes:
-        free[attitude.entries] = False
+    free[goal.entries] = False
     widths = np.where(free, scales, 0.0)
     reached, rows = x.copy(), np.arange(len(x))
     for _ in range(MAX_STEPS):

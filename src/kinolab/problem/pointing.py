@@ -17,28 +17,20 @@ def pointed(model: Model, goal: Goal, x: Array) -> Array:
     Attitudes with a target of their own are kept. Where rotating an attitude brings no axis nearer
     to its target, as for a hinged body, the state is unchanged.
     """
-    taken = {attitude.index for attitude in goal.attitudes}
-    free = [first for first in model.attitudes.values() if first not in taken]
+    taken = {one.part for one in goal.parts}
+    free = [part.own for part in model.space.rotations if part not in taken]
     for target in goal.directions:
-        for first in free:
-            x = _turned(model, target, x, first)
+        for own in free:
+            x = _turned(model, target, x, own)
     return x
 
 
-def _turned(model: Model, target: DirectionTarget, x: Array, first: int) -> Array:
-    before, wanted = _axis(model, target, x), np.asarray(target.target)
+def _turned(model: Model, target: DirectionTarget, x: Array, own: slice) -> Array:
+    before, wanted = target.in_world(model.frames(x)), np.asarray(target.target)
     turned = x.copy()
-    own = slice(first, first + 4)
     turned[:, own] = _product(_least_turn(before, wanted), x[:, own])
-    nearer = _axis(model, target, turned) @ wanted > before @ wanted
+    nearer = target.in_world(model.frames(turned)) @ wanted > before @ wanted
     return np.where(nearer[:, None], turned, x)
-
-
-def _axis(model: Model, target: DirectionTarget, x: Array) -> Array:
-    """Return the axis in the world at states (n, nx), shape (n, 3)."""
-    poses = model.frames(x).reshape(len(x), -1, 3, 4)
-    axes: Array = poses[:, target.body, :, :3] @ np.asarray(target.axis)
-    return axes
 
 
 def _least_turn(begin: Array, end: Array) -> Array:

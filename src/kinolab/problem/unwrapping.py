@@ -29,8 +29,7 @@ def unwrapped(problem: PlanningTask, trajectory: Trajectory) -> Trajectory:
         problem: Provides start and state space.
         trajectory: Knots in any representation.
     """
-    turning = problem.circular.any() or problem.model.attitudes
-    if not turning or not (np.abs(trajectory.x) < MAX_ANGLE).all():
+    if not problem.space.turns.any() or not (np.abs(trajectory.x) < MAX_ANGLE).all():
         return trajectory
     x = np.array(trajectory.x, dtype=float)
     near = problem.start

@@ -25,14 +25,10 @@ def result_text(problem: PlanningTask, trajectory: Trajectory) -> str:
     Its steps must be the benchmark's: ``has_its_steps``.
     """
     states = np.where(problem.model.circular, wrapped(trajectory.x), trajectory.x)
-    goal = problem.start.copy()
-    goal[list(problem.goal.indices)] = problem.goal.targets
-    for attitude in problem.goal.attitudes:
-        goal[attitude.entries] = attitude.target
     lines = [
         f"cost: {trajectory.duration!r}",
         f"start: {_row(problem.start)}",
-        f"goal: {_row(goal)}",
+        f"goal: {_row(problem.goal.centre(problem.start))}",
         f"num_states: {len(states)}",
         "states:",
         *(f"  - {_row(x)}" for x in states),

@@ -13,13 +13,13 @@ from functools import lru_cache, partial
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinolab.concurrency.rows import in_parts
 from kinolab.dynamics import Model
 from kinolab.dynamics.codegen.methods import Method
-from kinolab.numerics.arrays import Array
+from kinolab.numerics.arrays import Array, Integers
 from kinolab.numerics.jit import allocating_kernel, kernel
+from kinolab.numerics.manifolds.state_parts import sphere_table
 from kinolab.numerics.struct import Record
 from kinolab.simulation.machine import call_under
 from kinolab.simulation.tangent_steps import (
@@ -51,8 +51,8 @@ class StepCode(NamedTuple):
     geodesic: int
     feedback_updates: int  # how often the law is asked in a step
     substeps: int  # from one time to the next
-    projects: int  # whether a step ends on constraints and unit quaternions
-    attitudes: NDArray[np.int64]  # where quaternions begin
+    projects: int  # whether a step ends on constraints and unit spheres
+    spheres: Integers  # (spheres, 3), as ``sphere_table``
     moving: int  # entries of a state that change smoothly: all but the mode
 
 
@@ -144,7 +144,7 @@ def _code(model: Model, method: Method, substeps: int, acts: int) -> Record:
             feedback_updates=acts,
             substeps=substeps,
             projects=int(model.projects),
-            attitudes=np.array(list(model.attitudes.values()), dtype=np.int64),
+            spheres=sphere_table(model.space.spheres),
             moving=model.nx - bool(model.machine.modes),
         )
     )

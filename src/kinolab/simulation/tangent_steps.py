@@ -130,10 +130,10 @@ def advance_dual(step, x, scratch):  # type: ignore[no-untyped-def]
 
 @kernel
 def along_geodesics(step, k, x):  # type: ignore[no-untyped-def]
-    """Set x to x + h k, on SO(3) to the end of the great circle along k."""
-    attitudes, begin = step.code.attitudes, 0
-    for n in range(attitudes.shape[0]):
-        q, end = attitudes[n], attitudes[n] + 4
+    """Set x to x + h k, on spheres to the end of the great circle along k."""
+    spheres, begin = step.code.spheres, 0
+    for n in range(spheres.shape[0]):
+        q, end = spheres[n, 0], spheres[n, 0] + spheres[n, 1]
         add(step, 1.0, part(k, begin, q), part(x, begin, q))
         turn(step, part(k, q, end), part(x, q, end))
         begin = end
@@ -149,13 +149,13 @@ def part(x, begin, end):  # type: ignore[no-untyped-def]
 
 @kernel
 def turn(step, k, q):  # type: ignore[no-untyped-def]
-    """Move a quaternion along the great circle of its derivative k: q cos a + h k sin(a)/a.
+    """Move a unit vector along the great circle of its derivative k: q cos a + h k sin(a)/a.
 
     Here a = h |k|; all coefficients are functions of a^2, which is smooth at rest too.
     """
     h, wide = step.h, q.tangent.shape[1]
     square = 0.0
-    for i in range(4):
+    for i in range(q.value.shape[0]):
         square += k.value[i] * k.value[i]
     a2 = h * h * square
     a = math.sqrt(a2)
@@ -168,18 +168,18 @@ def turn(step, k, q):  # type: ignore[no-untyped-def]
     if step.derive:
         for c in range(wide):
             da2 = 0.0
-            for i in range(4):
+            for i in range(q.value.shape[0]):
                 da2 += 2.0 * h * h * k.value[i] * k.tangent[i, c]
             dh = 0.0
             if c == wide - 1:
                 dh = step.fraction
                 da2 += 2.0 * h * dh * square
-            for i in range(4):
+            for i in range(q.value.shape[0]):
                 q.tangent[i, c] = (
                     cosine * q.tangent[i, c] - 0.5 * sinc * da2 * q.value[i]
                     + h * sinc * k.tangent[i, c] + (dh * sinc + h * dsinc * da2) * k.value[i]
                 )  # fmt: skip
-    for i in range(4):
+    for i in range(q.value.shape[0]):
         q.value[i] = cosine * q.value[i] + h * sinc * k.value[i]
 
 
@@ -295,7 +295,7 @@ def jacobian_derivative(step, x, k, scratch):  # type: ignore[no-untyped-def]
 
 @kernel
 def project(step, x, scratch):  # type: ignore[no-untyped-def]
-    """Project a state onto constraints and unit quaternions in place."""
+    """Project a state onto constraints and unit spheres in place."""
     nx, wide = x.tangent.shape
     matrix, product = scratch.matrix, scratch.at.tangent
     before, after = scratch.at.value, scratch.begin.value

@@ -29,7 +29,7 @@ def cyclic_coordinates(problem: PlanningTask) -> NDArray[np.bool_]:
     states, u = _states(problem), _inputs(problem)
     slopes = np.abs(model.jacobian(states, u)[0]).max(axis=0)  # |df/dx|, largest over states
     sensitive = (slopes > ROUNDING * np.maximum(slopes.max(axis=1, keepdims=True), 1.0)).any(axis=0)
-    wanted = set(problem.goal.indices) | {i for a in problem.goal.attitudes for i in _entries(a)}
+    wanted = set(problem.goal.entries)
     found = np.zeros(model.nx, dtype=bool)
     for i in range(model.nq):
         unbounded = problem.circular[i] or not np.isfinite(problem.bounds[i]).any()
@@ -39,11 +39,6 @@ def cyclic_coordinates(problem: PlanningTask) -> NDArray[np.bool_]:
             matters(problem, states, i) for matters in (_shows, _turns_what_is_aimed, _demands)
         )
     return found
-
-
-def _entries(attitude: object) -> range:
-    first: int = attitude.index  # type: ignore[attr-defined]
-    return range(first, first + 4)
 
 
 def _states(problem: PlanningTask) -> Array:

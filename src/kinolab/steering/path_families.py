@@ -20,7 +20,7 @@ class StraightLines(AbstractPathFamily):
 
     def __init__(self, problem: PlanningTask) -> None:
         coordinates = problem.machine.coordinates
-        self.coordinates = tuple(c.name for c in coordinates if not c.quaternion)
+        self.coordinates = tuple(c.name for c in coordinates if len(c.entries) == 1)
         self._can = len(self.coordinates) == len(coordinates)
         self._nq = problem.model.nq
 

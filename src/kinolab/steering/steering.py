@@ -71,8 +71,8 @@ class Steering(AbstractSteering):
         self.tracker = TrackingLaw(problem, self.rollout)
         self.brake = StopManeuver(problem, self.rollout, self.closing, self.tracker)
         self.family = path_family(problem)
-        attitudes = bool(problem.model.attitudes)
-        self.paths = None if attitudes else PathMotion(problem, self.family.coordinates, stop)
+        vectors = bool(problem.space.spheres)
+        self.paths = None if vectors else PathMotion(problem, self.family.coordinates, stop)
         self.flat = problem.machine.flat is not None
         # The reverse motion follows the same curves and collides with the same obstacles.
         self.reversible = self.flat and _goes_both_ways(problem)

@@ -108,12 +108,12 @@ class TerminalCorrection:
         return np.asarray(total.reshape(u.shape) * self._range)
 
     def _turns(self, columns: Array, x: Array) -> Array:
-        """Project state differences, shape (nx, n), onto the tangent space of the quaternions.
+        """Project state differences, shape (nx, n), onto the tangents of unit vectors.
 
-        No input changes a quaternion's norm, and rounding errors in it would demand large inputs.
+        No input changes a unit vector's norm, and rounding errors in it would demand large inputs.
         """
         columns = columns.copy()
-        for own in self._problem.space.quaternions:
+        for own in (part.own for part in self._problem.space.spheres):
             columns[own] -= np.outer(x[own], x[own] @ columns[own])
         return columns
 

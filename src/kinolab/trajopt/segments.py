@@ -15,7 +15,7 @@ import numpy as np
 
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
-from kinolab.problem.goal import AttitudeTarget, Goal
+from kinolab.problem.goal import Goal, PartTarget
 from kinolab.problem.time_steps import covering_steps
 from kinolab.steering.cyclic_coordinates import cyclic_coordinates
 from kinolab.trajectory import Trajectory
@@ -194,15 +194,15 @@ def segment_problem(problem: PlanningTask, begin: Array, end: Array) -> Planning
         end: Goal state, shape (nx,).
     """
     model, matters = problem.model, ~cyclic_coordinates(problem)
-    for own in model.space.quaternions:
-        matters[own] = False
+    for part in model.space.spheres:
+        matters[part.own] = False
     met = tuple(np.flatnonzero(matters).tolist())
-    attitudes = tuple(
-        AttitudeTarget(name, own.start, tuple(end[own].tolist()), SHORT.end_tolerance)
-        for name, own in zip(model.attitudes, model.space.quaternions, strict=True)
+    parts = tuple(
+        PartTarget(part, tuple(end[part.own].tolist()), SHORT.end_tolerance)
+        for part in model.space.spheres
     )
     near = SHORT.end_tolerance * problem.scales[list(met)]
-    goal = Goal(met, end[list(met)], near, problem.circular[list(met)], attitudes=attitudes)
+    goal = Goal(met, end[list(met)], near, problem.circular[list(met)], parts=parts)
     return replace(problem, start=begin, goal=goal)
 
 

@@ -78,7 +78,7 @@ def _targets(problem: PlanningTask) -> Iterator[str]:
     """Yield names of all targets of the goal, in the order of its errors."""
     goal, bodies = problem.goal, problem.bodies
     yield from (problem.model.state_names[i] for i in goal.indices)
-    yield from (target.name for target in goal.attitudes)
+    yield from (target.part.name for target in goal.parts)
     for k, point in enumerate(goal.points, start=1):
         yield f"point {k} ({bodies[point.body].name})"
     for k, direction in enumerate(goal.directions, start=1):

@@ -131,8 +131,8 @@ def centre(problem: PlanningTask) -> Array:
     """Return the state in the middle of the goal."""
     x = problem.start.copy()
     x[list(problem.goal.indices)] = problem.goal.targets
-    for attitude in problem.goal.attitudes:
-        x[attitude.index : attitude.index + 4] = attitude.target
+    for one in problem.goal.parts:
+        x[one.part.own] = one.target
     return x
 
 

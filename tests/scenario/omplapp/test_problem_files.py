@@ -137,7 +137,7 @@ def test_a_file_in_space_is_a_problem(tmp_path: Path) -> None:
     assert (problem.name, problem.system.name) == ("gap", "free_body")
     turn = Rotation.from_rotvec(0.5 * np.array([1.0, 2.0, -2.0]) / 3.0).as_quat()
     assert problem.start.tolist() == pytest.approx([-4.0, 0.0, 5.5, *turn])
-    (attitude,) = problem.goal.attitudes
+    (attitude,) = problem.goal.parts
     assert attitude.target == pytest.approx([0.0, 0.0, 0.0, 1.0])
     (body,) = problem.system.bodies
     assert body.shapes[0].at == pytest.approx((0.0, 0.0, 0.0))

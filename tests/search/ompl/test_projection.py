@@ -88,5 +88,5 @@ def test_there_are_about_a_thousand_cells_of_a_size_around_any_goal(name: str) -
     generator = np.random.default_rng(0)
     states = np.array([problem.sample_goal(generator, ZOOM) for _ in range(3000)])
     found = set(cells(problem, states, CellDivision(), ZOOM))
-    named = len(problem.goal.indices) + len(problem.goal.attitudes)
+    named = len(problem.goal.indices) + len(problem.goal.parts)
     assert 10 <= len(found) <= 4 * max(1000, 2**named)

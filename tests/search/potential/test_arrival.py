@@ -76,13 +76,13 @@ def test_goal_residuals_vanish_in_the_middle_of_the_goal_and_are_fractions_of_to
     assert np.abs(problem.goal_residual(middle)).max() < 1e-6
     for _ in range(20):
         x = problem.sample_goal(generator)
-        errors, attitudes = problem.goal_residual(x), problem.goal.attitudes
+        errors, attitudes = problem.goal_residual(x), problem.goal.parts
         plain = np.abs(errors[: len(problem.goal.indices)]).max()
-        turned = max((a.turn(x) / a.tolerance for a in attitudes), default=0.0)
+        turned = max((a.error(x) / a.tolerance for a in attitudes), default=0.0)
         assert max(plain, turned) == pytest.approx(problem.goal_excess(x), rel=1e-9)
         for k, attitude in enumerate(attitudes):
             vector = errors[len(problem.goal.indices) + 3 * k :][:3]
-            turn = attitude.turn(x) / attitude.tolerance
+            turn = attitude.error(x) / attitude.tolerance
             assert np.linalg.norm(vector) == pytest.approx(turn, rel=0.01)
 
 

@@ -74,8 +74,8 @@ def hall(folder: Path, *doors: str) -> PlanningTask:
 def goal_of(problem: PlanningTask) -> Array:
     end = problem.start.copy()
     end[list(problem.goal.indices)] = problem.goal.targets
-    for attitude in problem.goal.attitudes:
-        end[attitude.index : attitude.index + 4] = attitude.target
+    for one in problem.goal.parts:
+        end[one.part.own] = one.target
     return end
 
 

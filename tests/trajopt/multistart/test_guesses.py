@@ -132,7 +132,7 @@ def test_straight_ways_take_the_shorter_turn_of_attitudes_too(tmp_path: Path) ->
     problem = problem_of(tmp_path, FLY)
     (first,) = problem.model.attitudes.values()
     begin, end = guesses(problem).straight()
-    own, target = slice(first, first + 4), np.array(problem.goal.attitudes[0].target)
+    own, target = slice(first, first + 4), np.array(problem.goal.parts[0].target)
     assert begin[own] @ end[own] >= 0
     assert abs(end[own] @ target) == pytest.approx(1.0, abs=ROUNDING)
 

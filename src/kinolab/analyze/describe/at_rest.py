@@ -101,7 +101,7 @@ def _examined(model: Model, fields: VectorFields, x: Array, u: Array) -> AtRest:
         small_time=None
         if fields.prolonged
         else small_time_controllability(fields, state, held, limits=limits),
-        upright=frozenset(model.state_names[first + 3] for first in model.attitudes.values()),
+        upright=frozenset(model.state_names[part.pole] for part in model.space.spheres),
     )
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from kinolab.dynamics import Attitude, System
+from kinolab.dynamics import System
 
 
 @dataclass(frozen=True)
@@ -17,14 +17,14 @@ class StateStorage:
         velocities: Independent velocities that are states.
         further: Names of the states with their own differential equations.
         stored: Length of the stored state vector.
-        quaternions: How many of its entries are fixed by the unit length of a quaternion.
+        lengths: How many of its entries are fixed by the unit length of a quaternion.
     """
 
     positions: int
     velocities: int
     further: tuple[str, ...]
     stored: int
-    quaternions: int
+    lengths: int
 
     @property
     def dimension(self) -> int:
@@ -34,7 +34,7 @@ class StateStorage:
     @property
     def held(self) -> int:
         """How many of the stored numbers are fixed by constraints."""
-        return self.stored - self.quaternions - self.dimension
+        return self.stored - self.lengths - self.dimension
 
     def parts(self) -> str:
         """Describe the dimensions."""
@@ -51,10 +51,9 @@ class StateStorage:
         return f"stored as {self.stored} numbers: {' and '.join(reasons)}" if reasons else ""
 
     def _reasons(self) -> Iterator[str]:
-        if self.quaternions:
-            owner = "a unit quaternion" if self.quaternions == 1 else "unit quaternions"
-            verb = "fixes" if self.quaternions == 1 else "fix"
-            yield f"{owner} {verb} {self.quaternions} of them"
+        if self.lengths:
+            owner = "a unit quaternion fixes" if self.lengths == 1 else "unit quaternions fix"
+            yield f"{owner} {self.lengths} of them"
         if self.held:
             yield f"constraints fix {self.held} of them"
 
@@ -70,9 +69,9 @@ def state_storage(
         stored: Numbers that a state is stored as.
         redundant: Names of constraints that follow from others.
     """
-    quaternions = sum(isinstance(c, Attitude) for c in system.coordinates)
+    lengths = sum(len(c.entries) - len(c.rates) for c in system.coordinates)
     held = sum(closure.name not in redundant for closure in system.closures)
-    positions = len(system.coordinates) + 2 * quaternions - held
+    positions = sum(len(c.rates) for c in system.coordinates) - held
     further = tuple(entry.name for entry in system.states)
     velocities = dimension - positions - len(further)
-    return StateStorage(positions, velocities, further, stored, quaternions)
+    return StateStorage(positions, velocities, further, stored, lengths)

@@ -1,11 +1,11 @@
-"""Configuration spaces as products of lines, circles and SO(3)."""
+"""Configuration spaces as products of lines, circles and others."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 
-from kinolab.dynamics import Attitude, System
-from kinolab.dynamics.language.mechanism_parts import AnyCoordinate, atoms_of
+from kinolab.dynamics import System
+from kinolab.dynamics.language.mechanism_parts import AnyCoordinate, atoms_of, state_parts
 
 
 def space_of(system: System) -> str:
@@ -13,24 +13,17 @@ def space_of(system: System) -> str:
 
     An angle with limits is an interval of the line; more than three circles are a torus ``T^n``.
     """
-    kinds = [kind_of(coordinate) for coordinate in system.coordinates]
+    kinds = [part.symbol for part in state_parts(system)]
     lines = kinds.count("R")
     factors = [f"R^{lines}" if lines > 1 else "R"] if lines else []
     circles = kinds.count("S^1")
     factors += [f"T^{circles}"] if circles > 3 else ["S^1"] * circles
-    return " x ".join([*factors, *["SO(3)"] * kinds.count("SO(3)")])
-
-
-def kind_of(coordinate: AnyCoordinate) -> str:
-    """Return the manifold of one coordinate: ``R``, ``S^1`` or ``SO(3)``."""
-    if isinstance(coordinate, Attitude):
-        return "SO(3)"
-    return "S^1" if coordinate.topology == "circle" else "R"
+    return " x ".join([*factors, *(kind for kind in kinds if kind not in {"R", "S^1"})])
 
 
 def dimension_of(system: System) -> int:
     """Return the dimension of the configuration space; an attitude counts as three."""
-    return sum(3 if isinstance(c, Attitude) else 1 for c in system.coordinates)
+    return sum(len(c.rates) for c in system.coordinates)
 
 
 def mechanisms(system: System) -> list[tuple[str, ...]]:

@@ -30,12 +30,10 @@ def motion_per_coordinate(problem: PlanningTask, states: Sequence[Array]) -> Arr
     far = np.zeros(problem.model.nx)
     for i in range(problem.model.nq):
         far[i] = max(_moved(problem, x, i) for x in samples)
-    for own in problem.space.quaternions:
-        far[own] = far[own].max() / 2  # an angle turns an entry by half
+    for part in problem.space.spheres:
+        far[part.own] = far[part.own].max() / part.angles  # an angle turns an entry by half
     far[far < ROUNDING] = 0.0
-    wanted = list(problem.goal.indices)
-    wanted += [a.index + k for a in problem.goal.attitudes for k in range(4)]
-    wanted = [i for i in wanted if i < problem.model.nq]
+    wanted = [i for i in problem.goal.entries if i < problem.model.nq]
     far[wanted] = np.maximum(far[wanted], MIN_GOAL_MOTION)
     return far
 

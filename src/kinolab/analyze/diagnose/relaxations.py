@@ -80,7 +80,7 @@ def _wider_goal(goal: Goal) -> Goal:
         tolerances=TOLERANCE_FACTOR * goal.tolerances,
         points=tuple(replace(p, tolerance=TOLERANCE_FACTOR * p.tolerance) for p in goal.points),
         directions=tuple(replace(d, tolerance=_turn(d.tolerance)) for d in goal.directions),
-        attitudes=tuple(replace(a, tolerance=_turn(a.tolerance)) for a in goal.attitudes),
+        parts=tuple(replace(part, tolerance=_turn(part.tolerance)) for part in goal.parts),
     )
 
 

@@ -11,7 +11,6 @@ from kinolab.dynamics import Model
 from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.errors import InputError, Mistake
 from kinolab.numerics.arrays import Array
-from kinolab.numerics.manifolds.rotations import turned_at_random
 from kinolab.problem import PlanningTask
 
 MAX_FRACTION = 1.0  # above it a mass could be negative
@@ -99,9 +98,9 @@ class Conditions:
         if not self.noise:
             return x
         seen = x + self.noise * problem.scales * generator.standard_normal(len(x))
-        for own in problem.space.quaternions:
-            most = self.noise * problem.scales[own.start]
-            seen[own] = turned_at_random(x[own], most, generator)
+        for part in problem.space.spheres:
+            most = self.noise * problem.scales[part.first]
+            seen[part.own] = part.near(x[part.own], most, generator)
         return seen
 
     def disturbed(self, model: Model, u: Array, generator: np.random.Generator) -> Array:

@@ -202,15 +202,16 @@ class _LoopClosure:
         return float(np.linalg.norm((near - q) / self._scales))
 
     def _missing(self, q: Array) -> Array:
-        lengths = [q[k : k + 4] @ q[k : k + 4] - 1.0 for k in self._plant.attitudes.values()]
+        lengths = [q[part.own] @ q[part.own] - 1.0 for part in self._plant.space.spheres]
         return np.concatenate([self.gaps(q), lengths])
 
     def _rows(self, q: Array) -> Array:
         """Return the Jacobian of the residual by q."""
         slopes = self._evaluated(self._slopes, q).reshape(self.count, -1)
-        lengths = np.zeros((len(self._plant.attitudes), len(q)))
-        for row, k in zip(lengths, self._plant.attitudes.values(), strict=True):
-            row[k : k + 4] = 2 * q[k : k + 4]
+        spheres = self._plant.space.spheres
+        lengths = np.zeros((len(spheres), len(q)))
+        for row, part in zip(lengths, spheres, strict=True):
+            row[part.own] = 2 * q[part.own]
         return np.vstack([slopes, lengths])
 
     def _evaluated(self, nodes: list[int], q: Array) -> Array:

@@ -29,7 +29,6 @@ from kinolab.dynamics.derivation.symbolic_solve import Guards, solve_square
 from kinolab.dynamics.derivation.velocity_coordinates import feasible_values
 from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.language.mechanism_parts import tangent_symbols
-from kinolab.dynamics.language.symbols import Attitude, Coordinate
 from kinolab.errors import InputError, Mistake
 
 SAMPLES = 6  # random configurations at which an identity is checked
@@ -192,7 +191,7 @@ class _Decoupling:
         return tuple(
             coordinate.name
             for coordinate in self._system.coordinates
-            if any(list(islice(rates, _entries(coordinate))))
+            if any(list(islice(rates, len(coordinate.entries))))
         )
 
     # What inputs do
@@ -426,5 +425,3 @@ def _configurations(system: Mechanism, whole: VectorFields) -> Iterator[dict[str
                 yield values
 
 
-def _entries(coordinate: Coordinate | Attitude) -> int:
-    return len(coordinate.quaternion) if isinstance(coordinate, Attitude) else 1

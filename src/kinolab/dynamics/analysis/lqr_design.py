@@ -102,15 +102,13 @@ def _slopes(model: Model, watched: StateFunctions, at: Trim) -> Array:
 
 
 def _tangents(model: Model, x: Array) -> Array:
-    """Return a basis of the state's tangent space, as columns; quaternions stay normalized."""
+    """Return a basis of the state's tangent space, as columns; unit vectors keep their length."""
     identity, space = np.eye(model.nx), model.space
     columns = [identity[i] for i in range(model.nx) if not (space.turns & ~space.circular)[i]]
-    for own in space.quaternions:
-        a, b, c, w = x[own]
-        turned = np.array([[w, -c, b], [c, w, -a], [-b, a, w], [-a, -b, -c]]) / 2
-        for column in turned.T:
+    for part in space.spheres:
+        for column in part.tangents(x[part.own]).T:
             columns.append(np.zeros(model.nx))
-            columns[-1][own] = column
+            columns[-1][part.own] = column
     return np.stack(columns, axis=1)
 
 

@@ -34,6 +34,7 @@ from kinolab.dynamics.codegen.state_space import emit_space
 from kinolab.dynamics.codegen.trigonometry import emit_sine_and_cosine, sine_and_cosine
 from kinolab.dynamics.derivation.derivation import Derivation
 from kinolab.dynamics.derivation.expression_graph import ExpressionGraph, Node
+from kinolab.numerics.manifolds.state_parts import spheres_of
 
 INTRINSICS = ("sin", "cos", "exp", "log", "sqrt", "fabs", "floor")
 LIBRARY = ("tan", "tanh", "atan")
@@ -54,11 +55,11 @@ def emit_module(derivation: Derivation, *, lanes: bool = False) -> str:
             _emitted(tape, tangent_of(d)),
             emit_jacobian(*sizes, sizes[0]),
             *emit_linear_algebra(),
-            *emit_integrators(*sizes, projects=bool(d.projection), attitudes=d.attitudes),
+            *emit_integrators(*sizes, projects=bool(d.projection), spheres=spheres_of(d.parts)),
             *(_emit_lanes(d, [functions["f"], functions["project"]]) if lanes else ()),
             emit_rows(sizes[0], None, name="rows_at"),
             emit_rows(*sizes, name="rows_under"),
-            *emit_space(d.circular, d.attitudes),
+            *emit_space(d.parts),
             emit_rows(sizes[0], sizes[0], name="rows_between"),
             _emitted(tape, frames_tangent_of(d)),
             emit_jacobian(
@@ -76,7 +77,7 @@ def _emit_lanes(d: Derivation, functions: Sequence[Function]) -> list[str]:
             len(d.state),
             len(d.binding.inputs),
             projects=bool(d.projection),
-            attitudes=d.attitudes,
+            spheres=spheres_of(d.parts),
             lanes=LANES,
         ),
     ]

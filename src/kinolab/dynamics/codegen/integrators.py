@@ -1,7 +1,7 @@
 """Integrator steps as LLVM IR, and the linear algebra that an implicit one needs.
 
 A step is made of as many substeps as the caller asks for. Every one ends by moving the state back
-onto the constraints and unit quaternions, where the machine has any.
+onto the constraints and unit spheres, where the machine has any.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from kinolab.dynamics.codegen.llvm import Register, Routine, literal
 from kinolab.dynamics.codegen.methods import METHODS, Method
 from kinolab.dynamics.codegen.trigonometry import sine_and_cosine
+from kinolab.numerics.manifolds.state_parts import UnitSphere
 
 SMALL_TURN = 1e-8  # [rad^2] of half a turn, squared: sin(a)/a is 1 - a^2/6 to rounding
 
@@ -34,7 +35,7 @@ def emit_integrators(
     inputs: int,
     *,
     projects: bool,
-    attitudes: Sequence[int] = (),
+    spheres: Sequence[UnitSphere] = (),
     lanes: int = 1,
 ) -> list[str]:
     """Return one function per integration method; in lanes, per explicit one.
@@ -42,21 +43,25 @@ def emit_integrators(
     Args:
         states: Length of x.
         inputs: Length of u.
-        projects: Whether states are moved back onto constraints and unit quaternions.
-        attitudes: Where quaternions begin in x.
+        projects: Whether states are moved back onto constraints and unit spheres.
+        spheres: The parts of x that are unit vectors.
         lanes: Of results at once.
     """
     return [
-        _emit_step(method, (states, inputs), projects, attitudes, lanes)
+        _emit_step(method, (states, inputs), projects, spheres, lanes)
         for method in METHODS.values()
         if lanes == 1 or not method.implicit
     ]
 
 
 def _emit_step(
-    method: Method, sizes: tuple[int, int], projects: bool, attitudes: Sequence[int], lanes: int
+    method: Method,
+    sizes: tuple[int, int],
+    projects: bool,
+    spheres: Sequence[UnitSphere],
+    lanes: int,
 ) -> str:
-    """Return a step of a method; with ``geodesic``, along great circles where x is on SO(3)."""
+    """Return a step of a method; with ``geodesic``, along great circles where x is on a sphere."""
     routine, size = Routine(f"step_{method.name}{in_lanes(lanes)}", STEP, lanes=lanes), sizes[0]
     at, total, begin, *k = (routine.array(size) for _ in range(3 + method.stages))
     status = routine.cell("i32", "0")
@@ -79,8 +84,8 @@ def _emit_step(
             if solve:
                 routine.do(f"{solve}, ptr {stage})")
             _axpy(routine, size, routine.mul(h, routine.constant(weight)), stage, total, total)
-        for first in attitudes if method.geodesic else ():
-            _turn(routine, first, h, k[0], begin, total)
+        for part in spheres if method.geodesic else ():
+            _turn(routine, part, h, k[0], begin, total)
         _land(routine, size, total, begin, status, projects)
     routine.copy(begin, "%out", size)
     routine.give(routine.get("i32", status))
@@ -115,14 +120,13 @@ def _factored(
 
 
 def _turn(
-    routine: Routine, first: int, h: str, k: Register, begin: Register, total: Register
+    routine: Routine, part: UnitSphere, h: str, k: Register, begin: Register, total: Register
 ) -> None:
-    """Set a quaternion of ``total`` to the end of the great circle along its derivative in ``k``.
+    """Set a unit vector of ``total`` to the end of the great circle along its derivative in ``k``.
 
-    That is q exp(h w / 2), for q_dot = q w / 2 is at right angles to q and |w| / 2 long.
+    Of an attitude that is q exp(h w / 2): q_dot = q w / 2 is at right angles to q and |w| / 2 long.
     """
-    entries = range(first, first + 4)
-    q, q_dot = ([routine.load(array, i) for i in entries] for array in (begin, k))
+    q, q_dot = ([routine.load(array, i) for i in part.entries] for array in (begin, k))
     square = routine.constant(0.0)
     for entry in q_dot:
         square = routine.add(square, routine.mul(entry, entry))
@@ -133,7 +137,7 @@ def _turn(
     series = routine.sub(routine.constant(1.0), routine.div(squared, routine.constant(6.0)))
     ratio = routine.select(small, series, routine.div(sine, turn))
     fraction = routine.mul(h, ratio)
-    for i, at, slope in zip(entries, q, q_dot, strict=True):
+    for i, at, slope in zip(part.entries, q, q_dot, strict=True):
         routine.store(total, i, routine.add(routine.mul(cosine, at), routine.mul(fraction, slope)))
 
 

@@ -1,4 +1,4 @@
-"""The space of a machine's states: lines, circles and attitudes, told apart in this file alone.
+"""The space of a machine's states, the product of its parts: lines, circles and unit spheres.
 
 Two functions are emitted for every machine, beside f and the steps:
 
@@ -6,13 +6,13 @@ Two functions are emitted for every machine, beside f and the steps:
     int retract(const double *x, const double *y, const double *turn, double *out, long mode)
 
 Both work in the coordinates that a state is made of, nx numbers. On a line the difference from x to
-y is y - x, on a circle the same taken into [-pi, pi), on SO(3) the chord from one quaternion to the
-other or to its opposite, whichever is nearer. ``turn`` has the circumference of every circle, and 0
-for an angle that limits keep on a line. ``retract`` adds a difference y to x and makes quaternions
-unit; part of a chord so leads to an attitude between, on the great circle.
+y is y - x, on a circle the same taken into [-pi, pi), on a sphere the chord from one unit vector to
+the other, or to its opposite where that is the same and nearer. ``turn`` has the circumference of
+every circle, and 0 for an angle that limits keep on a line. ``retract`` adds a difference y to x
+and makes vectors unit; part of a chord so leads to a value between, on the great circle.
 
 Source: Absil, Mahony, Sepulchre, Optimization Algorithms on Matrix Manifolds, 2008, section 4.1
-(retractions; this is the projective one on the sphere of unit quaternions).
+(retractions; this is the projective one on spheres).
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from __future__ import annotations
 import ctypes
 import math
 from collections.abc import Callable, Iterator, Sequence
+from functools import singledispatch
 from typing import Any
 
 import numpy as np
@@ -27,6 +28,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from kinolab.dynamics.codegen.llvm import Register, Routine, literal
 from kinolab.numerics.arrays import Array
+from kinolab.numerics.manifolds.state_parts import Circle, Part, RealLine, UnitSphere, spheres_of
 
 TURN = 2 * math.pi
 BETWEEN = [("ptr", "x"), ("ptr", "y"), ("ptr", "turn"), ("ptr", "out"), ("i64", "mode")]
@@ -50,44 +52,46 @@ class StateSpace:
 
     A state has nx entries, four of them for each attitude, a unit quaternion x, y, z, w. Angles on
     a circle are the same after whole turns, and q and -q are the same attitude. Differences are
-    written in the same nx coordinates: lengths, angles, and the chord between two quaternions,
+    written in the same nx coordinates: lengths, angles, and the chord between two unit vectors,
     which is 2 sin(a/4) long where one attitude is turned from the other by an angle a.
 
     Args:
-        circular: Whether each entry is an angle on the circle, shape (nx,).
-        attitudes: Where quaternions begin in a state.
+        parts: That follow each other in a state.
         rows: Address of the loop of a function over pairs of states.
         difference: Address of ``difference``.
         retract: Address of ``retract``.
         owner: What owns the machine code at these addresses; it lives as long as the space.
 
     Attributes:
-        quaternions: The entries of each attitude, as slices.
-        turns: Whether each entry is an angle on the circle or part of an attitude, shape (nx,).
+        owners: The part of each entry, length nx.
+        spheres: The parts that are unit vectors.
+        rotations: Those of them that are attitudes.
+        circular: Whether each entry is an angle on the circle, shape (nx,).
+        turns: Whether each entry is an angle on the circle or of a unit vector, shape (nx,).
     """
 
     def __init__(
         self,
-        circular: NDArray[np.bool_],
-        attitudes: Sequence[int],
+        parts: Sequence[Part],
         *,
         rows: int,
         difference: int,
         retract: int,
         owner: object,
     ) -> None:
-        self.circular = circular
+        self.parts, self.spheres = tuple(parts), spheres_of(parts)
+        self.owners = [part for part in parts for _ in range(part.size)]
+        self.rotations = tuple(part for part in self.spheres if part.antipodal)
+        self.circular = np.array([isinstance(part, Circle) for part in self.owners], dtype=bool)
         self._owner = owner
-        self.attitudes = tuple(attitudes)
-        self.quaternions = tuple(slice(first, first + 4) for first in attitudes)
-        self.turns = circular.copy()
-        for own in self.quaternions:
-            self.turns[own] = True
+        self.turns = self.circular.copy()
+        for part in self.spheres:
+            self.turns[part.own] = True
         pointer, number = ctypes.c_void_p, ctypes.c_int64
         kind = ctypes.CFUNCTYPE(number, *(pointer,) * 5, *(number,) * 3)
         self._rows: Callable[..., int] = kind(rows)
         self._addresses = {"rows": rows, "difference": difference, "retract": retract}
-        self._turn: Array = np.where(circular, TURN, 0.0)
+        self._turn: Array = np.where(self.circular, TURN, 0.0)
 
     def limited(self, circular: NDArray[np.bool_]) -> StateSpace:
         """Return the space in which only some angles come round: limits keep others on a line.
@@ -95,7 +99,13 @@ class StateSpace:
         Args:
             circular: Those that do, shape (nx,), circles of this space all of them.
         """
-        return StateSpace(circular, self.attitudes, **self._addresses, owner=self._owner)
+        parts = [
+            RealLine(part.name, part.first)
+            if isinstance(part, Circle) and not circular[part.first]
+            else part
+            for part in self.parts
+        ]
+        return StateSpace(parts, **self._addresses, owner=self._owner)
 
     @property
     def nx(self) -> int:
@@ -105,7 +115,7 @@ class StateSpace:
     @property
     def dimension(self) -> int:
         """Of the space as a manifold: an attitude has three."""
-        return self.nx - len(self.attitudes)
+        return self.nx - len(self.spheres)
 
     def difference(self, x0: ArrayLike, x1: ArrayLike) -> Array:
         """Return what leads from x0 to x1, the short way round, shape (..., nx).
@@ -117,7 +127,7 @@ class StateSpace:
         return self._pairs("difference", x0, x1)
 
     def retract(self, x: ArrayLike, difference: ArrayLike) -> Array:
-        """Return the states to which differences lead, quaternions of unit length, shape (..., nx).
+        """Return the states to which differences lead, unit vectors of length 1, shape (..., nx).
 
         Angles are not wrapped: they go on from those of x.
 
@@ -128,7 +138,7 @@ class StateSpace:
         return self._pairs("retract", x, difference)
 
     def unit(self, states: ArrayLike) -> Array:
-        """Return states, shape (..., nx), with quaternions of unit length."""
+        """Return states, shape (..., nx), with unit vectors of length 1."""
         return self.retract(states, np.zeros(self.nx))
 
     def interpolate(self, x0: ArrayLike, x1: ArrayLike, fraction: ArrayLike) -> Array:
@@ -146,7 +156,7 @@ class StateSpace:
         return self.retract(x0, column * self.difference(x0, x1))
 
     def nearest(self, x0: ArrayLike, x1: ArrayLike) -> Array:
-        """Return x1 as it is written nearest to x0: by whole turns and the quaternions' signs.
+        """Return x1 as it is written nearest to x0: by whole turns and quaternions' signs.
 
         Args:
             x0: States, shape (..., nx).
@@ -156,9 +166,8 @@ class StateSpace:
         near, circles = there.copy(), self.circular
         apart = there[..., circles] - here[..., circles]
         near[..., circles] -= apart - wrapped(apart)
-        for own in self.quaternions:
-            along = np.sum(here[..., own] * there[..., own], axis=-1, keepdims=True)
-            near[..., own] = np.where(along < 0, -there[..., own], there[..., own])
+        for part in self.spheres:
+            near[..., part.own] = part.nearest(here[..., part.own], there[..., part.own])
         return near
 
     def continuous(self, states: ArrayLike) -> Array:
@@ -171,14 +180,14 @@ class StateSpace:
     def carried(self, states: ArrayLike, begin: ArrayLike) -> Array:
         """Return a motion, states of shape (n, nx), carried on from another beginning.
 
-        Entries keep the difference of the beginnings, quaternions their sign: what is the same
+        Entries keep the difference of the beginnings, unit vectors their sign: what is the same
         state, or differs where nothing depends on it, goes on to be that.
         """
         there = np.asarray(begin, dtype=float)
         carried = np.array(states, dtype=float)
         shift, near = there - carried[0], self.nearest(there, carried[0])
-        for own in self.quaternions:
-            shift[own] = 0.0
+        for part in self.spheres:
+            shift[own := part.own] = 0.0
             carried[:, own] *= np.where(np.all(near[own] == carried[0, own]), 1.0, -1.0)
         carried += shift
         carried[0] = there
@@ -207,68 +216,68 @@ class StateSpace:
         return out
 
 
-def emit_space(circular: Sequence[bool], attitudes: Sequence[int]) -> Iterator[str]:
-    """Yield the functions of a state space.
-
-    Args:
-        circular: Whether each entry of a state is an angle on the circle, length nx.
-        attitudes: Where quaternions begin in a state.
-    """
-    yield _emit_difference(circular, attitudes)
-    yield _emit_retract(len(circular), attitudes)
-
-
-def _emit_difference(circular: Sequence[bool], attitudes: Sequence[int]) -> str:
-    routine = Routine("difference", BETWEEN)
-    turned = {first + k for first in attitudes for k in range(4)}
-    for i, circle in enumerate(circular):
-        if i not in turned:
-            apart = routine.sub(routine.load("%y", i), routine.load("%x", i))
-            routine.store("%out", i, _wrapped(routine, apart, i) if circle else apart)
-    for first in attitudes:
-        _chord(routine, range(first, first + 4))
-    routine.give("0")
-    return routine.text()
+def emit_space(parts: Sequence[Part]) -> Iterator[str]:
+    """Yield the functions of a state space: the product of those of its parts."""
+    for name, emit in (("difference", _emit_difference), ("retract", _emit_retract)):
+        routine = Routine(name, BETWEEN)
+        for part in parts:
+            emit(part, routine)
+        routine.give("0")
+        yield routine.text()
 
 
-def _wrapped(routine: Routine, angle: Register, entry: int) -> Register:
-    """Return ``wrapped`` of an angle, itself where its circle has no circumference."""
+@singledispatch
+def _emit_difference(part: Part, routine: Routine) -> None:
+    """Write y - x of the entries of a part, on a circle or a sphere the shorter way round."""
+    for i in part.entries:
+        routine.store("%out", i, routine.sub(routine.load("%y", i), routine.load("%x", i)))
+
+
+@_emit_difference.register
+def _(part: Circle, routine: Routine) -> None:
+    """Write the angle, itself where its circle has no circumference."""
+    entry = part.first
+    angle = routine.sub(routine.load("%y", entry), routine.load("%x", entry))
     turn = routine.load("%turn", entry)
     turns = routine.div(routine.add(angle, routine.mul(turn, literal(0.5))), turn)
     whole = routine.line(f"call double @llvm.floor.f64(double {turns})")
     short = routine.sub(angle, routine.mul(whole, turn))
     circle = routine.line(f"fcmp ogt double {turn}, {literal(0.0)}")
-    return routine.line(f"select i1 {circle}, double {short}, double {angle}")
+    chosen = routine.line(f"select i1 {circle}, double {short}, double {angle}")
+    routine.store("%out", entry, chosen)
 
 
-def _chord(routine: Routine, entries: range) -> None:
-    """Write q1 - q0 or -q1 - q0 of a quaternion, whichever is shorter."""
-    here, there = ([routine.load(array, i) for i in entries] for array in ("%x", "%y"))
-    along = literal(0.0)
-    for a, b in zip(here, there, strict=True):
-        along = routine.add(along, routine.mul(a, b))
-    opposite = routine.line(f"fcmp olt double {along}, {literal(0.0)}")
-    for i, a, b in zip(entries, here, there, strict=True):
-        other = routine.line(f"fneg double {b}")
-        near = routine.line(f"select i1 {opposite}, double {other}, double {b}")
-        routine.store("%out", i, routine.sub(near, a))
+@_emit_difference.register
+def _(part: UnitSphere, routine: Routine) -> None:
+    """Write the chord y - x, or -y - x where that is the same and shorter."""
+    here, there = ([routine.load(array, i) for i in part.entries] for array in ("%x", "%y"))
+    if part.antipodal:
+        along = _dot(routine, here, there)
+        opposite = routine.line(f"fcmp olt double {along}, {literal(0.0)}")
+        for k, entry in enumerate(there):
+            other = routine.line(f"fneg double {entry}")
+            there[k] = routine.line(f"select i1 {opposite}, double {other}, double {entry}")
+    for i, a, b in zip(part.entries, here, there, strict=True):
+        routine.store("%out", i, routine.sub(b, a))
 
 
-def _emit_retract(size: int, attitudes: Sequence[int]) -> str:
-    routine = Routine("retract", BETWEEN)
-    turned = {first + k for first in attitudes for k in range(4)}
-    for i in range(size):
-        if i not in turned:
-            moved = routine.add(routine.load("%x", i), routine.load("%y", i))
-            routine.store("%out", i, moved)
-    for first in attitudes:
-        entries = range(first, first + 4)
-        moved_to = [routine.add(routine.load("%x", i), routine.load("%y", i)) for i in entries]
-        square = literal(0.0)
-        for entry in moved_to:
-            square = routine.add(square, routine.mul(entry, entry))
-        length = routine.line(f"call double @llvm.sqrt.f64(double {square})")
-        for i, entry in zip(entries, moved_to, strict=True):
-            routine.store("%out", i, routine.div(entry, length))
-    routine.give("0")
-    return routine.text()
+@singledispatch
+def _emit_retract(part: Part, routine: Routine) -> None:
+    """Write x + y of the entries of a part, on a sphere of length 1."""
+    for i in part.entries:
+        routine.store("%out", i, routine.add(routine.load("%x", i), routine.load("%y", i)))
+
+
+@_emit_retract.register
+def _(part: UnitSphere, routine: Routine) -> None:
+    moved = [routine.add(routine.load("%x", i), routine.load("%y", i)) for i in part.entries]
+    length = routine.line(f"call double @llvm.sqrt.f64(double {_dot(routine, moved, moved)})")
+    for i, entry in zip(part.entries, moved, strict=True):
+        routine.store("%out", i, routine.div(entry, length))
+
+
+def _dot(routine: Routine, a: Sequence[Register], b: Sequence[Register]) -> Register:
+    total = literal(0.0)
+    for left, right in zip(a, b, strict=True):
+        total = routine.add(total, routine.mul(left, right))
+    return total

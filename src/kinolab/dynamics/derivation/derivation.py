@@ -12,7 +12,7 @@ Dynamics Algorithms, 2008, chapters 3 and 8.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -37,14 +37,15 @@ from kinolab.dynamics.derivation.velocity_coordinates import (
 from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.language.mechanism_parts import (
     atoms_of,
-    configuration_symbols,
     coordinate_of,
     imposed_velocities,
     require_one_mode,
+    state_parts,
 )
 from kinolab.dynamics.language.quasi_velocities import QuasiVelocity
-from kinolab.dynamics.language.symbols import Attitude, Coordinate, ForceSymbol
+from kinolab.dynamics.language.symbols import ForceSymbol
 from kinolab.errors import InputError, Mistake
+from kinolab.numerics.manifolds.state_parts import Part, completed, spheres_of
 
 # fraction of a coordinate's own inertia that remains when the others move along
 MASS_TOLERANCE = 1e-12
@@ -66,12 +67,11 @@ class Derivation:
         quasi: The quasi-velocities that are states, before those.
         redundant: Names of redundant constraints.
         state: The variables of x = (q, v, auxiliary states).
-        attitudes: Offsets of quaternions in the state.
-        circular: Whether each state entry is an angle on the circle.
+        parts: Of the state: lines, circles and unit spheres.
         derivative: Of the state, length nx.
         velocities: nu in full, length nt.
         flow: q_dot, length nq.
-        projection: The state projected onto the constraints and unit quaternions; may be empty.
+        projection: The state projected onto constraints and unit spheres; may be empty.
         frames: Rows of [R | p], 12 per body.
         cables: World positions of both ends of every cable, 6 per cable.
         point_speeds: Upper bound on the speed of each body's points, in [m/s].
@@ -91,8 +91,7 @@ class Derivation:
     quasi: tuple[QuasiVelocity, ...]
     redundant: tuple[str, ...]
     state: tuple[Node, ...]
-    attitudes: tuple[int, ...]
-    circular: tuple[bool, ...]
+    parts: tuple[Part, ...]
     derivative: tuple[Node, ...]
     velocities: tuple[Node, ...]
     flow: tuple[Node, ...]
@@ -182,14 +181,14 @@ class _Derivation:
         ends = [tuple(map(kinetics.kinematics, cable.between)) for cable in self.system.cables]
         if not idle_inputs:
             self._check_inputs((*accelerations, *flow, *extras))
+        state = (*binding.configuration, *self.states, *binding.states)
         return Derivation(
             binding=binding,
             independent=chart.independent,
             quasi=chart.quasi,
             redundant=self.redundant,
-            state=(*binding.configuration, *self.states, *binding.states),
-            attitudes=tuple(self._attitudes()),
-            circular=tuple(self._circular()),
+            state=state,
+            parts=completed(state_parts(self.system), len(state)),
             derivative=(*flow, *accelerations, *extras),
             velocities=chart.velocities,
             flow=flow,
@@ -396,14 +395,16 @@ class _Derivation:
         return tuple(self.tape.substitute(margins, self.binding.at(self.chart.velocities)))
 
     def _projection(self) -> tuple[Node, ...]:
-        """Return the state after one Newton step onto the constraints, quaternions normalized."""
-        attitudes = any(isinstance(c, Attitude) for c in self.system.coordinates)
-        gaps = self._gaps()
-        if not (attitudes or gaps or self.multipliers):
+        """Return the state after one Newton step onto the constraints, unit vectors normalized."""
+        spheres, gaps = spheres_of(state_parts(self.system)), self._gaps()
+        if not (spheres or gaps or self.multipliers):
             return ()
         q = self._shifted(gaps) if gaps else list(self.binding.configuration)
         velocities = self._shifted_velocities() if self.multipliers else self.states
-        return (*self._normalised(q), *velocities, *self.binding.states)
+        for part in spheres:
+            length = self.tape.unary("sqrt", self.tape.dot(q[part.own], q[part.own]))
+            q[part.own] = [self.tape.div(entry, length) for entry in q[part.own]]
+        return (*q, *velocities, *self.binding.states)
 
     def _shifted(self, gaps: list[Node]) -> list[Node]:
         """Move the configuration by the least-norm velocity that closes the gaps."""
@@ -430,31 +431,6 @@ class _Derivation:
         (shares,) = self._solve_compliance(covectors, covectors, [excess])
         change = combine(self.binding, covectors, shares)
         return [tape.add(v, c) for v, c in zip(self.states, change, strict=True)]
-
-    def _normalised(self, q: list[Node]) -> list[Node]:
-        tape, entries = self.tape, list(q)
-        for first in self._attitudes():
-            part = entries[first : first + 4]
-            length = tape.unary("sqrt", tape.dot(part, part))
-            entries[first : first + 4] = [tape.div(entry, length) for entry in part]
-        return entries
-
-    def _attitudes(self) -> Iterator[int]:
-        """Yield the offsets of quaternions in the configuration."""
-        place = 0
-        for coordinate in self.system.coordinates:
-            if isinstance(coordinate, Attitude):
-                yield place
-                place += 4
-            else:
-                place += 1
-
-    def _circular(self) -> Iterator[bool]:
-        """Yield whether each state entry is an angle on the circle."""
-        for symbol in configuration_symbols(self.system):
-            yield isinstance(symbol, Coordinate) and symbol.topology == "circle"
-        for _ in (*self.states, *self.binding.states):
-            yield False
 
     def _check_masses(self, M: list[list[Node]], free: list[int]) -> None:
         """Report a direction of motion without inertia.

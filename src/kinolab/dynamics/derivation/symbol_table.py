@@ -16,10 +16,12 @@ from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.language.mechanism_parts import (
     configuration_symbols,
     quasi_velocities,
+    state_parts,
     tangent_symbols,
 )
 from kinolab.dynamics.language.symbols import Coordinate
 from kinolab.errors import InputError, Mistake
+from kinolab.numerics.manifolds.state_parts import spheres_of
 
 RANDOM_STATES = 12  # more never changed a choice
 SOME_VELOCITY = "State a velocity, such as V.y."
@@ -117,6 +119,7 @@ def sampled_values(system: Mechanism, count: int = RANDOM_STATES) -> Iterator[di
     values.
     """
     generator = np.random.default_rng(0)
+    names = [symbol.name for symbol in configuration_symbols(system)]
     for k in range(count):
         values = dict(system.parameter_values)
         for coordinate in system.coordinates:
@@ -125,11 +128,13 @@ def sampled_values(system: Mechanism, count: int = RANDOM_STATES) -> Iterator[di
                 values[coordinate.name] = value if k else rest_value(coordinate)
                 values[f"{coordinate.name}_dot"] = float(generator.normal())
             else:
-                quaternion = generator.normal(size=4)
-                quaternion /= np.linalg.norm(quaternion)
-                entries = zip(coordinate.quaternion, quaternion, strict=True)
-                values |= {symbol.name: float(value) for symbol, value in entries}
-                values |= {s.name: float(generator.normal()) for s in coordinate.turn_rate}
+                values |= {s.name: float(generator.normal()) for s in coordinate.entries}
+                values |= {s.name: float(generator.normal()) for s in coordinate.rates}
+        for part in spheres_of(state_parts(system)):
+            own = names[part.own]
+            length = float(np.linalg.norm([values[name] for name in own]))
+            values |= {name: values[name] / length if length else 0.0 for name in own}
+            values[own[-1]] += 0.0 if length else 1.0
         values |= {entry.name: float(generator.normal()) for entry in system.states}
         values |= {entry.name: float(generator.normal()) for entry in system.inputs}
         yield values

@@ -27,7 +27,6 @@ from kinolab.dynamics.language.frames import Frame, velocity
 from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.language.mechanism_parts import quasi_velocities, tangent_symbols
 from kinolab.dynamics.language.quasi_velocities import QuasiVelocity
-from kinolab.dynamics.language.symbols import Coordinate
 from kinolab.errors import InputError, Mistake
 from kinolab.numerics.arrays import Array
 
@@ -135,9 +134,7 @@ def _named(
         name
         for c in system.velocities or ()
         if not isinstance(c, QuasiVelocity | str)
-        for name in (
-            [f"{c.name}_dot"] if isinstance(c, Coordinate) else [s.name for s in c.turn_rate]
-        )
+        for name in [symbol.name for symbol in c.rates]
     ]
     count, size = len(rows), len(symbols)
     given = len(names) + len(quasi)
@@ -330,7 +327,7 @@ def _parallel(a: Array, b: Array) -> bool:
 
 def _sizes(system: Mechanism, covectors: Array) -> tuple[float, float]:
     """Return the largest magnitude that the rates' limits allow, and a characteristic one."""
-    owners = [c for c in system.coordinates for _ in range(1 if isinstance(c, Coordinate) else 3)]
+    owners = [c for c in system.coordinates for _ in c.rates]
     weights = np.abs(covectors)
     used = weights.max(axis=0) > SAME
     speeds = np.array([c.speed for c in owners])[used]

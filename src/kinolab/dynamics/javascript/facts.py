@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
@@ -12,8 +12,9 @@ from kinolab.dynamics.codegen.methods import METHODS
 from kinolab.dynamics.derivation.derivation import Derivation
 from kinolab.dynamics.language.inputs import bounds_of
 from kinolab.dynamics.language.mechanism import Mechanism
-from kinolab.dynamics.language.symbols import Coordinate
 from kinolab.dynamics.model import Model
+from kinolab.dynamics.units import state_units
+from kinolab.numerics.manifolds.state_parts import spheres_of
 
 SLIDER_FACTOR = 4.0  # ratio of a slider's ends to the parameter's value
 
@@ -25,10 +26,10 @@ def facts_of(model: Model, derivation: Derivation) -> dict[str, Any]:
     return {
         "name": system.name,
         "stateNames": model.state_names,
-        "stateUnits": list(_units(model)),
+        "stateUnits": state_units(model),
         "stateBounds": [[_finite(a), _finite(b)] for a, b in model.state_bounds.tolist()],
         "circular": model.circular.tolist(),
-        "attitudes": derivation.attitudes,
+        "spheres": [[part.first, part.size] for part in spheres_of(derivation.parts)],
         "methods": {name: asdict(METHODS[name]) for name in model.methods},
         "rest": model.rest().tolist(),
         "parameters": [_parameter(system, entry.name, entry.unit) for entry in system.parameters],
@@ -45,20 +46,6 @@ def as_json(data: Mapping[str, Any]) -> str:
     """Return data as JSON that is safe anywhere in JavaScript, inline scripts included."""
     text = json.dumps(data, allow_nan=False, separators=(",", ":"))
     return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
-
-
-def _units(model: Model) -> Iterator[str]:
-    """Yield the SI unit of every state entry, empty if dimensionless."""
-    places, rates = list[str](), list[str]()
-    for coordinate in model.system.coordinates:
-        own = coordinate.unit if isinstance(coordinate, Coordinate) else "rad"
-        attitude = not isinstance(coordinate, Coordinate)
-        places += [""] * 4 if attitude else [own]
-        rates += [f"{own}/s"] * (3 if attitude else 1)
-    yield from places
-    yield from (entry.unit for entry in model.quasi_velocities)
-    yield from (rates[i] for i in model.independent)
-    yield from (entry.unit for entry in model.system.states)
 
 
 def _parameter(system: Mechanism, name: str, unit: str) -> dict[str, Any]:

@@ -21,7 +21,6 @@ from kinolab.dynamics.language.mechanism_parts import (
 )
 from kinolab.dynamics.language.quantities import Change, FrameQuantity, written
 from kinolab.dynamics.language.quasi_velocities import QuasiVelocity, QuasiVelocitySymbol
-from kinolab.dynamics.language.symbols import Coordinate
 from kinolab.errors import InputError, Mistake
 
 
@@ -72,10 +71,7 @@ def multiplier_form(
         states=tuple(map(place, states)),
         further=tuple(place(entry.derivative) for entry in system.states),
         instructions=tuple(place.instructions),
-        coordinates=tuple(
-            (c.name,) if isinstance(c, Coordinate) else tuple(e.name for e in c.quaternion)
-            for c in system.coordinates
-        ),
+        coordinates=tuple(tuple(e.name for e in c.entries) for c in system.coordinates),
         velocities=tuple(names),
         inputs=tuple(entry.name for entry in system.inputs),
         further_names=tuple(entry.name for entry in system.states),

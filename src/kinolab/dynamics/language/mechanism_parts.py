@@ -30,9 +30,9 @@ from kinolab.dynamics.language.symbols import (
     QuaternionEntry,
     RateSymbol,
     TurnRate,
-    rate,
 )
 from kinolab.errors import InputError, Mistake
+from kinolab.numerics.manifolds.state_parts import Part
 
 AnyCoordinate: TypeAlias = Coordinate | Attitude
 
@@ -116,20 +116,23 @@ def require_one_mode(system: MechanismParts) -> None:
 
 def configuration_symbols(system: MechanismParts) -> tuple[sympy.Symbol, ...]:
     """Return the symbols of q in order; four for an attitude."""
-    return tuple(
-        symbol
-        for c in system.coordinates
-        for symbol in ((c,) if isinstance(c, Coordinate) else c.quaternion)
-    )
+    return tuple(symbol for c in system.coordinates for symbol in c.entries)
 
 
 def tangent_symbols(system: MechanismParts) -> tuple[sympy.Symbol, ...]:
     """Return the symbols of the velocities in order; three for an attitude."""
-    return tuple(
-        symbol
-        for c in system.coordinates
-        for symbol in ((rate(c),) if isinstance(c, Coordinate) else c.turn_rate)
-    )
+    return tuple(symbol for c in system.coordinates for symbol in c.rates)
+
+
+def state_parts(system: MechanismParts) -> tuple[Part, ...]:
+    """Return the parts of a configuration in order, of which one may be several coordinates."""
+    parts: list[Part] = []
+    place = 0
+    for c in system.coordinates:
+        if place == (parts[-1].own.stop if parts else 0):
+            parts.append(c.part(place))
+        place += len(c.entries)
+    return tuple(parts)
 
 
 def quasi_velocities(system: MechanismParts) -> tuple[QuasiVelocity, ...]:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Literal, Self, TypeAlias
 
@@ -15,6 +16,7 @@ import sympy
 
 from kinolab.arguments import checked
 from kinolab.errors import InputError, Mistake
+from kinolab.numerics.manifolds.state_parts import Circle, Part, RealLine, Rotations
 
 Topology: TypeAlias = Literal["line", "circle"]
 
@@ -101,49 +103,57 @@ class Coordinate(MachineSymbol):
         """Characteristic magnitude in that unit; distances are divided by it."""
         return float(self.facts[6])
 
+    @property
+    def entries(self) -> tuple[Coordinate]:
+        """The symbols of its entries in a state."""
+        return (self,)
 
-class QuaternionEntry(MachineSymbol):
-    """An entry of an attitude's unit quaternion, in the order x, y, z, w."""
+    @property
+    def rates(self) -> tuple[RateSymbol]:
+        """The symbols of its velocities."""
+        return (RateSymbol(self),)
+
+    def part(self, first: int) -> Part:
+        """Return its part of a state, in which it has the entry ``first``."""
+        return (Circle if self.topology == "circle" else RealLine)(self.name, first)
+
+
+class AttitudeSymbol(MachineSymbol):
+    """A component of an attitude's quaternion or of its angular velocity."""
 
     __slots__ = ()
 
-    def __new__(cls, attitude: Attitude, index: int) -> QuaternionEntry:
-        """Make an entry; users call ``rotation``."""
-        made: QuaternionEntry = cls._build(f"{attitude.name}_{'xyzw'[index]}", (attitude, index))
+    letters: Sequence[str] = "xyzw"
+
+    def __new__(cls, attitude: Attitude, index: int) -> Self:
+        """Make a component; users call ``rotation`` and ``turn_rate``."""
+        made: Self = cls._build(f"{attitude.name}_{cls.letters[index]}", (attitude, index))
         return made
 
     @property
     def attitude(self) -> Attitude:
-        """The attitude of the quaternion."""
+        """The attitude that it belongs to."""
         attitude: Attitude = self.facts[0]
         return attitude
 
     @property
     def index(self) -> int:
-        """Index of the entry: 0, 1, 2 for the vector part, 3 for the scalar part."""
+        """Index of the component."""
         return int(self.facts[1])
 
 
-class TurnRate(MachineSymbol):
+class QuaternionEntry(AttitudeSymbol):
+    """An entry of an attitude's unit quaternion: x, y, z of the vector part, then the scalar w."""
+
+    __slots__ = ()
+
+
+class TurnRate(AttitudeSymbol):
     """A component of an attitude's angular velocity, in body axes."""
 
     __slots__ = ()
 
-    def __new__(cls, attitude: Attitude, index: int) -> TurnRate:
-        """Make a component; users call ``turn_rate``."""
-        made: TurnRate = cls._build(f"{attitude.name}_w{'xyz'[index]}", (attitude, index))
-        return made
-
-    @property
-    def attitude(self) -> Attitude:
-        """The attitude that rotates."""
-        attitude: Attitude = self.facts[0]
-        return attitude
-
-    @property
-    def index(self) -> int:
-        """Index of the component: 0, 1 or 2."""
-        return int(self.facts[1])
+    letters = ("wx", "wy", "wz")
 
     def _latex(self, _: Any) -> str:
         return rf"\omega_{{{self.attitude.name},{'xyz'[self.index]}}}"
@@ -190,6 +200,7 @@ class Attitude:
     serial: int
 
     unit = "rad"
+    lower, upper = -1.0, 1.0  # of an entry of its quaternion
 
     @property
     def quaternion(
@@ -204,6 +215,12 @@ class Attitude:
         """The symbols of the angular velocity's components in body axes."""
         x, y, z = (TurnRate(self, index) for index in range(3))
         return x, y, z
+
+    entries, rates = quaternion, turn_rate  # as every coordinate's
+
+    def part(self, first: int) -> Rotations:
+        """Return its part of a state, in which its quaternion begins at an entry."""
+        return Rotations(self.name, first, 4)
 
 
 class TimeDerivative(MachineSymbol):
@@ -279,54 +296,51 @@ class Parameter(MachineSymbol):
         return str(self.facts[1])
 
 
-class StateSymbol(MachineSymbol):
+class NamedSymbol(MachineSymbol):
+    """A symbol that its name alone determines."""
+
+    __slots__ = ()
+
+    bearer = ""  # what users give the name to, where it becomes one here
+
+    def __new__(cls, name: str) -> Self:
+        """Make the symbol; users declare what it is the value of."""
+        if cls.bearer:
+            _check_name(cls.bearer, name)
+        made: Self = cls._build(name, ())
+        return made
+
+
+class StateSymbol(NamedSymbol):
     """The value of an auxiliary state, such as a motor's current."""
 
     __slots__ = ()
 
-    def __new__(cls, name: str) -> StateSymbol:
-        """Make the symbol; users call ``state``."""
-        _check_name("state", name)
-        made: StateSymbol = cls._build(name, ())
-        return made
+    bearer = "state"
 
 
-class ForceSymbol(MachineSymbol):
+class ForceSymbol(NamedSymbol):
     """The multiplier of a constraint, named after it; it occurs in requirements only."""
 
     __slots__ = ()
 
-    def __new__(cls, name: str) -> ForceSymbol:
-        """Make the symbol; users call ``force_of``."""
-        made: ForceSymbol = cls._build(name, ())
-        return made
 
-
-class InputSymbol(MachineSymbol):
+class InputSymbol(NamedSymbol):
     """The value of an input of the machine, in the input's unit."""
 
     __slots__ = ()
-
-    def __new__(cls, name: str) -> InputSymbol:
-        """Make the symbol of an input."""
-        made: InputSymbol = cls._build(name, ())
-        return made
 
     def _latex(self, printer: Any) -> str:
         symbol = str(printer._print(sympy.Symbol(self.name)))
         return rf"\mathrm{{{symbol}}}" if len(symbol) > 1 and symbol == self.name else symbol
 
 
-class ReferenceSymbol(MachineSymbol):
+class ReferenceSymbol(NamedSymbol):
     """The value of a reference of a feedback law, in the reference's unit."""
 
     __slots__ = ()
 
-    def __new__(cls, name: str) -> ReferenceSymbol:
-        """Make the symbol of a reference."""
-        _check_name("reference", name)
-        made: ReferenceSymbol = cls._build(name, ())
-        return made
+    bearer = "reference"
 
 
 @checked
@@ -371,6 +385,10 @@ def angle(
     limits = (float(lower), float(upper))
     topology: Topology = "circle" if all(map(math.isinf, limits)) else "line"
     return Coordinate(name, topology, "rad", limits, float(speed), float(scale))
+
+
+# what declares a coordinate, by its unit
+KINDS = {"m": length, "rad": angle}
 
 
 @checked

@@ -51,7 +51,7 @@ def of_matrices(matrices: Array) -> Array:
     ], axis=-2)  # fmt: skip
     largest = np.argmax(twice, axis=-1)[..., None, None]
     q = np.take_along_axis(rows, largest, axis=-2)[..., 0, :]
-    return _directions(q)
+    return unit_rows(q)
 
 
 def of_poses(poses: Array) -> Array:
@@ -83,30 +83,7 @@ def slerp(start: Array, end: Array, fraction: Array) -> Array:
     divided = np.where(small, 1.0, sine)
     a = np.where(small, 1.0 - part, np.sin((1.0 - part) * half) / divided)
     b = np.where(small, part, np.sin(part * half) / divided)
-    return _directions(a * start + b * near)
-
-
-def random_attitude(generator: np.random.Generator) -> Array:
-    """Return an attitude from the uniform distribution on SO(3), shape (4,)."""
-    return unit(generator.normal(size=4))
-
-
-def random_attitudes(count: int, generator: np.random.Generator) -> Array:
-    """Return attitudes as ``random_attitude`` does, shape (count, 4)."""
-    return _directions(generator.normal(size=(count, 4)))
-
-
-def turned_at_random(quaternion: Array, angle: float, generator: np.random.Generator) -> Array:
-    """Return an attitude (4,) turned by at most an angle in [rad] about a random axis."""
-    axis, half = unit(generator.normal(size=3)), generator.uniform(0, angle) / 2
-    return multiply(quaternion, np.array([*(np.sin(half) * axis), np.cos(half)]))
-
-
-def turned_by_at_most(quaternion: Array, angles: Array, generator: np.random.Generator) -> Array:
-    """Return attitudes as ``turned_at_random`` does, one for each angle (n,), shape (n, 4)."""
-    axes = _directions(generator.normal(size=(len(angles), 3)))
-    halves = generator.uniform(0, angles)[:, None] / 2
-    return multiply(quaternion, np.hstack([np.sin(halves) * axes, np.cos(halves)]))
+    return unit_rows(a * start + b * near)
 
 
 def multiply(a: Array, b: Array) -> Array:
@@ -116,6 +93,7 @@ def multiply(a: Array, b: Array) -> Array:
     return np.concatenate([vector, s * t - (w @ v)[..., None]], axis=-1)
 
 
-def _directions(vectors: Array) -> Array:
+def unit_rows(vectors: Array) -> Array:
+    """Return vectors scaled to unit length, each row (..., n) by itself."""
     directions: Array = vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
     return directions

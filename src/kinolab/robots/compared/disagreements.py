@@ -25,7 +25,6 @@ import numpy as np
 from kinolab.dynamics import System
 from kinolab.dynamics.derivation.symbol_table import SymbolTable, sampled_values
 from kinolab.dynamics.derivation.velocity_coordinates import feasible_values
-from kinolab.dynamics.language.symbols import Coordinate
 from kinolab.errors import Mistake
 from kinolab.numerics.arrays import Array
 from kinolab.robots.compared.machine_forces import MachineForces
@@ -127,9 +126,7 @@ class _RandomStates:
         binding = SymbolTable.of(system)
         self.rates = [binding.tape.operations[node].label for node in binding.tangent]
         self.entries = {
-            c.name: ([c.name], [f"{c.name}_dot"])
-            if isinstance(c, Coordinate)
-            else ([s.name for s in c.quaternion], [s.name for s in c.turn_rate])
+            c.name: ([s.name for s in c.entries], [s.name for s in c.rates])
             for c in system.coordinates
         }
         found = [*islice(feasible_values(system, binding), STATES + 1)]

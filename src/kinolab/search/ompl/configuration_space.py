@@ -18,6 +18,7 @@ from kinolab.concurrency.cancel import (
 from kinolab.dynamics.codegen.state_space import wrapped
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
+from kinolab.search.ompl.spaces import subspace
 from kinolab.simulation import Propagator, Rejections
 from kinolab.steering import Steering, cyclic_coordinates, nearest_equilibrium
 from kinolab.world.geometry import reach_of
@@ -66,8 +67,11 @@ class ConfigurationSpace:
         self._free = _free(problem, steering, self._base)
         self._reach = [reach_of(body) for body in problem.bodies]
         self.space = ob.CompoundStateSpace()
-        for i in self._free:
-            self.space.addSubspace(_line(problem, i), float(problem.weights[i]))
+        owners, bounds = problem.space.owners, problem.sampling_bounds
+        lines = [subspace(owners[i], bounds[[i]]) for i in self._free]
+        self._read = [read for _, _, read in lines]
+        for i, (line, _, _) in zip(self._free, lines, strict=True):
+            self.space.addSubspace(line, float(problem.weights[i]))
         self.space.lock()
         if self._free:  # OMPL rejects a space without extent
             self.space.setup()
@@ -89,7 +93,7 @@ class ConfigurationSpace:
         """Return the equilibrium of an OMPL state, shape (nx,); None if there is none."""
         x = self._base.copy()
         for k, i in enumerate(self._free):
-            x[i] = state[k].value if self._problem.circular[i] else state[k][0]
+            self._read[k](state[k], (i,), x)
         settled = nearest_equilibrium(self._problem, x)
         return None if settled is None else settled[0]
 
@@ -184,16 +188,6 @@ def _free(problem: PlanningTask, steering: Steering, base: Array) -> list[int]:
             kept = abs(settled[0][i] - shifted[i]) < REST_SHIFT * problem.scales[i] / 2
             found += [i] if kept else []
     return found
-
-
-def _line(problem: PlanningTask, i: int) -> Any:
-    if problem.circular[i]:
-        return ob.SO2StateSpace()
-    bounds, space = ob.RealVectorBounds(1), ob.RealVectorStateSpace(1)
-    bounds.setLow(0, float(problem.sampling_bounds[i, 0]))
-    bounds.setHigh(0, float(problem.sampling_bounds[i, 1]))
-    space.setBounds(bounds)
-    return space
 
 
 def _clearance(problem: PlanningTask, x: Array) -> float:

@@ -15,7 +15,6 @@ import numpy as np
 
 from kinolab.dynamics.codegen.state_space import wrapped
 from kinolab.numerics.arrays import Array
-from kinolab.numerics.manifolds.rotations import turn_between
 from kinolab.problem import PlanningTask
 from kinolab.problem.goal import SEARCHED_FRACTION
 from kinolab.search.ompl.goal_errors import GoalErrors
@@ -176,7 +175,7 @@ class ControlGuide:
             apart = states[..., entries] - aim[entries]
             shares = np.where(goal.circular, wrapped(apart), apart) / goal.tolerances
             total: Array = (shares**2).sum(axis=-1)
-            for attitude in goal.attitudes:
-                part = attitude.entries
-                total += (turn_between(states[..., part], aim[part]) / attitude.tolerance) ** 2
+            for one in goal.parts:
+                own = one.part.own
+                total += (one.part.distance(states[..., own], aim[own]) / one.tolerance) ** 2
         return total

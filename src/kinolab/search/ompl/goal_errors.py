@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -28,7 +28,7 @@ class GoalErrors:
             strict=True,
         )
         self._box = list(rows)
-        self.size = len(self._box) + len(goal.attitudes) + goal.needs_frames
+        self.size = len(self._box) + len(goal.parts) + goal.needs_frames
 
     def fractions(self, values: Sequence[float]) -> list[float] | None:
         """Return one normalised error per tolerance; None if one of them is out of reach.
@@ -36,22 +36,17 @@ class GoalErrors:
         Those of lengths, angles and rates are signed. All points and axes share one.
         """
         found = []
-        for index, target, tolerance, circular in self._box:
-            deviation = values[index] - target
-            if circular:
-                deviation = wrapped(deviation)
-            fraction = deviation / tolerance
+        for fraction in self._each(values):
             if not -self._reach <= fraction <= self._reach:
                 return None
             found.append(fraction)
-        for attitude in self._problem.goal.attitudes:
-            fraction = attitude.turn(np.array(values)) / attitude.tolerance
-            if not fraction <= self._reach:
-                return None
-            found.append(fraction)
-        if self._problem.goal.needs_frames:
-            fraction = self._problem.goal_excess(np.array(values))
-            if not fraction <= self._reach:
-                return None
-            found.append(fraction)
         return found
+
+    def _each(self, values: Sequence[float]) -> Iterator[float]:
+        for index, target, tolerance, circular in self._box:
+            deviation = values[index] - target
+            yield (wrapped(deviation) if circular else deviation) / tolerance
+        for one in self._problem.goal.parts:
+            yield one.error(np.array(values)) / one.tolerance
+        if self._problem.goal.needs_frames:
+            yield self._problem.goal_excess(np.array(values))

@@ -3,37 +3,32 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
-from enum import Enum, auto
+from collections.abc import Callable, Sequence
+from functools import singledispatch
 from itertools import groupby
-from typing import Any
+from typing import Any, TypeAlias
 
+import numpy as np
 from ompl import base as ob
 from ompl import control as oc
 
 from kinolab.dynamics.codegen.state_space import wrapped
+from kinolab.numerics.arrays import Array
+from kinolab.numerics.manifolds.state_parts import (
+    Circle,
+    Part,
+    RealLine,
+    Rotations,
+    UnitSphere,
+    spheres_of,
+)
 from kinolab.problem import PlanningTask
 
-
-class SpaceKind(Enum):
-    """Topology of a subspace."""
-
-    LINE = auto()
-    CIRCLE = auto()
-    ATTITUDE = auto()
-
-
-@dataclass(frozen=True)
-class Part:
-    """A subspace and its entries of the state."""
-
-    kind: SpaceKind
-    entries: tuple[int, ...]
+Subspace: TypeAlias = tuple[Any, float, Callable[[Any, Sequence[int], Any], None]]
 
 
 class Layout:
-    """Maps entries of the state to subspaces; it does not refer to the space itself.
+    """Maps entries of the state to subspaces; it does not refer to the whole space.
 
     Args:
         problem: The planning problem.
@@ -43,20 +38,14 @@ class Layout:
 
     def __init__(self, problem: PlanningTask, entries: Sequence[int] | None = None) -> None:
         self._start = problem.start.tolist()
-        self._parts = _parts(problem, range(problem.model.nx) if entries is None else entries)
+        groups = _groups(problem, range(problem.model.nx) if entries is None else entries)
+        self._groups = [(p, own, *subspace(p, problem.bounds[list(own)])) for p, own in groups]
 
     def read(self, state: Any) -> list[float]:
         """Return the entries of an OMPL state in the machine's order."""
         values: list[float] = self._start.copy()
-        for k, part in enumerate(self._parts):
-            substate, first = state[k], part.entries[0]
-            if part.kind is SpaceKind.CIRCLE:
-                values[first] = substate.value
-            elif part.kind is SpaceKind.ATTITUDE:
-                values[first : first + 4] = substate.x, substate.y, substate.z, substate.w
-            else:
-                for i, entry in enumerate(part.entries):
-                    values[entry] = substate[i]
+        for k, (_, own, _, _, read) in enumerate(self._groups):
+            read(state[k], own, values)
         return values
 
 
@@ -64,33 +53,33 @@ class StateCodec(Layout):
     """The compound state space of a problem, and conversion to and from its states.
 
     Attributes:
-        space: One subspace per circle, one per attitude, and one per run of adjacent real entries
+        space: One subspace per circle, one per sphere, and one per run of adjacent real entries
             of equal weight.
     """
 
     def __init__(self, problem: PlanningTask, entries: Sequence[int] | None = None) -> None:
         super().__init__(problem, entries)
-        self._order = [entry for part in self._parts for entry in part.entries]
-        self._circles = [p.entries[0] for p in self._parts if p.kind is SpaceKind.CIRCLE]
-        self._attitudes = [p.entries[0] for p in self._parts if p.kind is SpaceKind.ATTITUDE]
+        self._order = [entry for _, own, *_ in self._groups for entry in own]
+        parts = [part for part, *_ in self._groups]
+        self._circles = [part.first for part in parts if isinstance(part, Circle)]
+        self._spheres = [part.own for part in spheres_of(parts)]
         self.space = ob.CompoundStateSpace()
-        for part in self._parts:
-            self.space.addSubspace(_subspace(problem, part), _weight(problem, part))
+        for _, own, space, factor, _ in self._groups:
+            self.space.addSubspace(space, factor * float(problem.weights[own[0]]))
         self.space.lock()
         self.space.setup()
 
     def write(self, state: Any, values: Sequence[float]) -> None:
         """Set an OMPL state from entries in the machine's order.
 
-        Angles are wrapped and quaternions normalised.
+        Angles are wrapped and unit vectors normalised.
         """
         whole = list(values)
         for entry in self._circles:
             whole[entry] = float(wrapped(whole[entry]))
-        for first in self._attitudes:
-            quaternion = whole[first : first + 4]
-            length = math.sqrt(sum(q * q for q in quaternion))
-            whole[first : first + 4] = [q / length for q in quaternion]
+        for own in self._spheres:
+            length = math.sqrt(sum(q * q for q in whole[own]))
+            whole[own] = [q / length for q in whole[own]]
         self.space.copyFromReals(state, [whole[entry] for entry in self._order])
 
 
@@ -105,41 +94,62 @@ def control_space(problem: PlanningTask, states: StateCodec) -> Any:
     return space
 
 
-def _parts(problem: PlanningTask, chosen: Sequence[int]) -> list[Part]:
-    """Group adjacent entries of the state: circles alone, real entries by equal weight."""
-    owner = {first + k: name for name, first in problem.model.attitudes.items() for k in range(4)}
+def _groups(problem: PlanningTask, chosen: Sequence[int]) -> list[tuple[Part, tuple[int, ...]]]:
+    """Group adjacent entries of the state: lines by equal weight, other parts by themselves."""
+    owners = problem.space.owners
 
-    def key(i: int) -> tuple[SpaceKind, object]:
-        if i in owner:
-            return SpaceKind.ATTITUDE, owner[i]
-        return (
-            (SpaceKind.CIRCLE, i)
-            if problem.circular[i]
-            else (SpaceKind.LINE, float(problem.weights[i]))
-        )
+    def key(i: int) -> tuple[Part, float]:
+        line = isinstance(owners[i], RealLine)
+        return (RealLine("", 0), float(problem.weights[i])) if line else (owners[i], 0.0)
 
-    groups = groupby(chosen, key)
-    return [Part(kind, tuple(entries)) for (kind, _), entries in groups]
+    return [(part, tuple(entries)) for (part, _), entries in groupby(chosen, key)]
 
 
-def _weight(problem: PlanningTask, part: Part) -> float:
-    """Return the weight of a subspace in OMPL's distance.
+@singledispatch
+def subspace(_: Part, bounds: Array) -> Subspace:
+    """Return OMPL's space of a part, or of several lines.
 
-    OMPL's distance of two attitudes is half the angle between them.
+    Args:
+        bounds: Limits of its entries, shape (n, 2).
+
+    Returns:
+        The space, the part's distance as a multiple of OMPL's, and what writes a state of it into
+        some entries of another one.
     """
-    weight = float(problem.weights[part.entries[0]])
-    return 2 * weight if part.kind is SpaceKind.ATTITUDE else weight
+    limits = ob.RealVectorBounds(len(bounds))
+    for k, (lower, upper) in enumerate(bounds.tolist()):
+        limits.setLow(k, lower)
+        limits.setHigh(k, upper)
+    space = ob.RealVectorStateSpace(len(bounds))
+    space.setBounds(limits)
+    return space, 1.0, _read_line
 
 
-def _subspace(problem: PlanningTask, part: Part) -> Any:
-    if part.kind is SpaceKind.CIRCLE:
-        return ob.SO2StateSpace()
-    if part.kind is SpaceKind.ATTITUDE:
-        return ob.SO3StateSpace()
-    bounds = ob.RealVectorBounds(len(part.entries))
-    for k, entry in enumerate(part.entries):
-        bounds.setLow(k, float(problem.bounds[entry, 0]))
-        bounds.setHigh(k, float(problem.bounds[entry, 1]))
-    space = ob.RealVectorStateSpace(len(part.entries))
-    space.setBounds(bounds)
-    return space
+@subspace.register
+def _(_: Circle, bounds: Array) -> Subspace:  # noqa: ARG001
+    return ob.SO2StateSpace(), 1.0, _read_circle
+
+
+@subspace.register
+def _(_: UnitSphere, bounds: Array) -> Subspace:
+    """Return the cube around the sphere, to which steps return."""
+    return subspace(RealLine("", 0), np.tile([-1.0, 1.0], (len(bounds), 1)))
+
+
+@subspace.register
+def _(_: Rotations, bounds: Array) -> Subspace:  # noqa: ARG001
+    """OMPL's distance of two attitudes is half the angle between them."""
+    return ob.SO3StateSpace(), 2.0, _read_rotation
+
+
+def _read_line(state: Any, entries: Sequence[int], values: Any) -> None:
+    for k, entry in enumerate(entries):
+        values[entry] = state[k]
+
+
+def _read_circle(state: Any, entries: Sequence[int], values: Any) -> None:
+    values[entries[0]] = state.value
+
+
+def _read_rotation(q: Any, entries: Sequence[int], values: Any) -> None:
+    values[entries[0] : entries[0] + 4] = q.x, q.y, q.z, q.w

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from kinolab.numerics.arrays import Array
-from kinolab.numerics.manifolds.rotations import random_attitude
 from kinolab.problem import PlanningTask
 from kinolab.world import BodyGeometry, triangles
 
@@ -58,8 +57,8 @@ def sample_states(problem: PlanningTask, count: int) -> Array:
     states = np.tile(problem.start, (count, 1))
     lower, upper = problem.sampling_bounds[:nq].T
     states[:, :nq] = generator.uniform(lower, upper, size=(count, nq))
-    for own in problem.space.quaternions:
-        states[:, own] = [random_attitude(generator) for _ in range(count)]
+    for part in problem.space.spheres:
+        states[:, part.own] = [part.random(generator) for _ in range(count)]
     return problem.model.project(states)
 
 

@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 
 from kinolab.dynamics.language.shapes import Sphere
 from kinolab.numerics.arrays import Array
-from kinolab.numerics.manifolds.rotations import random_attitude
 from kinolab.numerics.work import charge
 from kinolab.problem import PlanningTask
 from kinolab.search.potential.control_points import ControlPoint, place
@@ -182,8 +181,8 @@ def _attitudes(problem: PlanningTask) -> Array:
             states[k + 2, entry] = (
                 2 * np.pi * ((k * (1 + 7 * j)) % RANDOM_ATTITUDES) / RANDOM_ATTITUDES - np.pi
             )
-        for own in problem.space.quaternions:
-            states[k + 2, own] = random_attitude(generator)
+        for part in problem.space.spheres:
+            states[k + 2, part.own] = part.random(generator)
     return problem.model.project(states if turned.size else states[:1])
 
 

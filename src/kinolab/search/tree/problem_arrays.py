@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from kinolab.numerics.arrays import Array, Integers
 from kinolab.numerics.jit import kernel
-from kinolab.numerics.rng import attitude, below, uniform
+from kinolab.numerics.manifolds.state_parts import sphere_table
+from kinolab.numerics.rng import below, uniform, unit_vector
 from kinolab.problem import PlanningTask
 from kinolab.problem.goal import SEARCHED_FRACTION
 from kinolab.problem.goal_kernel import (
@@ -33,7 +34,7 @@ class ProblemArrays(NamedTuple):
     limits: LimitArrays
     lower: Array  # (nx,) finite sampling bounds
     upper: Array  # (nx,)
-    attitudes: Integers  # (attitudes,) first entry of each quaternion in the state
+    spheres: Integers  # (spheres, 3), as ``sphere_table``
     input_lower: Array  # (nu,)
     input_upper: Array  # (nu,)
     entry: Integers  # (d,) entries of the state in the metric
@@ -55,7 +56,7 @@ def gather_problem(problem: PlanningTask, goal_region_scale: float, seed: int) -
         limits=limit_arrays(problem),
         lower=_row(problem.sampling_bounds[:, 0]),
         upper=_row(problem.sampling_bounds[:, 1]),
-        attitudes=np.array(list(model.attitudes.values()), dtype=np.int64),
+        spheres=sphere_table(model.space.spheres),
         input_lower=_row(model.control_bounds[:, 0]),
         input_upper=_row(model.control_bounds[:, 1]),
         entry=entry.astype(np.int64),
@@ -104,9 +105,9 @@ def sample_uniform(arrays, random, x):  # type: ignore[no-untyped-def]
     for i in range(x.shape[0]):
         low, high = arrays.lower[i], arrays.upper[i]
         x[i] = low + uniform(random) * (high - low)
-    for k in range(arrays.attitudes.shape[0]):
-        first = arrays.attitudes[k]
-        attitude(random, x[first : first + 4])
+    for k in range(arrays.spheres.shape[0]):
+        first = arrays.spheres[k, 0]
+        unit_vector(random, x[first : first + arrays.spheres[k, 1]])
 
 
 @kernel

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from kinolab.concurrency.cancel import CancellationToken, never_cancelled, raise_if_cancelled
 from kinolab.numerics.arrays import Array
-from kinolab.numerics.manifolds.rotations import turned_at_random, unit
+from kinolab.numerics.manifolds.rotations import unit
 from kinolab.numerics.work import charge
 from kinolab.problem import PlanningTask
 from kinolab.trajopt.options import GUESS
@@ -131,9 +131,9 @@ class GeometricPaths:
         x[:, lines] = generator.uniform(lower[lines], upper[lines], (count, len(lines)))
         turns = generator.uniform(-np.pi, np.pi, (count, len(self._circles)))
         x[:, self._circles] += turning * turns
-        for own in self._space.quaternions:
-            for row in x[:, own]:
-                row[:] = turned_at_random(unit(row), turning * np.pi, generator)
+        for part in self._space.spheres:
+            for row in x[:, part.own]:
+                row[:] = part.near(unit(row), turning * np.pi, generator)
         return x
 
     def _grown(

@@ -64,11 +64,9 @@ class Guesses:
         problem, goal = self._problem, self._problem.goal
         start, end = problem.start, aim.copy()
         end[problem.model.nq :] = 0.0
-        end[list(goal.indices)] = goal.targets
-        for attitude in goal.attitudes:
-            own = attitude.entries
-            target = np.array(attitude.target)
-            end[own] = target if start[own] @ target >= 0 else -target
+        end = goal.centre(end)
+        for part in (one.part for one in goal.parts):
+            end[part.own] = part.nearest(start[part.own], end[part.own])
         end = problem.with_bodies_placed(end[None])[0]
         circles = self.circles
         end[circles] -= whole_turns(end[circles] - start[circles])
@@ -85,8 +83,8 @@ class Guesses:
         via = (begin + end) / 2
         lower, upper = problem.sampling_bounds[:nq].T
         aside = GUESS.max_detour * generator.uniform(-1.0, 1.0, nq) * (upper - lower)
-        for own in problem.space.quaternions:
-            aside[own] = 0.0
+        for part in problem.space.spheres:
+            aside[part.own] = 0.0
         via[:nq] += aside
         return np.stack([begin, via, end])
 

@@ -71,10 +71,10 @@ def turned_for_requirements(
     Returns:
         The same path where nothing is broken, or nothing can be turned.
     """
-    attitudes = problem.space.quaternions
+    attitudes = problem.space.rotations
     if not (problem.machine.requirements and len(attitudes) == 1) or problem.machine.modes:
         return path
-    (own,) = attitudes
+    own = attitudes[0].own
     yaw = np.linspace(-np.pi, np.pi, GUESS.attitudes, endpoint=False)
     turns = np.stack([0 * yaw, 0 * yaw, np.sin(yaw / 2), np.cos(yaw / 2)], axis=1)
     headings = np.stack([multiply(turn, path[0, own]) for turn in turns])

@@ -26,17 +26,13 @@ class GoalConstraint:
         entries = list(goal.indices)
         turns = whole_turns(guess[entries] - goal.targets)
         targets = goal.targets + np.where(goal.circular, turns, 0.0)
-        for attitude in goal.attitudes:
-            own, target = attitude.entries, np.array(attitude.target)
-            entries += range(own.start, own.stop)
-            nearer = target if guess[own] @ target >= 0 else -target
-            targets = np.concatenate([targets, nearer])
-        self._entries, self._targets = entries, targets
-        self._large = problem.scales[entries]
+        parts = [one.part.nearest(guess[one.part.own], np.array(one.target)) for one in goal.parts]
+        self._entries, self._targets = goal.entries, np.concatenate([targets, *parts])
+        self._large = problem.scales[goal.entries]
 
     def residual(self, x: Array) -> Array:
         """Goal residual at the final state, scaled; shape (ng,)."""
-        near = (x[self._entries] - self._targets) / self._large
+        near: Array = (x[self._entries] - self._targets) / self._large
         goal = self._problem.goal
         if not goal.needs_frames:
             return near

@@ -130,8 +130,7 @@ class TrajectoryProblem:
     def _tightened(self) -> Array:
         """Return tightened state limits that still contain start and goal, shape (nx, 2)."""
         problem, inset = self.problem, self._inset
-        goal = problem.start.copy()
-        goal[list(problem.goal.indices)] = problem.goal.targets
+        goal = problem.goal.centre(problem.start)
         lower, upper = problem.bounds.T
         least, most = np.minimum(problem.start, goal), np.maximum(problem.start, goal)
         return np.column_stack(

@@ -96,7 +96,7 @@ class ConnectionGuesses:
         self._geometric_paths = GeometricPaths(problem, np.random.default_rng(0))
         model, self._curves = problem.model, None
         # Inputs along a curve are forces, which under feedback are not the inputs.
-        if problem.machine.flat is not None and not model.attitudes and model.plant is model:
+        if problem.machine.flat is not None and not model.space.spheres and model.plant is model:
             self._curves = path_family(problem)
             self._paths = PathMotion(problem, self._curves.coordinates)
             names = self._curves.coordinates

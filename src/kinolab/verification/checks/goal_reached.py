@@ -18,7 +18,7 @@ def goal(context: CheckContext) -> Check:
     final = max((followed, stored), key=problem.goal_excess)
     wanted, errors = problem.goal, np.abs(problem.goal_errors(final))
     named = [(problem.model.state_names[i], "") for i in wanted.indices]
-    named += [(attitude.name, " rad") for attitude in wanted.attitudes]
+    named += [(one.part.name, " rad") for one in wanted.parts]
     parts = [
         f"{name} is off by {error:.4g}{unit}"
         for (name, unit), error, tolerance in zip(

@@ -133,9 +133,9 @@ def linear_controllability(
 def normals_at(model: Model, x: Array) -> Iterator[Array]:
     """Yield the gradients, each of shape (nx,), of equations that states satisfy: unit quaternions,
     position constraints, and velocity constraints where all rates are states."""
-    for own in model.space.quaternions:
+    for part in model.space.rotations:
         normal = np.zeros(model.nx)
-        normal[own] = x[own]
+        normal[part.own] = x[part.own]
         yield normal
     system = model.system
     binding = SymbolTable.of(system)

@@ -27,7 +27,6 @@ from kinolab.dynamics.language.mechanism_parts import (
     state_symbols,
     tangent_symbols,
 )
-from kinolab.dynamics.language.symbols import Attitude
 from kinolab.errors import InputError, Mistake
 
 
@@ -107,7 +106,7 @@ def normal_count(system: Mechanism, redundant: Sequence[str]) -> int:
     """Return how many equations unit quaternions and constraints impose on a state."""
     of_states = system.constraints if system.velocities == "all" else ()
     kept = sum(c.name not in redundant for c in (*system.closures, *of_states))
-    return sum(isinstance(c, Attitude) for c in system.coordinates) + kept
+    return sum(len(c.entries) - len(c.rates) for c in system.coordinates) + kept
 
 
 def _samples(system: Mechanism, derivation: Derivation) -> Iterator[dict[str, float]]:

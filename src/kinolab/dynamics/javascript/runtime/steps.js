@@ -3,7 +3,7 @@
 const SMALL_TURN = 1e-8; // rad^2 of half a turn, squared: sin(a)/a is 1 - a^2/6 to rounding
 
 // Returns advance(x, u, p, h, out), which writes the state after one substep, not yet moved back onto
-// constraints and unit quaternions, and returns a status.
+// constraints and unit spheres, and returns a status.
 function stepOf({ a, b, c, gamma, geodesic }, facts, { f, tangent }) {
   const n = facts.stateNames.length;
   const k = b.map(() => new Float64Array(n)), at = new Float64Array(n);
@@ -35,7 +35,7 @@ function stepOf({ a, b, c, gamma, geodesic }, facts, { f, tangent }) {
       if (gamma) luSolve(matrix, pivots, n, own);
       addTo(out, h * b[stage], own);
     }
-    if (geodesic) for (const first of facts.attitudes) turn(x, k[0], h, first, out);
+    if (geodesic) for (const [first, size] of facts.spheres) turn(x, k[0], h, first, first + size, out);
     return status;
   };
 }
@@ -44,12 +44,12 @@ function addTo(sum, factor, values) {
   if (factor) for (let i = 0; i < sum.length; i++) sum[i] += factor * values[i];
 }
 
-// Moves the quaternion that begins at an index along the great circle of its derivative.
-function turn(x, k, h, first, out) {
+// Moves a unit vector, from one index to another, along the great circle of its derivative.
+function turn(x, k, h, first, end, out) {
   let square = 0;
-  for (let i = first; i < first + 4; i++) square += k[i] * k[i];
+  for (let i = first; i < end; i++) square += k[i] * k[i];
   square *= h * h;
   const angle = Math.sqrt(square);
   const ratio = square < SMALL_TURN ? 1 - square / 6 : Math.sin(angle) / angle;
-  for (let i = first; i < first + 4; i++) out[i] = Math.cos(angle) * x[i] + h * ratio * k[i];
+  for (let i = first; i < end; i++) out[i] = Math.cos(angle) * x[i] + h * ratio * k[i];
 }

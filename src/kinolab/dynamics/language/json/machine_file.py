@@ -45,17 +45,15 @@ from kinolab.dynamics.language.quantities import FrameSpeed
 from kinolab.dynamics.language.quasi_velocities import QuasiVelocity, State
 from kinolab.dynamics.language.shapes import SHAPES, DrawnMesh, Shape
 from kinolab.dynamics.language.symbols import (
+    KINDS,
     Attitude,
     Coordinate,
     ForceSymbol,
     InputSymbol,
     MachineSymbol,
     Parameter,
-    RateSymbol,
     ReferenceSymbol,
     StateSymbol,
-    angle,
-    length,
     rotation,
 )
 from kinolab.errors import InputError, Mistake, UnknownNameError
@@ -253,8 +251,8 @@ def _coordinate(coordinate: Coordinate | Attitude) -> dict[str, Any]:
     }
     if isinstance(coordinate, Attitude):
         return facts | {"kind": "rotation"}
-    kind = "length" if coordinate.unit == "m" else "angle"
-    return facts | {"kind": kind, "limits": _encode((coordinate.lower, coordinate.upper))}
+    limits = _encode((coordinate.lower, coordinate.upper))
+    return facts | {"kind": KINDS[coordinate.unit].__name__, "limits": limits}
 
 
 def _encode(value: Any) -> Any:
@@ -459,17 +457,14 @@ def _record(kind: Any, values: dict[str, Any]) -> Any:
 def _symbols_of(coordinates: Iterable[Coordinate | Attitude]) -> Iterator[MachineSymbol]:
     """Yield the symbols of coordinates and of their rates."""
     for coordinate in coordinates:
-        if isinstance(coordinate, Coordinate):
-            yield from (coordinate, RateSymbol(coordinate))
-        else:
-            yield from (*coordinate.quaternion, *coordinate.turn_rate)
+        yield from (*coordinate.entries, *coordinate.rates)
 
 
 def _read_coordinate(data: Mapping[str, Any]) -> Coordinate | Attitude:
     speed = math.inf if data["speed"] is None else data["speed"]
     if data["kind"] == "rotation":
         return rotation(data["name"], speed=speed, scale=data["scale"])
-    declare = {"length": length, "angle": angle}[data["kind"]]
+    declare = {declared.__name__: declared for declared in KINDS.values()}[data["kind"]]
     return declare(data["name"], *_limits(data["limits"]), speed=speed, scale=data["scale"])
 
 

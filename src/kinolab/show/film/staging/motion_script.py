@@ -112,12 +112,9 @@ def _place(pose: np.ndarray) -> tuple[float, float, float]:
 def _goal(problem: PlanningTask) -> GoalMarker | Ghost | None:
     """Return the goal's marker: a ball or ring, or the machine at the goal; None if undefined."""
     goal = problem.goal
-    if goal.points or goal.directions or not (goal.indices or goal.attitudes):
+    if goal.points or goal.directions or not (goal.indices or goal.parts):
         return None  # balls and cones mark them; the rest of the pose is not determined
-    x = problem.start.copy()
-    x[list(goal.indices)] = goal.targets
-    for attitude in goal.attitudes:
-        x[attitude.entries] = attitude.target
+    x = goal.centre(problem.start)
     pose = problem.frames(x)
     names = [problem.model.state_names[i] for i in goal.indices]
     if set(names) == {"x", "y"}:
