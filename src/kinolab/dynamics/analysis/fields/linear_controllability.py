@@ -39,7 +39,8 @@ def reachable_subspace(A: Array, B: Array, tolerance: float = RANK_TOLERANCE) ->
     A, B = np.asarray(A, dtype=float), np.asarray(B, dtype=float)
     size = np.abs(B).max(axis=0, initial=0.0)
     basis = np.empty((len(A), 0))
-    block = B[:, size > 0] / size[size > 0]
+    felt = size > np.finfo(float).eps * size.max(initial=0.0)  # others are rounding
+    block = B[:, felt] / size[felt]
     largest = 1.0
     while block.size:
         block = block - basis @ (basis.T @ block)
