@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
+from itertools import groupby
 from typing import Any, Literal, Self
 
 from kinolab.arguments import checked
 from kinolab.dynamics.language.bodies import AnyCable, Body, as_cables
-from kinolab.dynamics.language.constraints import Constraint, Requirement
+from kinolab.dynamics.language.constraints import Constraint, Requirement, closed
 from kinolab.dynamics.language.feedback import Feedback, Regulator
 from kinolab.dynamics.language.flatness import Flat
 from kinolab.dynamics.language.forces import Effort, Gravity
@@ -21,9 +22,9 @@ from kinolab.dynamics.language.mechanism_parts import (
 )
 from kinolab.dynamics.language.modes import MODE, Mode, Transition
 from kinolab.dynamics.language.quasi_velocities import QuasiVelocity, State
-from kinolab.dynamics.language.symbols import Parameter
+from kinolab.dynamics.language.symbols import Coordinate, Parameter
 from kinolab.dynamics.language.validation import mistakes_of
-from kinolab.errors import InputError
+from kinolab.errors import InputError, Mistake
 
 
 @checked
@@ -99,6 +100,11 @@ class Mechanism(MechanismParts):
         }
         atoms = set(atoms_of(tuple(content.values())))
         used = {a for a in map(coordinate_of, atoms) if a is not None}
+        lengths = tuple(_unit_lengths(used))
+        known = {constraint.name for constraint in constraints}
+        content["constraints"] = (*constraints, *(c for c in lengths if c.name not in known))
+        if lengths and velocities is None:
+            velocities = "all"  # no two rates of a direction determine the third everywhere
         given = {
             "name": name,
             **content,
@@ -154,6 +160,17 @@ class Mechanism(MechanismParts):
         own = {field.name: getattr(self, field.name) for field in fields(self)}
         del own["parameters"]
         return own | {"values": dict(self.values)}
+
+
+def _unit_lengths(used: Iterable[AnyCoordinate]) -> Iterator[Constraint]:
+    """Yield the constraint that a direction's entries make a unit vector, for each direction."""
+    spheres = (c for c in used if isinstance(c, Coordinate) and c.topology == "sphere")
+    for stem, entries in groupby(sorted(spheres, key=str), lambda c: c.name[:-2]):
+        own = list(entries)
+        if len(own) < 3:
+            what, remedy = "one of its entries does not occur.", "Use all three, or an angle."
+            raise InputError([Mistake(f"direction {stem!r}", what, remedy)])
+        yield closed((sum(entry**2 for entry in own) - 1) / 2, f"length of {stem}")
 
 
 def _with_mode(states: tuple[State, ...], modes: int) -> tuple[State, ...]:

@@ -16,9 +16,9 @@ import sympy
 
 from kinolab.arguments import checked
 from kinolab.errors import InputError, Mistake
-from kinolab.numerics.manifolds.state_parts import Circle, Part, RealLine, Rotations
+from kinolab.numerics.manifolds.state_parts import Circle, Directions, Part, RealLine, Rotations
 
-Topology: TypeAlias = Literal["line", "circle"]
+Topology: TypeAlias = Literal["line", "circle", "sphere"]
 
 _serial = itertools.count()
 
@@ -74,7 +74,7 @@ class Coordinate(MachineSymbol):
 
     @property
     def topology(self) -> Topology:
-        """``line``, or ``circle`` for an angle without limits, which wraps at +-pi."""
+        """``circle`` for an angle without limits, ``sphere`` for a direction, or ``line``."""
         topology: Topology = self.facts[1]
         return topology
 
@@ -115,6 +115,8 @@ class Coordinate(MachineSymbol):
 
     def part(self, first: int) -> Part:
         """Return its part of a state, in which it has the entry ``first``."""
+        if self.topology == "sphere":
+            return Directions(self.name.removesuffix("_x"), first, 3)
         return (Circle if self.topology == "circle" else RealLine)(self.name, first)
 
 
@@ -387,8 +389,41 @@ def angle(
     return Coordinate(name, topology, "rad", limits, float(speed), float(scale))
 
 
+def direction_entry(
+    name: str,
+    lower: float = -1.0,
+    upper: float = 1.0,
+    *,
+    speed: float = math.inf,
+    scale: float = 1.0,
+) -> Coordinate:
+    """Declare one entry of the unit vector of a direction; users call ``direction``."""
+    return Coordinate(name, "sphere", "", (lower, upper), float(speed), float(scale))
+
+
+@checked
+def direction(
+    name: str, *, speed: float = math.inf, scale: float = 1.0
+) -> tuple[Coordinate, Coordinate, Coordinate]:
+    """Declare a direction, a coordinate on the sphere S^2: the entries of a unit vector.
+
+    They are used like any coordinate, as in ``move(l * x, l * y, l * z)`` for a pendulum. The
+    machine gets the constraint that their squares add up to 1, and keeps every rate as a state.
+
+    Args:
+        name: Of the direction; its entries are named ``d_x``, ``d_y`` and ``d_z`` after a ``d``.
+        speed: Largest magnitude of each entry's rate, in [1/s].
+        scale: Characteristic chord; distances are divided by it.
+
+    Source: Lee, Leok, McClamroch, Global Formulations of Lagrangian and Hamiltonian Dynamics on
+    Manifolds, 2018, chapter 5.
+    """
+    x, y, z = (direction_entry(f"{name}_{axis}", speed=speed, scale=scale) for axis in "xyz")
+    return x, y, z
+
+
 # what declares a coordinate, by its unit
-KINDS = {"m": length, "rad": angle}
+KINDS = {"m": length, "rad": angle, "": direction_entry}
 
 
 @checked

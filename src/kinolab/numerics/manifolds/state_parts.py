@@ -147,6 +147,14 @@ class Rotations(UnitSphere):
         return multiply(value, turns)
 
 
+class Directions(UnitSphere):
+    """Directions in space, as unit vectors x, y, z on the sphere S^2."""
+
+    symbol = "S^2"
+    word = "direction"
+    example = "its unit vector [x, y, z]"
+
+
 def completed(parts: Sequence[Part], nx: int) -> tuple[Part, ...]:
     """Return the parts of a state of nx entries, of which a configuration has given ones."""
     nq = sum(part.size for part in parts)
