@@ -423,5 +423,3 @@ def _configurations(system: Mechanism, whole: VectorFields) -> Iterator[dict[str
         with suppress(ArithmeticError, ValueError):
             if np.isfinite(whole.tape.evaluate(outputs, velocities | values)).all():
                 yield values
-
-
