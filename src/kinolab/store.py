@@ -24,6 +24,8 @@ from kinolab.files import discard, keep_last_used, read_sealed, touch, write_sea
 
 T = TypeVar("T")
 
+HEADER = 2**12  # bytes, of arrays in NumPy's format 1.0: 128 but for long shapes
+
 
 def folder() -> Path:
     """Return where entries are kept; the variable KINOLAB_CACHE overrides it."""
@@ -124,9 +126,16 @@ def unpack_arrays(content: memoryview, *dtypes: type[np.generic]) -> list[NDArra
     Raises:
         ValueError: If it is something else, or its arrays have other types.
     """
-    file = io.BytesIO(content)
-    found = [np.lib.format.read_array(file, allow_pickle=False) for _ in dtypes]
-    if file.tell() != len(content) or [array.dtype for array in found] != [*map(np.dtype, dtypes)]:
+    found, rest = [], content
+    for _ in dtypes:
+        header = io.BytesIO(rest[:HEADER])
+        np.lib.format.read_magic(header)
+        shape, _, dtype = np.lib.format.read_array_header_1_0(header)
+        end = header.tell() + int(np.prod(shape)) * dtype.itemsize
+        packed = np.frombuffer(rest[header.tell() : end], dtype).reshape(shape)
+        found.append(packed.copy())  # its place in the file need not suit its type
+        rest = rest[end:]
+    if len(rest) or [array.dtype for array in found] != [*map(np.dtype, dtypes)]:
         raise ValueError("it holds other arrays")
     return found
 
