@@ -220,6 +220,7 @@ VALID: dict[str, dict[str, Any]] = {
     "rot_x": {"angle": TH},
     "rot_y": {"angle": TH},
     "rot_z": {"angle": TH},
+    "direction": {"name": "d", "speed": 1.0, "scale": 1.0},
     "rotation": {"name": "R", "speed": 1.0, "scale": 1.0},
     "small_time_controllability": {
         "fields": FIELDS,
