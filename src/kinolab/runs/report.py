@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import math
 import platform
 from collections.abc import Mapping
 from dataclasses import asdict
 from typing import Any
 
 from kinolab.lazy import versions_of
+from kinolab.numerics.arrays import finite_or_none
 from kinolab.problem import PlanningTask
 from kinolab.problem.goal_entries import distance_by_unit, goal_entries
 from kinolab.problem.warnings import problem_warnings
@@ -66,7 +66,7 @@ def facts_of_plan(problem: PlanningTask, plan: PlanResult) -> dict[str, Any]:
         "iterations": plan.iterations,
         "cost": plan.cost,
         "duration": plan.cost,
-        "goal_distance": _finite(plan.goal_distance),
+        "goal_distance": finite_or_none(plan.goal_distance),
         "goal_distance_by_unit": goal_distance_by_unit(problem, plan),
         "margin": margin_to_json(plan.certificate),
         "verification": [check_to_json(check) for check in checks],
@@ -75,7 +75,7 @@ def facts_of_plan(problem: PlanningTask, plan: PlanResult) -> dict[str, Any]:
 
 def check_to_json(check: Check) -> dict[str, Any]:
     """Return a check as plain data; what is not finite becomes null."""
-    return {**asdict(check), "value": _finite(check.value)}
+    return {**asdict(check), "value": finite_or_none(check.value)}
 
 
 def margin_to_json(certificate: Certificate | None) -> dict[str, Any] | None:
@@ -100,8 +100,3 @@ def versions() -> dict[str, str]:
     found = versions_of("kinolab", *RECORDED)
     known = {package: number or "absent" for package, number in found.items()}
     return {"python": platform.python_version(), **known}
-
-
-def _finite(value: float) -> float | None:
-    """JSON has neither NaN nor infinity."""
-    return value if math.isfinite(value) else None

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
@@ -14,6 +13,7 @@ from kinolab.dynamics.language.inputs import bounds_of
 from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.model import Model
 from kinolab.dynamics.units import state_units
+from kinolab.numerics.arrays import finite_or_none
 from kinolab.numerics.manifolds.state_parts import spheres_of
 
 SLIDER_FACTOR = 4.0  # ratio of a slider's ends to the parameter's value
@@ -27,7 +27,7 @@ def facts_of(model: Model, derivation: Derivation) -> dict[str, Any]:
         "name": system.name,
         "stateNames": model.state_names,
         "stateUnits": state_units(model),
-        "stateBounds": [[_finite(a), _finite(b)] for a, b in model.state_bounds.tolist()],
+        "stateBounds": [[*map(finite_or_none, pair)] for pair in model.state_bounds.tolist()],
         "circular": model.circular.tolist(),
         "spheres": [[part.first, part.size] for part in spheres_of(derivation.parts)],
         "methods": {name: asdict(METHODS[name]) for name in model.methods},
@@ -60,7 +60,3 @@ def _decided(entries: Sequence[Any]) -> list[dict[str, Any]]:
         lower, upper = bounds_of(entry)
         found.append({"name": entry.name, "unit": entry.unit, "lower": lower, "upper": upper})
     return found
-
-
-def _finite(value: float) -> float | None:
-    return value if math.isfinite(value) else None

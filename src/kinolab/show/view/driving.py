@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from kinolab.dynamics import Model
 from kinolab.dynamics.codegen.methods import METHODS
 from kinolab.dynamics.javascript import javascript_of
-from kinolab.numerics.arrays import Array
+from kinolab.numerics.arrays import Array, finite_or_none
 from kinolab.problem import PlanningTask
 from kinolab.problem.static_holding import static_holding
 from kinolab.problem.time_steps import covering_steps
@@ -39,7 +37,7 @@ def driving_of(problem: PlanningTask, trajectory: Trajectory) -> Driving:
             "step": driven_step(problem),
             "method": settings.method,
             "substeps": settings.substeps,
-            "bounds": [[_finite(a), _finite(b)] for a, b in problem.bounds.tolist()],
+            "bounds": [[*map(finite_or_none, pair)] for pair in problem.bounds.tolist()],
             "closed": _hands(problem, model, idle),
             "plant": _hands(problem, model.plant, idle if model.plant is model else None),
         },
@@ -86,7 +84,3 @@ def _usual(problem: PlanningTask, model: Model, idle: Array) -> Array:
     moved = fastest > 0.0
     shares[moved] = np.minimum(1.0, 1.0 / (RESPONSE_TIME * fastest[moved]))
     return shares
-
-
-def _finite(value: float) -> float | None:
-    return value if math.isfinite(value) else None
