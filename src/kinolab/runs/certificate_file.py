@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import hashlib
-import json
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from kinolab.files import utf_8
 from kinolab.problem import PlanningTask
 from kinolab.runs.assets import digest_of, used_assets
 from kinolab.runs.report import check_to_json, margin_to_json, versions
@@ -96,14 +94,6 @@ def certificate_to_json(
         "files": {name: digest_of(content) for name, content in sorted(files.items())},
         "versions": versions(),
     }
-
-
-def certificate_bytes(
-    problem: PlanningTask, certificate: Certificate, files: Mapping[str, bytes]
-) -> bytes:
-    """Return the content of ``certificate.json``; arguments as ``certificate_to_json``."""
-    content = certificate_to_json(problem, certificate, files)
-    return utf_8(json.dumps(content, indent=1, ensure_ascii=False) + "\n")
 
 
 def unchanged(folder: Path, problem: PlanningTask, report: Mapping[str, Any]) -> Check:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike
+import yaml
 
 from kinolab.dynamics.codegen.state_space import wrapped
 from kinolab.problem import PlanningTask
@@ -25,22 +25,16 @@ def result_text(problem: PlanningTask, trajectory: Trajectory) -> str:
     Its steps must be the benchmark's: ``has_its_steps``.
     """
     states = np.where(problem.model.circular, wrapped(trajectory.x), trajectory.x)
-    lines = [
-        f"cost: {trajectory.duration!r}",
-        f"start: {_row(problem.start)}",
-        f"goal: {_row(problem.goal.centre(problem.start))}",
-        f"num_states: {len(states)}",
-        "states:",
-        *(f"  - {_row(x)}" for x in states),
-        f"num_actions: {len(trajectory.u)}",
-        "actions:" if len(trajectory.u) else "actions: []",
-        *(f"  - {_row(u)}" for u in trajectory.u),
-        f"num_times: {len(states)}",
-        "times:",
-        *(f"  - {float(t)!r}" for t in trajectory.t),
-    ]
-    return "\n".join(lines) + "\n"
-
-
-def _row(values: ArrayLike) -> str:
-    return f"[{', '.join(repr(float(value)) for value in np.asarray(values))}]"
+    content = {
+        "cost": trajectory.duration,
+        "start": problem.start.tolist(),
+        "goal": problem.goal.centre(problem.start).tolist(),
+        "num_states": len(states),
+        "states": states.tolist(),
+        "num_actions": len(trajectory.u),
+        "actions": trajectory.u.tolist(),
+        "num_times": len(states),
+        "times": trajectory.t.tolist(),
+    }
+    text: str = yaml.safe_dump(content, sort_keys=False, default_flow_style=None)
+    return text

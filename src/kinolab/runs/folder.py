@@ -28,7 +28,7 @@ from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 from kinolab.problem.unwrapping import unwrapped
 from kinolab.runs.assets import assets_of, digest_of, portable_scenario
-from kinolab.runs.certificate_file import CERTIFICATE, certificate_bytes, unchanged
+from kinolab.runs.certificate_file import CERTIFICATE, certificate_to_json, unchanged
 from kinolab.runs.dynobench_result import has_its_steps, result_text
 from kinolab.runs.readme import README, readme_of
 from kinolab.runs.report import report_of
@@ -92,7 +92,7 @@ def write_run(folder: Path, problem: PlanningTask, plan: PlanResult) -> dict[str
     certified = None
     if plan.trajectory is not None and plan.certificate is not None:
         proved = {name: content for name, content in files.items() if name not in DERIVED}
-        files[CERTIFICATE] = certificate_bytes(problem, plan.certificate, proved)
+        files[CERTIFICATE] = _json(certificate_to_json(problem, plan.certificate, proved))
         certified = digest_of(files[CERTIFICATE])
     if plan.graph is not None:
         files["search.npz"] = plan.graph.to_npz(problem.model.state_names)

@@ -6,12 +6,13 @@ import html
 from pathlib import Path
 from typing import TypeAlias
 
-from kinolab.arguments import require_fit
+from kinolab.arguments import checked
 from kinolab.errors import InputError
 from kinolab.files import utf_8, write_whole
 from kinolab.problem import PlanningTask
 from kinolab.problem.own_motion import other_machine
-from kinolab.runs import MODEL, PAGE, Run, facts_of_plan
+from kinolab.runs import Run, facts_of_plan
+from kinolab.runs.folder import MODEL, PAGE
 from kinolab.show.gltf.glb_scene import glb_scene
 from kinolab.show.page import Content, page_html
 from kinolab.show.view.scenes import content_of, readiness
@@ -34,6 +35,7 @@ def write_model(folder: Path, content: Content) -> None:
     write_whole(folder / MODEL, glb_scene(content))
 
 
+@checked
 def save_page(problem: PlanningTask, plan: Shown, path: str | Path = PAGE) -> Path:
     """Write the interactive page of a plan; with None that of the problem before planning.
 
@@ -48,12 +50,11 @@ def save_page(problem: PlanningTask, plan: Shown, path: str | Path = PAGE) -> Pa
     Raises:
         InputError: If an argument is something else, or the trajectory is another machine's.
     """
-    _check_arguments("save_page", problem, plan, path)
-    target = Path(path)
-    write_whole(target, utf_8(page_html(content_of_plan(problem, plan))))
-    return target
+    write_whole(Path(path), utf_8(page_html(content_of_plan(problem, plan))))
+    return Path(path)
 
 
+@checked
 def save_glb(problem: PlanningTask, plan: Shown, path: str | Path = MODEL) -> Path:
     """Write the scene of a plan with its motion as binary glTF, which Blender opens.
 
@@ -68,10 +69,8 @@ def save_glb(problem: PlanningTask, plan: Shown, path: str | Path = MODEL) -> Pa
     Raises:
         InputError: If an argument is something else, or the trajectory is another machine's.
     """
-    _check_arguments("save_glb", problem, plan, path)
-    target = Path(path)
-    write_whole(target, glb_scene(content_of_plan(problem, plan)))
-    return target
+    write_whole(Path(path), glb_scene(content_of_plan(problem, plan)))
+    return Path(path)
 
 
 def notebook_frame(problem: PlanningTask, plan: PlanResult | None) -> str:
@@ -86,12 +85,6 @@ def notebook_frame(problem: PlanningTask, plan: PlanResult | None) -> str:
     page = html.escape(page_html(content_of_plan(problem, plan)))
     style = f"width: 100%; height: {FRAME_HEIGHT}px; border: 0"
     return f'<iframe sandbox="allow-scripts" style="{style}" srcdoc="{page}"></iframe>'
-
-
-def _check_arguments(call: str, problem: object, plan: object, path: object) -> None:
-    require_fit(f"{call} problem", PlanningTask, problem)
-    require_fit(f"{call} plan", Shown, plan)
-    require_fit(f"{call} path", str | Path, path)
 
 
 def content_of_plan(problem: PlanningTask, plan: Shown) -> Content:
