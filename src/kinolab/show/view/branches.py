@@ -2,61 +2,36 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from typing import Any, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
+from kinolab.trajectory import Trajectory
 
 SUBSTEPS = 8  # of the integrator per segment, or part of one
 
+# A ``np.recarray`` of segments: ``begin`` and ``end`` in [s], the states ``x`` and ``y`` there, of
+# shape (nx,), and the inputs ``u`` held between them, of shape (nu,).
+Branches: TypeAlias = Any
 
-@dataclass(frozen=True, eq=False)
-class Branches:
-    """Segments of a motion, one per row.
 
-    Attributes:
-        begin: Times in [s], shape (n,).
-        end: Times in [s], shape (n,).
-        x: States at the beginning, shape (n, nx).
-        y: States at the end, shape (n, nx).
-        u: Inputs held between them, shape (n, nu).
-    """
+def branches_of(trajectory: Trajectory) -> Branches:
+    """Return the segments of a motion between its knots."""
+    t, x, u = trajectory.t, trajectory.x, trajectory.u
+    ends = [("begin", float), ("end", float), ("x", float, x.shape[1:]), ("y", float, x.shape[1:])]
+    pieces: Branches = np.recarray(len(u), dtype=[*ends, ("u", float, u.shape[1:])])
+    pieces.begin, pieces.end, pieces.x, pieces.y, pieces.u = t[:-1], t[1:], x[:-1], x[1:], u
+    return pieces
 
-    begin: Array
-    end: Array
-    x: Array
-    y: Array
-    u: Array
 
-    def __len__(self) -> int:
-        return len(self.begin)
-
-    @property
-    def length(self) -> Array:
-        """Durations in [s], shape (n,)."""
-        return self.end - self.begin
-
-    def chosen(self, rows: NDArray[np.bool_] | NDArray[np.intp]) -> Branches:
-        """Return selected segments."""
-        return Branches(*(getattr(self, field.name)[rows] for field in fields(self)))
-
-    def halved(self, middle: Array) -> Branches:
-        """Return all first halves, then all second ones; ``middle`` (n, nx) joins them."""
-        time = 0.5 * (self.begin + self.end)
-        first = Branches(self.begin, time, self.x, middle, self.u)
-        return Branches.joined([first, Branches(time, self.end, middle, self.y, self.u)])
-
-    @staticmethod
-    def joined(parts: Sequence[Branches]) -> Branches:
-        """Concatenate several collections of segments."""
-        names = [field.name for field in fields(Branches)]
-        return Branches(
-            *(np.concatenate([getattr(part, name) for part in parts]) for name in names)
-        )
+def halved(pieces: Branches, middle: Array) -> Branches:
+    """Return all first halves, then all second ones; ``middle`` (n, nx) joins them."""
+    first, second = pieces.copy(), pieces.copy()
+    first.end = second.begin = 0.5 * (pieces.begin + pieces.end)
+    first.y = second.x = middle
+    return np.concatenate([first, second]).view(np.recarray)
 
 
 class BranchPaths:
@@ -70,16 +45,13 @@ class BranchPaths:
     def state(self, pieces: Branches, fraction: float) -> Array:
         """Return the states at a fraction of each segment, shape (n, nx)."""
         if self._straight:
-            return self._chord(pieces, fraction)
-        spans = fraction * pieces.length
+            return self.model.space.unit(pieces.x + fraction * (pieces.y - pieces.x))
+        spans = fraction * (pieces.end - pieces.begin)
         return self.model.step(pieces.x, pieces.u, spans, method=self._method, substeps=SUBSTEPS)
 
     def rates(self, pieces: Branches) -> tuple[Array, Array]:
         """Return the state rates at the beginning and at the end, shape (n, nx) each."""
         if self._straight:
-            slope = (pieces.y - pieces.x) / pieces.length[:, None]
+            slope = (pieces.y - pieces.x) / (pieces.end - pieces.begin)[:, None]
             return slope, slope
         return self.model.f(pieces.x, pieces.u), self.model.f(pieces.y, pieces.u)
-
-    def _chord(self, pieces: Branches, fraction: float) -> Array:
-        return self.model.space.unit(pieces.x + fraction * (pieces.y - pieces.x))

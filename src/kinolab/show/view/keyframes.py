@@ -7,11 +7,10 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 from kinolab.show.page.content import Curve, Keys
 from kinolab.show.page.curves import continued, hermite
-from kinolab.show.view.branches import Branches, BranchPaths
+from kinolab.show.view.branches import Branches, BranchPaths, branches_of, halved
 from kinolab.show.view.tracks import Track, tracks
 from kinolab.trajectory import Trajectory
 
@@ -33,12 +32,10 @@ def key_poses(problem: PlanningTask, trajectory: Trajectory) -> Keys:
         trajectory: Its knots.
     """
     if len(trajectory.t) == 1:
-        return _keys([_still(channel) for channel in _at_rest(problem, trajectory.x)], problem)
+        rest = tracks(problem.model.plant, trajectory.x, np.zeros_like(trajectory.x))
+        return _keys([Curve(np.zeros(1), a.values, a.rates, a.rates) for a in rest], problem)
     paths = BranchPaths(problem)
-    knots = Branches(
-        trajectory.t[:-1], trajectory.t[1:], trajectory.x[:-1], trajectory.x[1:], trajectory.u
-    )
-    pieces, keys = _refined(paths, knots)
+    pieces, keys = _refined(paths, branches_of(trajectory))
     return _keys(_curves(paths, pieces, keys), problem)
 
 
@@ -54,23 +51,15 @@ def _refined(paths: BranchPaths, pieces: Branches) -> tuple[Branches, Marks]:
     for left in reversed(range(MAX_HALVINGS)):
         far: Marks = asked & _leaves(paths, pieces) & (left > 0)
         stay: Marks = ~np.asarray(far.any(axis=1))
-        done.append((pieces.chosen(stay), keys[stay]))
+        done.append((pieces[stay], keys[stay]))
         if stay.all():
             break
-        pieces, keys, far = pieces.chosen(~stay), keys[~stay], far[~stay]
-        pieces = pieces.halved(paths.state(pieces, 0.5))
+        pieces, keys, far = pieces[~stay], keys[~stay], far[~stay]
+        pieces = halved(pieces, paths.state(pieces, 0.5))
         keys, asked = np.concatenate([far, keys]), np.concatenate([far, far])
-    order = np.argsort(np.concatenate([part.begin for part, _ in done]), kind="stable")
-    whole = Branches.joined([part for part, _ in done]).chosen(order)
-    return whole, np.concatenate([marks for _, marks in done])[order]
-
-
-def _at_rest(problem: PlanningTask, x: Array) -> list[Track]:
-    return tracks(problem.model.plant, x, np.zeros_like(x))
-
-
-def _still(channel: Track) -> Curve:
-    return Curve(np.zeros(1), channel.values, channel.rates, channel.rates)
+    whole, marks = (np.concatenate(parts) for parts in zip(*done, strict=True))
+    order = np.argsort(whole["begin"], kind="stable")
+    return whole.view(np.recarray)[order], marks[order]
 
 
 def _leaves(paths: BranchPaths, pieces: Branches) -> Marks:
@@ -80,7 +69,7 @@ def _leaves(paths: BranchPaths, pieces: Branches) -> Marks:
     """
     begins, ends = _both_ends(paths, pieces)
     far = np.zeros((len(pieces), len(begins)), dtype=bool)
-    step = pieces.length[:, None]
+    step = (pieces.end - pieces.begin)[:, None]
     for fraction in SHARES:
         x = paths.state(pieces, fraction)
         middles = tracks(paths.model, x, np.zeros_like(x))
@@ -88,7 +77,7 @@ def _leaves(paths: BranchPaths, pieces: Branches) -> Marks:
             b = end.toward(a)
             curve = hermite(a.values, a.rates, b.values, b.rates, step, np.array(fraction))
             far[:, k] |= middle.apart(curve) > CURVE_TOLERANCE
-            far[:, k] |= a.turning * pieces.length > MAX_TURN
+            far[:, k] |= a.turning * step[:, 0] > MAX_TURN
     return far
 
 
