@@ -111,12 +111,8 @@ class StepBatch:
         self._search = Record(search_state(problem, 1.0, 0))
         self._counts = Record(RejectionCounts(np.zeros(4, dtype=np.int64)))
         self._is_free = Propagator(problem).is_free
-        nx = problem.model.nx
         self.x = np.tile(problem.start, (count, 1))
         self.steps = np.zeros(count, dtype=np.int64)
-        self._after = np.empty((count, nx))
-        self._ends = np.empty(count, dtype=np.int64)
-        self._violation = np.empty(count)
         self._potential = np.zeros(count)
         self._unit = max(problem.goal_excess(problem.start), IN_GOAL)
 
@@ -141,17 +137,6 @@ class StepBatch:
         what = f"none of {MOST_DRAWN} random states is free."
         raise InputError([Mistake("starts", what, 'Take starts = "scenario".')])
 
-    def inputs(self, actions: ArrayLike) -> Array:
-        """Return the inputs (n, nu) of actions (n, nu): -1 and 1 are their limits, or beyond them.
-
-        Raises:
-            InputError: If the actions have another shape, or one is no number.
-        """
-        low, high = self.problem.model.control_bounds.T
-        given = require_numbers("action", actions, (self.count, len(low)))
-        u: Array = low + (np.clip(given, -1.0, 1.0) + 1.0) / 2.0 * (high - low)
-        return u
-
     def actions(self, motion: Trajectory) -> NDArray[np.float32]:
         """Return the actions (N, nu) of a motion in steps of the scenario.
 
@@ -171,9 +156,16 @@ class StepBatch:
         return np.asarray(2.0 * (motion.inputs - low) / (high - low) - 1.0, dtype=np.float32)
 
     def step(self, actions: ArrayLike) -> StepOutcome:
-        """Make a step of every copy under actions (n, nu)."""
-        u = self.inputs(actions)
-        after, ends, violation = self._after, self._ends, self._violation
+        """Make a step of every copy under actions (n, nu): -1 and 1 are the limits of inputs.
+
+        Raises:
+            InputError: If the actions have another shape, or one is no number.
+        """
+        low, high = self.problem.model.control_bounds.T
+        given = require_numbers("action", actions, (self.count, len(low)))
+        u = low + (np.clip(given, -1.0, 1.0) + 1.0) / 2.0 * (high - low)
+        after, violation = np.empty_like(self.x), np.empty(self.count)
+        ends = np.empty(self.count, dtype=np.int64)
         step_all(self._search, self._counts, self.x, u, after, ends, violation)
         free = ends == FREE
         reached = free & (violation <= IN_GOAL)
@@ -210,20 +202,13 @@ class StepBatch:
     def observation_bounds(self) -> Array:
         """Lower and upper limit of each entry of an observation, shape (entries, 2)."""
         scaled = self.problem.bounds / self.problem.scales[:, None]
-        circle = np.array([[-1.0, 1.0], [-1.0, 1.0]])
-        rows = [
-            circle if c else row[None] for c, row in zip(self.problem.circular, scaled, strict=True)
-        ]
-        return np.vstack(rows)
+        rows = zip(self.problem.circular, scaled.tolist(), strict=True)
+        return np.vstack([[[-1.0, 1.0]] * 2 if circular else [row] for circular, row in rows])
 
     def _features(self, x: Array) -> Array:
-        columns = []
-        for k, circular in enumerate(self.problem.circular):
-            entry = x[:, k]
-            columns += (
-                [np.cos(entry), np.sin(entry)] if circular else [entry / self.problem.scales[k]]
-            )
-        return np.stack(columns, axis=1)
+        columns = zip(x.T, self.problem.circular, self.problem.scales, strict=True)
+        entries = [(np.cos(q), np.sin(q)) if on_circle else (q / s,) for q, on_circle, s in columns]
+        return np.stack([entry for each in entries for entry in each], axis=1)
 
 
 def _require_options(count: int, reward: str, starts: str, duration: float) -> None:

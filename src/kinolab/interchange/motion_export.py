@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 import yaml
 
-from kinolab.arguments import require_fit
+from kinolab.arguments import checked
 from kinolab.errors import InputError, Mistake, UnknownNameError
 from kinolab.files import write_whole
 from kinolab.interchange.motion_tables import csv_table, hdf5_table, npz_table, parquet_table
@@ -36,12 +37,8 @@ class Export(NamedTuple):
 
 
 def _yaml(message: Callable[[PlanningTask, Trajectory], Message]) -> Encoder:
-    def encoded(problem: PlanningTask, trajectory: Trajectory) -> bytes:
-        content = message(problem, trajectory)
-        text: str = yaml.safe_dump(content, sort_keys=False, default_flow_style=None, width=100)
-        return text.encode()
-
-    return encoded
+    text = partial(yaml.safe_dump, sort_keys=False, default_flow_style=None, width=100)
+    return lambda problem, trajectory: text(message(problem, trajectory)).encode()
 
 
 EXPORTS = {
@@ -55,6 +52,7 @@ EXPORTS = {
 }
 
 
+@checked
 def export_motion(
     path: str | Path, problem: PlanningTask, trajectory: Trajectory, form: str
 ) -> Path:
@@ -73,10 +71,6 @@ def export_motion(
         InputError: If there is no such format, it does not suit the machine, or a library is
             missing.
     """
-    require_fit("export_motion path", str | Path, path)
-    require_fit("export_motion problem", PlanningTask, problem)
-    require_fit("export_motion trajectory", Trajectory, trajectory)
-    require_fit("export_motion form", str, form)
     _require_sound(problem, trajectory)
     if form not in EXPORTS:
         raise UnknownNameError("format", form, known=tuple(EXPORTS), where="export")

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from kinolab.arguments import require_fit
+from kinolab.arguments import checked
 from kinolab.dynamics import Model
 from kinolab.errors import InputError, Mistake, UnknownNameError
 from kinolab.numerics.arrays import Array
@@ -28,6 +28,7 @@ MOVED = 1e-9  # by which some number of a pose differs if a body moves at all
 Message = dict[str, Any]
 
 
+@checked
 def joint_trajectory(
     problem: PlanningTask, trajectory: Trajectory, joints: Sequence[str] | None = None
 ) -> Message:
@@ -45,8 +46,6 @@ def joint_trajectory(
     Raises:
         InputError: If there are no such coordinates.
     """
-    require_fit("joint_trajectory problem", PlanningTask, problem)
-    require_fit("joint_trajectory trajectory", Trajectory, trajectory)
     names = _joints(problem.model, joints)
     positions, velocities = _joint_states(problem.model, trajectory, names)
     return {
@@ -65,6 +64,7 @@ def joint_trajectory(
     }
 
 
+@checked
 def path_message(problem: PlanningTask, trajectory: Trajectory, body: str | None = None) -> Message:
     """Return the poses of a body as ``nav_msgs/msg/Path``, in the frame ``world``.
 
@@ -76,8 +76,6 @@ def path_message(problem: PlanningTask, trajectory: Trajectory, body: str | None
     Raises:
         InputError: If there is no such body.
     """
-    require_fit("path_message problem", PlanningTask, problem)
-    require_fit("path_message trajectory", Trajectory, trajectory)
     poses = problem.model.frames(trajectory.x)
     names = [each.name for each in problem.bodies]
     if body is not None and body not in names:
@@ -98,21 +96,18 @@ def path_message(problem: PlanningTask, trajectory: Trajectory, body: str | None
     }
 
 
-def joint_state(
-    problem: PlanningTask, trajectory: Trajectory, joints: Sequence[str] | None = None
-) -> list[Message]:
+def joint_state(problem: PlanningTask, trajectory: Trajectory) -> list[Message]:
     """Return a motion as ``sensor_msgs/msg/JointState``, one message per knot."""
-    names = _joints(problem.model, joints)
-    positions, velocities = _joint_states(problem.model, trajectory, names)
+    whole = joint_trajectory(problem, trajectory)
     return [
         {
-            "header": header(float(t)),
-            "name": list(names),
-            "position": q.tolist(),
-            "velocity": v.tolist(),
+            "header": {"stamp": each["time_from_start"], "frame_id": WORLD},
+            "name": whole["joint_names"],
+            "position": each["positions"],
+            "velocity": each["velocities"],
             "effort": [],
         }
-        for t, q, v in zip(trajectory.t, positions, velocities, strict=True)
+        for each in whole["points"]
     ]
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import shutil
 import tempfile
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -86,15 +87,8 @@ def _sampled(trajectory: Trajectory) -> Trajectory:
     if len(trajectory.t) == 1:
         return trajectory
     moments = trajectory.at(times)
-    return Trajectory(
-        times,
-        moments.x,
-        moments.u[:-1],
-        trajectory.state_names,
-        trajectory.control_names,
-        moments.references[:-1],
-        trajectory.reference_names,
-    )
+    u, references = moments.u[:-1], moments.references[:-1]
+    return replace(trajectory, t=times, x=moments.x, u=u, references=references)
 
 
 def _made(store: Any, kind: str, content: Mapping[str, Any]) -> Any:

@@ -184,10 +184,9 @@ def _ends(problem: ProblemFile, edge: float) -> dict[str, Any]:
         for end, pose in (("start", problem.start), ("goal", problem.goal))
     }
     places = dict.fromkeys(problem.axes, NEAR * edge)
-    if not (problem.control or problem.space):
-        return {**ends, "goal": ends["goal"] | {"tolerance": places | {rotation: NEARLY}}}
-    if problem.space:
-        return {**ends, "goal": ends["goal"] | {"tolerance": places | {rotation: 2 * NEARLY}}}
+    if problem.space or not problem.control:
+        turn = 2 * NEARLY if problem.space else NEARLY
+        return {**ends, "goal": ends["goal"] | {"tolerance": places | {rotation: turn}}}
     largest = problem.threshold or THRESHOLD
     rates = dict.fromkeys(_rates(problem), largest / RATES)
     tolerance = dict.fromkeys(problem.axes, largest) | {rotation: largest / TURNS} | rates

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,7 +55,9 @@ def configuration_plane(
     if columns is None:
         return None
     spans = [_span(problem, trajectory, graph, column) for column in columns]
-    figure, (axes,) = figure_of(1, 1, (WIDTH, _height(problem, columns, spans)), title)
+    names, units = problem.model.state_names, state_units(problem.model)
+    is_map, circular = all(units[k] == "m" for k in columns), problem.circular[columns]
+    figure, (axes,) = figure_of(1, 1, (WIDTH, _height(spans, is_map)), title)
     fraction = _occupied(problem, trajectory, columns, spans)
     extent = (*spans[0], *spans[1])
     axes.imshow(
@@ -63,12 +65,17 @@ def configuration_plane(
     )
     if graph is not None:
         ends = graph.x[graph.edges][:, :, columns]
-        _draw(axes, problem, columns, _split(ends), color="#7fb4f0", linewidth=0.4, alpha=0.6)
+        _draw(axes, circular, _split(ends), color="#7fb4f0", linewidth=0.4, alpha=0.6)
     path = trajectory.x[:, columns]
-    _draw(axes, problem, columns, path, color=PLAN, linewidth=1.8)
-    for point, color, marker in ((path[0], START, "o"), (path[-1], GOAL, "s")):
-        axes.plot(*_wrapped(problem, columns, point), marker, color=color, markersize=6)
-    _finish(axes, problem, columns, spans)
+    _draw(axes, circular, path, color=PLAN, linewidth=1.8)
+    for k, color, marker in ((0, START, "o"), (-1, GOAL, "s")):
+        style = {"marker": marker, "linestyle": "none", "markersize": 6}
+        _draw(axes, circular, path[k][None], color=color, **style)
+    across, up = (label(names[k], units[k]) for k in columns)
+    axes.set(xlabel=across, ylabel=up, xlim=spans[0], ylim=spans[1])
+    axes.grid(visible=False)
+    if is_map:
+        axes.set_aspect("equal")
     return figure
 
 
@@ -137,39 +144,16 @@ def _split(ends: Array) -> Array:
     return np.concatenate([ends, gaps], axis=1).reshape(-1, 2)
 
 
-def _wrapped(problem: PlanningTask, columns: list[int], points: Array) -> Array:
-    circular = problem.circular[columns]
-    return np.asarray(np.where(circular, wrapped(points), points))
-
-
-def _draw(
-    axes: Axes, problem: PlanningTask, columns: list[int], line: Array, **style: object
-) -> None:
+def _draw(axes: Axes, circular: NDArray[np.bool_], line: Array, **style: Any) -> None:
     """Plot a line, broken where an angle wraps."""
-    shown = _wrapped(problem, columns, line)
-    jumps = (np.abs(np.diff(shown, axis=0)) > np.pi) & problem.circular[columns]
+    shown = np.where(circular, wrapped(line), line)
+    jumps = (np.abs(np.diff(shown, axis=0)) > np.pi) & circular
     shown = np.insert(shown, np.flatnonzero(jumps.any(axis=1)) + 1, np.nan, axis=0)
-    axes.plot(*shown.T, **style)  # type: ignore[arg-type]
+    axes.plot(*shown.T, **style)
 
 
-def _is_map(problem: PlanningTask, columns: list[int]) -> bool:
-    units = state_units(problem.model)
-    return all(units[column] == "m" for column in columns)
-
-
-def _height(problem: PlanningTask, columns: list[int], spans: list[tuple[float, float]]) -> float:
+def _height(spans: list[tuple[float, float]], is_map: bool) -> float:
     """Return the height of the figure in inches: of a map with one scale, or of a plot."""
     (left, right), (low, high) = spans
-    fraction = (high - low) / (right - left) if _is_map(problem, columns) else PLOT
+    fraction = (high - low) / (right - left) if is_map else PLOT
     return 0.9 + WIDTH * min(max(fraction, FLATTEST), 1.0)
-
-
-def _finish(
-    axes: Axes, problem: PlanningTask, columns: list[int], spans: list[tuple[float, float]]
-) -> None:
-    names, units = problem.model.state_names, state_units(problem.model)
-    across, up = (label(names[column], units[column]) for column in columns)
-    axes.set(xlabel=across, ylabel=up, xlim=spans[0], ylim=spans[1])
-    axes.grid(visible=False)
-    if _is_map(problem, columns):
-        axes.set_aspect("equal")

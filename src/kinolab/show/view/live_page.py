@@ -161,10 +161,8 @@ class _News:
 
     def wait_for(self, held: Any, seconds: float) -> None:
         """Wait until a condition holds, or time runs out."""
-        end = time.monotonic() + seconds
         with self._changed:
-            while not held() and (left := end - time.monotonic()) > 0:
-                self._changed.wait(min(left, 0.2))  # short, so that Ctrl-C is handled
+            self._changed.wait_for(held, seconds)
 
 
 class _Server(ThreadingHTTPServer):
