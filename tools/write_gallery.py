@@ -38,8 +38,9 @@ from kinolab.problem.goal_entries import distance_by_unit, goal_entries
 from kinolab.problem.unwrapping import unwrapped
 from kinolab.runs import check_to_json, margin_to_json
 from kinolab.scenario import builtin_scenarios, dynobench
-from kinolab.show.film.animation import film_of
+from kinolab.show.film.film import staged
 from kinolab.show.film.gif import gif_parts
+from kinolab.show.film.staging.motion_script import motion_script
 from kinolab.show.page import page_html
 from kinolab.show.view import content_of
 from kinolab.trajectory import Trajectory, read_csv
@@ -500,8 +501,8 @@ def film(path: Path, problem: PlanningTask, trajectory: Trajectory, frames: int)
     """Write a motion as a film of about that many frames, as the scenario has its films."""
     speed = speed_for(trajectory.duration, frames)
     settings = problem.scenario.render.model_copy(update={"speed": speed})
-    made = film_of(problem, trajectory, settings, fps=FPS)
-    path.write_bytes(b"".join(gif_parts(made, settings.size)))
+    made = staged(motion_script(problem, trajectory, settings, fps=FPS))
+    path.write_bytes(b"".join(gif_parts(made)))
 
 
 def speed_for(duration: float, frames: int) -> float:

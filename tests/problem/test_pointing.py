@@ -96,8 +96,7 @@ def test_a_machine_without_attitudes_has_states_of_its_goal_as_before(tmp_path: 
 def test_a_picture_shows_where_an_axis_shall_and_must_not_point(tmp_path: Path) -> None:
     """A cone each, longer than the machine; no ghost, for the goal leaves the attitude open."""
     problem = problem_of(tmp_path, TURN + SUN)
-    poses = problem.frames(problem.start)[None]
-    shown = picture(problem, poses, np.zeros((1, 0, 2, 3)))
+    shown = picture(problem, problem.start[None])
     wanted, forbidden = shown.cones
     assert (wanted.forbidden, forbidden.forbidden) == (False, True)
     assert wanted.direction == pytest.approx((-0.6, 0.8, 0.0))
@@ -115,5 +114,5 @@ def test_a_clearance_widens_what_plans_keep_out_of_and_nothing_else(tmp_path: Pa
     assert cone.half_angle == pytest.approx(0.5)
     assert looking.angle(frames) < looking.half_angle
     assert looking.angle(frames) > looking.forbidden.half_angle == pytest.approx(0.4)
-    shown = picture(problem, frames[None], np.zeros((1, 0, 2, 3)))
+    shown = picture(problem, problem.start[None])
     assert shown.cones[1].half_angle == pytest.approx(0.4)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any, Literal
 
 import gymnasium
@@ -122,16 +123,16 @@ class PlanningEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
         """Return a picture of the machine in its world, shape (480, 640, 3)."""
         if self.render_mode is None:
             return None
-        from kinolab.show.film.snapshot import render_frame
+        from kinolab.show.film.film import staged
         from kinolab.show.film.staging.motion_script import picture
+        from kinolab.show.film.staging.script import Playback, Script
 
-        problem, x = self.problem, self._batch.x[0]
-        poses, cables = problem.model.frames(x), problem.model.cables(x)
-        both = np.stack([problem.frames(problem.start), poses])
-        ends = np.stack([problem.model.cables(problem.start), cables])
-        shown = picture(problem, both, ends)
-        t = float(self._batch.steps[0]) * problem.step
-        return render_frame(shown, poses, t, size=SIZE, lines=cables)
+        problem = self.problem
+        states = np.stack([problem.start, self._batch.x[0]])
+        poses, cables = problem.model.frames(states[1:]), problem.model.cables(states[1:])
+        shown = replace(picture(problem, states), follow=False)
+        now = Playback(np.array([self._batch.steps[0] * problem.step]), problem.step, 1.0)
+        return staged(Script(shown, poses, now, poses, cables, SIZE)).frame(0)
 
     def _info(self, failed: str, *, reached: bool) -> dict[str, Any]:
         batch = self._batch

@@ -8,11 +8,19 @@ from typing import Any
 from numpy.typing import ArrayLike
 
 from kinolab.files import whole_file
-from kinolab.show.film.film import Film
+from kinolab.show.film.film import Film, staged
 from kinolab.show.film.gif import gif_parts
-from kinolab.show.film.picture import Picture
+from kinolab.show.film.picture import Picture, Surface
 from kinolab.show.film.staging.script_writing import write_script
-from kinolab.show.film.staging.set_up import staged
+from kinolab.world.obstacle import box_obstacle
+
+
+def box_surface(
+    name: str, edges: tuple[float, float, float], position: tuple[float, float, float]
+) -> Surface:
+    """A box as it is drawn."""
+    box = box_obstacle(name, edges, position)
+    return Surface(name, box.vertices, box.faces)
 
 
 def make_film(picture: Picture, times: ArrayLike, poses: ArrayLike, **options: Any) -> Film:
@@ -59,4 +67,4 @@ def write_gif(
     """
     film = make_film(picture, times, poses, size=size, fps=fps, speed=speed, title=title)
     with whole_file(Path(path)) as file:
-        file.writelines(gif_parts(film, size))
+        file.writelines(gif_parts(film))

@@ -17,7 +17,7 @@ from kinolab.analyze.simulate import simulate
 from kinolab.problem import PlanningTask
 from kinolab.show.film import film_process
 from kinolab.show.film.animation import animate
-from kinolab.show.film.film_messages import DrawingFailed, Order
+from kinolab.show.film.film_messages import Drawn, Order
 from kinolab.show.film.film_process import DrawingError, FilmProcess
 from kinolab.show.film.picture import Picture
 from kinolab.show.film.staging.script import Script
@@ -48,7 +48,7 @@ poses = np.stack([pair_at(-9.0, 0.3), pair_at(0.0, 0.3)])
 film = make_film(Picture(bodies=PAIR, ground=True, bounds=LONG), [0.0, 1.0], poses, size=SIZE,
                  magnify=True)
 assert film.magnifier is not None
-b"".join(gif_parts(film, SIZE))
+b"".join(gif_parts(film))
 assert loaded() == before, (before, loaded())
 assert before["_draw"] == before["_look_up"] == 1
 """
@@ -175,8 +175,8 @@ def test_a_process_that_is_killed_is_told_of(table: PlanningTask, motion: Trajec
 
 def test_where_memory_is_short_it_says_so_as_ever() -> None:
     class Full:
-        def recv(self) -> DrawingFailed:
-            return DrawingFailed(0, "", of_memory=True)
+        def recv(self) -> Drawn:
+            return Drawn(0, None)
 
     with pytest.raises(MemoryError):
         FilmProcess()._received(Full())  # type: ignore[arg-type]

@@ -18,13 +18,12 @@ from kinolab.show.film.gif import UNCHANGED, change, gif_parts
 from kinolab.show.film.palette import shared_palette
 from kinolab.show.film.picture import Picture
 from kinolab.show.film.text import letter, time_stamp
-from kinolab.world.obstacle import box_obstacle
-from tests.show.film.films import make_film, write_gif
+from tests.show.film.films import box_surface, make_film, write_gif
 
 SIZE = (200, 150)
 PICTURE = Picture(
     bodies=[BodyGeometry("coin", (Disk(0.25, 0.05, "y"),))],
-    obstacles=[box_obstacle("wall", (0.2, 2.0, 0.5), (1.0, 1.5, 0.25))],
+    obstacles=[box_surface("wall", (0.2, 2.0, 0.5), (1.0, 1.5, 0.25))],
     ground=True,
     bounds={"x": (0.0, 3.0), "y": (0.0, 2.0)},
 )
@@ -92,8 +91,8 @@ def test_what_stands_still_does_not_flicker(tmp_path: Path) -> None:
 def test_a_long_motion_says_how_fast_it_is_shown() -> None:
     film = make_film(PICTURE, *rolling(30.0, 0.05), size=SIZE)
     assert len(film) <= 400
-    assert film.playback.speed == 2.0
-    assert time_stamp(1.25, film.playback.speed).endswith("2x")
+    assert film.script.playback.speed == 2.0
+    assert time_stamp(1.25, film.script.playback.speed).endswith("2x")
     assert "x" not in time_stamp(1.25, 1.0)
     assert time_stamp(1.25, 1000.0).endswith(" 1000x")
 
@@ -184,16 +183,14 @@ def test_text_changes_the_head_of_the_picture_and_nothing_else() -> None:
 @pytest.mark.parametrize("threads", [2, 3])
 def test_one_thread_draws_the_same_bytes_as_several(threads: int) -> None:
     film = make_film(PICTURE, *rolling(2.0), size=SIZE, magnify=True)
-    alone, together = (b"".join(gif_parts(film, SIZE, lambda n=n: Share(n))) for n in (1, threads))
+    alone, together = (b"".join(gif_parts(film, lambda n=n: Share(n))) for n in (1, threads))
     assert alone == together
 
 
 def test_the_number_of_threads_may_change_while_a_film_is_drawn() -> None:
     film, asked = make_film(PICTURE, *rolling(2.0), size=SIZE), count()
-    turns = b"".join(
-        gif_parts(film, SIZE, lambda: Share(1 + next(asked) // 5 % 3, next(asked) % 7 < 3))
-    )
-    assert turns == b"".join(gif_parts(film, SIZE))
+    turns = b"".join(gif_parts(film, lambda: Share(1 + next(asked) // 5 % 3, next(asked) % 7 < 3)))
+    assert turns == b"".join(gif_parts(film))
 
 
 def test_a_frame_is_the_one_before_and_what_changes() -> None:

@@ -24,7 +24,7 @@ def shown() -> Picture:
     (point,) = problem.goal.points
     second = replace(point, position=(1.0, 2.0, 3.0))
     problem = replace(problem, goal=replace(problem.goal, points=(point, second)))
-    return picture(problem, problem.frames(problem.start)[None], np.zeros((1, 0, 2, 3)))
+    return picture(problem, problem.start[None])
 
 
 def test_every_point_of_the_goal_has_a_ball_of_its_tolerance(shown: Picture) -> None:

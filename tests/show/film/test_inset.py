@@ -11,8 +11,7 @@ from kinolab.dynamics.language.shapes import Box, Sphere
 from kinolab.dynamics.machine_facts import BodyGeometry
 from kinolab.show.film.inset import Inset
 from kinolab.show.film.picture import Picture
-from kinolab.world.obstacle import box_obstacle
-from tests.show.film.films import make_film
+from tests.show.film.films import box_surface, make_film
 
 SIZE = (600, 450)
 RED, BLUE = (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)
@@ -76,7 +75,7 @@ def test_nothing_of_the_world_is_covered() -> None:
 
 
 def test_the_machine_shows_through_a_wall_in_the_enlarged_part_too() -> None:
-    wall = box_obstacle("wall", (2.0, 0.1, 2.0), (0.15, -0.6, 1.0))
+    wall = box_surface("wall", (2.0, 0.1, 2.0), (0.15, -0.6, 1.0))
     picture = Picture(bodies=PAIR, obstacles=[wall], ground=True, bounds=LONG, view="front")
     image, magnifier = filmed(picture, np.stack([pair_at(-4.0, 0.0), pair_at(0.0, 0.0)]))
     assert magnifier is not None

@@ -32,7 +32,7 @@ def test_a_film_has_its_frames_its_rate_and_a_second_at_the_end(
     duration: float, fps: float
 ) -> None:
     film = make_film(PICTURE, *rolling(duration), size=SIZE, fps=fps, video=True)
-    content = mp4(film, SIZE, fps)
+    content = mp4(film, fps)
     with av.open(io.BytesIO(content)) as file:
         (stream,) = file.streams.video
         assert (stream.width, stream.height) == SIZE
@@ -42,7 +42,7 @@ def test_a_film_has_its_frames_its_rate_and_a_second_at_the_end(
 
 def test_every_frame_reads_back_as_it_was_drawn_but_for_what_the_eye_does_not_see() -> None:
     film = make_film(PICTURE, *rolling(), size=SIZE, fps=10.0, video=True, title="A coin")
-    read = frames(mp4(film, SIZE, 10.0))
+    read = frames(mp4(film, 10.0))
     for drawn, shown in zip(film.frames(), read, strict=False):
         error = np.abs(drawn.astype(int) - shown.astype(int)).max(axis=-1)
         assert np.median(error) < 4
@@ -51,16 +51,16 @@ def test_every_frame_reads_back_as_it_was_drawn_but_for_what_the_eye_does_not_se
 
 def test_a_long_motion_keeps_its_speed_in_a_film() -> None:
     film = make_film(PICTURE, *rolling(60.0, 0.02), size=SIZE, fps=25.0, video=True)
-    assert (film.playback.speed, len(film)) == (1.0, 1501)
+    assert (film.script.playback.speed, len(film)) == (1.0, 1501)
 
 
 def test_odd_sides_and_a_missing_library_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    film = make_film(PICTURE, *rolling(), size=(201, 150), video=True)
+    odd, even = (make_film(PICTURE, *rolling(), size=(w, 150), video=True) for w in (201, 200))
     with pytest.raises(InputError, match="201 x 150 has an odd side"):
-        mp4(film, (201, 150), 25.0)
+        mp4(odd, 25.0)
     monkeypatch.setitem(sys.modules, "av", None)
     with pytest.raises(InputError, match="pip install 'kinolab"):
-        mp4(film, (200, 150), 25.0)
+        mp4(even, 25.0)
 
 
 def test_plan_video_films_a_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -14,10 +14,9 @@ from kinolab.show.film.models.cone import cone_mesh
 from kinolab.show.film.picture import Cone, Ghost, GoalMarker, Picture
 from kinolab.show.film.raster.light import LIGHT_JITTER
 from kinolab.show.film.scene import Scene
-from kinolab.show.film.snapshot import render_frame
 from kinolab.show.film.staging.motion_script import picture as picture_of
 from kinolab.show.film.staging.stage import build_scene
-from kinolab.world.obstacle import box_obstacle
+from tests.show.film.films import box_surface, make_film
 
 SIZE = (400, 300)
 RED = (1.0, 0.0, 0.0)
@@ -32,6 +31,16 @@ def ball(radius: float) -> list[BodyGeometry]:
     return [BodyGeometry("ball", (Sphere(radius),), color=RED)]
 
 
+def shot(stage: Scene, poses: np.ndarray, lines: np.ndarray | None = None) -> np.ndarray:
+    """The picture with the machine at poses, shape (nb, 12), and cables, shape (nl, 2, 3)."""
+    return next(stage.shots(poses[None], None if lines is None else lines[None]))
+
+
+def frame(picture: Picture, poses: np.ndarray) -> np.ndarray:
+    """A film's only frame."""
+    return make_film(picture, [0.0], poses[None], size=SIZE).frame(0)
+
+
 def reddish(image: np.ndarray) -> np.ndarray:
     pixels = image.astype(int)
     return np.asarray(pixels[..., 0] > pixels[..., 1:].max(axis=-1) + 60)
@@ -40,7 +49,7 @@ def reddish(image: np.ndarray) -> np.ndarray:
 def rays_to_ground(stage: Scene) -> np.ndarray:
     """Where the line of sight through each pixel meets z = 0, shape (h, w, 2), in [m]."""
     camera, (width, height) = stage.pen.camera, SIZE
-    right, up, forward = camera.axes()
+    right, up, forward = camera.axes
     focal = 0.5 * height / np.tan(0.5 * camera.fov)
     column, row = np.meshgrid(np.arange(width) + 0.5, np.arange(height) + 0.5)
     x, y = (column - 0.5 * width) / focal, (0.5 * height - row) / focal
@@ -58,7 +67,7 @@ def test_only_the_body_and_the_ground_in_its_shadow_change(height: float) -> Non
     """
     radius, pose = 0.3, at(0.4, -0.3, height)
     stage = build_scene(Picture(bodies=ball(radius), ground=True, bounds=BOUNDS), pose[None], SIZE)
-    changed = (stage.shot(pose) != stage.image).any(axis=-1)
+    changed = (shot(stage, pose) != stage.image).any(axis=-1)
     centre = stage.pen.camera.project(pose.reshape(3, 4)[:, 3], SIZE)
     focal = 0.5 * SIZE[1] / np.tan(0.5 * stage.pen.camera.fov)
     column, row = np.meshgrid(np.arange(SIZE[0]) + 0.5, np.arange(SIZE[1]) + 0.5)
@@ -77,7 +86,7 @@ def test_the_shadow_is_darker_than_the_floor() -> None:
     stage = build_scene(Picture(bodies=ball(0.3), ground=True, bounds=BOUNDS), pose[None], SIZE)
     foot = -1.5 / stage.pen.light[2] * stage.pen.light
     column, row = stage.pen.camera.project([foot[0], foot[1], 0.0], SIZE)[:2].astype(int)
-    before, after = stage.image[row, column], stage.shot(pose)[row, column]
+    before, after = stage.image[row, column], shot(stage, pose)[row, column]
     assert (after < 0.9 * before).all()
 
 
@@ -88,40 +97,40 @@ def redness(image: np.ndarray) -> int:
 
 
 def test_a_wall_before_the_whole_way_is_translucent() -> None:
-    wall = box_obstacle("wall", (4.0, 0.1, 1.0), (0.0, 0.0, 0.5))
+    wall = box_surface("wall", (4.0, 0.1, 1.0), (0.0, 0.0, 0.5))
     picture = Picture(bodies=ball(0.2), obstacles=[wall], ground=True, bounds=BOUNDS, view="front")
     behind, before = (build_scene(picture, at(0.0, y, 0.2)[None], SIZE) for y in (1.0, -1.0))
-    assert reddish(behind.shot(at(0.0, 1.0, 0.2))).any()
+    assert reddish(shot(behind, at(0.0, 1.0, 0.2))).any()
     column, row = before.pen.camera.project([1.0, -0.05, 0.5], SIZE)[:2].astype(int)
     assert behind.image[row, column].mean() > before.image[row, column].mean() + 10
 
 
 def test_behind_a_wall_before_a_part_of_the_way_the_machine_shows_through_paler() -> None:
-    post = box_obstacle("post", (0.8, 0.1, 1.0), (1.6, 0.0, 0.5))
+    post = box_surface("post", (0.8, 0.1, 1.0), (1.6, 0.0, 0.5))
     picture = Picture(bodies=ball(0.2), obstacles=[post], ground=True, bounds=BOUNDS, view="front")
     way = np.stack([at(x, 1.0, 0.3) for x in np.linspace(-1.8, 1.6, 30)])
     stage = build_scene(picture, way, SIZE)
     assert not stage.still.outlook.veiled[0].any()
-    hidden, seen = redness(stage.shot(way[-1])), redness(stage.shot(way[0]))
+    hidden, seen = redness(shot(stage, way[-1])), redness(shot(stage, way[0]))
     assert redness(stage.image) + 30 < hidden < seen - 30
 
 
 def test_a_machine_that_nothing_hides_does_not_shine_through_the_edge_of_a_wall() -> None:
     """Half of the ball is behind a low kerb: that is how one sees what is nearer."""
-    kerb = box_obstacle("kerb", (4.0, 0.1, 0.2), (0.0, -0.4, 0.1))
+    kerb = box_surface("kerb", (4.0, 0.1, 0.2), (0.0, -0.4, 0.1))
     picture = Picture(bodies=ball(0.2), obstacles=[kerb], ground=True, bounds=BOUNDS, view="front")
     stage = build_scene(picture, at(0.0, 0.0, 0.3)[None], SIZE)
     column, row = stage.pen.camera.project([0.0, -0.45, 0.15], SIZE)[:2].astype(int)
-    image = stage.shot(at(0.0, 0.0, 0.3))
+    image = shot(stage, at(0.0, 0.0, 0.3))
     assert (image[row, column] == stage.image[row, column]).all()
     assert reddish(image).any()
 
 
 def test_one_looks_into_a_room_through_its_near_walls() -> None:
-    wall = box_obstacle("room", (4.0, 4.0, 2.0), (0.0, 0.0, 1.0))
-    room = replace(wall, faces=wall.faces[:, ::-1].copy(), primitive=None)
+    wall = box_surface("room", (4.0, 4.0, 2.0), (0.0, 0.0, 1.0))
+    room = replace(wall, faces=wall.faces[:, ::-1].copy())
     picture = Picture(bodies=ball(0.4), obstacles=[room])
-    assert reddish(render_frame(picture, at(0.0, 0.0, 1.0), size=SIZE)).any()
+    assert reddish(frame(picture, at(0.0, 0.0, 1.0))).any()
     stage = build_scene(picture, at(0.0, 0.0, 1.0)[None], SIZE)
     assert not stage.still.outlook.veiled[0].any()
     solid = build_scene(replace(picture, obstacles=[wall]), at(0.0, 0.0, 1.0)[None], SIZE)
@@ -135,7 +144,7 @@ def test_a_turning_disk_looks_different_at_every_eighth_turn() -> None:
         c, s = np.cos(angle), np.sin(angle)
         turned = np.array([[c, 0, s, 0], [0, 1, 0, 0], [-s, 0, c, 0]], dtype=float)
         stage = build_scene(picture, at(0, 0, 0)[None], SIZE)
-        images.append(stage.shot(turned.reshape(1, 12)).astype(int))
+        images.append(shot(stage, turned.reshape(1, 12)).astype(int))
     for i in range(8):
         for j in range(i):
             different = (abs(images[i] - images[j]).max(axis=-1) > 60).mean()
@@ -147,7 +156,7 @@ def test_ground_is_drawn_only_below() -> None:
     fallen = replace(picture, up=np.array([-1.0, 0.0, 0.0]))
     assert picture.stands_on_ground
     assert not fallen.stands_on_ground
-    assert build_scene(fallen, at(0, 0, 1)[None], SIZE).floor is None
+    assert build_scene(fallen, at(0, 0, 1)[None], SIZE).still.floor is None
 
 
 def test_the_goal_is_green_and_the_start_is_a_ghost() -> None:
@@ -180,20 +189,20 @@ def test_a_cable_is_drawn_and_a_slack_one_is_not() -> None:
     picture = Picture(bodies=bodies, bounds={"z": (0.0, 1.0)}, view="front")
     stage = build_scene(picture, at(0, 0, 0)[None], SIZE)
     column, row = stage.pen.camera.project([0.0, 0.0, 0.6], SIZE)[:2].astype(int)
-    assert (stage.shot(at(0, 0, 0), cable)[row, column] < 120).all()
-    slack = stage.shot(at(0, 0, 0), np.full((1, 2, 3), np.nan))
-    assert (slack == stage.shot(at(0, 0, 0))).all()
+    assert (shot(stage, at(0, 0, 0), cable)[row, column] < 120).all()
+    slack = shot(stage, at(0, 0, 0), np.full((1, 2, 3), np.nan))
+    assert (slack == shot(stage, at(0, 0, 0))).all()
 
 
 def test_an_empty_picture_is_paper() -> None:
-    image = render_frame(Picture(bodies=()), np.zeros((0, 12)), size=SIZE)
+    image = frame(Picture(bodies=()), np.zeros((0, 12)))
     assert image.shape == (300, 400, 3)
     assert (image[100:] == image[-1, -1]).all()
 
 
 def test_the_same_picture_has_the_same_pixels() -> None:
     picture = Picture(bodies=ball(0.2), ground=True, bounds=BOUNDS)
-    first, second = (render_frame(picture, at(0, 0, 1), size=SIZE) for _ in range(2))
+    first, second = (frame(picture, at(0, 0, 1)) for _ in range(2))
     assert (first == second).all()
 
 
@@ -233,7 +242,7 @@ def test_a_cable_is_as_wide_as_its_radius_and_never_thinner_than_a_line() -> Non
         stage = build_scene(picture, at(0, 0, 0)[None], SIZE)
         ends = stage.pen.camera.project([[-0.1, 0.0, 0.5], [0.1, 0.0, 0.5]], SIZE)[:, :2]
         _, row = ends[0].astype(int)
-        widths.append(int((stage.shot(at(0, 0, 0), cable)[row].max(axis=-1) < 120).sum()))
+        widths.append(int((shot(stage, at(0, 0, 0), cable)[row].max(axis=-1) < 120).sum()))
     assert widths[0] == widths[1]  # [pixel]
     assert widths[2] == pytest.approx(np.ptp(ends[:, 0]), abs=2.0)
 
@@ -250,7 +259,7 @@ def test_the_ghosts_cable_is_drawn() -> None:
 def test_start_and_goal_of_a_machine_without_cables_are_drawn() -> None:
     problem = kinolab.load("pendulum_swingup")
     x = np.array([problem.start, problem.start])
-    shown = picture_of(problem, problem.model.frames(x), problem.model.cables(x))
+    shown = picture_of(problem, x)
     assert isinstance(shown.goal, Ghost)
     for ghost in (shown.start, shown.goal):
         assert ghost is not None

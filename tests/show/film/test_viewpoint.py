@@ -10,13 +10,13 @@ import pytest
 from kinolab.dynamics.language.shapes import Sphere
 from kinolab.dynamics.machine_facts import BodyGeometry
 from kinolab.show.film.models.cut import along, cut_open, level
-from kinolab.show.film.models.surface_mesh import areas, is_room, weld
+from kinolab.show.film.models.surface_mesh import areas_of, is_room, weld
 from kinolab.show.film.picture import Picture, Surface
 from kinolab.show.film.raster.camera import Angles, Camera, frame_scene
 from kinolab.show.film.staging.sight import SEEN, Screens
 from kinolab.show.film.staging.stage import build_scene
 from kinolab.show.page.follow import follow_track
-from kinolab.world.obstacle import Obstacle, box_obstacle
+from tests.show.film.films import box_surface
 
 SIZE = (400, 300)
 BALL = [BodyGeometry("ball", (Sphere(0.1),))]
@@ -30,7 +30,7 @@ def way(*points: tuple[float, float, float]) -> np.ndarray:
     return np.asarray(poses.reshape(-1, 1, 12))
 
 
-def room_of(box: Obstacle) -> Surface:
+def room_of(box: Surface) -> Surface:
     return Surface(box.name, box.vertices, box.faces[:, ::-1].copy())
 
 
@@ -49,7 +49,7 @@ def test_a_face_hides_what_is_behind_it_and_only_that() -> None:
 @pytest.mark.parametrize("side", [-1.0, 1.0])
 def test_a_wall_is_looked_at_from_the_side_on_which_the_machine_goes(side: float) -> None:
     """The wall is higher than wide is the space behind it, so that no elevation looks over it."""
-    wall = box_obstacle("wall", (6.0, 0.1, 4.0), (0.0, -0.5 * side, 2.0))
+    wall = box_surface("wall", (6.0, 0.1, 4.0), (0.0, -0.5 * side, 2.0))
     motion = way(*((x, 0.0, 0.1) for x in np.linspace(-2, 2, 9)))
     picture = Picture(bodies=BALL, obstacles=[wall], ground=True, bounds=BOUNDS)
     still = build_scene(picture, motion, SIZE).still
@@ -68,9 +68,9 @@ def test_what_a_scenario_says_about_its_camera_is_kept() -> None:
 
 
 def test_a_lid_over_everything_becomes_translucent_as_a_whole() -> None:
-    lid = box_obstacle("lid", (6.0, 6.0, 0.1), (0.0, 0.0, 1.0))
-    sides = [box_obstacle(f"{k}", (0.1, 6.0, 1.0), (x, 0.0, 0.5)) for k, x in enumerate((-3, 3))]
-    ends = [box_obstacle(f"{k}", (6.0, 0.1, 1.0), (0.0, y, 0.5)) for k, y in enumerate((-3, 3))]
+    lid = box_surface("lid", (6.0, 6.0, 0.1), (0.0, 0.0, 1.0))
+    sides = [box_surface(f"{k}", (0.1, 6.0, 1.0), (x, 0.0, 0.5)) for k, x in enumerate((-3, 3))]
+    ends = [box_surface(f"{k}", (6.0, 0.1, 1.0), (0.0, y, 0.5)) for k, y in enumerate((-3, 3))]
     picture = Picture(bodies=BALL, obstacles=[lid, *sides, *ends], ground=True, bounds=BOUNDS)
     motion = way(*((x, 0.3 * x, 0.1) for x in np.linspace(-2, 2, 9)))
     veiled = build_scene(picture, motion, SIZE).still.outlook.veiled[0]
@@ -81,20 +81,22 @@ def test_a_lid_over_everything_becomes_translucent_as_a_whole() -> None:
 
 def test_a_cut_leaves_what_is_below_and_closes_it() -> None:
     """A cube of edge 2 on the ground, cut at 0.5 m: walls of 4 x 2 x 0.5 m^2, foot and lid of 4."""
-    box = box_obstacle("box", (2.0, 2.0, 2.0), (0.0, 0.0, 1.0))
+    box = box_surface("box", (2.0, 2.0, 2.0), (0.0, 0.0, 1.0))
     mesh = cut_open(weld(box.vertices, box.faces, (1.0, 0.0, 0.0)), level(0.5))
     assert mesh.vertices[:, 2].max() == pytest.approx(0.5, abs=5e-3)
-    assert areas(mesh).sum() == pytest.approx(4 * 2 * 0.5 + 4 + 4, rel=1e-3)
+    assert areas_of(mesh.vertices, mesh.faces).sum() == pytest.approx(4 * 2 * 0.5 + 4 + 4, rel=1e-3)
 
 
 def test_a_room_that_is_cut_lies_in_ground_with_a_hole_as_large_as_the_room() -> None:
     """The room is 4 x 2 m; the ground reaches 6 % of 4 m beyond it on every side."""
-    room = room_of(box_obstacle("room", (4.0, 2.0, 2.0), (0.0, 0.0, 1.0)))
+    room = room_of(box_surface("room", (4.0, 2.0, 2.0), (0.0, 0.0, 1.0)))
     whole = weld(room.vertices, room.faces, (1.0, 0.0, 0.0))
     assert is_room(whole)
     mesh = cut_open(whole, level(1.0))
     flat = np.abs(mesh.vertices[mesh.faces][..., 2] - 1.0).max(axis=1) < 1e-9
-    assert areas(mesh)[flat].sum() == pytest.approx(4.48 * 2.48 - 4 * 2, rel=1e-3)
+    assert areas_of(mesh.vertices, mesh.faces)[flat].sum() == pytest.approx(
+        4.48 * 2.48 - 4 * 2, rel=1e-3
+    )
 
 
 def test_a_cut_along_a_way_passes_through_it_and_stays_between_its_heights() -> None:
@@ -107,7 +109,7 @@ def test_a_cut_along_a_way_passes_through_it_and_stays_between_its_heights() -> 
 
 def test_the_camera_that_follows_goes_round_walls() -> None:
     """In a street along x between high walls one sees the machine from along the street only."""
-    walls = [box_obstacle(f"{y}", (40.0, 0.1, 20.0), (0.0, y, 10.0)) for y in (-0.6, 0.6)]
+    walls = [box_surface(f"{y}", (40.0, 0.1, 20.0), (0.0, y, 10.0)) for y in (-0.6, 0.6)]
     picture = Picture(bodies=BALL, obstacles=walls, ground=True)
     motion = way(*((x, 0.0, 0.1) for x in np.linspace(-2, 2, 9)))
     meshes = picture.obstacle_meshes()

@@ -5,19 +5,17 @@ from __future__ import annotations
 from typing import Any, Literal
 
 from kinolab.problem import PlanningTask
-from kinolab.scenario.schema import RenderSection
-from kinolab.show.film.film import Film
+from kinolab.show.film.film import staged
 from kinolab.show.film.gif import gif_parts
 from kinolab.show.film.mp4 import mp4
 from kinolab.show.film.raster.camera import View
 from kinolab.show.film.staging.motion_script import motion_script
-from kinolab.show.film.staging.set_up import staged
 from kinolab.trajectory import Trajectory
 
 
 def animate(problem: PlanningTask, trajectory: Trajectory) -> bytes:
     """Return the trajectory as an animated GIF."""
-    return b"".join(gif_parts(film_of(problem, trajectory), problem.scenario.render.size))
+    return b"".join(gif_parts(staged(motion_script(problem, trajectory))))
 
 
 def video(
@@ -47,14 +45,4 @@ def video(
         given |= {"view": "perspective", "follow": True}
     changed = {name: value for name, value in given.items() if value}
     settings = problem.scenario.render.model_copy(update=changed)
-    return mp4(film_of(problem, trajectory, settings, fps=fps, video=True), settings.size, fps)
-
-
-def film_of(
-    problem: PlanningTask,
-    trajectory: Trajectory,
-    settings: RenderSection | None = None,
-    **options: Any,
-) -> Film:
-    """Build the film of a trajectory, with the scenario's or other settings."""
-    return staged(motion_script(problem, trajectory, settings, **options))
+    return mp4(staged(motion_script(problem, trajectory, settings, fps=fps, video=True)), fps)

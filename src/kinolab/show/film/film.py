@@ -13,9 +13,10 @@ from numpy.typing import NDArray
 from kinolab.numerics.arrays import Array
 from kinolab.show.film.inset import Inset
 from kinolab.show.film.scene import Scene
-from kinolab.show.film.staging.playback import Playback
+from kinolab.show.film.staging.inset_place import build_inset, whole_window
+from kinolab.show.film.staging.script import Script
+from kinolab.show.film.staging.stage import build_scene
 from kinolab.show.film.text import letter, time_stamp
-from kinolab.show.film.travelling import Travelling
 
 Bytes: TypeAlias = NDArray[np.uint8]
 
@@ -27,24 +28,19 @@ class Film:
     """A motion ready to be rendered.
 
     Args:
-        stage: The scene and its camera, which may go with the machine.
-        playback: Times of the frames; ``nf`` is their number.
-        poses: Shape (nf, nb, 12).
-        lines: Cables, shape (nf, nl, 2, 3), or None.
-        title: One line of text.
-        magnifier: Inset that enlarges the machine in a corner, if any.
+        script: What is shown, and when.
+        stage: The scene and its camera.
+        magnifier: Inset that enlarges the machine in a corner, if any; one without a frame is the
+            whole picture, which goes with the machine.
     """
 
-    stage: Scene | Travelling
-    playback: Playback
-    poses: Array
-    lines: Array | None
-    title: str
+    script: Script
+    stage: Scene
     magnifier: Inset | None = None
 
     def __len__(self) -> int:
         """The number of frames."""
-        return len(self.poses)
+        return len(self.script.poses)
 
     def frame(self, i: int) -> Bytes:
         """RGB pixels of frame ``i``, shape (h, w, 3)."""
@@ -60,14 +56,32 @@ class Film:
 
     def shots(self, run: slice) -> Iterator[Bytes]:
         """Draw some frames: RGB pixels, shape (h, w, 3) each."""
-        poses, lines = self.poses[run], None if self.lines is None else self.lines[run]
-        views = repeat(None) if self.magnifier is None else self.magnifier.views(poses, lines)
-        words = self.stage.still.words
-        shots = zip(self.playback.times[run], self.stage.shots(poses, lines), views, strict=False)
-        for time, image, view in shots:
-            self.stage.signs.on(image)
-            if self.magnifier is not None and view is not None:
-                self.magnifier.put(view, image)
-            stamp = time_stamp(float(time), self.playback.speed)
-            letter(image, self.title, stamp, words, self.stage.around)
+        script, still = self.script, self.stage.still
+        poses, lines = script.poses[run], None if script.lines is None else script.lines[run]
+        window = None if self.magnifier is None or self.magnifier.framed else self.magnifier
+        images = window.views(poses, lines) if window else self._whole(poses, lines)
+        around = still.around if window else None
+        for time, image in zip(script.playback.times[run], images, strict=False):
+            stamp = time_stamp(float(time), script.playback.speed)
+            letter(image, script.title, stamp, still.words, around)
             yield image
+
+    def _whole(self, poses: Array, lines: Array | None) -> Iterator[Bytes]:
+        """Draw the scene with its signs and its inset, if any."""
+        inset = self.magnifier
+        views = repeat(None) if inset is None else inset.views(poses, lines)
+        for image, view in zip(self.stage.shots(poses, lines), views, strict=False):
+            self.stage.signs.on(image)
+            if inset is not None and view is not None:
+                left, top, right, bottom = inset.box
+                image[top:bottom, left:right] = view
+            yield image
+
+
+def staged(script: Script) -> Film:
+    """Build the scene of a film, which can then be drawn."""
+    stage = build_scene(script.picture, script.motion, script.size)
+    inset = whole_window(stage, script) if script.picture.follow else None
+    if inset is None and script.magnify:
+        inset = build_inset(stage, script)
+    return Film(script, stage, inset)

@@ -2,23 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
-from kinolab.show.film.picture import Surface
 from kinolab.show.film.staging.script import Script
 
 
 @dataclass(frozen=True)
-class Scenery:
-    """The obstacles in all films that follow."""
-
-    obstacles: Sequence[Surface]
-
-
-@dataclass(frozen=True)
 class Order:
-    """A film to draw, without obstacles; it takes the place of those that were ordered before."""
+    """A film to draw; it takes the place of those that were ordered before, whose obstacles stay.
+
+    Only the first order has obstacles, which are large and the same in all.
+    """
 
     number: int
     script: Script
@@ -39,16 +33,14 @@ class Compiling:
 
 @dataclass(frozen=True)
 class Drawn:
-    """The finished file of an order."""
+    """What came of an order.
+
+    Args:
+        number: Of the order.
+        content: The finished file; None where drawing has failed.
+        reason: The traceback of a failure; empty where memory was short.
+    """
 
     number: int
-    content: bytes
-
-
-@dataclass(frozen=True)
-class DrawingFailed:
-    """Drawing has failed."""
-
-    number: int
-    reason: str
-    of_memory: bool
+    content: bytes | None
+    reason: str = ""

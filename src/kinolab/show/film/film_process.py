@@ -8,8 +8,8 @@ draws is not loaded here.
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from multiprocessing.connection import Connection
@@ -21,7 +21,7 @@ from kinolab.concurrency.starting import WorkingProcess
 from kinolab.errors import KinolabError
 from kinolab.numerics.compiling import running
 from kinolab.problem import PlanningTask
-from kinolab.show.film.film_messages import Compiling, DrawingFailed, Drawn, Final, Order, Scenery
+from kinolab.show.film.film_messages import Compiling, Drawn, Final, Order
 from kinolab.show.film.picture import Picture
 from kinolab.show.film.staging.motion_script import motion_script
 from kinolab.trajectory import Trajectory
@@ -89,18 +89,20 @@ class FilmProcess:
             RuntimeError: If drawing failed; the text has the process's own traceback.
         """
         assert self._result is not None
-        with _ended():
+        try:
             return self._result()
+        except (EOFError, BrokenPipeError, ConnectionResetError):  # the connection was closed
+            raise DrawingError("the process that draws the film was ended.") from None
 
     def _order(self, worker: WorkingProcess, problem: PlanningTask, trajectory: Trajectory) -> None:
         """Have a trajectory drawn, and nothing that was ordered before."""
         script = motion_script(problem, trajectory)
         if self._still is None:
-            self._still = script.picture.plain()
-            worker.post(Scenery(self._still.surfaces()))
+            self._still = shown = script.picture.plain()
+        else:
+            shown = replace(script.picture, bodies=self._still.bodies, obstacles=())
         self._orders += 1
-        moving = replace(script.picture, bodies=self._still.bodies, obstacles=())
-        worker.post(Order(self._orders, replace(script, picture=moving)))
+        worker.post(Order(self._orders, replace(script, picture=shown)))
         self._ordered = trajectory
 
     def _received(self, connection: Connection) -> bytes:
@@ -108,10 +110,10 @@ class FilmProcess:
             match connection.recv():
                 case Compiling(functions, seconds):
                     self._progress(running(functions, seconds))
-                case Drawn(number, content) if number == self._orders:
+                case Drawn(number, content, reason) if number == self._orders:
+                    if content is None:
+                        raise RuntimeError(reason) if reason else MemoryError
                     return content
-                case DrawingFailed(number, reason, of_memory) if number == self._orders:
-                    raise MemoryError if of_memory else RuntimeError(reason)
 
 
 def _drawn_here(problem: PlanningTask, trajectory: Trajectory) -> bytes:
@@ -125,12 +127,3 @@ def _same(ordered: Trajectory | None, wanted: Trajectory) -> bool:
     return ordered is not None and (
         np.array_equal(ordered.t, wanted.t) and np.array_equal(ordered.x, wanted.x)
     )
-
-
-@contextmanager
-def _ended() -> Iterator[None]:
-    """Say what a closed connection means."""
-    try:
-        yield
-    except (EOFError, BrokenPipeError, ConnectionResetError):
-        raise DrawingError("the process that draws the film was ended.") from None

@@ -30,20 +30,17 @@ LAST_DELAY = 100  # [1/100 s] for which the last frame is shown before the loop 
 PALETTE_FRAMES = 8  # frames from which the palette is chosen
 
 
-def gif_parts(
-    film: Film, size: tuple[int, int], share: Callable[[], Share] = everything
-) -> Iterator[bytes]:
+def gif_parts(film: Film, share: Callable[[], Share] = everything) -> Iterator[bytes]:
     """Yield a film as the bytes of a GIF file, in chunks.
 
     Args:
         film: The film.
-        size: Width and height in [pixel].
         share: What may be taken of the computer, which changes no byte.
     """
     with Crew(share) as crew:
         sampled = np.unique(np.linspace(0, len(film) - 1, PALETTE_FRAMES).astype(int)).tolist()
         palette = crew.do(shared_palette, list(crew.in_order(film.frame, sampled)))
-        yield _header(size, palette)
+        yield _header(film.script.size, palette)
         yield from _blocks(film, palette, crew)
     yield b";"
 
@@ -62,7 +59,7 @@ def _header(size: tuple[int, int], palette: Palette) -> bytes:
 
 def _blocks(film: Film, palette: Palette, crew: Crew) -> Iterator[bytes]:
     """Frames as their differences from the ones before, several in a chunk."""
-    delays = [film.playback.delay] * (len(film) - 1) + [LAST_DELAY]
+    delays = [film.script.playback.delay] * (len(film) - 1) + [LAST_DELAY]
 
     def drawn(run: slice) -> Run:
         return run, [palette.indices(image) for image in film.shots(run)]

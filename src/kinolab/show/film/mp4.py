@@ -17,17 +17,17 @@ QUALITY = "18"  # x264 CRF, visually lossless
 LAST_FRAME_SECONDS = 1.0  # [s] for which the last frame is shown
 
 
-def mp4(film: Film, size: tuple[int, int], fps: float) -> bytes:
+def mp4(film: Film, fps: float) -> bytes:
     """Return a film as the bytes of an MP4 file.
 
     Args:
         film: The frames.
-        size: Width and height in [pixel].
         fps: Frames per second, as the film was made for.
 
     Raises:
         InputError: If PyAV is not installed, or a side is odd, which H.264 cannot store.
     """
+    size = film.script.size
     if any(side % 2 for side in size):
         what = f"{size[0]} x {size[1]} has an odd side, which H.264 cannot store."
         raise InputError([Mistake("size", what, "Give even numbers.")])

@@ -59,26 +59,8 @@ def shared_palette(images: Sequence[Bytes]) -> Palette:
 
 
 @kernel  # type: ignore[untyped-decorator]
-def _index(pixel: Bytes, colors: Bytes, table: Bytes) -> int:
-    """The index of the colour nearest to a pixel, which is remembered."""
-    place = ((pixel[0] >> DROPPED) << BITS | pixel[1] >> DROPPED) << BITS | pixel[2] >> DROPPED
-    if table[place] == UNKNOWN:
-        best, least, middle = 0, 1 << 30, 1 << DROPPED >> 1
-        for k in range(colors.shape[0]):
-            dr = (pixel[0] >> DROPPED << DROPPED) + middle - np.int64(colors[k, 0])
-            dg = (pixel[1] >> DROPPED << DROPPED) + middle - np.int64(colors[k, 1])
-            db = (pixel[2] >> DROPPED << DROPPED) + middle - np.int64(colors[k, 2])
-            # The eye sees green best and blue least; the weights are the usual 3 : 6 : 1.
-            distance = 3 * dr * dr + 6 * dg * dg + db * db
-            if distance < least:
-                best, least = k, distance
-        table[place] = best
-    return int(table[place])
-
-
-@kernel  # type: ignore[untyped-decorator]
 def _look_up(image: Bytes, colors: Bytes, table: Bytes, out: Bytes) -> None:
-    """Look up an image.
+    """Find the index of the colour nearest to each pixel, which the table remembers.
 
     Args:
         image: RGB, (h, w, 3).
@@ -87,4 +69,17 @@ def _look_up(image: Bytes, colors: Bytes, table: Bytes, out: Bytes) -> None:
     """
     for i in range(out.shape[0]):
         for j in range(out.shape[1]):
-            out[i, j] = _index(image[i, j], colors, table)
+            red, green, blue = image[i, j, 0], image[i, j, 1], image[i, j, 2]
+            place = ((red >> DROPPED) << BITS | green >> DROPPED) << BITS | blue >> DROPPED
+            if table[place] == UNKNOWN:
+                best, least, middle = 0, 1 << 30, 1 << DROPPED >> 1
+                for k in range(colors.shape[0]):
+                    dr = (red >> DROPPED << DROPPED) + middle - np.int64(colors[k, 0])
+                    dg = (green >> DROPPED << DROPPED) + middle - np.int64(colors[k, 1])
+                    db = (blue >> DROPPED << DROPPED) + middle - np.int64(colors[k, 2])
+                    # The eye sees green best and blue least; the weights are the usual 3 : 6 : 1.
+                    distance = 3 * dr * dr + 6 * dg * dg + db * db
+                    if distance < least:
+                        best, least = k, distance
+                table[place] = best
+            out[i, j] = table[place]

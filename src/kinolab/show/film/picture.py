@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from kinolab.numerics.arrays import Array
 from kinolab.show.film.models.ball import Color
 from kinolab.show.film.models.cut import along, cut_open, level
-from kinolab.show.film.models.obstacles import own_colors, painted
+from kinolab.show.film.models.obstacles import painted
 from kinolab.show.film.models.painted_body import PaintedBody
 from kinolab.show.film.models.setting import SETTINGS, SceneColors, SettingName
 from kinolab.show.film.models.surface_mesh import SurfaceMesh, is_room, weld
@@ -20,9 +20,6 @@ from kinolab.show.film.raster.camera import View
 
 if TYPE_CHECKING:
     from kinolab.dynamics.machine_facts import BodyGeometry
-    from kinolab.world.obstacle import Obstacle
-
-Lines: TypeAlias = Array | Callable[[float], Array]
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,6 +33,15 @@ class Ghost:
 
     poses: Array
     lines: Array = field(default_factory=lambda: np.zeros((0, 2, 3)))
+
+    def placed(self, machine: Sequence[SurfaceMesh]) -> list[SurfaceMesh]:
+        """The machine's meshes where its bodies are."""
+        return [mesh.moved(pose) for mesh, pose in zip(machine, self.table, strict=True)]
+
+    @property
+    def table(self) -> Array:
+        """The poses as rows of 12 numbers."""
+        return np.asarray(self.poses, dtype=np.float64).reshape(-1, 12)
 
 
 @dataclass(frozen=True, eq=False)
@@ -111,13 +117,13 @@ class Picture:
         goal: A region, or poses for a second ghost.
         points: Where points of bodies must come, each drawn as a ball.
         cones: Goal cones and keep-out cones of axes.
-        lines: Cables: segments of shape (nt, nl, 2, 3) that go with the rows of the motion, or a
-            function that gives shape (nl, 2, 3) at a time. Segments that are not finite are slack.
+        lines: Cables: segments of shape (nt, nl, 2, 3) that go with the rows of the motion.
+            Segments that are not finite are slack.
         radii: Of the cables in [m], shape (nl,); thin lines where it has no entries.
     """
 
     bodies: Sequence[BodyGeometry | PaintedBody]
-    obstacles: Sequence[Obstacle | Surface] = ()
+    obstacles: Sequence[Surface] = ()
     ground: bool = False
     bounds: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     up: Array = field(default_factory=lambda: np.array([0.0, 0.0, 1.0]))
@@ -132,7 +138,7 @@ class Picture:
     goal: GoalMarker | Ghost | None = None
     points: Sequence[GoalMarker] = ()
     cones: Sequence[Cone] = ()
-    lines: Lines | None = None
+    lines: Array | None = None
     radii: Array = field(default_factory=lambda: np.zeros(0))
 
     @property
@@ -146,12 +152,8 @@ class Picture:
         return tuple(body.mesh(pixel) for body in self._painted())
 
     def plain(self) -> Picture:
-        """The same picture for a process that knows neither shapes nor a world."""
-        return replace(self, bodies=self._painted(), obstacles=self.surfaces())
-
-    def surfaces(self) -> list[Surface]:
-        """The obstacles as they are drawn, with their colours."""
-        return [_surface(each) for each in self.obstacles]
+        """The same picture for a process that knows no shapes."""
+        return replace(self, bodies=self._painted())
 
     @property
     def colors(self) -> SceneColors:
@@ -160,7 +162,7 @@ class Picture:
 
     def obstacle_meshes(self) -> list[SurfaceMesh]:
         """The obstacles as coloured meshes, in their order; cut open where the picture says so."""
-        meshes = [self._colored(k, each) for k, each in enumerate(self.surfaces())]
+        meshes = [self._colored(k, each) for k, each in enumerate(self.obstacles)]
         if self.cut == "way":
             if self.path is None:
                 return meshes
@@ -171,7 +173,8 @@ class Picture:
     def _colored(self, number: int, surface: Surface) -> SurfaceMesh:
         if surface.paint is not None and not surface.colors:
             return weld(surface.vertices, surface.faces, surface.paint)
-        colors = own_colors(number, surface.colors, self.colors)
+        turns = self.colors.obstacles
+        colors = surface.colors or (turns[number % len(turns)],)
         return painted(surface.vertices, surface.faces, colors)
 
     def _painted(self) -> Sequence[PaintedBody]:
@@ -181,15 +184,3 @@ class Picture:
         from kinolab.show.film.models.paint import painted_bodies
 
         return painted_bodies([body for body in self.bodies if not isinstance(body, PaintedBody)])
-
-
-def _surface(obstacle: Obstacle | Surface) -> Surface:
-    if isinstance(obstacle, Surface):
-        return obstacle
-    return Surface(obstacle.name, obstacle.vertices, obstacle.faces, paint=obstacle.colors)
-
-
-def pose_table(poses: ArrayLike) -> Array:
-    """Poses given as (..., nb, 12) or (..., nb, 3, 4), as rows of 12 numbers."""
-    table = np.asarray(poses, dtype=np.float64)
-    return table.reshape(*table.shape[:-2], 12) if table.shape[-2:] == (3, 4) else table

@@ -8,11 +8,9 @@ from functools import cached_property
 from itertools import repeat
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from kinolab.numerics.arrays import Array
 from kinolab.show.film.models.assembly import Assembly
-from kinolab.show.film.picture import Floor, pose_table
 from kinolab.show.film.raster.contact import darken_corners
 from kinolab.show.film.raster.draw_list import Layer, Shadows, drawn
 from kinolab.show.film.raster.rasterizer import (
@@ -50,16 +48,6 @@ class Scene:
     layers: Sequence[Layer]
     still: Still
 
-    @property
-    def floor(self) -> Floor | None:
-        """Ground for the machine's shadow, if there is any."""
-        return self.still.floor
-
-    @property
-    def around(self) -> None:
-        """What surrounds the letters of title and time: nothing, there is only sky behind them."""
-        return
-
     @cached_property
     def canvas(self) -> Canvas:
         """The backdrop in small pixels, with depth."""
@@ -78,11 +66,6 @@ class Scene:
         height, width = self.image.shape[:2]
         return signs(self.still, self.pen.camera, (width, height))
 
-    def shot(self, poses: ArrayLike, lines: Array | None = None) -> Bytes:
-        """The picture with the machine at poses, shape (nb, 12), and cables, shape (nl, 2, 3)."""
-        one = None if lines is None else lines[None]
-        return next(self.shots(pose_table(poses)[None], one))
-
     def shots(self, poses: Array, lines: Array | None) -> Iterator[Bytes]:
         """Draw pictures, shape (h, w, 3) each.
 
@@ -90,26 +73,44 @@ class Scene:
             poses: Of the bodies, shape (nf, nb, 12).
             lines: Cables, shape (nf, nl, 2, 3), if any.
         """
-        for parts in machine_facets(self.pen, self.machine, poses, lines, self.floor is not None):
+        grounded = self.still.floor is not None
+        for parts in machine_facets(self.pen, self.machine, poses, lines, grounded):
             yield self._composed(*parts)
 
     def _composed(self, facets: Facets, shadows: list[Array]) -> Bytes:
         box = extent(np.concatenate([facets.corners, *shadows]), self.pen.size, self.pen.scale)
         part = self.canvas.part(box)
-        shift = np.array([box[0], box[1], 0.0])
-        Shadows([corners - shift for corners in shadows]).on(part)
-        put_machine(part, Facets(facets.corners - shift, facets.colors), self.still)
+        put_machine(part, box[:2], facets, shadows, self.still)
         left, top, right, bottom = (side // self.pen.scale for side in box)
         image = self.image.copy()
         image[top:bottom, left:right] = average(part.color, self.pen.scale)
         return image
 
 
-def put_machine(canvas: Canvas, facets: Facets, still: Still) -> None:
-    """Draw a machine, which shows through walls where one could not see it otherwise."""
+def put_machine(
+    canvas: Canvas,
+    corner: tuple[int, int],
+    facets: Facets,
+    shadows: Sequence[Array],
+    still: Still,
+) -> None:
+    """Draw a machine and its shadows, of shape (m, 3, 3) by lamp, on a part of a picture.
+
+    It shows through walls where one could not see it otherwise.
+
+    Args:
+        canvas: The part.
+        corner: Its first column and row in the picture.
+        facets: The machine.
+        shadows: One entry per lamp.
+        still: What stands still in the picture.
+    """
+    shift = np.array([*corner, 0.0])
+    Shadows([corners - shift for corners in shadows]).on(canvas)
+    moved = Facets(facets.corners - shift, facets.colors)
     if still.outlook.hides:
-        reveal(canvas, facets)
-    draw(canvas, facets)
+        reveal(canvas, moved)
+    draw(canvas, moved)
 
 
 def machine_facets(

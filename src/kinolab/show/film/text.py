@@ -16,6 +16,7 @@ from PIL import Image, ImageDraw, ImageFont
 from kinolab.show.film.raster.rasterizer import Box
 
 Bytes: TypeAlias = NDArray[np.uint8]
+Mark: TypeAlias = Callable[[ImageDraw.ImageDraw, int], None]  # draws with letters, so much wider
 
 TITLE, STAMP = (38, 42, 50), (96, 100, 108)
 HALO = 2  # [pixel] around the letters of a word in the picture
@@ -104,10 +105,11 @@ def _words(
     text: str,
     font: str,
     size: int,
-    place: tuple[int, int],
+    place: tuple[float, float],
     anchor: str,
     page: tuple[int, int],
     halo: int = 0,
+    mark: Mark = lambda *_: None,
 ) -> Words:
     """Words in a font, anchored at a place of a page, width and height in [pixel].
 
@@ -115,9 +117,9 @@ def _words(
     """
     covered = Image.new("L", page)
     with _setting:
-        ImageDraw.Draw(covered).text(
-            place, text, 255, _font(font, size), anchor=anchor, stroke_width=halo
-        )
+        pen = ImageDraw.Draw(covered)
+        mark(pen, halo)
+        pen.text(place, text, 255, _font(font, size), anchor=anchor, stroke_width=halo)
     left, top, right, bottom = covered.getbbox() or (0, 0, 0, 0)
     return Words(covered.crop((left, top, right, bottom)), left, top)
 
@@ -143,7 +145,7 @@ def caption(
     text: str,
     place: tuple[float, float],
     page: tuple[int, int],
-    mark: Callable[[ImageDraw.ImageDraw, int], None] = lambda *_: None,
+    mark: Mark = lambda *_: None,
 ) -> tuple[Words, Words] | None:
     """A word whose foot is at a place of a page, and what surrounds its letters.
 
@@ -156,18 +158,11 @@ def caption(
     Returns:
         The letters and their surroundings; None where they would leave the page.
     """
-    font, parts = _font(BOLD, caption_size(page[1])), []
-    for width in (0, HALO):
-        covered = Image.new("L", page)
-        with _setting:
-            pen = ImageDraw.Draw(covered)
-            mark(pen, width)
-            pen.text(place, text, 255, font, anchor="ms", stroke_width=width)
-        box = covered.getbbox()
-        if box is None or min(box[0], box[1]) <= 0 or box[2] >= page[0] or box[3] >= page[1]:
-            return None
-        parts.append(Words(covered.crop(box), box[0], box[1]))
-    return parts[0], parts[1]
+    size = caption_size(page[1])
+    inner, outer = (_words(text, BOLD, size, place, "ms", page, k, mark) for k in (0, HALO))
+    left, top, right, bottom = outer.box
+    inside = min(left, top) > 0 and right < page[0] and bottom < page[1]
+    return (inner, outer) if inside else None
 
 
 def _sizes(height: int) -> tuple[int, int]:

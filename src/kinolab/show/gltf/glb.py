@@ -15,7 +15,7 @@ from itertools import count
 from typing import Any, TypeAlias
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from kinolab.numerics.arrays import Array
 
@@ -23,7 +23,7 @@ Color: TypeAlias = tuple[float, float, float]
 
 FLOAT, UINT = 5126, 5125
 VERTICES, INDICES = 34962, 34963
-LINES, TRIANGLES = 1, 4
+MODES = {2: 1, 3: 4}  # lines and triangles, by vertices of each
 WIDTHS = {1: "SCALAR", 3: "VEC3", 4: "VEC4"}
 
 
@@ -67,7 +67,7 @@ class Glb:
         return known.index(content) if content in known else self._add("materials", content)
 
     def mesh(self, name: str, primitives: list[dict[str, Any]]) -> int:
-        """Add a mesh of primitives from ``surface`` and ``lines``."""
+        """Add a mesh of primitives."""
         return self._add("meshes", {"name": name, "primitives": primitives})
 
     def points(self, vertices: Array) -> int:
@@ -76,16 +76,19 @@ class Glb:
         extent = {"min": table.min(axis=0).tolist(), "max": table.max(axis=0).tolist()}
         return self._accessor(table, FLOAT, VERTICES, extent)
 
-    def surface(self, points: int, faces: ArrayLike, material: int) -> dict[str, Any]:
-        """Return triangles, shape (m, 3), between stored vertices."""
-        return self._primitive(points, faces, material, TRIANGLES)
-
-    def lines(self, points: int, ends: ArrayLike, material: int) -> dict[str, Any]:
-        """Return segments, shape (m, 2), between stored vertices."""
-        return self._primitive(points, ends, material, LINES)
+    def primitive(self, points: int, rows: NDArray[Any], material: int) -> dict[str, Any]:
+        """Return triangles, shape (m, 3), or segments, shape (m, 2), between stored vertices."""
+        indices = self._accessor(rows.astype(np.uint32).reshape(-1, 1), UINT, INDICES, {})
+        parts = {"attributes": {"POSITION": points}, "indices": indices, "material": material}
+        return {**parts, "mode": MODES[rows.shape[1]]}
 
     def animate(self, node: int, what: str, times: Array, values: Array) -> None:
-        """Animate ``translation``, ``rotation`` or ``scale`` of a node by keys (nk, 3 or 4)."""
+        """Animate ``translation``, ``rotation`` or ``scale`` of a node by keys (nk, 3 or 4).
+
+        A single key is where the node is, and no animation.
+        """
+        if len(times) < 2:
+            return
         t = np.asarray(times, dtype=np.float32)
         extent = {"min": [float(t.min())], "max": [float(t.max())]}
         sampler = {
@@ -123,25 +126,16 @@ class Glb:
         self._parts[kind].append(content)
         return len(self._parts[kind]) - 1
 
-    def _primitive(self, points: int, rows: ArrayLike, material: int, mode: int) -> dict[str, Any]:
-        flat = np.asarray(rows, dtype=np.uint32).reshape(-1, 1)
-        indices = self._accessor(flat, UINT, INDICES, {})
-        attributes = {"POSITION": points}
-        return {"attributes": attributes, "indices": indices, "material": material, "mode": mode}
-
     def _accessor(
         self, table: NDArray[Any], kind: int, target: int | None, extent: dict[str, Any]
     ) -> int:
         data = table.astype("<f4" if kind == FLOAT else "<u4").tobytes()
         view = {"buffer": 0, "byteOffset": len(self._blob), "byteLength": len(data)}
         self._blob += data
-        where = {"bufferView": self._add("bufferViews", view | _given(target))}
+        use = {} if target is None else {"target": target}
+        where = {"bufferView": self._add("bufferViews", view | use)}
         shape = {"count": len(table), "type": WIDTHS[table.shape[1]]}
         return self._add("accessors", {**where, "componentType": kind, **shape, **extent})
-
-
-def _given(target: int | None) -> dict[str, int]:
-    return {} if target is None else {"target": target}
 
 
 def _chunk(kind: bytes, data: bytes, filler: bytes) -> bytes:

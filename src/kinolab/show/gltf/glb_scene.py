@@ -42,9 +42,9 @@ def glb_scene(content: Content) -> bytes:
     root = glb.node(f"kinolab: {content.name}", rotation=_upright(picture.up))
     machine = picture.machine()
     _add_machine(glb, root, content, machine)  # first: its bodies keep their names
-    seen = extent(content)
-    _add_floor(glb, root, seen.floor, picture.colors)
-    for obstacle, mesh in zip(picture.obstacles, seen.obstacles, strict=True):
+    still = extent(content).still
+    _add_floor(glb, root, still.floor, picture.colors)
+    for obstacle, mesh in zip(picture.obstacles, still.obstacles, strict=True):
         _add_mesh(glb, root, obstacle.name, mesh)
     for k, cone in enumerate(picture.cones):
         _add_mesh(glb, root, f"cone {k + 1}", cone_mesh(cone), GHOST_OPACITY)
@@ -57,7 +57,7 @@ def glb_scene(content: Content) -> bytes:
         _add_mesh(glb, root, f"goal point {k + 1}", goal_ball(point), GHOST_OPACITY)
     _add_path(glb, root, content)
     if content.keys.ends is not None:
-        thinnest = CABLE_RADIUS_FRACTION * float(np.ptp(seen.hull, axis=0).max())
+        thinnest = CABLE_RADIUS_FRACTION * still.size
         _add_cables(glb, root, content.keys.ends, np.fmax(picture.radii, thinnest))
     return glb.to_bytes()
 
@@ -66,7 +66,8 @@ def _upright(up: Array) -> list[float]:
     """The rotation of up to y and of a front view's right to x, as x, y, z, w."""
     across, toward = horizontal_axes(up)
     upward = np.asarray(up, dtype=np.float64) / np.linalg.norm(up)
-    return _numbers(of_matrices(np.stack([across, upward, toward])))
+    turn: list[float] = of_matrices(np.stack([across, upward, toward])).tolist()
+    return turn
 
 
 def _add_mesh(glb: Glb, parent: int, name: str, mesh: SurfaceMesh, opacity: float = 1.0) -> int:
@@ -76,7 +77,7 @@ def _add_mesh(glb: Glb, parent: int, name: str, mesh: SurfaceMesh, opacity: floa
     faces, groups = by_color(mesh)
     points = glb.points(mesh.vertices)
     primitives = [
-        glb.surface(points, faces[first : first + count], glb.material(_color(rgb), opacity))
+        glb.primitive(points, faces[first : first + count], glb.material(_color(rgb), opacity))
         for rgb, first, count in groups
     ]
     return glb.node(name, parent, mesh=glb.mesh(name, primitives))
@@ -103,9 +104,8 @@ def _add_ghost(
     if ghost is None:
         return
     parent = glb.node(name, root)
-    poses = np.asarray(ghost.poses, dtype=np.float64).reshape(-1, 12)
-    for k, (mesh, pose) in enumerate(zip(machine, poses, strict=True)):
-        _add_mesh(glb, parent, f"{name} {k + 1}", mesh.moved(pose).painted(color), GHOST_OPACITY)
+    for k, mesh in enumerate(ghost.placed(machine)):
+        _add_mesh(glb, parent, f"{name} {k + 1}", mesh.painted(color), GHOST_OPACITY)
 
 
 def _add_machine(glb: Glb, root: int, content: Content, machine: Sequence[SurfaceMesh]) -> None:
@@ -113,14 +113,13 @@ def _add_machine(glb: Glb, root: int, content: Content, machine: Sequence[Surfac
     keys = content.keys
     for k, (body, mesh) in enumerate(zip(content.picture.bodies, machine, strict=True)):
         place, turn = keys.places[k], keys.turns[k]
-        first = {"translation": _numbers(place.values[0]), "rotation": _numbers(turn.values[0])}
+        first = {"translation": place.values[0].tolist(), "rotation": turn.values[0].tolist()}
         node = glb.node(body.name, root, **first)
         shape = _add_mesh(glb, node, f"{body.name} shape", mesh)
-        if len(place.times) > 1:
-            glb.animate(node, "translation", place.times, place.values)
-            glb.animate(node, "rotation", turn.times, turn.values)
-            if body.whirl:
-                _whirl(glb, shape, body.whirl, place.times)
+        glb.animate(node, "translation", place.times, place.values)
+        glb.animate(node, "rotation", turn.times, turn.values)
+        if body.whirl and len(place.times) > 1:
+            _whirl(glb, shape, body.whirl, place.times)
 
 
 def _whirl(glb: Glb, node: int, speed: float, times: Array) -> None:
@@ -138,7 +137,7 @@ def _add_path(glb: Glb, root: int, content: Content) -> None:
     line = evaluated(place, np.linspace(place.times[0], place.times[-1], MAX_PATH_POINTS))
     ends = np.stack([np.arange(MAX_PATH_POINTS - 1), np.arange(1, MAX_PATH_POINTS)], axis=1)
     paint = glb.material(_color([c / 255.0 for c in PATH]))
-    glb.node("path", root, mesh=glb.mesh("path", [glb.lines(glb.points(line), ends, paint)]))
+    glb.node("path", root, mesh=glb.mesh("path", [glb.primitive(glb.points(line), ends, paint)]))
 
 
 def _add_cables(glb: Glb, root: int, curve: Curve, radii: Array) -> None:
@@ -147,12 +146,10 @@ def _add_cables(glb: Glb, root: int, curve: Curve, radii: Array) -> None:
     for k in range(ends.shape[1]):
         rod = Cylinder(float(radii[k]), 1.0, at=(0.0, 0.0, 0.5))
         mesh = weld(*triangles(rod), _color([c / 255.0 for c in INK]))
-        place, turn, stretch = _stretched(ends[:, k])
+        tracks = _stretched(ends[:, k])
         node = _add_mesh(glb, root, f"cable {k + 1}", mesh)
-        if len(curve.times) > 1:
-            glb.animate(node, "translation", curve.times, place)
-            glb.animate(node, "rotation", curve.times, turn)
-            glb.animate(node, "scale", curve.times, stretch)
+        for what, values in zip(("translation", "rotation", "scale"), tracks, strict=True):
+            glb.animate(node, what, curve.times, values)
 
 
 def _stretched(ends: Array) -> tuple[Array, Array, Array]:
@@ -169,10 +166,6 @@ def _stretched(ends: Array) -> tuple[Array, Array, Array]:
     q /= np.linalg.norm(q, axis=1, keepdims=True)
     thick = np.where(slack, 0.0, 1.0)
     return known[:, 0], q, np.stack([thick, thick, length], axis=1)
-
-
-def _numbers(values: Array) -> list[float]:
-    return [float(value) for value in values]
 
 
 def _color(rgb: Sequence[float]) -> Color:

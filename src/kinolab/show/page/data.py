@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import numpy as np
 
-from kinolab.numerics.arrays import Array
+from kinolab.numerics.arrays import Array, finite_or_none
 from kinolab.show.film.models.cone import cone_mesh
 from kinolab.show.film.models.ground import grid_step, marked_areas, marked_lines
 from kinolab.show.film.models.surface_mesh import is_room, join
 from kinolab.show.film.picture import Floor, Ghost, GoalMarker, Picture
-from kinolab.show.film.staging.backdrop import GOAL, START
+from kinolab.show.film.staging.backdrop import GOAL, START, Still
 from kinolab.show.film.staging.captions import captions
-from kinolab.show.page.content import Content, Curve, Driving, Series
+from kinolab.show.page.content import Content, Curve, Series
 from kinolab.show.page.extent import Extent, extent
 from kinolab.show.page.follow import follow_track
 from kinolab.show.page.meshes import mesh_data
@@ -26,58 +25,52 @@ FORMAT = 1  # version of the data; the page's modules always match it
 
 def page_data(content: Content) -> tuple[dict[str, Any], str]:
     """Return the data of a page: an object for JSON, and the text of its pack."""
-    pack, picture = Pack(), content.picture
-    seen = extent(content)
+    pack, picture, keys = Pack(), content.picture, content.keys
+    seen, driving = extent(content), content.driving
+    still, angles = seen.still, seen.still.outlook.angles
     data = {
         "format": FORMAT,
         "title": content.title,
         "name": content.name,
         "machine": content.machine,
-        "up": _numbers(np.asarray(picture.up) / np.linalg.norm(picture.up)),
+        "up": (np.asarray(picture.up) / np.linalg.norm(picture.up)).tolist(),
         "view": "follow" if picture.follow else picture.view,
         "speed": content.speed,
-        "azimuth": seen.outlook.angles.azimuth,
-        "elevation": seen.outlook.angles.elevation,
+        "azimuth": angles.azimuth,
+        "elevation": angles.elevation,
         "follow": pack.add(_follow(content, seen), "f4"),
         "setting": _setting(picture),
-        "captions": [
-            {"text": each.text, "place": list(each.place)}
-            for each in captions(picture, seen.machine, float(np.ptp(seen.hull, axis=0).max()))
-        ],
+        "captions": [{"text": each.text, "place": list(each.place)} for each in captions(still)],
         "hull": pack.add(seen.hull, "f4"),
-        "floor": _floor(seen.floor, picture, pack),
+        "floor": _floor(still.floor, picture, pack),
         "bodies": [
             {"name": body.name, "whirl": body.whirl, "mesh": mesh_data(mesh, pack)}
-            for body, mesh in zip(picture.bodies, seen.machine, strict=True)
+            for body, mesh in zip(picture.bodies, still.machine, strict=True)
         ],
-        "motion": _motion(content, pack),
-        "radii": _numbers(picture.radii),
-        "obstacles": _obstacles(picture, seen, pack),
+        "motion": {
+            "places": [_curve(curve, pack) for curve in keys.places],
+            "turns": [_curve(curve, pack) for curve in keys.turns],
+            "ends": None if keys.ends is None else _curve(keys.ends, pack),
+        },
+        "radii": picture.radii.tolist(),
+        "obstacles": _obstacles(still, pack),
         "cones": [
             {"forbidden": cone.forbidden, "mesh": mesh_data(cone_mesh(cone), pack)}
             for cone in picture.cones
         ],
-        "start": _poses(picture.start, START, picture.radii),
-        "goal": _goal(picture),
-        "points": [_marker(point) for point in picture.points],
+        "start": _mark(picture.start, START, picture.radii),
+        "goal": _mark(picture.goal, GOAL, picture.radii),
+        "points": [_mark(point, GOAL, picture.radii) for point in picture.points],
         "tree": None if content.tree is None else pack.add(content.tree, "f4"),
         "knots": pack.add(content.knots, "f8"),
         "series": [_series(series, pack) for series in content.series],
         "constraints": list(content.constraints),
-        "driving": _driving(content.driving, pack),
+        # For ``drive.js``; the machine's code is among the scripts.
+        "driving": driving and {**driving.facts, "states": pack.add(driving.states, "f8")},
         "facts": facts_told(content.facts),
         "live": content.live,
     }
     return data, pack.text()
-
-
-def _motion(content: Content, pack: Pack) -> dict[str, Any]:
-    keys = content.keys
-    return {
-        "places": [_curve(curve, pack) for curve in keys.places],
-        "turns": [_curve(curve, pack) for curve in keys.turns],
-        "ends": None if keys.ends is None else _curve(keys.ends, pack),
-    }
 
 
 def _curve(curve: Curve, pack: Pack) -> dict[str, Place]:
@@ -89,11 +82,11 @@ def _curve(curve: Curve, pack: Pack) -> dict[str, Place]:
     }
 
 
-def _obstacles(picture: Picture, seen: Extent, pack: Pack) -> list[dict[str, Any]]:
+def _obstacles(still: Still, pack: Pack) -> list[dict[str, Any]]:
     """The obstacles; what hides the way is an entry of its own, which is translucent."""
-    names = [obstacle.name for obstacle in picture.obstacles]
+    names = [obstacle.name for obstacle in still.picture.obstacles]
     found = []
-    for name, mesh, veiled in zip(names, seen.obstacles, seen.outlook.veiled, strict=True):
+    for name, mesh, veiled in zip(names, still.obstacles, still.outlook.veiled, strict=True):
         room = is_room(mesh)
         parts = [(mesh, False)]
         if veiled.any():
@@ -109,7 +102,7 @@ def _follow(content: Content, seen: Extent) -> Array:
     """Where the camera is that goes with the machine: rows of time, azimuth, elevation."""
     times = content.keys.places[0].times
     rows = np.linspace(0, len(times) - 1, len(seen.motion)).astype(int)
-    return follow_track(content.picture, seen.obstacles, times[rows], seen.motion, seen.reach)
+    return follow_track(content.picture, seen.still.obstacles, times[rows], seen.motion, seen.reach)
 
 
 def _setting(picture: Picture) -> dict[str, Any]:
@@ -131,37 +124,28 @@ def _floor(floor: Floor | None, picture: Picture, pack: Pack) -> dict[str, Any] 
     low, high = floor.low, floor.high
     areas = list(marked_areas(low, high, picture.colors))
     return {
-        "low": _numbers(low),
-        "high": _numbers(high),
+        "low": low.tolist(),
+        "high": high.tolist(),
         "step": grid_step(float(np.max(high - low))),
         "lines": pack.add(marked_lines(low, high, picture.colors).reshape(-1), "f4"),
         "areas": mesh_data(join(areas), pack) if areas else None,
     }
 
 
-def _poses(
-    ghost: Ghost | None, color: tuple[float, float, float], radii: Array
+def _mark(
+    mark: GoalMarker | Ghost | None, color: tuple[float, float, float], radii: Array
 ) -> dict[str, Any] | None:
-    if ghost is None:
+    """Return a region in a colour, or the machine at poses with its cables."""
+    if mark is None:
         return None
-    poses = np.asarray(ghost.poses, dtype=np.float64).reshape(-1, 12)
+    if isinstance(mark, GoalMarker):
+        return {"position": list(mark.position), "radius": mark.radius, "rgb": list(color)}
     cables = [
-        {"ends": _numbers(ends.ravel()), "radius": float(radius)}
-        for ends, radius in zip(ghost.lines, radii, strict=True)
+        {"ends": ends.ravel().tolist(), "radius": float(radius)}
+        for ends, radius in zip(mark.lines, radii, strict=True)
         if np.isfinite(ends).all()
     ]
-    return {"poses": [_numbers(pose) for pose in poses], "cables": cables, "rgb": list(color)}
-
-
-def _goal(picture: Picture) -> dict[str, Any] | None:
-    goal = picture.goal
-    if isinstance(goal, GoalMarker):
-        return _marker(goal)
-    return _poses(goal, GOAL, picture.radii)
-
-
-def _marker(goal: GoalMarker) -> dict[str, Any]:
-    return {"position": _numbers(goal.position), "radius": goal.radius, "rgb": list(GOAL)}
+    return {"poses": mark.table.tolist(), "cables": cables, "rgb": list(color)}
 
 
 def _series(series: Series, pack: Pack) -> dict[str, Any]:
@@ -170,20 +154,9 @@ def _series(series: Series, pack: Pack) -> dict[str, Any]:
         "names": list(series.names),
         "units": list(series.units),
         "held": series.held,
-        "limits": [[_finite(low), _finite(high), whose] for low, high, whose in series.limits],
+        "limits": [
+            [finite_or_none(low), finite_or_none(high), whose] for low, high, whose in series.limits
+        ],
         "first": series.first,
         "values": pack.add(series.values.T, "f4"),
     }
-
-
-def _driving(driving: Driving | None, pack: Pack) -> dict[str, Any] | None:
-    """Return the data for the page's ``drive.js``; the machine's code is among the scripts."""
-    return None if driving is None else {**driving.facts, "states": pack.add(driving.states, "f8")}
-
-
-def _finite(value: float) -> float | None:
-    return float(value) if math.isfinite(value) else None
-
-
-def _numbers(values: Any) -> list[float]:
-    return [float(value) for value in values]

@@ -10,6 +10,7 @@ import re
 from collections.abc import Mapping
 from functools import cache
 from importlib.resources import files
+from typing import Any
 
 from kinolab.show.page.bundle import bundle
 from kinolab.show.page.content import Content, Driving
@@ -41,7 +42,7 @@ def page_html(content: Content) -> str:
             "style": style,
             "library": library(),
             "script": script,
-            "data": json.dumps(data, allow_nan=False, ensure_ascii=False).replace("<", "\\u003c"),
+            "data": as_json(data),
             "pack": pack,
         },
     )
@@ -66,6 +67,11 @@ def allowed_by(page: str, directive: str) -> list[str]:
 def library() -> str:
     """Return three.js as embedded in every page."""
     return _inside_script(_source(LIBRARY))
+
+
+def as_json(data: Any) -> str:
+    """Return data as JSON that cannot end its script element."""
+    return json.dumps(data, allow_nan=False, ensure_ascii=False).replace("<", "\\u003c")
 
 
 def _source(name: str) -> str:

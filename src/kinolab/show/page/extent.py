@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
@@ -10,10 +9,8 @@ import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
 from kinolab.numerics.arrays import Array
-from kinolab.show.film.models.surface_mesh import SurfaceMesh
-from kinolab.show.film.picture import Floor
-from kinolab.show.film.staging.stage import floor_under, seen_points
-from kinolab.show.film.staging.viewpoint import Outlook, outlook
+from kinolab.show.film.staging.backdrop import Still
+from kinolab.show.film.staging.stage import box_corners, set_up
 from kinolab.show.page.content import Content
 
 
@@ -22,19 +19,13 @@ class Extent:
     """What is seen of a page's scene, and from where.
 
     Attributes:
+        still: What stands still, and from where one sees most of the way.
         hull: Points whose convex hull contains everything, shape (n, 3), in [m].
-        floor: The ground, if there is any.
-        obstacles: The obstacles as meshes.
-        outlook: From where one sees most of the way.
-        machine: Its bodies as meshes.
-        motion: Where they are along the way, shape (n, nb, 12).
+        motion: Where the bodies are along the way, shape (n, nb, 12).
     """
 
+    still: Still
     hull: Array
-    floor: Floor | None
-    obstacles: Sequence[SurfaceMesh]
-    outlook: Outlook
-    machine: Sequence[SurfaceMesh]
     motion: Array
 
     @property
@@ -42,7 +33,7 @@ class Extent:
         """How far the machine reaches from the middle of its bodies, in [m]."""
         origins = self.motion[..., 3::4]
         away = np.linalg.norm(origins - origins.mean(axis=1, keepdims=True), axis=-1).max(axis=0)
-        sizes = [np.linalg.norm(m.vertices, axis=1).max(initial=0.0) for m in self.machine]
+        sizes = [np.linalg.norm(m.vertices, axis=1).max(initial=0.0) for m in self.still.machine]
         return float(max(np.max(away + np.array(sizes)), 1e-3))
 
 
@@ -52,17 +43,11 @@ def extent(content: Content) -> Extent:
 
     Without a floor, the workspace's bounds are not shown, and are left out.
     """
-    picture, machine = content.picture, content.picture.machine()
+    picture, motion = replace(content.picture, view="perspective"), _shown(content)
     if not picture.stands_on_ground:
         picture = replace(picture, bounds={})
-    obstacles, motion = picture.obstacle_meshes(), _shown(content)
-    cloud = seen_points(picture, obstacles, machine, motion)
-    floor = floor_under(cloud) if picture.stands_on_ground else None
-    if floor is not None:
-        (a, b), (c, d) = floor.low, floor.high
-        cloud = np.concatenate([cloud, [[a, b, 0.0], [a, d, 0.0], [c, b, 0.0], [c, d, 0.0]]])
-    look = outlook(replace(picture, view="perspective"), obstacles, cloud, motion)
-    return Extent(_hull(cloud), floor, obstacles, look, machine, motion)
+    still, cloud = set_up(picture, motion)
+    return Extent(still, _hull(cloud), motion)
 
 
 def _hull(cloud: Array) -> Array:
@@ -70,8 +55,7 @@ def _hull(cloud: Array) -> Array:
     try:
         return np.asarray(cloud[ConvexHull(cloud).vertices])
     except QhullError:  # coplanar points
-        ends = np.stack([cloud.min(axis=0), cloud.max(axis=0)])
-        return np.array([[ends[i, 0], ends[j, 1], ends[k, 2]] for i, j, k in np.ndindex(2, 2, 2)])
+        return box_corners(cloud.min(axis=0), cloud.max(axis=0))
 
 
 def _shown(content: Content) -> Array:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from kinolab.numerics.arrays import Array
 from kinolab.show.film.models.surface_mesh import SurfaceMesh, is_room
 from kinolab.show.film.picture import Picture
-from kinolab.show.film.raster.camera import WIDE, horizontal_axes
+from kinolab.show.film.raster.camera import WIDE, to_viewer
 
 MOMENTS = 25  # of a motion at which the camera's place is chosen
 AZIMUTHS = np.radians(-32.0 + 30.0 * np.arange(12))  # the first one where all are free
@@ -38,7 +38,9 @@ def follow_track(
     rows = np.unique(np.linspace(0, len(times) - 1, min(MOMENTS, len(times))).astype(int))
     middles = motion[rows][:, :, 3::4].mean(axis=1)
     looks = [(float(a), e) for e, a in product(ELEVATIONS, AZIMUTHS)]
-    rays = ROOM * reach / np.tan(WIDE / 2.0) * _directions(picture.up, np.array(looks))
+    up = np.asarray(picture.up, dtype=np.float64) / np.linalg.norm(picture.up)
+    directions = to_viewer(up, *np.array(looks).T[..., None])
+    rays = ROOM * reach / np.tan(WIDE / 2.0) * directions
     walls = _Walls.of(obstacles) if sum(len(m.faces) for m in obstacles) <= MANY else None
     chosen, before = [], looks[0]
     for middle in middles:
@@ -48,15 +50,6 @@ def follow_track(
     angles = np.array(chosen)
     angles[:, 0] = np.unwrap(angles[:, 0])
     return np.column_stack([times[rows], angles])
-
-
-def _directions(up: Array, looks: Array) -> Array:
-    """Unit vectors from the machine to the camera, shape (n, 3)."""
-    upward = np.asarray(up, dtype=np.float64) / np.linalg.norm(up)
-    across, toward = horizontal_axes(upward)
-    azimuth, elevation = looks[:, :1], looks[:, 1:]
-    level = np.cos(azimuth) * toward + np.sin(azimuth) * across
-    return np.asarray(np.cos(elevation) * level + np.sin(elevation) * upward)
 
 
 def _nearest_free(

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from kinolab.dynamics import Model
-from kinolab.dynamics.units import control_units, state_units
+from kinolab.interchange.motion_tables import Block, blocks
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 from kinolab.show.plots.figure import LIMIT, WIDTH, figure_of, label
@@ -44,25 +43,22 @@ class Line:
 
 def states_over_time(problem: PlanningTask, trajectory: Trajectory, title: str) -> Figure:
     """Plot all states, those of one unit and similar size together."""
-    units, names = state_units(problem.model), trajectory.state_names
-    limits = map(tuple, problem.bounds.tolist())
-    columns = zip(names, units, trajectory.x.T, limits, strict=True)
-    return _drawn([Line(*column) for column in columns], trajectory.t, title)
+    states, *_ = blocks(problem, trajectory)
+    return _drawn(list(_lines(states, problem.bounds)), trajectory.t, title)
 
 
 def inputs_over_time(problem: PlanningTask, trajectory: Trajectory, title: str) -> Figure | None:
     """Plot inputs and references; None if there are none."""
-    model, whole = problem.model, problem.whole or problem.model
-    lines = list(_held(whole.plant, trajectory.u))
-    if trajectory.reference_names:
-        lines += _held(model, trajectory.references)
+    _, *held = blocks(problem, trajectory)
+    models = ((problem.whole or problem.model).plant, problem.model)
+    parts = zip(held, models, strict=False)
+    lines = [line for part, model in parts for line in _lines(part, model.control_bounds)]
     return _drawn(lines, trajectory.t, title) if lines and len(trajectory.u) else None
 
 
-def _held(model: Model, values: Array) -> Iterator[Line]:
-    limits = map(tuple, model.control_bounds.tolist())
-    columns = zip(model.control_names, control_units(model), values.T, limits, strict=True)
-    return (Line(*column) for column in columns)
+def _lines(part: Block, bounds: Array) -> Iterator[Line]:
+    limits = map(tuple, bounds.tolist())
+    return map(Line, part.names, part.units, part.values.T, limits)
 
 
 def _drawn(lines: list[Line], t: Array, title: str) -> Figure:

@@ -13,9 +13,9 @@ from PIL import Image
 from kinolab.errors import KinolabError
 from kinolab.files import read_ordinary
 from kinolab.runs import Run, check_run, margin_to_json, read_run
+from kinolab.show.film.film import staged
 from kinolab.show.film.staging.motion_script import picture
 from kinolab.show.film.staging.script_writing import write_script
-from kinolab.show.film.staging.set_up import staged
 from kinolab.show.page import page_html
 from kinolab.show.page.gallery import Card, gallery_html
 from kinolab.show.view.scenes import content_of
@@ -84,8 +84,7 @@ def _film(folder: Path) -> bytes:
 def _poster(run: Run) -> bytes:
     """Render the machine in the middle of its motion, as PNG."""
     problem, trajectory = run.problem, run.trajectory
-    poses = problem.model.frames(trajectory.x)
-    shown = picture(problem, poses, problem.model.cables(trajectory.x))
+    shown, poses = picture(problem, trajectory.x), problem.model.frames(trajectory.x)
     film = staged(write_script(shown, trajectory.t, poses, size=POSTER))
     out = io.BytesIO()
     image = np.ascontiguousarray(film.frame(int(POSTER_TIME * (len(film) - 1))))

@@ -8,11 +8,9 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from kinolab.dynamics import Model
-from kinolab.dynamics.units import control_units, state_units
 from kinolab.errors import EndpointError
+from kinolab.interchange.motion_tables import Block, blocks
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 from kinolab.problem.goal import angle_between
@@ -27,47 +25,28 @@ from kinolab.trajectory import Trajectory
 SHOWN = 3  # states that are plotted at first: those that the goal names, before others
 
 
-def plotted(model: Model, trajectory: Trajectory) -> list[Series]:
-    """Return the plotted series of a plan: its states, then its inputs and references."""
-    found = [Series("States", trajectory.state_names, state_units(model), trajectory.x)]
-    if len(trajectory.u):
-        found.append(_held("Inputs", model.plant, trajectory.u))
-        if trajectory.reference_names:
-            found.append(_held("References", model, trajectory.references))
-    return found
-
-
 def told(problem: PlanningTask, trajectory: Trajectory) -> list[Series]:
     """Return the plotted series of a plan, what the task is about first, with all limits."""
-    states, *others = plotted(problem.model, trajectory)
-    ruled = set(problem.scenario.bounds) | set(problem.scenario.world.bounds)
-    limits = tuple(
-        (float(low), float(high), "set by the scenario" if name in ruled else "set by the machine")
-        for name, (low, high) in zip(states.names, problem.bounds, strict=True)
-    )
-    names = problem.model.state_names
-    rates = set(np.asarray(problem.model.speeds).tolist())
-    wanted = [names[i] for i in sorted(problem.goal.indices) if i not in rates]
+    model, ruled = problem.model, set(problem.scenario.bounds)
+    states, *held = blocks(problem, trajectory)
+    rates = set(np.asarray(model.speeds).tolist())
+    wanted = [states.names[i] for i in sorted(problem.goal.indices) if i not in rates]
     angles = _angles(problem, trajectory)
-    wanted += [name for i, name in enumerate(names) if i not in rates and name not in wanted]
+    wanted += [name for i, name in enumerate(states.names) if i not in rates and name not in wanted]
     first = () if angles else tuple(map(states.names.index, wanted[:SHOWN])) or None
-    states = replace(states, limits=limits, first=first)
-    return [*angles, states, *(_limited(problem, series) for series in others)]
+    found = [_series(states, problem.bounds, ruled | set(problem.scenario.world.bounds))]
+    for part in held if len(trajectory.u) else ():
+        source = model.plant if part.name == "u" else model
+        found.append(replace(_series(part, source.control_bounds, ruled), held=True))
+    return [*angles, replace(found[0], first=first), *found[1:]]
 
 
-def _limited(problem: PlanningTask, series: Series) -> Series:
-    """Add the limits of inputs or references."""
-    models = (problem.model, problem.model.plant)
-    model = next((m for m in models if tuple(m.control_names) == tuple(series.names)), None)
-    if model is None:
-        return series
-    ruled = set(problem.scenario.bounds)
-    pairs = zip(series.names, model.control_bounds, strict=True)
+def _series(part: Block, bounds: Array, ruled: set[str]) -> Series:
+    """Return quantities with their limits (n, 2), and whether these are the scenario's."""
     whose = ("set by the machine", "set by the scenario")
-    return replace(
-        series,
-        limits=tuple((float(a), float(b), whose[name in ruled]) for name, (a, b) in pairs),
-    )
+    pairs = zip(part.names, bounds.tolist(), strict=True)
+    limits = tuple((low, high, whose[name in ruled]) for name, (low, high) in pairs)
+    return Series(f"{part.kind.capitalize()}s", part.names, part.units, part.values, limits=limits)
 
 
 def _angles(problem: PlanningTask, trajectory: Trajectory) -> list[Series]:
@@ -90,10 +69,6 @@ def _angles(problem: PlanningTask, trajectory: Trajectory) -> list[Series]:
     return [Series("Angles", tuple(names), units, values, limits=degrees, first=first)]
 
 
-def _held(title: str, model: Model, values: NDArray[np.float64]) -> Series:
-    return Series(title, model.control_names, control_units(model), values, held=True)
-
-
 def content_of(
     problem: PlanningTask,
     trajectory: Trajectory | None,
@@ -112,8 +87,7 @@ def content_of(
         drive: Whether the page can simulate the machine.
     """
     shown = _standing(problem) if trajectory is None else unwrapped(problem, trajectory)
-    x, model = shown.x, problem.model
-    scene = picture(problem, model.frames(x), model.cables(x))
+    scene = picture(problem, shown.x)
     return Content(
         title=problem.scenario.title,
         name=str(facts.get("scenario", problem.name)),  # a run's file is always scenario.toml

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from kinolab.arguments import require_fit
+from kinolab.arguments import checked
 from kinolab.lazy import library_of
 from kinolab.numerics.manifolds.rotations import to_matrices
 from kinolab.problem import PlanningTask
@@ -28,6 +28,7 @@ FIELD_OF_VIEW = math.radians(75.0)  # of MeshCat's camera
 FAR = 20.0  # of the camera's distance: what is farther away is not drawn
 
 
+@checked
 def show_in_meshcat(problem: PlanningTask, plan: Shown, visualizer: Any = None) -> Any:
     """Show a plan in MeshCat, as an animation that its controls play.
 
@@ -47,8 +48,6 @@ def show_in_meshcat(problem: PlanningTask, plan: Shown, visualizer: Any = None) 
         InputError: If an argument does not fit, or MeshCat is not installed.
     """
     meshcat = library_of("meshcat", "meshcat", "scenes of MeshCat need it")
-    require_fit("show_in_meshcat problem", PlanningTask, problem)
-    require_fit("show_in_meshcat plan", Shown, plan)
     content = content_of_plan(problem, plan)
     view = meshcat.Visualizer() if visualizer is None else visualizer
     view[ROOT].delete()
@@ -75,7 +74,7 @@ def _look(view: Any, content: Content) -> None:
     """
     up, seen = np.asarray(content.picture.up, dtype=float), extent(content)
     across, toward = horizontal_axes(up)
-    camera = frame_scene(seen.hull, up, angles=seen.outlook.angles)
+    camera = frame_scene(seen.hull, up, angles=seen.still.outlook.angles)
     pose = np.eye(4)
     pose[:3, :3] = np.stack([across, -toward, up / np.linalg.norm(up)])
     pose[:3, 3] = -pose[:3, :3] @ camera.target

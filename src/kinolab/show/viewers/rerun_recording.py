@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from kinolab.arguments import require_fit
+from kinolab.arguments import checked
 from kinolab.files import whole_file
 from kinolab.interchange.motion_tables import with_unit
 from kinolab.lazy import library_of
@@ -20,6 +20,7 @@ TIMELINE = "motion"
 ROOT = "world"
 
 
+@checked
 def show_in_rerun(problem: PlanningTask, plan: Shown, path: str | Path | None = None) -> Any:
     """Show a plan in Rerun: the machine in its world, and states and inputs over time.
 
@@ -36,9 +37,6 @@ def show_in_rerun(problem: PlanningTask, plan: Shown, path: str | Path | None = 
         InputError: If an argument does not fit, or Rerun is not installed.
     """
     rerun = library_of("rerun", "rerun", "recordings of Rerun need rerun-sdk")
-    require_fit("show_in_rerun problem", PlanningTask, problem)
-    require_fit("show_in_rerun plan", Shown, plan)
-    require_fit("show_in_rerun path", str | Path | None, path)
     content = content_of_plan(problem, plan)
     recording = rerun.RecordingStream("kinolab", recording_id=None)
     if path is None:

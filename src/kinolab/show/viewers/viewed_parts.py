@@ -49,11 +49,11 @@ def times_of(content: Content) -> Array:
 
 def still_parts(content: Content) -> Iterator[ViewedPart]:
     """Yield floor and obstacles."""
-    seen = extent(content)
-    if seen.floor is not None:
-        yield _part("floor", floor_top(seen.floor.low, seen.floor.high, content.picture.colors))
+    still = extent(content).still
+    if still.floor is not None:
+        yield _part("floor", floor_top(still.floor.low, still.floor.high, content.picture.colors))
     names = unique([obstacle.name for obstacle in content.picture.obstacles])
-    for name, mesh in zip(names, seen.obstacles, strict=True):
+    for name, mesh in zip(names, still.obstacles, strict=True):
         yield _part(name, mesh)
 
 

@@ -42,4 +42,4 @@ def test_beyond_the_picture_there_is_paper_and_few_tiles_are_kept() -> None:
     assert (tiles.window((-TILE, -TILE, 0, 0)).color == PAPER).all()
     for row in range(2 * MOST_TILES):
         tiles.window((0, row * TILE, TILE, (row + 1) * TILE))
-    assert len(tiles._kept) == MOST_TILES
+    assert tiles._tile.cache_info().currsize == MOST_TILES  # type: ignore[attr-defined]

@@ -43,10 +43,7 @@ def _octahedron() -> Array:
 def _quartered(corners: Array) -> Array:
     """Split every triangle on the unit sphere into four."""
     a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
-    ab, bc, ca = ((p + q) / np.linalg.norm(p + q, axis=1)[:, None] for p, q in _pairs(a, b, c))
+    sums = (a + b, b + c, c + a)
+    ab, bc, ca = (both / np.linalg.norm(both, axis=1)[:, None] for both in sums)
     split = [(a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)]
     return np.concatenate([np.stack(triangle, axis=1) for triangle in split])
-
-
-def _pairs(a: Array, b: Array, c: Array) -> list[tuple[Array, Array]]:
-    return [(a, b), (b, c), (c, a)]

@@ -55,7 +55,7 @@ def cut_open(mesh: SurfaceMesh, heights: Heights) -> SurfaceMesh:
     above = vertices[:, 2] - heights(vertices[:, :2])
     if not len(mesh.faces) or above.max() <= 0.0:
         return mesh
-    below, ends = _clipped(mesh, above), _section(mesh, above)
+    below, ends = _clipped(mesh, above)
     if not len(ends):
         return below
     room, color = is_room(mesh), SHADE * mesh.colors[0]
@@ -66,15 +66,20 @@ def cut_open(mesh: SurfaceMesh, heights: Heights) -> SurfaceMesh:
     return join(parts)
 
 
-def _clipped(mesh: SurfaceMesh, above: Array) -> SurfaceMesh:
-    """The part of a surface where a number per vertex is not positive; faces across are cut."""
-    corners, colors = _with_number(mesh, above), mesh.colors
+def _clipped(mesh: SurfaceMesh, above: Array) -> tuple[SurfaceMesh, Array]:
+    """The part of a surface where a number per vertex is not positive; faces across are cut.
+
+    Returns:
+        The part, and where it is cut: segments on the map, shape (n, 2, 2), in [m].
+    """
+    corners, colors = np.column_stack([mesh.vertices, above])[mesh.faces], mesh.colors
     count = (corners[..., 3] <= 0.0).sum(axis=1)
-    kept, kept_colors = [corners[count == 3]], [colors[count == 3]]
+    kept, kept_colors, ends = [corners[count == 3]], [colors[count == 3]], []
     for low in (1, 2):
         part = _turned(corners[count == low], alone_below=low == 1)
         a, b, c = part[:, 0], part[:, 1], part[:, 2]
         p, q = _between(a, b), _between(a, c)
+        ends.append(np.stack([p[:, :2], q[:, :2]], axis=1))
         if low == 1:
             kept.append(np.stack([a, p, q], axis=1))
             kept_colors.append(colors[count == 1])
@@ -83,12 +88,8 @@ def _clipped(mesh: SurfaceMesh, above: Array) -> SurfaceMesh:
             kept_colors += [colors[count == 2]] * 2
     points = np.concatenate(kept)[..., :3]
     faces = np.arange(3 * len(points)).reshape(-1, 3)
-    return weld(points.reshape(-1, 3), faces, np.concatenate(kept_colors))
-
-
-def _with_number(mesh: SurfaceMesh, number: Array) -> Array:
-    """The corners of faces with a number per vertex as a fourth entry, shape (m, 3, 4)."""
-    return np.asarray(np.column_stack([mesh.vertices, number])[mesh.faces])
+    below = weld(points.reshape(-1, 3), faces, np.concatenate(kept_colors))
+    return below, np.concatenate(ends)
 
 
 def _turned(corners: Array, *, alone_below: bool) -> Array:
@@ -102,18 +103,6 @@ def _turned(corners: Array, *, alone_below: bool) -> Array:
 def _between(a: Array, b: Array) -> Array:
     fraction = -a[:, 3:] / (b[:, 3:] - a[:, 3:])
     return np.asarray(a + fraction * (b - a))
-
-
-def _section(mesh: SurfaceMesh, above: Array) -> Array:
-    """Where a surface is cut: segments on the map, shape (n, 2, 2), in [m]."""
-    corners = _with_number(mesh, above)
-    count = (corners[..., 3] <= 0.0).sum(axis=1)
-    parts = []
-    for low in (1, 2):
-        part = _turned(corners[count == low], alone_below=low == 1)
-        ends = [_between(part[:, 0], part[:, k])[:, :2] for k in (1, 2)]
-        parts.append(np.stack(ends, axis=1))
-    return np.concatenate(parts)
 
 
 def _lid(ends: Array, heights: Heights, room: bool, color: Array) -> SurfaceMesh:

@@ -9,7 +9,6 @@ from numpy.typing import ArrayLike
 
 from kinolab.numerics.arrays import Array
 from kinolab.show.film.models.ball import Color
-from kinolab.show.film.models.setting import SceneColors
 from kinolab.show.film.models.surface_mesh import SurfaceMesh, joined, weld
 
 LAYERS = 2  # times that the colours of a single piece come, from its foot to its top
@@ -35,11 +34,6 @@ def painted(vertices: Array, faces: ArrayLike, colors: Sequence[Color]) -> Surfa
     if pieces.max() == 0:
         return mesh.painted(_layers(mesh, np.array(colors)))
     return mesh.painted(np.array(colors)[pieces % len(colors)])
-
-
-def own_colors(number: int, colors: Sequence[Color], setting: SceneColors) -> Sequence[Color]:
-    """The colours of an obstacle: its own, or the one of the setting whose turn it is."""
-    return colors or (setting.obstacles[number % len(setting.obstacles)],)
 
 
 def _layers(mesh: SurfaceMesh, colors: Array) -> Array:

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from kinolab.dynamics.language.shapes import Shape, ShapeKind
 from kinolab.numerics.arrays import Array
 from kinolab.show.film.models.ball import Color, Pattern, ball, pale
-from kinolab.show.film.models.painted_body import DEGREES, PaintedBody, PaintedShape, fineness
+from kinolab.show.film.models.painted_body import DEGREES, PaintedBody, fineness
 from kinolab.show.film.models.rotor import rotor
 from kinolab.show.film.models.surface_mesh import SurfaceMesh, weld
 from kinolab.world.geometry import SECTIONS, placement, triangles
@@ -46,21 +46,21 @@ def painted_bodies(bodies: Sequence[BodyGeometry]) -> tuple[PaintedBody, ...]:
     )
 
 
-def _surfaces(body: BodyGeometry, color: Color) -> Iterator[PaintedShape]:
+def _surfaces(body: BodyGeometry, color: Color) -> Iterator[tuple[float, Sequence[SurfaceMesh]]]:
     if body.drawn is None:
         yield from (_painted(shape, body, color) for shape in body.shapes)
         return
     for mesh in body.drawn:
-        yield PaintedShape((weld(mesh.vertices, mesh.faces, mesh.color),))
+        yield 0.0, [weld(mesh.vertices, mesh.faces, mesh.color)]
 
 
-def _painted(shape: Shape, body: BodyGeometry, color: Color) -> PaintedShape:
+def _painted(shape: Shape, body: BodyGeometry, color: Color) -> tuple[float, Sequence[SurfaceMesh]]:
     if body.whirl and shape.rotor and shape.axis == "z":
-        return PaintedShape((rotor(shape, np.asarray(color)),))
+        return 0.0, [rotor(shape, np.asarray(color))]
     if not shape.symmetric:
-        return PaintedShape((paint(shape, color),))
+        return 0.0, [paint(shape, color)]
     radius = shape.lowered()[1][0]
-    return PaintedShape(tuple(paint(shape, color, radius / size) for size in DEGREES), radius)
+    return radius, [paint(shape, color, radius / size) for size in DEGREES]
 
 
 def paint(shape: Shape, color: ArrayLike, pixel: float = 0.0) -> SurfaceMesh:

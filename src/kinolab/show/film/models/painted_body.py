@@ -12,34 +12,18 @@ DEGREES = (1.0, 4.0, 16.0)  # [pixel]: a radius of each degree of detail
 
 
 @dataclass(frozen=True, eq=False)
-class PaintedShape:
-    """The surface of a shape in its body's frame.
-
-    Args:
-        meshes: In all degrees of detail, the coarsest first, or in one.
-        radius: In [m], if there are several.
-    """
-
-    meshes: Sequence[SurfaceMesh]
-    radius: float = 0.0
-
-    def mesh(self, pixel: float) -> SurfaceMesh:
-        """The surface, as fine as pixels of a size in [m] need it."""
-        return self.meshes[fineness(self.radius, pixel) if len(self.meshes) > 1 else 0]
-
-
-@dataclass(frozen=True, eq=False)
 class PaintedBody:
     """The surface of a body.
 
     Args:
         name: Its name.
-        shapes: Its shapes.
+        shapes: Of each shape a radius in [m], and its surface in all degrees of detail, the
+            coarsest first; radius 0 and one surface where there are no others.
         whirl: In [rad/s] of film, about its z axis, with which it is drawn turning.
     """
 
     name: str
-    shapes: Sequence[PaintedShape]
+    shapes: Sequence[tuple[float, Sequence[SurfaceMesh]]]
     whirl: float = 0.0
 
     def mesh(self, pixel: float = 0.0) -> SurfaceMesh:
@@ -49,7 +33,7 @@ class PaintedBody:
             pixel: Size of a pixel in [m], where the body is nearest; shapes small in the picture
                 get fewer faces.
         """
-        return join([shape.mesh(pixel) for shape in self.shapes])
+        return join([meshes[fineness(radius, pixel)] for radius, meshes in self.shapes])
 
 
 def fineness(radius: float, pixel: float) -> int:

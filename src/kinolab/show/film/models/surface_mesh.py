@@ -119,7 +119,7 @@ def flat_patches(mesh: SurfaceMesh) -> tuple[Indices, Array]:
     a, b = mesh.sides.T
     level = np.sum(mesh.normals[a] * mesh.normals[b], axis=1) > FLAT
     patch = joined(len(mesh.faces), mesh.sides[level])
-    return patch, np.bincount(patch, areas(mesh)).astype(np.float64)
+    return patch, np.bincount(patch, areas_of(mesh.vertices, mesh.faces)).astype(np.float64)
 
 
 def joined(count: int, pairs: Indices) -> Indices:
@@ -129,11 +129,6 @@ def joined(count: int, pairs: Indices) -> Indices:
 
     graph = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), (count, count))
     return np.asarray(connected_components(graph)[1], dtype=np.int64)
-
-
-def areas(mesh: SurfaceMesh) -> Array:
-    """The faces' areas in [m^2], shape (m,)."""
-    return areas_of(mesh.vertices, mesh.faces)
 
 
 def areas_of(vertices: Array, faces: Indices) -> Array:

@@ -49,12 +49,9 @@ class Camera:
     up: Array
     fov: float
 
+    @cached_property
     def axes(self) -> Array:
         """Right, upward and forward as the rows of a rotation matrix, shape (3, 3)."""
-        return self._axes
-
-    @cached_property
-    def _axes(self) -> Array:
         forward = _unit(self.target - self.position)
         right = _unit(np.cross(forward, self.up))
         return np.stack([right, np.cross(right, forward), forward])
@@ -66,7 +63,7 @@ class Camera:
         centre of pixel (0, 0) is (0.5, 0.5). The depth in [m] is measured along the line of sight.
         """
         width, height = size
-        seen = (np.asarray(points, dtype=np.float64) - self.position) @ self.axes().T
+        seen = (np.asarray(points, dtype=np.float64) - self.position) @ self.axes.T
         depth = seen[..., 2]
         focal = 0.5 * height / np.tan(0.5 * self.fov)
         with np.errstate(divide="ignore", invalid="ignore"):  # in the pinhole's plane: at infinity
@@ -116,7 +113,7 @@ def frame_scene(
     toward, screen_up = _line_of_sight(cloud, upward, view, angles)
     fov = float(WIDE if view == "perspective" else NARROW)
     slopes = (1.0 - 2.0 * np.array(margin)) * np.tan(0.5 * fov) * np.array([size[0] / size[1], 1.0])
-    axes = Camera(toward, np.zeros(3), screen_up, fov).axes()
+    axes = Camera(toward, np.zeros(3), screen_up, fov).axes
     position = axes.T @ _nearest_pinhole(cloud @ axes.T, slopes)
     distance = float(np.max((cloud - position) @ axes[2]))
     return Camera(position, position + distance * axes[2], screen_up, fov)
@@ -135,9 +132,16 @@ def _line_of_sight(
         return across, up
     azimuth = -AZIMUTH if angles is None else angles.azimuth
     elevation = usual_elevation(cloud, up) if angles is None else angles.elevation
-    level = np.cos(azimuth) * toward + np.sin(azimuth) * across
     straight_down = abs(np.cos(elevation)) < 1e-3
-    return np.cos(elevation) * level + np.sin(elevation) * up, -level if straight_down else up
+    level = to_viewer(up, azimuth, 0.0)
+    return to_viewer(up, azimuth, elevation), -level if straight_down else up
+
+
+def to_viewer(up: Array, azimuth: float | Array, elevation: float | Array) -> Array:
+    """Unit vectors from the scene to a viewer, shape (3,), or (n, 3) of angles (n, 1) in [rad]."""
+    across, toward = horizontal_axes(up)
+    level = np.cos(azimuth) * toward + np.sin(azimuth) * across
+    return np.asarray(np.cos(elevation) * level + np.sin(elevation) * up)
 
 
 def usual_elevation(cloud: Array, up: ArrayLike) -> float:

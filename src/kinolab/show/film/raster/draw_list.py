@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -15,7 +15,6 @@ from kinolab.show.film.raster.light import LIGHT_SAMPLES, SHADOW
 from kinolab.show.film.raster.rasterizer import (
     OTHER,
     Box,
-    Bytes,
     Canvas,
     Facets,
     blank,
@@ -48,9 +47,11 @@ class _OfFacets(Layer):
     def _reach(self) -> Array:
         return _reach(self.facets.corners)
 
-    def _cut(self, box: Box) -> Facets:
+    def within(self, box: Box) -> Layer:
+        """Return the layer clipped to a box."""
         seen, shift = _seen(self._reach, box)
-        return Facets(self.facets.corners[seen] - shift, self.facets.colors[seen])
+        corners, colors = self.facets.corners[seen] - shift, self.facets.colors[seen]
+        return replace(self, facets=Facets(corners, colors))
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,10 +64,6 @@ class Solid(_OfFacets):
         """Draw the layer."""
         draw(canvas, self.facets, self.kind)
 
-    def within(self, box: Box) -> Layer:
-        """Return the layer clipped to a box."""
-        return Solid(self._cut(box), self.kind)
-
 
 @dataclass(frozen=True, eq=False)
 class FloorPaint(_OfFacets):
@@ -78,15 +75,8 @@ class FloorPaint(_OfFacets):
         """Draw the layer."""
         if self.opacity == 1.0:
             paint_ground(canvas, self.facets)
-        elif len(self.facets.corners):
-            layer, reach = canvas.copy(), _window(self.facets, canvas)
-            paint_ground(layer, self.facets)
-            changed = (layer.color[reach] != canvas.color[reach]).any(axis=-1)
-            _mix(canvas.color[reach], layer.color[reach], changed, self.opacity)
-
-    def within(self, box: Box) -> Layer:
-        """Return the layer clipped to a box."""
-        return FloorPaint(self._cut(box), self.opacity)
+        else:
+            _mix(canvas, self.facets, self.opacity, paint_ground)
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,16 +87,7 @@ class Veil(_OfFacets):
 
     def on(self, canvas: Canvas) -> None:
         """Draw the layer."""
-        if not len(self.facets.corners):
-            return
-        layer, reach = canvas.copy(), _window(self.facets, canvas)
-        draw(layer, self.facets)
-        changed = layer.nearness[reach] != canvas.nearness[reach]
-        _mix(canvas.color[reach], layer.color[reach], changed, self.opacity)
-
-    def within(self, box: Box) -> Layer:
-        """Return the layer clipped to a box."""
-        return Veil(self._cut(box), self.opacity)
+        _mix(canvas, self.facets, self.opacity, draw)
 
 
 @dataclass(frozen=True, eq=False)
@@ -185,12 +166,16 @@ def drawn(layers: Sequence[Layer], size: tuple[int, int], paper: ArrayLike) -> C
     return canvas
 
 
-def _window(facets: Facets, canvas: Canvas) -> tuple[slice, slice]:
-    """The rows and columns that facets may reach."""
+def _mix(
+    canvas: Canvas, facets: Facets, opacity: float, drawing: Callable[[Canvas, Facets], None]
+) -> None:
+    """Draw facets in one way or another on a copy, and mix what changes with what was there."""
+    if not len(facets.corners):
+        return
+    layer = canvas.part((0, 0, *canvas.size))
+    drawing(layer, facets)
     left, top, right, bottom = extent(facets.corners, canvas.size)
-    return slice(top, bottom), slice(left, right)
-
-
-def _mix(below: Bytes, above: Bytes, where: NDArray[np.bool_], opacity: float) -> None:
+    below, above = (each.color[top:bottom, left:right] for each in (canvas, layer))
+    where = (above != below).any(axis=-1)
     mixed = (1.0 - opacity) * below[where] + opacity * above[where]
     below[where] = (mixed + 0.5).astype(np.uint8)

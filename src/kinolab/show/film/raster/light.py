@@ -16,7 +16,7 @@ SHADOW = np.array([0.74, 0.76, 0.80])  # of the ground's colour in full shadow
 
 def main_light(camera: Camera, up: Array) -> Array:
     """The direction (3,) toward the light: above, to the viewer's left and to the front."""
-    right = camera.axes()[0]
+    right = camera.axes[0]
     direction = up - 0.45 * right + 0.40 * np.cross(right, up)
     return np.asarray(direction / np.linalg.norm(direction))
 

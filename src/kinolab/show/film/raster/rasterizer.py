@@ -48,10 +48,6 @@ class Canvas:
             self.color[window].copy(), self.nearness[window].copy(), self.kind[window].copy()
         )
 
-    def copy(self) -> Canvas:
-        """A copy of all pixels."""
-        return Canvas(self.color.copy(), self.nearness.copy(), self.kind.copy())
-
 
 def blank(size: tuple[int, int], color: ArrayLike) -> Canvas:
     """An empty canvas of one colour (r, g, b) in 0..255."""
@@ -197,18 +193,15 @@ def _rows(tri: Array, height: int) -> tuple[int, int]:
             return 0, 0
     top = min(tri[0, 1], tri[1, 1], tri[2, 1])
     bottom = max(tri[0, 1], tri[1, 1], tri[2, 1])
-    first = max(0.0, np.ceil(top - 0.5))
-    last = min(float(height), np.ceil(bottom - 0.5))
-    if first >= last:
-        return 0, 0
-    return int(first), int(last)
+    rows: tuple[int, int] = _within(top, bottom, height)
+    return rows
 
 
 @allocating_kernel  # type: ignore[untyped-decorator]
-def _columns(low: float, high: float, width: int) -> tuple[int, int]:
-    """The columns whose centres lie in [low, high)."""
+def _within(low: float, high: float, count: int) -> tuple[int, int]:
+    """The rows or columns, of so many, whose centres lie in [low, high)."""
     first = max(0.0, np.ceil(low - 0.5))
-    last = min(float(width), np.ceil(high - 0.5))
+    last = min(float(count), np.ceil(high - 0.5))
     if first >= last:
         return 0, 0
     return int(first), int(last)
@@ -248,7 +241,7 @@ def _draw(
         _lines(tri, lines)
         for i in range(first, last):
             low, high = _span(lines, i + 0.5)
-            left, right = _columns(low, high, width)
+            left, right = _within(low, high, width)
             start = tri[0, 2] + slope_y * (i + 0.5 - tri[0, 1]) + slope_x * (0.5 - tri[0, 0])
             for j in range(left, right):
                 near = np.float32(min(max(start + slope_x * j, farthest), nearest))
@@ -278,7 +271,7 @@ def _reveal(
         _lines(corners[k], lines)
         for i in range(first, last):
             low, high = _span(lines, i + 0.5)
-            left, right = _columns(low, high, width)
+            left, right = _within(low, high, width)
             for j in range(left, right):
                 if nearness[i, j] > farthest and not kind[i, j] & REVEALED:
                     kind[i, j] |= np.uint8(REVEALED)
@@ -295,7 +288,7 @@ def _paint(color: Bytes, kind: Bytes, corners: Array, colors: Bytes) -> None:
         _lines(corners[k], lines)
         for i in range(first, last):
             low, high = _span(lines, i + 0.5)
-            left, right = _columns(low, high, width)
+            left, right = _within(low, high, width)
             for j in range(left, right):
                 if kind[i, j] & GROUND:
                     for c in range(3):
@@ -312,7 +305,7 @@ def _hide(kind: Bytes, corners: Array, bit: int) -> None:
         _lines(corners[k], lines)
         for i in range(first, last):
             low, high = _span(lines, i + 0.5)
-            left, right = _columns(low, high, width)
+            left, right = _within(low, high, width)
             part = kind[i, left:right]
             for j in range(part.shape[0]):
                 part[j] |= (part[j] & np.uint8(GROUND)) * mark

@@ -46,11 +46,11 @@ class Pen:
             seen[..., 2] = 1.0 / seen[..., 2]
         return seen
 
-    def faces(self, mesh: SurfaceMesh, ambient: float = AMBIENT) -> Facets:
+    def faces(self, mesh: SurfaceMesh) -> Facets:
         """All faces, shaded."""
-        return self.faces_at_poses(_as_one_pose(mesh), ambient)[0]
+        return self.faces_at_poses(_as_one_pose(mesh), AMBIENT)[0]
 
-    def faces_at_poses(self, mesh: SurfaceMesh, ambient: float = AMBIENT) -> list[Facets]:
+    def faces_at_poses(self, mesh: SurfaceMesh, ambient: float) -> list[Facets]:
         """All faces, shaded, of a mesh at nf poses, whose vertices are of shape (nf, n, 3)."""
         corners = self.at(mesh.vertices)[:, mesh.faces]
         normal, front = self._facing(mesh)

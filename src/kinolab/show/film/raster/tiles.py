@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
 from itertools import product
-from threading import Lock
 
 from kinolab.show.film.raster.draw_list import Layer, drawn
 from kinolab.show.film.raster.rasterizer import Box, Canvas, empty
@@ -25,8 +25,6 @@ class Tiles:
 
     layers: Sequence[Layer]
     paper: tuple[int, int, int]
-    _kept: dict[tuple[int, int], Canvas] = field(default_factory=dict)
-    _lock: Lock = field(default_factory=Lock)  # frames are drawn by several threads
 
     def window(self, box: Box) -> Canvas:
         """The layers inside a box, which may reach beyond the picture."""
@@ -43,15 +41,10 @@ class Tiles:
             canvas.kind[there] = tile.kind[here]
         return canvas
 
-    def _tile(self, column: int, row: int) -> Canvas:
-        """A tile, which becomes the one used last; the one used longest ago is forgotten."""
-        place = (column, row)
-        with self._lock:
-            found = self._kept.pop(place, None) or self._drawn(column, row)
-            self._kept[place] = found
-            if len(self._kept) > MOST_TILES:
-                del self._kept[next(iter(self._kept))]
-            return found
+    @cached_property
+    def _tile(self) -> Callable[[int, int], Canvas]:
+        """A tile by column and row, which threads may draw twice; the oldest ones are forgotten."""
+        return lru_cache(MOST_TILES)(self._drawn)
 
     def _drawn(self, column: int, row: int) -> Canvas:
         box = (column * TILE, row * TILE, (column + 1) * TILE, (row + 1) * TILE)

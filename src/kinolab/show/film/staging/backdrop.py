@@ -22,6 +22,7 @@ from kinolab.show.film.raster.shading import Pen
 from kinolab.show.film.raster.stroke import chain, smoothed, strokes, thinned
 from kinolab.show.film.staging.viewpoint import Outlook
 
+BRIGHT, DARK = (255, 255, 255), (22, 24, 32)  # around dark letters, and around bright ones
 PATH = (58, 110, 165)
 WALL_EDGE = 0.62  # of the colour of an obstacle's faces: how bright its edges are
 START, GOAL = (0.55, 0.57, 0.60), (0.0, 0.48, 0.25)
@@ -57,6 +58,11 @@ class Still:
         """The colour of title and labels, RGB in 0..255."""
         red, green, blue = (round(255.0 * part) for part in self.picture.colors.words)
         return red, green, blue
+
+    @property
+    def around(self) -> tuple[int, int, int]:
+        """What surrounds letters that stand before all kinds of things, RGB in 0..255."""
+        return DARK if self.picture.colors.is_dark else BRIGHT
 
 
 def backdrop(still: Still, machine: Sequence[SurfaceMesh], pen: Pen) -> list[Layer]:
@@ -135,9 +141,7 @@ def _shown(mesh: SurfaceMesh, veiled: NDArray[np.bool_]) -> SurfaceMesh:
 def _ghost(
     machine: Sequence[SurfaceMesh], ghost: Ghost, color: Color, pen: Pen, radii: Array
 ) -> Layer:
-    poses = np.asarray(ghost.poses, dtype=np.float64).reshape(-1, 12)
-    placed = [mesh.moved(pose) for mesh, pose in zip(machine, poses, strict=True)]
-    veil = _veil(join(placed).painted(color), 0.45, pen)
+    veil = _veil(join(ghost.placed(machine)).painted(color), 0.45, pen)
     return replace(veil, facets=veil.facets + pen.line(ghost.lines, CABLE, _edge(color), radii))
 
 

@@ -11,7 +11,7 @@ from PIL import ImageDraw
 from kinolab.numerics.arrays import Array
 from kinolab.show.film.models.cone import cone_mesh
 from kinolab.show.film.models.surface_mesh import SurfaceMesh
-from kinolab.show.film.picture import Ghost, GoalMarker, Picture
+from kinolab.show.film.picture import Ghost, GoalMarker
 from kinolab.show.film.raster.camera import Camera
 from kinolab.show.film.raster.rasterizer import Box, Bytes
 from kinolab.show.film.staging.backdrop import Still
@@ -38,19 +38,14 @@ class Caption:
     place: tuple[float, float, float]
 
 
-def captions(picture: Picture, machine: Sequence[SurfaceMesh], scene: float) -> Iterator[Caption]:
-    """Yield a word for each thing that one cannot know by its look.
-
-    Args:
-        picture: The picture.
-        machine: The bodies.
-        scene: Its size in [m]: a machine that is large in it has its word where it moves most.
-    """
+def captions(still: Still) -> Iterator[Caption]:
+    """Yield a word for each thing that one cannot know by its look."""
+    picture = still.picture
     start, goal = picture.start, picture.goal
     if start is not None:
-        yield Caption(START_WORD, _place(picture, machine, start, goal, scene))
+        yield Caption(START_WORD, _place(still, start, goal))
     if isinstance(goal, Ghost):
-        yield Caption(GOAL_WORD, _place(picture, machine, goal, start, scene))
+        yield Caption(GOAL_WORD, _place(still, goal, start))
     elif isinstance(picture.goal, GoalMarker):
         yield Caption(GOAL_WORD, picture.goal.position)
     for point in picture.points:
@@ -62,26 +57,20 @@ def captions(picture: Picture, machine: Sequence[SurfaceMesh], scene: float) -> 
 
 
 def _place(
-    picture: Picture,
-    machine: Sequence[SurfaceMesh],
-    ghost: Ghost,
-    other: Ghost | GoalMarker | None,
-    scene: float,
+    still: Still, ghost: Ghost, other: Ghost | GoalMarker | None
 ) -> tuple[float, float, float]:
     """The middle of a machine's upper side; where it is large, the point that moves most.
 
     Args:
-        picture: The picture.
-        machine: The bodies.
+        still: The picture.
         ghost: The machine at one end of its way.
         other: At the other end, if it is shown there: else its first body has the word.
-        scene: Size of the scene in [m].
     """
-    up = np.asarray(picture.up, dtype=np.float64) / np.linalg.norm(picture.up)
-    bodies, points = _bodies(machine, ghost)
-    if np.ptp(points, axis=0).max() > LARGE * scene and len(points):
+    up = np.asarray(still.picture.up, dtype=np.float64) / np.linalg.norm(still.picture.up)
+    bodies, points = _bodies(still.machine, ghost)
+    if np.ptp(points, axis=0).max() > LARGE * still.size and len(points):
         if isinstance(other, Ghost):
-            moved = np.linalg.norm(points - _bodies(machine, other)[1], axis=1)
+            moved = np.linalg.norm(points - _bodies(still.machine, other)[1], axis=1)
             x, y, z = points[moved.argmax()].tolist()
             return x, y, z
         points = bodies[0] if len(bodies[0]) else points
@@ -92,9 +81,8 @@ def _place(
 
 def _bodies(machine: Sequence[SurfaceMesh], ghost: Ghost) -> tuple[list[Array], Array]:
     """The points of each body, and those and the bodies' origins together."""
-    poses = np.asarray(ghost.poses, dtype=np.float64).reshape(-1, 12)
-    bodies = [mesh.moved(pose).vertices for mesh, pose in zip(machine, poses, strict=True)]
-    return bodies, np.concatenate([poses[:, 3::4], *bodies])
+    bodies = [mesh.vertices for mesh in ghost.placed(machine)]
+    return bodies, np.concatenate([ghost.table[:, 3::4], *bodies])
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,14 +103,11 @@ class Signs:
             inner.on(image, self.colors[0])
 
 
-NO_SIGNS = Signs((), ((0, 0, 0), (0, 0, 0)))
-
-
 def signs(still: Still, camera: Camera, size: tuple[int, int]) -> Signs:
     """Lay out the words of a picture of width and height in [pixel]; none covers another one."""
     words = []
     taken: list[Box] = [(0, 0, size[0], round(0.85 * heading(size[1])))]
-    for each in captions(still.picture, still.machine, still.size):
+    for each in captions(still):
         column, row, depth = camera.project(each.place, size)
         for shift in SHIFTS if depth > 0.0 else ():
             foot = float(row) + (shift - ABOVE) * size[1]
@@ -134,8 +119,7 @@ def signs(still: Still, camera: Camera, size: tuple[int, int]) -> Signs:
     ruler = _scale_bar(still, camera, size)
     if ruler is not None and not any(_meet(ruler[1].box, other) for other in taken):
         words.append(ruler)
-    letters = still.words
-    return Signs(tuple(words), (letters, (22, 24, 32) if sum(letters) > 384 else (255, 255, 255)))
+    return Signs(tuple(words), (still.words, still.around))
 
 
 def _meet(a: Box, b: Box) -> bool:

@@ -16,6 +16,7 @@ from kinolab.show.film.raster.shading import Pen
 from kinolab.show.film.raster.tiles import Tiles
 from kinolab.show.film.scene import PAPER, Scene
 from kinolab.show.film.staging.backdrop import backdrop
+from kinolab.show.film.staging.script import Script
 from kinolab.show.film.staging.stage import nearest_pixel, swept
 from kinolab.show.film.text import heading
 
@@ -29,76 +30,59 @@ EDGE_MARGIN = 0.02  # of the picture's height: distance from the edge
 MAX_COVERED = 0.02  # fraction of a corner that may be occupied
 
 
-def build_inset(stage: Scene, motion: Array, size: tuple[int, int]) -> Inset | None:
-    """Return the inset; None if the machine is large enough, or no corner is free.
-
-    Args:
-        stage: The scene of the picture.
-        motion: Poses of all frames, shape (nf, nb, 12).
-        size: Width and height of the picture in [pixel].
-    """
-    places, apparent = _apparent(stage, motion, size)
-    if not 0.0 < apparent < SMALL_FRACTION * size[1]:
+def build_inset(stage: Scene, script: Script) -> Inset | None:
+    """Return the inset of a film; None if the machine is large enough, or no corner is free."""
+    places, apparent = _apparent(stage, script)
+    if not 0.0 < apparent < SMALL_FRACTION * script.size[1]:
         return None
-    box = next(_free_corners(_taken(stage), places.reshape(-1, 2)), None)
+    scale = stage.pen.scale
+    nearness = stage.canvas.nearness[scale // 2 :: scale, scale // 2 :: scale]
+    box = next(_free_corners(nearness > 0.0, places.reshape(-1, 2)), None)
     if box is None:
         return None
     times = min(FILL_FRACTION * (box[3] - box[1]) / apparent, MAX_MAGNIFICATION)
-    return _enlarged(stage, motion, size, box, times)
+    return _enlarged(stage, script, box, times)
 
 
-def whole_window(stage: Scene, motion: Array, size: tuple[int, int]) -> Inset | None:
-    """Return a window as large as the picture that goes with the machine; None if it is large.
-
-    Args:
-        stage: The scene of the picture.
-        motion: Poses of all frames, shape (nf, nb, 12).
-        size: Width and height of the picture in [pixel].
-    """
-    _, apparent = _apparent(stage, motion, size)
-    times = min(FOLLOW_FRACTION * size[1] / apparent, MAX_MAGNIFICATION) if apparent > 0.0 else 1.0
+def whole_window(stage: Scene, script: Script) -> Inset | None:
+    """Return a window as large as the picture that goes with the machine; None if it is large."""
+    (_, apparent), tall = _apparent(stage, script), script.size[1]
+    times = min(FOLLOW_FRACTION * tall / apparent, MAX_MAGNIFICATION) if apparent > 0.0 else 1.0
     if times <= LEAST_MAGNIFICATION:
         return None
-    return replace(_enlarged(stage, motion, size, (0, 0, *size), times), framed=False)
+    return replace(_enlarged(stage, script, (0, 0, *script.size), times), framed=False)
 
 
-def _apparent(stage: Scene, motion: Array, size: tuple[int, int]) -> tuple[Array, float]:
+def _apparent(stage: Scene, script: Script) -> tuple[Array, float]:
     """Where the corners of the bodies' boxes are in the picture, and the machine's usual size."""
     bodies = stage.machine.bodies
-    paths = [swept(mesh, motion[:, i]) for i, mesh in enumerate(bodies) if len(mesh.faces)]
+    paths = [swept(mesh, script.poses[:, i]) for i, mesh in enumerate(bodies) if len(mesh.faces)]
     if not paths:
         return np.zeros((0, 0, 2)), 0.0
     places = np.concatenate(
-        [stage.pen.camera.project(path, size)[..., :2] for path in paths], axis=1
+        [stage.pen.camera.project(path, script.size)[..., :2] for path in paths], axis=1
     )
     return places, float(np.median(np.ptp(places, axis=1).max(axis=1)))
 
 
-def _enlarged(stage: Scene, motion: Array, size: tuple[int, int], box: Box, times: float) -> Inset:
+def _enlarged(stage: Scene, script: Script, box: Box, times: float) -> Inset:
     """The machine and what is around it, so many times as large."""
     camera, picture = stage.pen.camera, stage.still.picture
-    large = (round(size[0] * times * SUPERSAMPLING), round(size[1] * times * SUPERSAMPLING))
+    wide, tall = script.size
+    large = (round(wide * times * SUPERSAMPLING), round(tall * times * SUPERSAMPLING))
     pen = Pen(camera, large, stage.pen.light, SUPERSAMPLING)
-    pixel = nearest_pixel(camera, stage.machine.bodies, motion, large)
+    pixel = nearest_pixel(camera, stage.machine.bodies, script.poses, large)
     machine = picture.machine(SUPERSAMPLING * pixel)
     layers = backdrop(stage.still, machine, pen)
     assembly = Assembly(machine, picture.radii)
     return Inset(pen, assembly, Tiles(layers, PAPER), box, times, stage.still)
 
 
-def _taken(stage: Scene) -> NDArray[np.bool_]:
-    """The pixels of a picture at which there is more than sky, shape (h, w)."""
-    middle = stage.pen.scale // 2
-    return np.asarray(
-        stage.canvas.nearness[middle :: stage.pen.scale, middle :: stage.pen.scale] > 0.0
-    )
-
-
 def _free_corners(taken: NDArray[np.bool_], places: Array) -> Iterator[Box]:
     """Yield nearly empty corners of the picture, the largest and emptiest first.
 
     Args:
-        taken: The pixels at which there is something, shape (h, w).
+        taken: The pixels at which there is more than sky, shape (h, w).
         places: Columns and rows that the machine will cover, shape (n, 2).
     """
     height, width = taken.shape

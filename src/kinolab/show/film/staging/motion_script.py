@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -17,6 +16,7 @@ from kinolab.show.film.staging.script_writing import write_script
 from kinolab.trajectory import Trajectory
 from kinolab.world.geometry import triangles
 
+RENDERED: tuple[Any, ...] = ("view", "azimuth", "elevation", "follow", "cut", "setting")
 CONE_LENGTH = 1.25  # of cones, relative to the machine's radius
 
 
@@ -28,23 +28,16 @@ def motion_script(
 ) -> Script:
     """Write the script of a trajectory's film, with the scenario's or other settings."""
     settings = settings or problem.scenario.render
-    poses = problem.model.frames(trajectory.x)
-    shown = picture(problem, poses, problem.model.cables(trajectory.x))
     return write_script(
-        replace(shown, **_camera(settings)),
+        picture(problem, trajectory.x, settings),
         trajectory.t,
-        poses,
+        problem.model.frames(trajectory.x),
         size=settings.size,
         speed=settings.speed,
         title=problem.scenario.title,
         magnify=settings.magnify,
         **options,
     )
-
-
-def _camera(settings: RenderSection) -> dict[str, Any]:
-    """How the settings have a picture looked at."""
-    return {name: getattr(settings, name) for name in ("view", "azimuth", "elevation", "follow")}
 
 
 def _surfaces(problem: PlanningTask) -> list[Surface]:
@@ -56,14 +49,16 @@ def _surfaces(problem: PlanningTask) -> list[Surface]:
     ]
 
 
-def picture(problem: PlanningTask, poses: np.ndarray, cables: np.ndarray) -> Picture:
+def picture(problem: PlanningTask, x: np.ndarray, settings: RenderSection | None = None) -> Picture:
     """Return the picture in which bodies and cables move.
 
     Args:
         problem: The machine and its world.
-        poses: Of the bodies, shape (times, bodies, 12).
-        cables: Their ends, shape (times, cables, 2, 3).
+        x: States along the way, shape (times, nx).
+        settings: The scenario's, or others.
     """
+    settings = settings or problem.scenario.render
+    poses, cables = problem.model.frames(x), problem.model.cables(x)
     down = problem.machine.down
     up = np.array([0.0, 0.0, 1.0]) if down is None else -np.array(down)
     return Picture(
@@ -72,9 +67,7 @@ def picture(problem: PlanningTask, poses: np.ndarray, cables: np.ndarray) -> Pic
         ground=problem.world.ground,
         bounds=problem.world.bounds,
         up=up,
-        cut=problem.scenario.render.cut,
-        setting=problem.scenario.render.setting,
-        **_camera(problem.scenario.render),
+        **{name: getattr(settings, name) for name in RENDERED},
         path=poses[:, problem.leading, 3::4],
         start=Ghost(poses[0], cables[0].reshape(-1, 2, 3)),
         lines=cables if cables.size else None,

@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 
 from kinolab.numerics.arrays import Array
 from kinolab.show.film.models.rotor import whirled
-from kinolab.show.film.picture import Picture, pose_table
+from kinolab.show.film.picture import Picture
 from kinolab.show.film.staging.script import Script
 from kinolab.show.film.staging.timing import interpolate_lines, interpolate_poses, schedule
 
@@ -29,7 +29,7 @@ def write_script(
     Args:
         picture: The picture to draw.
         times: Row times in [s], shape (nt,), not decreasing.
-        poses: One pose per row and body, shape (nt, nb, 12).
+        poses: One pose per row and body, shape (nt, nb, 12) or (nt, nb, 3, 4).
         size: Width and height in [pixel].
         fps: Frames per second of film.
         speed: Seconds of motion per second of film.
@@ -40,7 +40,9 @@ def write_script(
     Raises:
         ValueError: If shapes are inconsistent, values are not finite, or times decrease.
     """
-    t, table = np.asarray(times, dtype=np.float64), pose_table(poses)
+    t, table = np.asarray(times, dtype=np.float64), np.asarray(poses, dtype=np.float64)
+    if table.ndim == 4:
+        table = table.reshape(*table.shape[:2], 12)
     _check(t, table, len(picture.bodies))
     playback = schedule(float(t[0]), float(t[-1]), fps, speed, video=video)
     motion = table
@@ -48,19 +50,11 @@ def write_script(
         t, table = np.repeat(t, 2), np.repeat(table, 2, axis=0)
     moved = interpolate_poses(t, table, playback.times)
     moved = whirled(moved, [body.whirl for body in picture.bodies], playback.period)
-    cables = _cables(picture, t, playback.times)
+    cables = picture.lines
+    if cables is not None:
+        each = np.broadcast_to(cables, (len(t), *np.shape(cables)[1:]))  # or the same in all rows
+        cables = interpolate_lines(t, each, playback.times)
     return Script(picture, motion, playback, moved, cables, size, title, magnify)
-
-
-def _cables(picture: Picture, times: Array, at: Array) -> Array | None:
-    if picture.lines is None:
-        return None
-    if callable(picture.lines):
-        return np.stack([np.asarray(picture.lines(float(t)), dtype=np.float64) for t in at])
-    lines = np.asarray(picture.lines, dtype=np.float64)
-    if len(lines) == 1:
-        lines = np.repeat(lines, len(times), axis=0)
-    return interpolate_lines(times, lines, at)
 
 
 def _check(times: Array, poses: Array, bodies: int) -> None:

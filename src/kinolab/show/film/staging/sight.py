@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,7 +43,8 @@ class Screens:
         """
         seen = camera.project(self.vertices, SQUARE).astype(np.float32)
         corners = seen[self.faces]
-        low, high = _low(corners), _high(corners)
+        a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
+        low, high = (pick(pick(a, b), c) for pick in (np.minimum, np.maximum))
         near = np.where(self._turned_away(camera), np.inf, low[:, 2])
         found = np.full(len(points), SEEN, dtype=np.int64)
         for k, (x, y, depth) in enumerate(camera.project(points, SQUARE)):
@@ -65,14 +65,6 @@ class Screens:
         )
         turned[rooms] = facing <= 0.0
         return turned
-
-
-def _low(corners: Any) -> Any:
-    return np.minimum(np.minimum(corners[:, 0], corners[:, 1]), corners[:, 2])
-
-
-def _high(corners: Any) -> Any:
-    return np.maximum(np.maximum(corners[:, 0], corners[:, 1]), corners[:, 2])
 
 
 def _depths(corners: Array, x: float, y: float) -> Array:

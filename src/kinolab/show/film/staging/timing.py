@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.manifolds.rotations import of_matrices, slerp, to_matrices
-from kinolab.show.film.staging.playback import Playback
+from kinolab.show.film.staging.script import Playback
 
 MAX_FRAMES = 400  # of a GIF
 MIN_DELAY = 2  # [1/100 s]; viewers slow down shorter delays

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -125,7 +125,7 @@ def _usual(picture: Picture, cloud: Array) -> Angles:
     return Angles(azimuth, usual_elevation(cloud, picture.up) if given is None else given)
 
 
-def _others(picture: Picture, usual: Angles) -> Iterator[Angles]:
+def _others(picture: Picture, usual: Angles) -> list[Angles]:
     """Other directions, those near the usual one first."""
     azimuths = [usual.azimuth]
     if picture.azimuth is None:
@@ -133,10 +133,8 @@ def _others(picture: Picture, usual: Angles) -> Iterator[Angles]:
     elevations = [usual.elevation]
     if picture.elevation is None:
         elevations += [each for each in STEEPER.tolist() if each > usual.elevation + 0.1]
-    for elevation in elevations:
-        for azimuth in azimuths:
-            if (azimuth, elevation) != (usual.azimuth, usual.elevation):
-                yield Angles(azimuth, elevation)
+    both = [Angles(azimuth, elevation) for elevation in elevations for azimuth in azimuths]
+    return [angles for angles in both if angles != usual]
 
 
 def _watched(picture: Picture, motion: Array) -> tuple[Array, Array]:
@@ -159,7 +157,7 @@ def _watched(picture: Picture, motion: Array) -> tuple[Array, Array]:
 
 def _goal(picture: Picture, bodies: NDArray[np.int64]) -> Array:
     if isinstance(picture.goal, Ghost):
-        return np.asarray(picture.goal.poses, dtype=np.float64).reshape(-1, 12)[bodies][:, 3::4]
+        return picture.goal.table[bodies][:, 3::4]
     marks = [*picture.points, *([picture.goal] if isinstance(picture.goal, GoalMarker) else [])]
     return np.array([mark.position for mark in marks], dtype=np.float64).reshape(-1, 3)
 

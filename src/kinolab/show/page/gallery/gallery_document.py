@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import base64
 import html
-import json
 from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib.resources import files
 from typing import Any, Literal
 
-from kinolab.show.page.document import allowed_by, filled, library, source_hash
+from kinolab.show.page.document import allowed_by, as_json, filled, library, source_hash
 
 MARK = "<library>"  # stands for it in the pages, where no text has an unescaped <
 
@@ -56,8 +55,8 @@ def gallery_html(title: str, cards: Sequence[Card]) -> str:
             "styles": _allowed(style, "style-src", cards),
             "style": style,
             "script": script,
-            "runs": _as_json(runs),
-            "shared": _as_json(shared),
+            "runs": as_json(runs),
+            "shared": as_json(shared),
         },
     )
 
@@ -84,11 +83,6 @@ def _data_address(picture: bytes) -> str:
         return ""
     kind = "gif" if picture.startswith(b"GIF8") else "png"
     return f"data:image/{kind};base64,{base64.b64encode(picture).decode()}"
-
-
-def _as_json(value: Any) -> str:
-    """Write data as JSON that cannot end its script element."""
-    return json.dumps(value, ensure_ascii=False).replace("<", "\\u003c")
 
 
 def _source(name: str) -> str:
