@@ -98,6 +98,3 @@ def make(
     if num_envs is None:
         return PlanningEnv(batch, render_mode=render_mode)
     return PlanningVectorEnv(batch)
-
-
-make.__module__ = __name__

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -153,13 +153,8 @@ def _machine(problem: ProblemFile, solids: Sequence[PlacedShape], edge: float) -
     if not problem.control:
         free = machines.planar_body if problem.axes == "xy" else machines.free_body
         return free(parts, speed, TURNING)
-    driven: dict[str, Callable[[machines.Parts], System]] = {
-        "kinematic_car": machines.kinematic_car,
-        "dynamic_car": machines.dynamic_car,
-        "blimp": machines.blimp,
-        "quadrotor": machines.quadrotor,
-    }
-    return driven[problem.control](parts)
+    driven: System = getattr(machines, problem.control)(parts)  # the control is one of four
+    return driven
 
 
 def _bounds(problem: ProblemFile, world: PlacedMesh) -> tuple[Array, Array]:
