@@ -5,20 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import repeat
-from typing import TypeAlias
 
-import numpy as np
-from numpy.typing import NDArray
-
-from kinolab.numerics.arrays import Array
+from kinolab.numerics.arrays import Array, Bytes
 from kinolab.show.film.inset import Inset
 from kinolab.show.film.scene import Scene
 from kinolab.show.film.staging.inset_place import build_inset, whole_window
 from kinolab.show.film.staging.script import Script
 from kinolab.show.film.staging.stage import build_scene
 from kinolab.show.film.text import letter, time_stamp
-
-Bytes: TypeAlias = NDArray[np.uint8]
 
 RUN = 8  # frames that are prepared at once
 

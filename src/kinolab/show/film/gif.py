@@ -12,15 +12,14 @@ from itertools import chain, pairwise
 from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 from PIL import Image
 from PIL.GifImagePlugin import getdata
 
+from kinolab.numerics.arrays import Bytes
 from kinolab.show.film.crew import Crew, Share, everything
 from kinolab.show.film.film import Film
 from kinolab.show.film.palette import UNKNOWN, Palette, shared_palette
 
-Bytes: TypeAlias = NDArray[np.uint8]
 Part: TypeAlias = tuple[Bytes, tuple[int, int]]  # palette indices and their upper left corner
 Run: TypeAlias = tuple[slice, list[Bytes]]  # frames that follow each other, as palette indices
 

@@ -10,9 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kinolab.numerics.arrays import Array
+from kinolab.numerics.arrays import Array, Bytes
 from kinolab.show.film.models.assembly import Assembly
-from kinolab.show.film.raster.rasterizer import Box, Bytes, average
+from kinolab.show.film.raster.rasterizer import Box, average
 from kinolab.show.film.raster.shading import Pen
 from kinolab.show.film.raster.tiles import Tiles
 from kinolab.show.film.scene import machine_facets, put_machine
@@ -51,7 +51,7 @@ class Inset:
         size = ((right - left) * SUPERSAMPLING, (bottom - top) * SUPERSAMPLING)
         middles = self.pen.at(poses[..., 3::4].mean(axis=1, keepdims=True))[:, 0, :2]
         corners = (middles - np.array(size) / 2).round().astype(int).tolist()
-        machine = machine_facets(self.pen, self.machine, poses, lines, self.still.floor is not None)
+        machine = machine_facets(self.pen, self.machine, poses, lines, self.still)
         for corner, (facets, shadows) in zip(corners, machine, strict=True):
             column, row = corner  # of a window of the large picture, in small pixels
             canvas = self.backdrop.window((column, row, column + size[0], row + size[1]))

@@ -4,15 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 from PIL import Image
 
+from kinolab.numerics.arrays import Bytes
 from kinolab.numerics.jit import kernel
-
-Bytes: TypeAlias = NDArray[np.uint8]
 
 COLORS = 255  # one of 256 indices stays free to mean "unchanged"
 UNKNOWN = 255  # the index that stays free

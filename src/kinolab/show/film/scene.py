@@ -9,12 +9,11 @@ from itertools import repeat
 
 import numpy as np
 
-from kinolab.numerics.arrays import Array
+from kinolab.numerics.arrays import Array, Bytes
 from kinolab.show.film.models.assembly import Assembly
 from kinolab.show.film.raster.contact import darken_corners
 from kinolab.show.film.raster.draw_list import Layer, Shadows, drawn
 from kinolab.show.film.raster.rasterizer import (
-    Bytes,
     Canvas,
     Facets,
     average,
@@ -73,8 +72,7 @@ class Scene:
             poses: Of the bodies, shape (nf, nb, 12).
             lines: Cables, shape (nf, nl, 2, 3), if any.
         """
-        grounded = self.still.floor is not None
-        for parts in machine_facets(self.pen, self.machine, poses, lines, grounded):
+        for parts in machine_facets(self.pen, self.machine, poses, lines, self.still):
             yield self._composed(*parts)
 
     def _composed(self, facets: Facets, shadows: list[Array]) -> Bytes:
@@ -114,7 +112,7 @@ def put_machine(
 
 
 def machine_facets(
-    pen: Pen, machine: Assembly, poses: Array, lines: Array | None, shadows: bool
+    pen: Pen, machine: Assembly, poses: Array, lines: Array | None, still: Still
 ) -> Iterator[tuple[Facets, list[Array]]]:
     """Yield the machine and its cables as facets, and their shadows by lamp if any, per frame.
 
@@ -123,8 +121,9 @@ def machine_facets(
         machine: The bodies.
         poses: Of the bodies, shape (nf, nb, 12).
         lines: Cables, shape (nf, nl, 2, 3), if any.
-        shadows: Whether there is ground for shadows.
+        still: What stands still; on its ground there are shadows.
     """
+    shadows = still.floor is not None
     moved = machine.placed(poses)
     faces, edges = pen.faces_at_poses(moved, AMBIENT), pen.edges_at_poses(moved, OUTLINE, INK)
     fallen = pen.shadows_at_poses(moved) if shadows else [[] for _ in poses]

@@ -10,12 +10,11 @@ from threading import Lock
 from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
+from kinolab.numerics.arrays import Bytes
 from kinolab.show.film.raster.rasterizer import Box
 
-Bytes: TypeAlias = NDArray[np.uint8]
 Mark: TypeAlias = Callable[[ImageDraw.ImageDraw, int], None]  # draws with letters, so much wider
 
 TITLE, STAMP = (38, 42, 50), (96, 100, 108)

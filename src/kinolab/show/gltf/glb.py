@@ -12,14 +12,13 @@ import json
 import struct
 from importlib.metadata import version
 from itertools import count
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.numerics.arrays import Array
-
-Color: TypeAlias = tuple[float, float, float]
+from kinolab.show.film.models.ball import Color
 
 FLOAT, UINT = 5126, 5125
 VERTICES, INDICES = 34962, 34963

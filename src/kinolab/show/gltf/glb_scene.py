@@ -10,6 +10,7 @@ import numpy as np
 from kinolab.dynamics.language.shapes import Cylinder
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.manifolds.rotations import of_matrices
+from kinolab.show.film.models.ball import Color
 from kinolab.show.film.models.cone import cone_mesh
 from kinolab.show.film.models.ground import floor_top, marked_areas
 from kinolab.show.film.models.setting import SceneColors
@@ -18,7 +19,7 @@ from kinolab.show.film.picture import Floor, Ghost
 from kinolab.show.film.raster.camera import horizontal_axes
 from kinolab.show.film.scene import INK
 from kinolab.show.film.staging.backdrop import GOAL, PATH, START, goal_ball
-from kinolab.show.gltf.glb import Color, Glb
+from kinolab.show.gltf.glb import Glb
 from kinolab.show.page.content import Content, Curve
 from kinolab.show.page.curves import evaluated
 from kinolab.show.page.extent import extent

@@ -10,10 +10,9 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from kinolab.numerics.arrays import Array
+from kinolab.numerics.arrays import Array, Bytes
 from kinolab.numerics.jit import allocating_kernel
 
-Bytes: TypeAlias = NDArray[np.uint8]
 Box: TypeAlias = tuple[int, int, int, int]  # left, top, right, bottom in [pixel], half open
 
 COUNTS = np.array([bin(byte).count("1") for byte in range(256)], dtype=np.uint8)  # of bits

@@ -8,12 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 from PIL import ImageDraw
 
-from kinolab.numerics.arrays import Array
+from kinolab.numerics.arrays import Array, Bytes
 from kinolab.show.film.models.cone import cone_mesh
 from kinolab.show.film.models.surface_mesh import SurfaceMesh
 from kinolab.show.film.picture import Ghost, GoalMarker
 from kinolab.show.film.raster.camera import Camera
-from kinolab.show.film.raster.rasterizer import Box, Bytes
+from kinolab.show.film.raster.rasterizer import Box
 from kinolab.show.film.staging.backdrop import Still
 from kinolab.show.film.text import Words, caption, caption_size, heading
 
