@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping
 from pathlib import Path
 
 from kinolab.dynamics.language.json.machine_folder import FEEDBACK_FILE, MACHINE_FILE
@@ -74,11 +73,6 @@ def _portable_planner(scenario: Scenario) -> str:
     """Return the planner's name, its file taken from assets/ if it has one."""
     file, name = _planner_file(scenario), scenario.planner.name
     return name if file is None else f"assets/{file.name}:{name.rpartition(':')[2]}"
-
-
-def hashes_of(assets: Mapping[str, bytes]) -> dict[str, str]:
-    """Return the SHA-256 of each file, by name."""
-    return {name: digest_of(content) for name, content in assets.items()}
 
 
 def used_assets(folder: Path, problem: PlanningTask) -> set[str]:

@@ -12,7 +12,7 @@ from kinolab.numerics.arrays import finite_or_none
 from kinolab.problem import PlanningTask
 from kinolab.problem.goal_entries import distance_by_unit, goal_entries
 from kinolab.problem.warnings import problem_warnings
-from kinolab.runs.assets import hashes_of
+from kinolab.runs.assets import digest_of
 from kinolab.solve import PlanResult
 from kinolab.verification import Certificate, Check
 
@@ -50,7 +50,7 @@ def report_of(
         "warnings": [*problem_warnings(problem), *plan.warnings],
         "diagnosis": {"rejections": plan.rejections},
         "certificate": certified,
-        "assets": hashes_of(assets),
+        "assets": {name: digest_of(content) for name, content in assets.items()},
         "versions": versions(),
     }
 

@@ -13,13 +13,13 @@ from kinolab.numerics.arrays import Array
 from kinolab.show.film.models.surface_mesh import SurfaceMesh, is_room
 from kinolab.show.film.picture import Picture
 from kinolab.show.film.raster.camera import WIDE, to_viewer
+from kinolab.show.film.staging.viewpoint import MANY
 
 MOMENTS = 25  # of a motion at which the camera's place is chosen
 AZIMUTHS = np.radians(-32.0 + 30.0 * np.arange(12))  # the first one where all are free
 ELEVATIONS = (0.62, 1.0, 1.35)  # [rad], the usual one first
 ROOM = 3.6  # radii of the machine in the picture, as the page has it
 STEEPER = 0.6  # [rad] of turning that one would rather do than look from higher above
-MANY = 400_000  # faces: in larger worlds the camera keeps its side
 NEAR = 0.15  # of the distance to the camera, from the machine: what is so close hides little
 
 
@@ -41,6 +41,7 @@ def follow_track(
     up = np.asarray(picture.up, dtype=np.float64) / np.linalg.norm(picture.up)
     directions = to_viewer(up, *np.array(looks).T[..., None])
     rays = ROOM * reach / np.tan(WIDE / 2.0) * directions
+    # In larger worlds the camera keeps its side.
     walls = _Walls.of(obstacles) if sum(len(m.faces) for m in obstacles) <= MANY else None
     chosen, before = [], looks[0]
     for middle in middles:

@@ -122,20 +122,15 @@ def _occupied(
     middles = (np.arange(CELLS) + 0.5) / CELLS
     across, up = (low + (high - low) * middles for low, high in spans)
     places = np.linspace(0, len(trajectory.x) - 1, min(SLICES, len(trajectory.x))).astype(int)
-    found = np.zeros((CELLS, CELLS))
+    found, collides = np.zeros((CELLS, CELLS)), problem.checker().collides
     for x in trajectory.x[places]:
         states = np.repeat(x[None], CELLS * CELLS, axis=0)
         states[:, columns[0]] = np.tile(across, CELLS)
         states[:, columns[1]] = np.repeat(up, CELLS)
-        found += _collisions(problem, states).reshape(CELLS, CELLS)
+        frames = problem.model.frames(states)
+        ends = problem.model.cables(states) if problem.cables else [NO_ENDS] * len(states)
+        found += np.reshape([*map(collides, frames, ends)], (CELLS, CELLS))
     return found / len(places)
-
-
-def _collisions(problem: PlanningTask, states: Array) -> NDArray[np.bool_]:
-    model, checker = problem.model, problem.checker()
-    frames = model.frames(states)
-    ends = model.cables(states) if problem.cables else [NO_ENDS] * len(states)
-    return np.array([checker.collides(*pair) for pair in zip(frames, ends, strict=True)])
 
 
 def _split(ends: Array) -> Array:

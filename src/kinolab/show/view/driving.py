@@ -57,13 +57,10 @@ def driven_step(problem: PlanningTask) -> float:
 
 def _idle(problem: PlanningTask) -> Array:
     """Return the idle inputs, shape (nu,): those that hold the machine at its start, if any."""
-    names = problem.model.control_names
     held = static_holding(problem, problem.start)
-    return (
-        np.array([held.inputs[n] for n in names])
-        if held and held.holds
-        else problem.model.null_control()
-    )
+    if not (held and held.holds):
+        return problem.model.null_control()
+    return np.array([held.inputs[name] for name in problem.model.control_names])
 
 
 def _hands(problem: PlanningTask, model: Model, idle: Array | None) -> dict[str, list[float]]:

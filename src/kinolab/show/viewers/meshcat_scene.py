@@ -94,8 +94,6 @@ def _draw(meshcat: Any, node: Any, part: ViewedPart) -> None:
 
 
 def _pose(part: ViewedPart, k: int) -> Any:
-    assert part.places is not None
-    assert part.turns is not None
     pose = np.eye(4)
     pose[:3, :3], pose[:3, 3] = to_matrices(part.turns[k]), part.places[k]
     return pose

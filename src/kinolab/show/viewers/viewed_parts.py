@@ -25,15 +25,15 @@ class ViewedPart(NamedTuple):
         name: Unique among its kind.
         vertices: Three for each triangle, shape (3 n, 3), in [m].
         colors: Of each vertex, red, green and blue in [0, 1], shape (3 n, 3).
-        places, turns: Of a body at ``times``, shapes (m, 3) and (m, 4), quaternions x, y, z, w; of
-            what stands still None.
+        places, turns: Of a body at ``times``, shapes (m, 3) and (m, 4), quaternions x, y, z, w; no
+            rows of what stands still.
     """
 
     name: str
     vertices: Array
     colors: Array
-    places: Array | None = None
-    turns: Array | None = None
+    places: Array = np.zeros((0, 3))
+    turns: Array = np.zeros((0, 4))
 
     @property
     def triangles(self) -> Indices:

@@ -47,20 +47,16 @@ def painted_bodies(bodies: Sequence[BodyGeometry]) -> tuple[PaintedBody, ...]:
 
 
 def _surfaces(body: BodyGeometry, color: Color) -> Iterator[tuple[float, Sequence[SurfaceMesh]]]:
-    if body.drawn is None:
-        yield from (_painted(shape, body, color) for shape in body.shapes)
-        return
-    for mesh in body.drawn:
+    for mesh in body.drawn or ():
         yield 0.0, [weld(mesh.vertices, mesh.faces, mesh.color)]
-
-
-def _painted(shape: Shape, body: BodyGeometry, color: Color) -> tuple[float, Sequence[SurfaceMesh]]:
-    if body.whirl and shape.rotor and shape.axis == "z":
-        return 0.0, [rotor(shape, np.asarray(color))]
-    if not shape.symmetric:
-        return 0.0, [paint(shape, color)]
-    radius = shape.lowered()[1][0]
-    return radius, [paint(shape, color, radius / size) for size in DEGREES]
+    for shape in body.shapes if body.drawn is None else ():
+        if body.whirl and shape.rotor and shape.axis == "z":
+            yield 0.0, [rotor(shape, np.asarray(color))]
+        elif shape.symmetric:
+            radius = shape.lowered()[1][0]
+            yield radius, [paint(shape, color, radius / size) for size in DEGREES]
+        else:
+            yield 0.0, [paint(shape, color)]
 
 
 def paint(shape: Shape, color: ArrayLike, pixel: float = 0.0) -> SurfaceMesh:

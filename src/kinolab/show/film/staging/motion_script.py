@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from kinolab.dynamics.machine_facts import BodyGeometry
 from kinolab.problem import PlanningTask
 from kinolab.scenario.schema import RenderSection
 from kinolab.show.film.picture import Cone, Ghost, GoalMarker, Picture, Surface
@@ -80,7 +79,9 @@ def picture(problem: PlanningTask, x: np.ndarray, settings: RenderSection | None
 
 def _cones(problem: PlanningTask, poses: np.ndarray) -> Iterator[Cone]:
     """Yield goal and keep-out cones, with apexes at the start of their bodies."""
-    length = CONE_LENGTH * max((_reach(body) for body in problem.bodies), default=1.0)
+    shapes = [shape for body in problem.bodies for shape in body.shapes]
+    reaches = [float(np.linalg.norm(triangles(s)[0], axis=1).max()) for s in shapes]
+    length = CONE_LENGTH * max(reaches, default=1.0)  # of the machine's radius about its bodies
     for target in problem.goal.directions:
         apex = _place(poses[target.body])
         yield Cone(apex, target.target, target.tolerance, length, forbidden=False)
@@ -88,13 +89,6 @@ def _cones(problem: PlanningTask, poses: np.ndarray) -> Iterator[Cone]:
         apex = _place(poses[cone.body])
         half_angle = cone.forbidden.half_angle
         yield Cone(apex, cone.direction, half_angle, length, forbidden=True)
-
-
-def _reach(body: BodyGeometry) -> float:
-    """Return the bounding radius of a body's shapes about its origin, in [m]."""
-    return max(
-        (float(np.linalg.norm(triangles(s)[0], axis=1).max()) for s in body.shapes), default=0.0
-    )
 
 
 def _place(pose: np.ndarray) -> tuple[float, float, float]:
