@@ -3,8 +3,6 @@
 What needs a library asks for it only then.
 """
 
-from __future__ import annotations
-
 from typing import TYPE_CHECKING
 
 from kinolab.lazy import lazy_package

@@ -1,7 +1,5 @@
 """Plans in other programs' viewers: Rerun and MeshCat."""
 
-from __future__ import annotations
-
 from typing import TYPE_CHECKING
 
 from kinolab.lazy import lazy_package
