@@ -88,7 +88,9 @@ def write_run(folder: Path, problem: PlanningTask, plan: PlanResult) -> dict[str
     files["scenario.toml"] = write_scenario(portable_scenario(problem)).encode()
     if plan.trajectory is not None:
         files |= {name: write(plan.trajectory) for name, write in MOTION_FORMATS.items()}
-        files |= _benchmark_result(problem, plan.trajectory) if plan.status == "solved" else {}
+        for_benchmark = is_environment(problem.scenario.origin.file)
+        if for_benchmark and plan.status == "solved" and has_its_steps(problem, plan.trajectory):
+            files["result.yaml"] = result_text(problem, plan.trajectory).encode()
     certified = None
     if plan.trajectory is not None and plan.certificate is not None:
         proved = {name: content for name, content in files.items() if name not in DERIVED}
@@ -125,13 +127,6 @@ def still_there(folder: Path, report: Mapping[str, Any]) -> Iterator[bool]:
     """
     with only_writer(folder):
         yield (folder / "report.json").read_bytes() == _json(report)
-
-
-def _benchmark_result(problem: PlanningTask, trajectory: Trajectory) -> dict[str, bytes]:
-    """Return the file that the benchmark reads, for its own environments."""
-    if not is_environment(problem.scenario.origin.file) or not has_its_steps(problem, trajectory):
-        return {}
-    return {"result.yaml": result_text(problem, trajectory).encode()}
 
 
 def add_diagnosis(

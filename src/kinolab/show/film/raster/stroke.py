@@ -33,8 +33,8 @@ def strokes(segments: Array, width: float | Array, color: ArrayLike, lead: float
     nearness = segments[:, :, 2] * (1.0 + lead)
     start, end = segments[:, 0, :2] - half[0] * along, segments[:, 1, :2] + half[1] * along
     left, right = half[0] * normal, half[1] * normal
-    a, b = _lift(start + left, nearness[:, 0]), _lift(start - left, nearness[:, 0])
-    c, d = _lift(end - right, nearness[:, 1]), _lift(end + right, nearness[:, 1])
+    places = (start + left, start - left, end - right, end + right)
+    a, b, c, d = map(np.column_stack, zip(places, nearness[:, [0, 0, 1, 1]].T, strict=True))
     corners = np.stack([a, b, c, a, c, d], axis=1).reshape(-1, 3, 3)
     colors = np.broadcast_to(np.asarray(color).astype(np.uint8), (len(corners), 3))
     return Facets(corners, np.ascontiguousarray(colors))
@@ -71,7 +71,3 @@ def smoothed(points: Array, pieces: int = 4) -> Array:
 def chain(line: Array) -> Array:
     """The segments of a polyline, shape (n - 1, 2, 3)."""
     return np.stack([line[:-1], line[1:]], axis=1)
-
-
-def _lift(points: Array, nearness: Array) -> Array:
-    return np.concatenate([points, nearness[:, None]], axis=1)
