@@ -196,16 +196,10 @@ class PlanningTask:
 
     def outside_limits(self, x: Array) -> NDArray[np.bool_]:
         """Return which of several states (m, nx) have ``limit_violations``, shape (m,)."""
-        outside: NDArray[np.bool_] = _outside(x, self.bounds)
-        if np.isfinite(self.rate_bounds).any():
-            outside = np.logical_or(outside, _outside(self.model.velocity(x), self.rate_bounds))
-        if self.world.bounds or self.keep_outs:
-            frames = self.model.frames(x)
-            for axis, limits in self.world.bounds.items():
-                place = frames[:, self.moving, "xyz".index(axis) * 4 + 3]
-                outside = outside | _outside(place, np.array([limits]))
-            for cone in self.keep_outs:
-                outside = outside | ~(cone.angle(frames) >= cone.half_angle - LIMIT_TOLERANCE)
+        outside = np.zeros(len(x), dtype=bool)
+        for values, (lower, upper) in self._limited(x):
+            within = (values >= lower - LIMIT_TOLERANCE) & (values <= upper + LIMIT_TOLERANCE)
+            outside |= np.logical_not(within).any(axis=1)  # NaN is outside
         return outside
 
     def limit_excess(self, x: Array) -> Array:
@@ -213,17 +207,21 @@ class PlanningTask:
 
         Each in its own unit, and minus infinity where there is no limit.
         """
-        passed = [_excess(x, self.bounds)]
+        limited = self._limited(x)
+        return np.hstack([np.maximum(v - upper, lower - v) for v, (lower, upper) in limited])
+
+    def _limited(self, x: Array) -> Iterator[tuple[Array, Array]]:
+        """Yield what is limited at states (m, nx): values (m, n) and their limits (2, n)."""
+        yield x, self.bounds.T
         if np.isfinite(self.rate_bounds).any():
-            passed.append(_excess(self.model.velocity(x), self.rate_bounds))
+            yield self.model.velocity(x), self.rate_bounds.T
         if self.world.bounds or self.keep_outs:
             frames = self.model.frames(x)
             for axis, limits in self.world.bounds.items():
                 place = frames[:, self.moving, "xyz".index(axis) * 4 + 3]
-                passed.append(_excess(place, np.array([limits])))
-            cones = [cone.half_angle - cone.angle(frames) for cone in self.keep_outs]
-            passed += [angle[:, None] for angle in cones]
-        return np.hstack(passed)
+                yield place, np.array([limits]).T
+            for cone in self.keep_outs:
+                yield cone.angle(frames)[:, None], np.array([[cone.half_angle], [np.inf]])
 
     def outside_world(self, frames: Array) -> Iterator[tuple[str, float, float, float]]:
         """Yield violations of workspace and keep-out cones: (name, value, lower, upper).
@@ -484,18 +482,6 @@ class PlanningTask:
         for part in self.model.space.spheres:
             bounds[part.own] = -1.0, 1.0
         return bounds
-
-
-def _excess(values: Array, limits: Array) -> Array:
-    """Return by how much values (m, n) pass limits (n, 2), shape (m, n): negative inside."""
-    passed: Array = np.maximum(values - limits[:, 1], limits[:, 0] - values)
-    return passed
-
-
-def _outside(values: Array, limits: Array) -> NDArray[np.bool_]:
-    """Return which rows of values (m, n) are outside limits (n, 2) or NaN, shape (m,)."""
-    within = (values >= limits[:, 0] - LIMIT_TOLERANCE) & (values <= limits[:, 1] + LIMIT_TOLERANCE)
-    return np.asarray(np.logical_not(within).any(axis=1))
 
 
 def _listed(numbers: tuple[float, ...]) -> str:

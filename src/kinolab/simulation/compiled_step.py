@@ -12,14 +12,9 @@ from kinolab.dynamics.codegen.machine_code import STEP, bound
 from kinolab.errors import SingularError
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
-from kinolab.simulation.reference import DivergedError, interval
+from kinolab.simulation.reference import DivergedError, follow_each
 
 REQUIREMENT_SAMPLES = 4  # of what a machine demands, along a step
-
-
-def stepper(problem: PlanningTask, method: str | None = None) -> Callable[..., int]:
-    """Return the compiled step (x, u, p, duration, next, substeps, mode) of a method."""
-    return STEP(problem.model.address(f"step_{method or problem.scenario.integration.method}"))
 
 
 class CompiledStep:
@@ -49,7 +44,8 @@ class CompiledStep:
         self.poses, self.ends = np.zeros((bodies, 12)), np.zeros((cables, 6))
         self._has_cables = cables > 0
         self._model = model  # owns the machine code behind the addresses
-        self._step, self._p, u = stepper(problem, method), model.parameter_vector(), self.u
+        step = f"step_{method or problem.scenario.integration.method}"
+        self._step, self._p, u = STEP(model.address(step)), model.parameter_vector(), self.u
         x, after, held = map(ctypes.addressof, (self.x, self.next, u))
         self._before_step = (x, held, self._p.ctypes.data)
         self._after_step = (after, problem.scenario.integration.substeps, 0)
@@ -140,7 +136,10 @@ class ReferenceStep:
         """
         settings, parameters = self._settings, self._parameters
         if settings.truth != "discrete":
-            return interval(self._plant, x, (0.0, span), held, self._scales, **parameters)
+            t, scales = np.array([0.0, span]), self._scales
+            return follow_each(self._plant, x[None], t, held[None], scales, parameters=parameters)[
+                0
+            ]
         try:
             after = self._plant.step(
                 x, held, span, method=settings.method, substeps=settings.substeps, **parameters

@@ -126,27 +126,6 @@ def follow(machine, u, h, states):  # type: ignore[no-untyped-def]
     return u.shape[0]
 
 
-@kernel
-def hold(machine, inputs, steps, h, x, after):  # type: ignore[no-untyped-def]
-    """Hold each row of inputs (rows, nu) for some steps of h in [s]; 0 on success.
-
-    Args:
-        machine: ``Machine``.
-        inputs: Shape (rows, nu).
-        steps: For each row.
-        h: Step length in [s].
-        x: State before it, and after it, shape (nx,); written.
-        after: Scratch, shape (nx,).
-    """
-    for k in range(inputs.shape[0]):
-        for _ in range(steps):
-            if advance(machine, x, inputs[k], h, after) != 0:
-                return 1
-            for i in range(x.shape[0]):
-                x[i] = after[i]
-    return 0
-
-
 def states_under(
     problem: PlanningTask, u: Array, start: Array | None = None, method: str = "", substeps: int = 0
 ) -> Array:

@@ -146,8 +146,9 @@ def follow(
 
 
 def follow_each(
-    model: Model, starts: Array, t: Array, u: Array, scales: Array, longest: Array | None = None
-) -> Array:
+    model: Model, starts: Array, t: Array, u: Array, scales: Array, longest: Array | None = None,
+    parameters: Mapping[str, float] = NO_PARAMETERS,
+) -> Array:  # fmt: skip
     """Integrate each interval from a state of its own; return the states reached, (N, nx).
 
     Args:
@@ -158,11 +159,14 @@ def follow_each(
         scales: Characteristic magnitude of each state entry, shape (nx,).
         longest: Step that the integrator may make in each interval, in [s], shape (N,); otherwise
             its error control alone decides.
+        parameters: Override those of a machine without feedback.
 
     Raises:
         DivergedError: If the integrator stops before the end of an interval.
     """
-    return _integrated(model, starts, t, u, scales, between=False, longest=longest)[1]
+    return _integrated(
+        model, starts, t, u, scales, between=False, longest=longest, parameters=parameters
+    )[1]
 
 
 def _integrated(
@@ -254,29 +258,6 @@ REASONS = {
     f"{dop853.MAX_TOTAL} in all.",
     dop853.CHATTERS: "Transitions between modes follow one another without end.",
 }
-
-
-def interval(
-    model: Model, start: Array, span: tuple[float, float], held: Array, scales: Array,
-    **parameters: float,
-) -> Array:  # fmt: skip
-    """Integrate a machine without feedback over one interval; return the final state, (nx,).
-
-    Args:
-        model: The compiled machine.
-        start: State at its beginning, shape (nx,).
-        span: Begin and end in [s].
-        held: Constant inputs, shape (nu,).
-        scales: Characteristic magnitude of each state entry, shape (nx,).
-        parameters: Override the machine's own.
-
-    Raises:
-        DivergedError: If the integrator stops before the end.
-    """
-    ends = _integrated(
-        model, start, np.array(span), held[None], scales, between=False, parameters=parameters
-    )[1]
-    return np.asarray(ends[0])
 
 
 def follow_map(

@@ -11,8 +11,8 @@ from kinolab.dynamics.codegen.methods import METHODS
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.struct import Record
 from kinolab.problem import PlanningTask
-from kinolab.simulation.compiled_step import CompiledStep, stepper
-from kinolab.simulation.machine import hold, machine_of
+from kinolab.simulation.compiled_step import CompiledStep
+from kinolab.simulation.machine import follow, machine_of
 from kinolab.simulation.sensitivities import StepSensitivities
 
 # of the fastest time constant: the Runge-Kutta step that errs by some 1e-6 of it
@@ -124,10 +124,12 @@ class ZeroOrderHold:
 
     def end_of(self, x: Array, inputs: Array, steps: int) -> Array | None:
         """Return the state after holding each row of inputs (rows, nu) for some steps."""
-        reached, held = np.array(x, dtype=float), np.ascontiguousarray(inputs, dtype=float)
-        self.propagations += len(held) * steps
-        failed = hold(self._machine, held, steps, self._step, reached, np.empty_like(reached))
-        return None if failed or not np.isfinite(reached).all() else reached
+        held = np.repeat(np.asarray(inputs, dtype=float), steps, axis=0)
+        states = np.empty((len(held) + 1, len(x)))
+        states[0] = x
+        self.propagations += len(held)
+        made: int = follow(self._machine, held, self._step, states)
+        return states[-1] if made == len(held) and np.isfinite(states[-1]).all() else None
 
 
 class CandidateRollouts:
@@ -145,28 +147,18 @@ class CandidateRollouts:
     """
 
     def __init__(self, problem: PlanningTask, count: int, steps: int) -> None:
-        model, h, substeps = problem.model, problem.step, problem.scenario.integration.substeps
+        model = self._model = problem.model  # owns the compiled code
         self.inputs, self.propagations = np.zeros((count, model.nu)), 0
         self._knots = np.zeros((count, steps + 1, model.nx))
         self.states = self._knots[:, 1:]
-        self._model, self._p = model, model.parameter_vector()  # kept: addresses point into them
-        self._step = stepper(problem)
-        p = self._p.ctypes.data
-        self._calls = [
-            [
-                (row[j].ctypes.data, u.ctypes.data, p, h, row[j + 1].ctypes.data, substeps, 0)
-                for j in range(steps)
-            ]
-            for row, u in zip(self._knots, self.inputs, strict=True)
-        ]
+        self._machine, self._step = Record(machine_of(problem)), problem.step
 
     def follow(self, start: Sequence[float], k: int) -> Array:
         """Return the states of rollout k, shape (steps, nx); NaN from a failing step on."""
         self._knots[k, 0] = start
-        for j, arguments in enumerate(self._calls[k]):
-            self.propagations += 1
-            if self._step(*arguments):
-                self.states[k, j:] = np.nan
-                break
         states: Array = self.states[k]
+        held = np.tile(self.inputs[k], (len(states), 1))
+        made = follow(self._machine, held, self._step, self._knots[k])
+        self.propagations += min(made + 1, len(states))
+        states[made:] = np.nan
         return states

@@ -26,41 +26,16 @@ class StepError:
     """The largest error of one step along a motion.
 
     Attributes:
-        method: Integration method.
-        step: Length of one step of the method, in [s].
-        state: Name of the entry that errs most, by its scale.
-        unit: Its unit.
-        error: Of that entry over one propagation step, in its unit.
-        share: The same as a share of its scale.
+        share: Of the entry that errs most, over one propagation step, as a share of its scale.
         substeps: The least number that keeps the share tolerable; None if none was found.
-        shorter: Length of a step of the method then, in [s].
         other: Another method that does so at the present step; empty if there is none.
+        sentence: What errs, by how much, and what would not.
     """
 
-    method: str
-    step: float
-    state: str
-    unit: str
-    error: float
     share: float
     substeps: int | None
-    shorter: float
     other: str
-
-    @property
-    def sentence(self) -> str:
-        """What errs, by how much, and what would not."""
-        cures = []
-        if self.substeps is not None:
-            cures.append(f"substeps = {self.substeps} (steps of {self.shorter:.3g} s)")
-        if self.other:
-            cures.append(f'method = "{self.other}"')
-        size = f"{self.error:.2g} {self.unit}".rstrip()
-        cure = f"[integration] {' or '.join(cures)} would not." if cures else "Take shorter steps."
-        return (
-            f"The search's steps of {self.step:.3g} s by {self.method} err by up to {size} in "
-            f"{self.state} each, {self.share:.2g} of its scale. {cure}"
-        )
+    sentence: str
 
 
 def step_error(problem: PlanningTask, motion: Trajectory) -> StepError | None:
@@ -82,18 +57,20 @@ def step_error(problem: PlanningTask, motion: Trajectory) -> StepError | None:
     k = int(np.unravel_index(errors.argmax(), errors.shape)[1])
     step = settings.step / settings.substeps
     factor = next((f for f in REFINEMENTS if _fine(problem, motion, settings.method, f)), None)
+    substeps, cures = None if factor is None else factor * settings.substeps, []
+    if factor is not None:
+        cures.append(f"substeps = {substeps} (steps of {step / factor:.3g} s)")
     others = (method for method in METHODS if method != settings.method)
-    return StepError(
-        method=settings.method,
-        step=step,
-        state=problem.model.state_names[k],
-        unit=state_units(problem.model)[k],
-        error=worst * float(problem.scales[k]),
-        share=worst,
-        substeps=None if factor is None else factor * settings.substeps,
-        shorter=step / (factor or 1),
-        other=next((other for other in others if _fine(problem, motion, other, 1)), ""),
+    other = next((other for other in others if _fine(problem, motion, other, 1)), "")
+    if other:
+        cures.append(f'method = "{other}"')
+    size = f"{worst * problem.scales[k]:.2g} {state_units(problem.model)[k]}".rstrip()
+    cure = f"[integration] {' or '.join(cures)} would not." if cures else "Take shorter steps."
+    sentence = (
+        f"The search's steps of {step:.3g} s by {settings.method} err by up to {size} in "
+        f"{problem.model.state_names[k]} each, {worst:.2g} of its scale. {cure}"
     )
+    return StepError(worst, substeps, other, sentence)
 
 
 def _fine(problem: PlanningTask, motion: Trajectory, method: str, factor: int) -> bool:

@@ -21,6 +21,8 @@ from kinolab.trajopt.sqp.restoration import restoration_weights
 from kinolab.trajopt.sqp.solver import minimize
 from kinolab.trajopt.sqp.subproblem import subproblem
 
+EFFORT = 1e-3  # weight of the mean square input, relative to 1 for the given duration
+
 
 def minimize_time(
     task: TrajectoryProblem,
@@ -28,7 +30,6 @@ def minimize_time(
     lengths: tuple[float, float],
     *,
     times: int = 1,
-    effort: float = 1e-3,
     tolerances: StoppingTolerances = TIGHT,
     cancelled: Callable[[], bool] = lambda: False,
 ) -> Knots:
@@ -39,14 +40,11 @@ def minimize_time(
         knots: Feasible initial guess.
         lengths: Bounds of the step length in [s].
         times: Time steps of the problem per knot interval.
-        effort: Weight of the mean square input, relative to 1 for the given duration.
         tolerances: Stopping criteria.
         cancelled: Whether to stop.
     """
     transcription, scaling = task.transcription(knots, times), task.scaling(*lengths)
-    weights = Weights(
-        time=1 / knots.duration, effort=effort, stay=effort, penalty=SQP.violation_penalty
-    )
+    weights = Weights(1 / knots.duration, EFFORT, EFFORT, SQP.violation_penalty)
     radius = SQP.time_radius
     linearization = transcription.linearization(knots, radius)
     while radius > tolerances.min_radius and not cancelled():

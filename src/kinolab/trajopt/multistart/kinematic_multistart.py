@@ -21,7 +21,7 @@ from kinolab.problem.kinematic_task import kinematic_task
 from kinolab.problem.time_steps import covering_steps
 from kinolab.trajectory import Trajectory
 from kinolab.trajopt.multistart.guesses import path_time_scaling
-from kinolab.trajopt.multistart.multiple_shooting import Multistart, shot
+from kinolab.trajopt.multistart.multiple_shooting import Multistart, shoot
 from kinolab.trajopt.multistart.rest_to_rest import inverse_dynamics
 from kinolab.trajopt.nlp.decision import Knots, resampled
 from kinolab.trajopt.options import GUESS
@@ -75,7 +75,7 @@ class KinematicMultistart:
             return None
         for slower in GUESS.slower_than_kinematic:
             guess, block = self._timed(reduced, slower)
-            motion = shot(
+            motion = shoot(
                 self._problem, guess, block, GUESS.max_iterations[0], self._cancelled, hasten=False
             )
             if motion is not None or self._cancelled():

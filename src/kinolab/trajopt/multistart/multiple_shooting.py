@@ -44,11 +44,13 @@ def shoot(
     guess: Knots,
     block: int,
     iterations: int,
-    cancelled: Callable[[], bool] = lambda: False,
+    cancelled: Callable[[], bool],
     *,
     hasten: bool = True,
 ) -> Trajectory | None:
     """Return a feasible trajectory from the start to the goal's centre, or None.
+
+    None, too, if a guess's steps are so long that they diverge.
 
     Args:
         problem: The planning problem.
@@ -60,34 +62,16 @@ def shoot(
     """
     if len(guess.u) * block > GUESS.max_guess_steps:
         return None
-    task = TrajectoryProblem(problem, GUESS.clearance)
-    knots = _closed(task, guess, block, iterations, cancelled)
-    if knots is None:
-        return None
-    given = _step_by_step(task, knots, block)
-    motion: Trajectory | None = given
-    if not repeatable(task.problem, given):
-        motion = _faster(task, knots, block, cancelled) if hasten else None
-    return (
-        None
-        if motion is None
-        else make_exact(problem, motion, cancelled, GUESS.fine_iterations, held=True)
-    )
-
-
-def shot(
-    problem: PlanningTask,
-    guess: Knots,
-    block: int,
-    patience: int,
-    cancelled: Callable[[], bool],
-    *,
-    hasten: bool = True,
-) -> Trajectory | None:
-    """Return what ``shoot`` finds; None, too, if a guess's steps are so long that they diverge."""
     try:
         with np.errstate(over="raise", invalid="raise"):
-            return shoot(problem, guess, block, patience, cancelled, hasten=hasten)
+            task = TrajectoryProblem(problem, GUESS.clearance)
+            knots = _closed(task, guess, block, iterations, cancelled)
+            motion = None if knots is None else _step_by_step(task, knots, block)
+            if knots and motion and not repeatable(task.problem, motion):
+                motion = _faster(task, knots, block, cancelled) if hasten else None
+            if motion is None:
+                return None
+            return make_exact(problem, motion, cancelled, GUESS.fine_iterations, held=True)
     except FloatingPointError:
         return None
 
@@ -181,7 +165,7 @@ class Multistart:
             path, GUESS.min_guess_steps, problem.step
         )
         with counted_work() as work:
-            shot(problem, guess, 1, 1, never_cancelled)
+            shoot(problem, guess, 1, 1, never_cancelled)
         _warmed_up[problem] = work.seconds
 
     def next(self) -> Trajectory | None:
@@ -197,7 +181,7 @@ class Multistart:
         if guess is None:
             return None
         patience = GUESS.max_iterations[self._count > len(GUESS.durations)]
-        return shot(self._problem, guess, block, patience, self._cancelled, hasten=self._hasten)
+        return shoot(self._problem, guess, block, patience, self._cancelled, hasten=self._hasten)
 
     def _guess(self) -> tuple[Knots, int]:
         """Return the next guess and its number of steps of the problem per knot interval."""

@@ -12,7 +12,7 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol
+from typing import TypeAlias
 
 import numpy as np
 
@@ -28,7 +28,6 @@ from kinolab.trajopt.nlp.dynamics_constraint import derived_map, is_discrete
 from kinolab.trajopt.nlp.goal_constraint import GoalConstraint
 from kinolab.trajopt.nlp.linearization import Linearization
 from kinolab.trajopt.nlp.path_constraints import (
-    LinearInequalities,
     PathConstraints,
     Samples,
     beginnings,
@@ -36,6 +35,8 @@ from kinolab.trajopt.nlp.path_constraints import (
     stack,
 )
 from kinolab.trajopt.options import NLP
+
+Inequalities: TypeAlias = PathConstraints | CollisionConstraints  # along a trajectory
 
 # Machines of more operations are charged less than they take, so that they get as many subproblems.
 MOST_OPERATIONS = 500
@@ -179,20 +180,6 @@ class TrajectoryProblem:
 def usual_room(problem: PlanningTask) -> float:
     """Return a clearance in [m] that the planners' collision check lets pass, for a first try."""
     return NLP.room * resolution(problem)
-
-
-class Inequalities(Protocol):
-    """One kind of inequality constraint along a trajectory."""
-
-    @property
-    def begins(self) -> bool:
-        """Whether they are evaluated where steps begin, not at samples after that."""
-
-    def rows(self, at: Samples, reach: float) -> LinearInequalities:
-        """Linearise the margins that a step may violate."""
-
-    def violation(self, at: Samples) -> float:
-        """Return the sum of all violations."""
 
 
 class MultipleShooting:
