@@ -20,13 +20,9 @@ from kinolab.numerics.jit import kernel
 from kinolab.problem import PlanningTask
 from kinolab.simulation.continuous_collision import SAFETY_FACTOR, moves_upright, resolution
 from kinolab.simulation.machine import advance, call_at, call_under
+from kinolab.world.collision.broadphase import Scratch, scratch_for
 from kinolab.world.collision.clearance_bound import clearance_within
-from kinolab.world.collision.collision_scene import (
-    CollisionScene,
-    Scratch,
-    collision_scene,
-    scratch_for,
-)
+from kinolab.world.collision.collision_scene import CollisionScene, collision_scene
 from kinolab.world.collision.triangle_grid import Integers
 
 CLEARANCE_HORIZON = 1.0  # [m] up to which clearance is computed where a step needs less
@@ -77,7 +73,7 @@ def collision_context(problem: PlanningTask) -> tuple[CollisionContext, Collisio
         speeds=np.zeros(max(bodies, cables, 1)),
         poses=np.zeros((bodies, 12)),
         ends=np.zeros((cables, 6)),
-        clearance_scratch=scratch_for(all_around),
+        clearance_scratch=scratch_for(len(all_around.broadphase.kind)),
     )
     context = CollisionContext(
         scene=all_around,

@@ -22,6 +22,7 @@ from kinolab.numerics.jit import kernel
 from kinolab.world.cable import span_all
 from kinolab.world.collision.clearance import clearance_at
 from kinolab.world.collision.gjk import Convex
+from kinolab.world.collision.sphere_tree import STACK_SIZE
 from kinolab.world.collision.triangle_gaps import mesh_clearance
 from kinolab.world.collision.triangle_grid import (
     Integers,
@@ -66,8 +67,8 @@ class BroadphaseScene(NamedTuple):
     )
 
 
-class BroadphaseScratch(NamedTuple):
-    """Where the machine's shapes are, and what is left for FCL, for compiled code."""
+class Scratch(NamedTuple):
+    """Where the machine's shapes are, and what is left for FCL: memory of one thread."""
 
     turns: Array  # (shapes, 3, 3)
     places: Array  # (shapes, 3)
@@ -75,18 +76,22 @@ class BroadphaseScratch(NamedTuple):
     # (shapes * obstacles + own pairs + 1, 2): shape and obstacle of each pair that is left, for two
     # shapes of the machine (shape, obstacles + other shape)
     pairs: Integers
+    queue: Integers  # (STACK_SIZE,) balls that wait
+    gaps: Array  # (STACK_SIZE,) to them, in [m]
     traversal: Traversal
     corners: Array  # (3, 3) of a triangle
     simplex: Array  # (9, 3)
 
 
-def broadphase_scratch(shapes: int, pairs: int) -> BroadphaseScratch:
+def scratch_for(shapes: int, pairs: int = 0) -> Scratch:
     """Return memory for shapes, and for pairs that are left for FCL at most."""
-    return BroadphaseScratch(
+    return Scratch(
         turns=np.zeros((shapes, 3, 3)),
         places=np.zeros((shapes, 3)),
         around=np.zeros((shapes, 6)),
         pairs=np.zeros((pairs + 1, 2), dtype=np.int64),
+        queue=np.zeros(STACK_SIZE, np.int64),
+        gaps=np.zeros(STACK_SIZE),
         traversal=traversal(),
         corners=np.zeros((3, 3)),
         simplex=np.zeros((9, 3)),
@@ -96,7 +101,7 @@ def broadphase_scratch(shapes: int, pairs: int) -> BroadphaseScratch:
 class CheckerArrays(NamedTuple):
     """All that is known of a machine in its world, for compiled code: one record to hand over."""
 
-    scratch: BroadphaseScratch
+    scratch: Scratch
     scene: BroadphaseScene
     grid: MeshGrid
     obstacles: ObstacleArrays

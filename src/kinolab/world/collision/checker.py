@@ -18,9 +18,9 @@ from kinolab.world.collision.broadphase import (
     CheckerArrays,
     broadphase,
     broadphase_rows,
-    broadphase_scratch,
     clearance_rows,
     make_broadphase,
+    scratch_for,
     shape_owners,
 )
 from kinolab.world.collision.clearance import clearance_at
@@ -122,7 +122,7 @@ class CollisionChecker:
         self.scene = self.scene._replace(grow=grow, margin=margin, ground=ground, half=half)
         shapes, obstacles = len(self._owners), self._obstacles
         most = shapes * len(obstacles) + len(self.scene.own_pairs)
-        self._scratch = broadphase_scratch(shapes, most)
+        self._scratch = scratch_for(shapes, most)
         self._arrays = Record(
             CheckerArrays(self._scratch, self.scene, self.grid, self._fixed, self._tree)
         )

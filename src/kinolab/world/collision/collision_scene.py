@@ -9,45 +9,16 @@ from typing import NamedTuple
 import numpy as np
 
 from kinolab.dynamics.machine_facts import BodyGeometry, CableGeometry
-from kinolab.numerics.arrays import Array
 from kinolab.world.collision.broadphase import BroadphaseScene, make_broadphase
 from kinolab.world.collision.distance_field import DistanceField
 from kinolab.world.collision.distance_field_cache import shared_distance_field
-from kinolab.world.collision.sphere_tree import STACK_SIZE, SphereTree, sphere_tree
+from kinolab.world.collision.sphere_tree import SphereTree, sphere_tree
 from kinolab.world.collision.triangle_grid import Integers, MeshGrid
-from kinolab.world.collision.triangle_tree import Traversal, TriangleTree, mesh_tree, traversal
+from kinolab.world.collision.triangle_tree import TriangleTree, mesh_tree
 from kinolab.world.placed_shapes import ObstacleArrays, obstacle_arrays
 from kinolab.world.world import World
 
 CELL_FRACTION = 0.25  # of a body's smallest half size, as which cells need not be finer
-
-
-class Scratch(NamedTuple):
-    """Memory to work in: one for every thread."""
-
-    turns: Array  # (shapes, 3, 3) of placed shapes
-    places: Array  # (shapes, 3)
-    around: Array  # (shapes, 6) boxes of placed shapes
-    queue: Integers  # (STACK_SIZE,) balls that wait
-    gaps: Array  # (STACK_SIZE,) to them, in [m]
-    traversal: Traversal
-    corners: Array  # (3, 3) of a triangle
-    simplex: Array  # (9, 3)
-
-
-def scratch_for(scene: CollisionScene) -> Scratch:
-    """Return memory to work in."""
-    shapes = len(scene.broadphase.kind)
-    return Scratch(
-        turns=np.zeros((shapes, 3, 3)),
-        places=np.zeros((shapes, 3)),
-        around=np.zeros((shapes, 6)),
-        queue=np.zeros(STACK_SIZE, np.int64),
-        gaps=np.zeros(STACK_SIZE),
-        traversal=traversal(),
-        corners=np.zeros((3, 3)),
-        simplex=np.zeros((9, 3)),
-    )
 
 
 class CollisionScene(NamedTuple):

@@ -117,9 +117,10 @@ def _fill_solids(grid: MeshGrid, low: Array, width: float, taken: Taken) -> None
     if not grid.volume.any():
         return
     label, count = scipy.ndimage.label(taken == 0)
-    first = np.zeros((count + 1, 3), np.int64)
-    first_cells(label, first)
-    centers, arrays = low + (first[1:] + 0.5) * width, Record(grid)
+    cell = np.zeros(count + 1, np.int64)  # one of every label
+    cell[label.ravel()] = np.arange(label.size)
+    cells = np.stack(np.unravel_index(cell[1:], label.shape), axis=1)
+    centers, arrays = low + (cells + 0.5) * width, Record(grid)
     full = np.zeros(count + 1, np.uint8)
     for k, center in enumerate(centers, start=1):
         full[k] = any(inside(center, mesh, arrays) for mesh in range(len(grid.frame)))
@@ -136,17 +137,6 @@ def _distances(taken: Taken, width: float) -> NDArray[np.float32]:
     squares *= width * (1.0 - ROUNDING_MARGIN)
     np.maximum(squares, np.float32(0.0), out=squares)
     return np.ascontiguousarray(squares.T)
-
-
-@kernel
-def first_cells(label, first):  # type: ignore[no-untyped-def]
-    """Write a cell (3,) of every label to its row of ``first``."""
-    nx, ny, nz = label.shape
-    for i in range(nx):
-        for j in range(ny):
-            for k in range(nz):
-                row = first[label[i, j, k]]
-                row[0], row[1], row[2] = i, j, k
 
 
 @allocating_kernel

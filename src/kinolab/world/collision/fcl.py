@@ -12,7 +12,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import reduce
 from typing import Any
-from weakref import WeakKeyDictionary
 
 import fcl
 import numpy as np
@@ -23,9 +22,10 @@ from kinolab.dynamics.language.shapes.hulls import grown_hull, hull_surface
 from kinolab.dynamics.machine_facts import BodyGeometry, CableGeometry
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.jit import kernel
-from kinolab.world.collision.broadphase import BroadphaseScratch
+from kinolab.world.collision.broadphase import Scratch
 from kinolab.world.collision.triangle_grid import overlap
 from kinolab.world.geometry import frame_in_world, sizes
+from kinolab.world.kept_together import KeptTogether
 from kinolab.world.obstacle import Obstacle
 from kinolab.world.shape_surfaces import Faces
 
@@ -42,7 +42,7 @@ def body_object(shape: Shape, grow: float) -> Any:
 def obstacle_object(obstacle: Obstacle) -> object:
     """Make the FCL object of an obstacle, at its place."""
     if obstacle.primitive is None:
-        return fcl.CollisionObject(_surface(obstacle))
+        return fcl.CollisionObject(_surface((obstacle,)))
     thing = fcl.CollisionObject(_geometry(obstacle.primitive[0], 0.0))
     turn, at = frame_in_world(*obstacle.primitive)
     thing.setRotation(turn)
@@ -72,7 +72,7 @@ class Obstacles:
 
     def near(self, k: int, box: Array) -> Iterable[object]:
         """Return the objects of an obstacle that a box (6,) may meet: tiles of a large mesh."""
-        return _tiles_of(self._obstacles[k]).near(box) if self._large[k] else (self[k],)
+        return _tiles((self._obstacles[k],)).near(box) if self._large[k] else (self[k],)
 
     def build(self) -> None:
         """Make all objects but the tiles of large meshes."""
@@ -98,7 +98,7 @@ class Narrowphase:
         cables: Sequence[CableGeometry],
         grow: float,
         obstacles: Obstacles,
-        scratch: BroadphaseScratch,
+        scratch: Scratch,
         half: Array,
     ) -> None:
         solids = [body_object(shape, grow) for body in bodies for shape in body.shapes]
@@ -115,7 +115,7 @@ class Narrowphase:
         )
 
     def any_touch(self, pairs: Iterable[Sequence[int]]) -> bool:
-        """Say whether any pair touches, as ``BroadphaseScratch`` counts obstacles and shapes."""
+        """Say whether any pair touches, as ``Scratch`` counts obstacles and shapes."""
         count, placed, collide = len(self._obstacles), -1, fcl.collide
         for shape, other in pairs:
             if shape != placed:
@@ -230,19 +230,5 @@ def _divided(middles: Array, rows: NDArray[np.int64]) -> Iterator[NDArray[np.int
 
 
 # Search trees, which only FCL reads: all checkers of a world share them.
-_surfaces: WeakKeyDictionary[Obstacle, object] = WeakKeyDictionary()
-_tiles: WeakKeyDictionary[Obstacle, FclTiles] = WeakKeyDictionary()
-
-
-def _surface(obstacle: Obstacle) -> object:
-    model = _surfaces.get(obstacle)
-    if model is None:
-        model = _surfaces[obstacle] = _surface_model(obstacle.vertices, obstacle.faces)
-    return model
-
-
-def _tiles_of(obstacle: Obstacle) -> FclTiles:
-    tiles = _tiles.get(obstacle)
-    if tiles is None:
-        tiles = _tiles[obstacle] = FclTiles(obstacle.vertices, obstacle.faces)
-    return tiles
+_surface = KeptTogether(lambda one: _surface_model(one[0].vertices, one[0].faces))
+_tiles = KeptTogether(lambda one: FclTiles(one[0].vertices, one[0].faces))

@@ -10,13 +10,13 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from typing import NamedTuple
-from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.jit import kernel
+from kinolab.world.kept_together import KeptTogether
 from kinolab.world.meshes.mesh_components import components
 from kinolab.world.obstacle import Obstacle
 
@@ -44,7 +44,7 @@ def mesh_grid(obstacles: Sequence[Obstacle]) -> MeshGrid:
 
     What was made of a mesh is kept as long as the mesh is: nobody may write to it.
     """
-    grids = [_kept(obstacle) for obstacle in obstacles]
+    grids = [_kept((obstacle,)) for obstacle in obstacles]
     if not grids:
         return MeshGrid(*_EMPTY)
     if len(grids) == 1:
@@ -57,16 +57,6 @@ def mesh_grid(obstacles: Sequence[Obstacle]) -> MeshGrid:
 
 def _ended(grid: MeshGrid) -> MeshGrid:
     return grid._replace(start=np.append(grid.start, len(grid.entries)))
-
-
-_known: WeakKeyDictionary[Obstacle, MeshGrid] = WeakKeyDictionary()
-
-
-def _kept(obstacle: Obstacle) -> MeshGrid:
-    grid = _known.get(obstacle)
-    if grid is None:
-        grid = _known[obstacle] = _single(obstacle)
-    return grid
 
 
 _EMPTY = (
@@ -102,6 +92,9 @@ def _single(obstacle: Obstacle) -> MeshGrid:
     return MeshGrid(
         triangles, boxes, parts.label[order], volume, frame[None], extent, start, entries
     )
+
+
+_kept = KeptTogether(lambda one: _single(*one))
 
 
 def _cells(boxes: Array) -> tuple[Array, Integers, Integers, int, int]:
