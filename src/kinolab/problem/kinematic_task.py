@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING
@@ -70,29 +69,16 @@ def follows_every_path(problem: PlanningTask) -> bool:
     So can one without constraints whose inputs accelerate it along all of them, such as an arm with
     a motor in each joint, if they hold it where it is.
     """
-    model, machine = problem.model, problem.machine
+    model, machine, generator = problem.model, problem.machine, np.random.default_rng(0)
+    holdings = (static_holding(problem, problem.sample(generator)) for _ in range(HELD_SAMPLES))
     return bool(
         not (machine.constraints or machine.modes or machine.states)
         and problem.scenario.integration.truth != "discrete"
         and model.nv == model.nq
         and _accelerates_all(problem)
         and _begins_and_ends_at_rest(problem)
-        and all(_is_held(problem, x) for x in _random_configurations(problem))
+        and all(held is not None and held.holds for held in holdings)
     )
-
-
-def _random_configurations(problem: PlanningTask) -> Iterator[Array]:
-    generator = np.random.default_rng(0)
-    for _ in range(HELD_SAMPLES):
-        x = problem.sample(generator)
-        x[problem.model.nq :] = 0.0
-        yield x
-
-
-def _is_held(problem: PlanningTask, x: Array) -> bool:
-    """Say whether inputs within their limits hold the machine at a configuration, (nx,)."""
-    held = static_holding(problem, x)
-    return held is not None and held.holds
 
 
 def _reduction(model: Model, limits: list[tuple[float, float]]) -> Mechanism:
@@ -109,20 +95,6 @@ def _refusal(problem: PlanningTask, reason: str) -> InputError:
 
 def _obstacle(problem: PlanningTask) -> str:
     """Say what keeps a machine from following the paths of a reduction; nothing where none does."""
-    machine, reason = problem.machine, _outside_mechanics(problem)
-    if reason:
-        return reason
-    if machine.all_rates or all(constraint.of_position for constraint in machine.constraints):
-        return "no constraint takes velocities away from its state"
-    if not _accelerates_all(problem):
-        return "its inputs do not accelerate it along every velocity that the constraints leave"
-    return (
-        "" if _begins_and_ends_at_rest(problem) else "it does not rest at the start and in the goal"
-    )
-
-
-def _outside_mechanics(problem: PlanningTask) -> str:
-    """Say why a machine is not moved by forces alone; nothing where it is."""
     model, machine = problem.model, problem.machine
     if machine.references is not None or machine.states:
         return "it has feedback or states of its own"
@@ -130,7 +102,13 @@ def _outside_mechanics(problem: PlanningTask) -> str:
         return "its motion is defined by discrete steps"
     if not model.nv:
         return "its inputs are velocities already"
-    return ""
+    if machine.all_rates or all(constraint.of_position for constraint in machine.constraints):
+        return "no constraint takes velocities away from its state"
+    if not _accelerates_all(problem):
+        return "its inputs do not accelerate it along every velocity that the constraints leave"
+    return (
+        "" if _begins_and_ends_at_rest(problem) else "it does not rest at the start and in the goal"
+    )
 
 
 def _accelerates_all(problem: PlanningTask) -> bool:

@@ -10,7 +10,7 @@ Geometric Design 29(6), 2012, sections 3 and 4.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
@@ -18,12 +18,13 @@ from numpy.typing import NDArray
 
 from kinolab.numerics import intervals
 from kinolab.numerics.arrays import Array
+from kinolab.numerics.columnar import Columns
 from kinolab.numerics.intervals import IntervalArray
 from kinolab.simulation.dop853 import POWER, StepTable
 
 
 @dataclass(frozen=True, eq=False)
-class MotionPieces:
+class MotionPieces(Columns):
     """Pieces of integrator steps, a row each.
 
     Attributes:
@@ -65,17 +66,6 @@ class MotionPieces:
         middle = 0.5 * (self.begin + self.end)
         return np.asarray((self.begin < middle) & (middle < self.end))
 
-    def part(self, rows: NDArray[np.generic]) -> MotionPieces:
-        """Return some of them."""
-        return MotionPieces(*(getattr(self, column.name)[rows] for column in fields(self)))
-
-    def joined(self, other: MotionPieces) -> MotionPieces:
-        """Return these and others."""
-        columns = [column.name for column in fields(self)]
-        return MotionPieces(
-            *(np.concatenate([getattr(self, name), getattr(other, name)]) for name in columns)
-        )
-
     def halves(self) -> MotionPieces:
         """Return the first halves, then the second ones, by de Casteljau's algorithm."""
         middle = 0.5 * (self.begin + self.end)
@@ -88,7 +78,8 @@ class MotionPieces:
             level = 0.5 * (level[:, 1:] + level[:, :-1])
         first = MotionPieces(self.step, self.knots, self.begin, middle, np.stack(left, axis=1))
         other = np.stack(right[::-1], axis=1)
-        return first.joined(MotionPieces(self.step, self.knots, middle, self.end, other))
+        last = MotionPieces(self.step, self.knots, middle, self.end, other)
+        return MotionPieces.joined([first, last])
 
 
 @cache

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Sequence
 
 import numpy as np
 
@@ -145,7 +145,7 @@ class Propagator:
         limit = (
             self._passed()
             or self._passed_within(duration)
-            or self._requirement_missed(duration)
+            or ("" if self._calls.keeps_requirements(duration) else "a requirement")
             or self._cone_entered(duration)
         )
         if limit:
@@ -183,28 +183,21 @@ class Propagator:
                     return str(self.problem.model.state_names[i])
         return ""
 
-    def _requirement_missed(self, duration: float) -> str:
-        return "" if self._calls.keeps_requirements(duration) else "a requirement"
-
     def _cone_entered(self, duration: float) -> str:
         """Name a keep-out cone violated at samples along the step, ``CONE_RESOLUTION`` apart."""
-        for poses in self._looks_at_axes(duration):
-            for cone in self.problem.keep_outs:
-                if cone.angle(poses) < cone.half_angle:
-                    return f"the axis of {self.problem.bodies[cone.body].name}"
-        return ""
-
-    def _looks_at_axes(self, duration: float) -> Iterator[np.ndarray]:
-        """Yield body poses along the step just made, for checks of keep-out cones."""
-        if not self.problem.keep_outs:
-            return
-        calls = self._calls
+        problem, calls = self.problem, self._calls
+        if not problem.keep_outs:
+            return ""
         ends = zip((calls.x, calls.next), calls.slopes(), strict=True)
-        fastest = max(_axis_speed(self.problem, np.array(x), np.array(dx)) for x, dx in ends)
+        fastest = max(_axis_speed(problem, np.array(x), np.array(dx)) for x, dx in ends)
         checks = max(1, math.ceil(SAFETY_FACTOR * fastest * duration / CONE_RESOLUTION))
         for k in range(1, checks + 1):
             calls.step(duration * k / checks)
-            yield self.problem.frames(np.array(calls.next))
+            poses = problem.frames(np.array(calls.next))
+            for cone in problem.keep_outs:
+                if cone.angle(poses) < cone.half_angle:
+                    return f"the axis of {problem.bodies[cone.body].name}"
+        return ""
 
 
 def _axis_speed(problem: PlanningTask, x: np.ndarray, slope: np.ndarray) -> float:

@@ -104,9 +104,11 @@ def _smooth(
     held: bool = False,
 ) -> Trajectory | None:
     """Make a motion exact in which no transition takes place."""
-    landing = None if held else _in_the_end(problem, trajectory, cancelled)  # it varies the steps
-    if landing is not None:
-        return landing
+    varied = not held and is_long(problem, trajectory)  # in the steps of its tail alone
+    if varied and is_motion(problem, trajectory):
+        landing = connect_to_goal(problem, trajectory, cancelled)
+        if landing is not None:
+            return landing
     if not len(trajectory.inputs):
         return None
     guesses = [even_knots(problem, trajectory)]
@@ -142,15 +144,6 @@ def _slower(problem: PlanningTask, knots: Knots) -> Knots:
     x, rates = guess.x.copy(), slice(problem.model.nq, problem.model.nq + problem.model.nv)
     x[:, rates] /= SLOWER
     return Knots(x, guess.u, knots.h)
-
-
-def _in_the_end(
-    problem: PlanningTask, trajectory: Trajectory, cancelled: Callable[[], bool]
-) -> Trajectory | None:
-    """Make a long feasible trajectory exact by changing only its tail; None if that fails."""
-    if not is_long(problem, trajectory) or not is_motion(problem, trajectory):
-        return None
-    return connect_to_goal(problem, trajectory, cancelled)
 
 
 def connect_to_goal(

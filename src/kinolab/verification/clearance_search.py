@@ -12,12 +12,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.numerics.arrays import Array
+from kinolab.numerics.columnar import Columns
 from kinolab.verification.dense_motion import (
     MAX_SAMPLES,
     SAFETY_FACTOR,
@@ -38,7 +39,7 @@ Told = Callable[[str], None]
 
 
 @dataclass(frozen=True, eq=False)
-class Intervals:
+class Intervals(Columns):
     """Intervals of time with the clearance at both ends, a row each."""
 
     step: NDArray[np.intp]  # of the integrator, in which it lies
@@ -46,10 +47,6 @@ class Intervals:
     end: Array  # [s]
     left: Array  # [m] clearance at the beginning
     right: Array  # [m] at the end
-
-    def part(self, rows: NDArray[np.generic]) -> Intervals:
-        """Return some of them."""
-        return Intervals(*(getattr(self, column.name)[rows] for column in fields(self)))
 
 
 class ClearanceSearch:
@@ -117,12 +114,7 @@ class ClearanceSearch:
                 done = 1.0 - open_time / self.dense.motion.t[-1]
                 self.told(f"verifying: {what}, {max(done, 0.0):.0%} of the motion")
             halves = self._halved(self._open.part(wanted))
-            kept = self._open.part(~wanted)
-            joined = (
-                np.concatenate([getattr(some, column.name) for some in (kept, *halves)])
-                for column in fields(Intervals)
-            )
-            self._open = Intervals(*joined)
+            self._open = Intervals.joined([self._open.part(~wanted), *halves])
 
     def pinpoint(self) -> None:
         """Refine the minimum, on both sides if it is at a knot."""

@@ -51,11 +51,6 @@ class Steps:
     end: Array
     speed: Array
 
-    def rows(self) -> Iterator[tuple[int, float, float, float]]:
-        """Yield (knot, begin, end, speed)."""
-        columns = (self.knots, self.begin, self.end, self.speed)
-        yield from zip(*(column.tolist() for column in columns), strict=True)
-
 
 @dataclass(frozen=True, eq=False)
 class DenseMotion:

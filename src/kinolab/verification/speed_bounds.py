@@ -58,8 +58,9 @@ def bounded_speeds(
         usual = close[pieces.step]
         jumps = ~(moved(pieces) <= usual * (pieces.end - pieces.begin) + JUMP)
         bounds = np.where(np.isfinite(bounds) | jumps, bounds, usual)
-    for some, known in kept:
-        pieces, bounds = pieces.joined(some), np.append(bounds, known)
+    kept = [(pieces, bounds), *kept]
+    pieces = MotionPieces.joined([some for some, _ in kept])
+    bounds = np.concatenate([known for _, known in kept])
     order = np.lexsort((pieces.begin, pieces.step))
     return pieces.part(order), bounds[order]
 

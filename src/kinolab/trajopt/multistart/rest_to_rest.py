@@ -54,26 +54,21 @@ class LegCurve:
         return q, v, slope
 
 
-@dataclass(frozen=True)
-class Profile:
-    """How the fraction of a leg grows with that of its duration, from rest to rest.
+def profile(b: float, times: Array) -> tuple[Array, Array, Array]:
+    """Return how the fraction s of a leg grows from rest to rest: s, ds/dt and its derivative.
 
-    Attributes:
-        ramp: Fraction of the duration in which the speed rises, and falls, at most 1/2.
+    Args:
+        b: Fraction of the duration in which the speed rises, and falls, at most 1/2.
+        times: From 0 to 1, shape (m,).
     """
-
-    ramp: float
-
-    def at(self, times: Array) -> tuple[Array, Array, Array]:
-        """Return s, ds/dt and its derivative at times (m,) from 0 to 1."""
-        b, top = self.ramp, 1.0 / (1.0 - self.ramp)
-        early = np.minimum(np.minimum(times, 1.0 - times), b)  # time since rest, or until rest
-        rising, falling = times < b, times > 1.0 - b
-        s = top / 2 * (early - b / np.pi * np.sin(np.pi * early / b))
-        s = np.where(falling, 1.0 - s, s + top * np.clip(times - b, 0.0, 1.0 - 2 * b))
-        speed = top * np.sin(np.pi * early / (2 * b)) ** 2
-        gain = top * np.pi / (2 * b) * np.sin(np.pi * early / b)
-        return s, speed, np.where(rising, gain, np.where(falling, -gain, 0.0))
+    top = 1.0 / (1.0 - b)
+    early = np.minimum(np.minimum(times, 1.0 - times), b)  # time since rest, or until rest
+    rising, falling = times < b, times > 1.0 - b
+    s = top / 2 * (early - b / np.pi * np.sin(np.pi * early / b))
+    s = np.where(falling, 1.0 - s, s + top * np.clip(times - b, 0.0, 1.0 - 2 * b))
+    speed = top * np.sin(np.pi * early / (2 * b)) ** 2
+    gain = top * np.pi / (2 * b) * np.sin(np.pi * early / b)
+    return s, speed, np.where(rising, gain, np.where(falling, -gain, 0.0))
 
 
 def timed(problem: PlanningTask, curve: LegCurve) -> Knots | None:
@@ -83,15 +78,14 @@ def timed(problem: PlanningTask, curve: LegCurve) -> Knots | None:
         problem: The planning problem.
         curve: The leg.
     """
-    profiles = [Profile(ramp) for ramp in TIMING.ramps]
-    quickest = [(_least_duration(problem, curve, profile), profile) for profile in profiles]
-    duration, profile = min(quickest, key=lambda pair: pair[0])
+    quickest = [(_least_duration(problem, curve, ramp), ramp) for ramp in TIMING.ramps]
+    duration, ramp = min(quickest, key=lambda pair: pair[0])
     if not math.isfinite(duration):
         return None
     h = problem.step
     count = max(1, covering_steps(duration, h))
     times = np.linspace(0.0, 1.0, count * TIMING.samples_per_step + 1)
-    x, u = _motion(problem, curve, profile, count * h, times)
+    x, u = _motion(problem, curve, ramp, count * h, times)
     knots = x[:: TIMING.samples_per_step]
     if problem.machine.references is not None:  # the law looks at the state when a step begins
         accelerations = np.diff(knots[:, problem.model.nq :], axis=0) / h
@@ -101,15 +95,15 @@ def timed(problem: PlanningTask, curve: LegCurve) -> Knots | None:
     return Knots(knots, held, h)
 
 
-def _least_duration(problem: PlanningTask, curve: LegCurve, profile: Profile) -> float:
+def _least_duration(problem: PlanningTask, curve: LegCurve, ramp: float) -> float:
     """Return the shortest duration in [s] that limits allow, by bisection; infinite if none."""
     times = np.linspace(0.0, 1.0, TIMING.limit_samples)
     low, high = TIMING.durations
-    if not _allowed(problem, curve, profile, high, times):
+    if not _allowed(problem, curve, ramp, high, times):
         return math.inf
     for _ in range(TIMING.bisections):
         middle = math.sqrt(low * high)
-        if _allowed(problem, curve, profile, middle, times):
+        if _allowed(problem, curve, ramp, middle, times):
             high = middle
         else:
             low = middle
@@ -117,10 +111,10 @@ def _least_duration(problem: PlanningTask, curve: LegCurve, profile: Profile) ->
 
 
 def _allowed(
-    problem: PlanningTask, curve: LegCurve, profile: Profile, duration: float, times: Array
+    problem: PlanningTask, curve: LegCurve, ramp: float, duration: float, times: Array
 ) -> bool:
     model, used = problem.model, TIMING.used
-    x, u = _motion(problem, curve, profile, duration, times)
+    x, u = _motion(problem, curve, ramp, duration, times)
     lower, upper = problem.bounds[model.nq :].T * used
     v = x[:, model.nq :]
     if ((v < lower) | (v > upper)).any():
@@ -143,10 +137,10 @@ def _within(u: Array, limits: Array, used: float) -> bool:
 
 
 def _motion(
-    problem: PlanningTask, curve: LegCurve, profile: Profile, duration: float, times: Array
+    problem: PlanningTask, curve: LegCurve, ramp: float, duration: float, times: Array
 ) -> tuple[Array, Array]:
     """Return states (m, nx) and inputs (m, nu) at fractions of a duration."""
-    s, speed, gain = profile.at(times)
+    s, speed, gain = profile(ramp, times)
     q, v, slope = curve.at(s)
     speed, gain = (speed / duration)[:, None], (gain / duration**2)[:, None]
     x = problem.space.unit(np.hstack([q, v * speed]))

@@ -7,13 +7,14 @@ be evaluated, so derivatives are central differences.
 from __future__ import annotations
 
 import copy
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.numerics.arrays import Array
+from kinolab.numerics.columnar import Columns
 from kinolab.problem import PlanningTask
 from kinolab.trajopt.nlp.decision import Knots
 from kinolab.trajopt.options import NLP
@@ -68,7 +69,8 @@ class PathConstraints:
         """
         nx, nu = at.x.shape[1], at.u.shape[1]
         if not self._any:
-            return no_inequalities(nx, nu)
+            none = np.zeros(0, np.int64)
+            return at.rows(none, np.zeros(0), np.zeros((0, nx)), np.zeros((0, nu)))
         value = self.margins(at.x, at.u)
         large = np.concatenate(self._steps)
         slopes = self._slopes(np.hstack([at.x, at.u]), NLP.scaled_fd_step * large, nx)
@@ -178,7 +180,7 @@ def beginnings(knots: Knots) -> Samples:
 
 
 @dataclass(frozen=True, eq=False)
-class LinearInequalities:
+class LinearInequalities(Columns):
     """Linearised inequalities, margin >= 0, each at a knot or between it and the next.
 
     Attributes:
@@ -199,22 +201,3 @@ class LinearInequalities:
     def violation(self) -> float:
         """Sum of all violations."""
         return float(np.maximum(-self.value, 0.0).sum())
-
-
-def no_inequalities(nx: int, nu: int) -> LinearInequalities:
-    """Return an empty set of inequalities."""
-    none = np.zeros((0, nx))
-    return LinearInequalities(
-        np.zeros(0, dtype=np.int64), np.zeros(0), none, none, np.zeros((0, nu))
-    )
-
-
-def stack(parts: Sequence[LinearInequalities]) -> LinearInequalities:
-    """Stack inequalities of several kinds."""
-    return LinearInequalities(
-        np.concatenate([part.knot for part in parts]),
-        np.concatenate([part.value for part in parts]),
-        np.vstack([part.dx for part in parts]),
-        np.vstack([part.dx_next for part in parts]),
-        np.vstack([part.du for part in parts]),
-    )

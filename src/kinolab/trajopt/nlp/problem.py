@@ -28,11 +28,11 @@ from kinolab.trajopt.nlp.dynamics_constraint import derived_map, is_discrete
 from kinolab.trajopt.nlp.goal_constraint import GoalConstraint
 from kinolab.trajopt.nlp.linearization import Linearization
 from kinolab.trajopt.nlp.path_constraints import (
+    LinearInequalities,
     PathConstraints,
     Samples,
     beginnings,
     samples,
-    stack,
 )
 from kinolab.trajopt.options import NLP
 
@@ -210,7 +210,9 @@ class MultipleShooting:
         """Return the linearisation; ``reach`` is the largest scaled step it will be used for."""
         known = self._stepped[1] if self._stepped and self._stepped[0] is knots else None
         after, tangents = self._map.linearized(knots.x, knots.u, knots.h, known=known)
-        rows = stack([part.rows(at, reach) for part, at in self._samples(knots)])
+        rows = LinearInequalities.joined(
+            [part.rows(at, reach) for part, at in self._samples(knots)]
+        )
         self._rows = len(rows.knot)
         size = len(knots.u) * self._map.evaluations * knots.x.shape[1]
         charge(4e-4 + size * (8e-8 + 6e-10 * self._operations) + 2.4e-6 * self._rows)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -119,15 +119,7 @@ def inequalities_within(
         + _least(rows.dx_next * scaling.x, region.x[:, after])
         + _least(rows.du * scaling.u, region.u[:, np.minimum(rows.knot, last_u)])
     )
-    kept = np.flatnonzero(~(least >= 0))
-    return replace(
-        rows,
-        knot=rows.knot[kept],
-        value=rows.value[kept],
-        dx=rows.dx[kept],
-        dx_next=rows.dx_next[kept],
-        du=rows.du[kept],
-    )
+    return rows.part(np.flatnonzero(~(least >= 0)))
 
 
 def _range(values: Array, bounds: Array, large: Array, radius: float) -> Array:

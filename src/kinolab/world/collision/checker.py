@@ -24,7 +24,7 @@ from kinolab.world.collision.broadphase import (
     shape_owners,
 )
 from kinolab.world.collision.clearance import clearance_at
-from kinolab.world.collision.contact_report import Contact, ContactReport
+from kinolab.world.collision.contact_report import Contact, contacts_at
 from kinolab.world.collision.fcl import CONTACT_MARGIN, Narrowphase, Obstacles
 from kinolab.world.collision.triangle_tree import mesh_tree
 from kinolab.world.geometry import sizes, sizes_of
@@ -176,8 +176,8 @@ class CollisionChecker:
         self._span(ends)
         sound_shapes = [s for s, name in enumerate(self._owners) if whole[name]]
         names = [obstacle.name for obstacle in self.world.obstacles]
-        report = ContactReport(self._owners, names, self._arrays, self._narrowphase)
-        found += report.contacts(self._table(poses), sound_shapes)
+        parts = (self._owners, names, self._arrays, self._narrowphase)
+        found += contacts_at(self._table(poses), sound_shapes, *parts)
         if not found and self._beside is not None:
             found += self._beside.contacts(poses, ends)
         return list(dict.fromkeys(found))

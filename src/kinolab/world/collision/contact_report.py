@@ -40,82 +40,62 @@ class Contact:
     kind: Kind
 
 
-class ContactReport:
-    """Lists what touches among a machine's shapes.
+def contacts_at(
+    poses: Array,
+    sound: Sequence[int],
+    owners: Sequence[str],
+    obstacles: Sequence[str],
+    record: Record,
+    narrowphase: Narrowphase,
+) -> Iterator[Contact]:
+    """Yield what touches among a machine's shapes.
 
     Args:
+        poses: Of the bodies, shape (bodies, 12).
+        sound: The shapes whose places are finite.
         owners: The body or cable of each shape.
         obstacles: Names of the world's obstacles.
         record: The machine in its world, ``CheckerArrays``, cables placed in its scratch.
         narrowphase: Judges pairs of what is placed there.
     """
-
-    def __init__(
-        self,
-        owners: Sequence[str],
-        obstacles: Sequence[str],
-        record: Record,
-        narrowphase: Narrowphase,
-    ) -> None:
-        self._owners, self._obstacles = owners, obstacles
-        arrays: CheckerArrays = record.held
-        self._record, self._arrays, self._narrowphase = record, arrays, narrowphase
-        self._large = len(arrays.tree.triangles) > LARGE
-        self._grid, self._scratch = Record(arrays.grid), arrays.scratch
-        self._around = arrays.scratch.around
-
-    def contacts(self, poses: Array, sound: Sequence[int]) -> Iterator[Contact]:
-        """Yield the contacts at poses (bodies, 12) of the shapes whose places are finite."""
-        for shape in sound:
-            self._place(shape, poses)
-            yield from self._with_ground(shape)
-            yield from self._with_obstacles(shape)
-        yield from self._with_each_other(set(sound))
-
-    def _place(self, shape: int, poses: Array) -> None:
-        scene, scratch = self._arrays.scene, self._scratch
-        turn, at, body = scratch.turns[shape], scratch.places[shape], scene.body[shape]
+    arrays: CheckerArrays = record.held
+    scene, scratch, grow = arrays.scene, arrays.scratch, arrays.scene.grow + ROUNDING_MARGIN
+    for s in sound:
+        turn, at, body, box = scratch.turns[s], scratch.places[s], scene.body[s], scratch.around[s]
         if body >= 0:
-            place(poses[body], scene.own[shape], turn, at)
-        size = (scene.kind[shape], scene.half[shape])
-        enclose(*size, turn, at, scene.grow + ROUNDING_MARGIN, self._around[shape])
+            place(poses[body], scene.own[s], turn, at)
+        enclose(scene.kind[s], scene.half[s], turn, at, grow, box)
+        rests = scene.rests[s]
+        if body >= 0 and scene.ground and grounded(box[2] + grow, rests, scene.margin):
+            yield Contact(owners[s], GROUND_NAME, "sinks" if rests else "touches")
+        for k, name in enumerate(obstacles):
+            how = _with_obstacle(s, k, record, narrowphase)
+            if how is not None:
+                yield Contact(owners[s], name, how)
+    for a, b in scene.own_pairs.tolist():
+        if {a, b} <= {*sound} and overlap(scratch.around[a], scratch.around[b]):
+            how = _judged(a, len(obstacles) + b, narrowphase)
+            if how is not None:
+                yield Contact(owners[a], owners[b], how)
 
-    def _with_ground(self, shape: int) -> Iterator[Contact]:
-        scene, rests = self._arrays.scene, self._arrays.scene.rests[shape]
-        low = self._around[shape, 2] + scene.grow + ROUNDING_MARGIN
-        if scene.body[shape] >= 0 and scene.ground and grounded(low, rests, scene.margin):
-            yield Contact(self._owners[shape], GROUND_NAME, "sinks" if rests else "touches")
 
-    def _with_obstacles(self, shape: int) -> Iterator[Contact]:
-        for k, name in enumerate(self._obstacles):
-            if overlap(self._around[shape], self._arrays.scene.obstacle[k]):
-                kind = self._kind(shape, k)
-                if kind is not None:
-                    yield Contact(self._owners[shape], name, kind)
+def _with_obstacle(shape: int, k: int, record: Record, narrowphase: Narrowphase) -> Kind | None:
+    """Say how a placed shape meets an obstacle; of small meshes FCL is always asked."""
+    arrays: CheckerArrays = record.held
+    mesh, box, kind = arrays.scene.mesh[k], arrays.scratch.around[shape], None
+    if not overlap(box, arrays.scene.obstacle[k]):
+        return None
+    grid, large = Record(arrays.grid), len(arrays.tree.triangles) > LARGE
+    near = mesh < 0 or near_surface(box, mesh, grid)
+    if near and not (mesh >= 0 and large and clear_of_meshes(shape, record)):
+        kind = _judged(shape, k, narrowphase)
+    if kind is None and mesh >= 0 and inside(arrays.scratch.places[shape], mesh, grid):
+        return "inside"
+    return kind
 
-    def _kind(self, shape: int, k: int) -> Kind | None:
-        mesh, kind = self._arrays.scene.mesh[k], None
-        if mesh < 0 or (
-            near_surface(self._around[shape], mesh, self._grid) and not self._clear(shape)
-        ):
-            kind = self._judged(shape, k)
-        if kind is None and mesh >= 0 and inside(self._scratch.places[shape], mesh, self._grid):
-            return "inside"
-        return kind
 
-    def _clear(self, shape: int) -> bool:
-        """Say whether a gap to large meshes is proved; of small ones FCL is asked."""
-        return self._large and bool(clear_of_meshes(shape, self._record))
-
-    def _with_each_other(self, sound: set[int]) -> Iterator[Contact]:
-        for a, b in self._arrays.scene.own_pairs.tolist():
-            if {a, b} <= sound and overlap(self._around[a], self._around[b]):
-                kind = self._judged(a, len(self._obstacles) + b)
-                if kind is not None:
-                    yield Contact(self._owners[a], self._owners[b], kind)
-
-    def _judged(self, shape: int, other: int) -> Kind | None:
-        try:
-            return "touches" if self._narrowphase.any_touch([(shape, other)]) else None
-        except Exception:  # whatever FCL raises, the pose was not found to be free
-            return "error"
+def _judged(shape: int, other: int, narrowphase: Narrowphase) -> Kind | None:
+    try:
+        return "touches" if narrowphase.any_touch([(shape, other)]) else None
+    except Exception:  # whatever FCL raises, the pose was not found to be free
+        return "error"
