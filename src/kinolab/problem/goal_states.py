@@ -35,7 +35,7 @@ def goal_states(problem: PlanningTask) -> GoalStates:
     """
     generator = np.random.default_rng(0)
     states = [_at_rest(problem, x) for x in _guesses(problem, generator)]
-    if problem.goal.needs_frames or has_loops(problem):
+    if problem.goal.needs_frames or problem.machine.closes_loops:
         states = [_reached(problem, x) for x in states]
     excesses = [problem.goal_excess(x) for x in states]
     inside = tuple(x for x, excess in zip(states, excesses, strict=True) if excess <= 1.0)
@@ -78,8 +78,3 @@ def _reached(problem: PlanningTask, guess: Array) -> Array:
         max_nfev=MAX_EVALUATIONS,
     )
     return state(found.x)
-
-
-def has_loops(problem: PlanningTask) -> bool:
-    """Whether the machine has position constraints."""
-    return problem.machine.closes_loops

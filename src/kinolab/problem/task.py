@@ -19,7 +19,7 @@ from kinolab.dynamics.codegen.state_space import StateSpace
 from kinolab.dynamics.machine_facts import MachineFacts
 from kinolab.errors import EndpointError, InputError, Mistake
 from kinolab.numerics.arrays import Array
-from kinolab.problem.goal import Goal, KeepOutCone, Norm, PointTarget
+from kinolab.problem.goal import Goal, KeepOutCone, PointTarget
 from kinolab.problem.inverse_kinematics import reaching
 from kinolab.problem.pointing import pointed
 from kinolab.scenario import Scenario, place_at
@@ -424,7 +424,8 @@ class PlanningTask:
         targets = len(entries) + len(goal.parts) + len(goal.points)
         shares = np.tile(spreads, (targets, 1)).T
         if goal.together:
-            shares *= _near_the_centre(goal.norm, shares.shape, generator)
+            near_the_centre = _with_a_sum if goal.norm == "sum" else _in_a_ball
+            shares *= near_the_centre(shares.shape, generator)
         reaches = np.abs(shares[:, len(entries) :]).T
         for fraction, one in zip(reaches, goal.parts, strict=False):
             angles = np.minimum(fraction * one.tolerance, np.pi)
@@ -507,11 +508,6 @@ def _uniform(
     """Draw what ``generator.uniform`` draws within bounds that are arrays, three times as fast."""
     lower, upper = bounds
     return np.asarray(lower + (upper - lower) * generator.random(shape))
-
-
-def _near_the_centre(norm: Norm, shape: tuple[int, int], generator: np.random.Generator) -> Array:
-    """Sample points (n, d) uniformly in the unit ball of a norm."""
-    return _with_a_sum(shape, generator) if norm == "sum" else _in_a_ball(shape, generator)
 
 
 def _with_a_sum(shape: tuple[int, int], generator: np.random.Generator) -> Array:

@@ -45,7 +45,8 @@ class CompiledStep:
         self._has_cables = cables > 0
         self._model = model  # owns the machine code behind the addresses
         step = f"step_{method or problem.scenario.integration.method}"
-        self._step, self._p, u = STEP(model.address(step)), model.parameter_vector(), self.u
+        self._step: Callable[..., int] = STEP(model.address(step))
+        self._p, u = model.parameter_vector(), self.u
         x, after, held = map(ctypes.addressof, (self.x, self.next, u))
         self._before_step = (x, held, self._p.ctypes.data)
         self._after_step = (after, problem.scenario.integration.substeps, 0)
@@ -136,10 +137,9 @@ class ReferenceStep:
         """
         settings, parameters = self._settings, self._parameters
         if settings.truth != "discrete":
-            t, scales = np.array([0.0, span]), self._scales
-            return follow_each(self._plant, x[None], t, held[None], scales, parameters=parameters)[
-                0
-            ]
+            t, one, held = np.array([0.0, span]), x[None], held[None]
+            each = follow_each(self._plant, one, t, held, self._scales, parameters=parameters)
+            return np.asarray(each[0])
         try:
             after = self._plant.step(
                 x, held, span, method=settings.method, substeps=settings.substeps, **parameters

@@ -198,11 +198,7 @@ def _integrated(
             table = _grown(table)
         elif how != dop853.WORKED:
             raise _diverged(model, ode.held, how, float(times[k]), held[k], parameters)
-    m = row[0]
-    made = StepTable(
-        table.knot[:m], table.begin[:m], table.end[:m], table.x[:m], table.coefficients[:m]
-    )
-    return made, ends
+    return StepTable._make(column[: row[0]] for column in table), ends
 
 
 def _ode(model: Model, scales: Array, parameters: Mapping[str, float]) -> Record:

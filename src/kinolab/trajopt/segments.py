@@ -140,8 +140,7 @@ class Segments:
                 return restore_feasibility(
                     task, guess, self.cancelled, iterations=iterations,
                     times=self._times(lengths[1]), lengths=lengths,
-                    enough=SQP.closure_tolerance, most=SQP.closure_tolerance,
-                    pace=SQP.min_decrease, penalty=penalty,
+                    enough=SQP.closure_tolerance, pace=SQP.min_decrease, penalty=penalty,
                 )  # fmt: skip
         except FloatingPointError:
             return None
@@ -163,7 +162,6 @@ class Segments:
             iterations=SQP.closure_iterations,
             lengths=lengths,
             enough=SQP.closure_tolerance,
-            most=SQP.closure_tolerance,
         )
         return None if mended is None else self._kept(task, mended)
 

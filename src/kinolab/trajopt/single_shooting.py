@@ -46,7 +46,8 @@ def end_by_single_shooting(
     task = TrajectoryProblem(problem, 0.0)
     for steps in END.tail_steps:
         begin = max(len(trajectory.u) - steps, 0)
-        made = _Tail.of(problem, trajectory, begin).ended(cancelled)
+        t, motion, inputs = trajectory.t[begin:], trajectory.x[begin:], trajectory.inputs[begin:]
+        made = _Tail(problem, t, motion, inputs).ended(cancelled)
         if made is not None:
             tail = trajectory_under(problem.model, made.t, made.motion, made.inputs)
             whole = trajectory.with_piece(begin, len(trajectory.u), tail, problem.space)
@@ -72,10 +73,6 @@ class _Tail:
     t: Array
     motion: Array
     inputs: Array
-
-    @classmethod
-    def of(cls, problem: PlanningTask, trajectory: Trajectory, begin: int) -> _Tail:
-        return cls(problem, trajectory.t[begin:], trajectory.x[begin:], trajectory.inputs[begin:])
 
     def under(self, inputs: Array) -> _Tail | None:
         """Return the tail under other inputs, simulated; None where that stops before the end."""

@@ -79,7 +79,10 @@ class ClearanceSearch:
         times = np.append(steps.begin, dense.motion.t[-1])
         last = len(dense.motion.t) - 2
         self._judge: CollisionChecker | None = checker.thorough()
-        gaps = self._sampled(np.append(steps.knots, last), times) if last >= 0 else self._first()
+        if last < 0:  # it has no step
+            gaps = self._clearances(dense.motion.t, dense.motion.x)
+        else:
+            gaps = self._sampled(np.append(steps.knots, last), times)
         self._judge = None
         each = np.arange(len(steps.begin))
         self._open = Intervals(each, steps.begin, steps.end, gaps[:-1], gaps[1:])
@@ -161,10 +164,6 @@ class ClearanceSearch:
             states = self.dense.motion.along(knots[some], times[some])
             gaps[some] = self._clearances(times[some], states)
         return gaps
-
-    def _first(self) -> Array:
-        """Return the clearance at the beginning of a motion that has no step."""
-        return self._clearances(self.dense.motion.t, self.dense.motion.x)
 
     def _clearances(self, times: Array, states: Array) -> Array:
         place = self.dense.problem.placement(states)

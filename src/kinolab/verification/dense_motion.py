@@ -89,10 +89,9 @@ class DenseMotion:
         knots, begin, end = self.motion.steps
         if not len(knots):
             return Steps(knots, begin, end, np.zeros(0))
-        parts = range(0, len(knots), STATES_PER_BATCH // SPEED_PROBES)
-        speed = np.concatenate(
-            [self._speed(knots[at], begin[at], end[at]) for at in map(_part, parts)]
-        )
+        size = STATES_PER_BATCH // SPEED_PROBES
+        parts = [slice(first, first + size) for first in range(0, len(knots), size)]
+        speed = np.concatenate([self._speed(knots[at], begin[at], end[at]) for at in parts])
         if self.pieces is not None:
             pieces, speed = bounded_speeds(
                 self.enclosures, self.pieces, self.trajectory.u, speed, self._moved
@@ -164,7 +163,3 @@ class DenseMotion:
             fastest = np.maximum(fastest, model.cable_speed(states, held).max(axis=1, initial=0.0))
         speed: Array = SAFETY_FACTOR * fastest.reshape(-1, SPEED_PROBES).max(axis=1)
         return speed
-
-
-def _part(first: int) -> slice:
-    return slice(first, first + STATES_PER_BATCH // SPEED_PROBES)

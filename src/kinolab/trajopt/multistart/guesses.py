@@ -117,7 +117,7 @@ class Guesses:
             h: Step length in [s].
         """
         problem, generator = self._problem, self._generator
-        times = self._times(path)
+        times = np.concatenate([[0.0], np.cumsum(self._leg_times(path))])  # of arrival, in [s]
         if not times[-1] > 0:  # same configuration, other velocities
             times = np.linspace(0.0, 1.0, len(path))
         lower, upper = np.clip(problem.model.control_bounds.T, -1e3, 1e3)
@@ -125,10 +125,6 @@ class Guesses:
         even = resampled(times, path, held, steps, problem.space)
         shaken = GUESS.perturbation * generator.standard_normal(even.u.shape) * (upper - lower)
         return _rolled(problem, Knots(even.x, even.u + shaken, h))
-
-    def _times(self, path: Array) -> Array:
-        """Return arrival times in [s] at the maximum rates for a path (m, nx), shape (m,)."""
-        return np.concatenate([[0.0], np.cumsum(self._leg_times(path))])
 
     def _leg_times(self, paths: Array) -> Array:
         """Return times in [s] at the maximum rates for legs of paths (..., m, nx), (..., m-1)."""

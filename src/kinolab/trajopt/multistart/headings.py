@@ -36,8 +36,10 @@ def turned_along(problem: PlanningTask, path: Array) -> Array:
     nq = problem.model.nq
     matters = np.flatnonzero(~cyclic_coordinates(problem)[:nq])
     circles = [int(i) for i in np.flatnonzero(problem.circular[:nq]) if i in matters]
-    if not circles or not _may_stand_still(problem, path[0]):
-        return path  # it would have to turn on the spot
+    model = problem.model
+    rates = model.f(path[0], model.null_control()) if model.nq == model.nx else np.zeros(1)
+    if not circles or np.abs(rates).max(initial=0.0) != 0.0:
+        return path  # it would have to turn on the spot, and cannot do without velocities
     made, turned = [path[0]], False
     for begin, end in pairwise(path):
         leg = _turned(problem, begin, end, made[-1], circles, matters)
@@ -46,13 +48,6 @@ def turned_along(problem: PlanningTask, path: Array) -> Array:
     if not turned:
         return path  # with its whole turns
     return problem.space.continuous(np.stack([*made, path[-1]]))
-
-
-def _may_stand_still(problem: PlanningTask, x: Array) -> bool:
-    """Say whether a machine whose inputs are velocities can do without any; others slow down."""
-    model = problem.model
-    idle = model.null_control()
-    return bool(model.nq < model.nx or np.abs(model.f(x, idle)).max(initial=0.0) == 0.0)
 
 
 def turned_for_requirements(

@@ -15,7 +15,6 @@ from collections.abc import Callable
 
 import numpy as np
 
-from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 from kinolab.problem.kinematic_task import kinematic_task
 from kinolab.problem.time_steps import covering_steps
@@ -85,7 +84,7 @@ class KinematicMultistart:
     def _timed(self, motion: Trajectory, slower: float) -> tuple[Knots, int]:
         """Return a motion of the reduction as a guess, and its steps of the problem per interval.
 
-        Velocities follow the configurations, inputs the velocities.
+        Velocities follow the configurations; inputs of least norm, within limits, the velocities.
         """
         problem, duration = self._problem, slower * motion.duration
         count = max(covering_steps(duration, problem.step), GUESS.min_guess_steps)
@@ -97,13 +96,7 @@ class KinematicMultistart:
             times, np.hstack([motion.x, still]), none, math.ceil(count / block), problem.space
         )
         guess = path_time_scaling(problem, Knots(even.x, even.u, block * problem.step))
-        return Knots(guess.x, _inputs_between(problem, guess), guess.h), block
-
-
-def _inputs_between(problem: PlanningTask, knots: Knots) -> Array:
-    """Return inputs (N, nu) of least norm, within limits, that make the velocities of knots."""
-    model, nq = problem.model, problem.model.nq
-    middle = problem.space.unit((knots.x[1:] + knots.x[:-1]) / 2)
-    wanted = np.diff(knots.x[:, nq:], axis=0) / knots.h
-    inputs = inverse_dynamics(problem, middle, wanted)
-    return np.asarray(np.clip(inputs, *model.control_bounds.T))
+        middle = problem.space.unit((guess.x[1:] + guess.x[:-1]) / 2)
+        wanted = np.diff(guess.x[:, problem.model.nq :], axis=0) / guess.h
+        inputs = inverse_dynamics(problem, middle, wanted)
+        return Knots(guess.x, np.clip(inputs, *problem.model.control_bounds.T), guess.h), block

@@ -50,9 +50,11 @@ def derived_map(problem: PlanningTask, knots: Knots, times: int) -> StepSensitiv
     step = partial(StepSensitivities, model, method, acts=acts)
     x, u = knots.x[:-1][:: NLP.sampled_step_stride], knots.u[:: NLP.sampled_step_stride]
     few, coarse = 1, step(1).linearized(x, u, knots.h)[1]
+    large = np.repeat(problem.scales[:, None], coarse.shape[2], axis=1)
+    large[:, : model.nx] /= problem.scales
     while few < substeps:
         fine = step(2 * few).linearized(x, u, knots.h)[1]
-        if _derivative_error(problem, coarse, fine) <= NLP.derivative_tolerance:
+        if _apart(coarse, fine, large) <= NLP.derivative_tolerance:
             break
         few, coarse = 2 * few, fine
     return step(substeps, few)
@@ -147,14 +149,6 @@ def _steps_of(problem: PlanningTask, knots: Knots, acts: int = 1) -> tuple[Metho
     return METHODS[
         settings.accurate_method
     ], substeps  # so stiff that only implicit steps stay bounded
-
-
-def _derivative_error(problem: PlanningTask, coarse: Array, fine: Array) -> float:
-    """Return the largest scaled difference of derivatives, shape (N, nx, nx + nu + 1)."""
-    scales = problem.scales
-    large = np.repeat(scales[:, None], coarse.shape[2], axis=1)
-    large[:, : len(scales)] /= scales
-    return _apart(coarse, fine, large)
 
 
 def _apart(coarse: Array, fine: Array, scales: Array) -> float:

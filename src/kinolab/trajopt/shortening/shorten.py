@@ -280,7 +280,6 @@ def _closed(
         times=block,
         lengths=lengths,
         enough=SQP.closure_tolerance,
-        most=SQP.closure_tolerance,
     )
 
 

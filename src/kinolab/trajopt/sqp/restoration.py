@@ -47,7 +47,7 @@ def restore_feasibility(
         times: Steps of the problem per knot interval.
         lengths: Bounds of the step length in [s]; fixed if None.
         enough: Total scaled violation at which to stop.
-        most: Total scaled violation accepted of the result.
+        most: Total scaled violation accepted of the result, or ``enough`` where that is more.
         pace: Fraction of the violation that every few subproblems must remove.
         penalty: Weight of the violation relative to the change.
     """
@@ -58,7 +58,7 @@ def restore_feasibility(
         transcription, knots, scaling, restoration_weights(penalty),
         iterations=iterations, enough=enough, pace=pace, cancelled=cancelled,
     )  # fmt: skip
-    return descent.knots if sum(descent.violation) <= most else None
+    return descent.knots if sum(descent.violation) <= max(most, enough) else None
 
 
 def coarse_to_fine(task: TrajectoryProblem, knots: Knots, cancelled: Callable[[], bool]) -> Knots:

@@ -33,8 +33,12 @@ def requirements(context: CheckContext) -> Check | None:
     """Check the machine's requirements along the motion, under zero-order-hold inputs."""
     if not context.problem.machine.requirements:
         return None
-    if not len(context.stored.u):
-        return _unmet_at_rest(context)
+    if not len(context.stored.u):  # without a step there are no inputs
+        named, start = context.problem.machine.requirements, context.motion.x[:1]
+        short = _shortage(context)(start, np.zeros((1, context.problem.model.plant.nu)))
+        return worst_entry(
+            "requirements", short, LIMIT_TOLERANCE, lambda _, i: f"{named[i].name} at the start"
+        )
     found = worst_along("requirements", _unmet(context))
     if not found.passed or context.dense_motion.pieces is None:
         return found
@@ -60,15 +64,6 @@ def _unmet(context: CheckContext) -> Violations:
                 k, i = np.unravel_index(int(lack.argmax()), lack.shape)
                 words = f"at t = {at[k]:.6g} s {named[int(i)].name}: short by {lack[k, i]:.4g}"
                 yield float(lack[k, i]), words
-
-
-def _unmet_at_rest(context: CheckContext) -> Check:
-    """Check the requirements of a motion without a step, without inputs."""
-    named, start = context.problem.machine.requirements, context.motion.x[:1]
-    short = _shortage(context)(start, np.zeros((1, context.problem.model.plant.nu)))
-    return worst_entry(
-        "requirements", short, LIMIT_TOLERANCE, lambda _, i: f"{named[i].name} at the start"
-    )
 
 
 def _unmet_in_an_instant(context: CheckContext, pieces: MotionPieces) -> Violations:

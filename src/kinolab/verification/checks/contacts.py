@@ -6,7 +6,6 @@ import math
 
 from kinolab.numerics.arrays import Array
 from kinolab.verification.check import Check, CheckContext, judged
-from kinolab.verification.clearance_search import ClearanceSearch
 from kinolab.verification.dense_motion import DenseMotion, TooFastError
 from kinolab.world import CollisionChecker
 
@@ -14,19 +13,15 @@ from kinolab.world import CollisionChecker
 def collision(context: CheckContext) -> Check:
     """Report the first contact, or none provided that the speed bound holds."""
     try:
-        contact = _first_contact(context.clearance_search) or _sinking(context.dense_motion)
+        search, contact = context.clearance_search, ""
+        search.narrow(lambda: 0.0)
+        if math.isfinite(search.contact):
+            placement = context.problem.placement(search.touching)
+            contact = _described(search.checker, placement, search.contact)
+        contact = contact or _sinking(context.dense_motion)
     except TooFastError as error:
         contact = str(error)
     return judged("collision", float(bool(contact)), 0.0, contact)
-
-
-def _first_contact(search: ClearanceSearch) -> str:
-    """Find the first contact; empty if there is none."""
-    search.narrow(lambda: 0.0)
-    if not math.isfinite(search.contact):
-        return ""
-    placement = search.dense.problem.placement(search.touching)
-    return _described(search.checker, placement, search.contact)
 
 
 def _sinking(dense: DenseMotion) -> str:

@@ -28,7 +28,6 @@ from kinolab.analyze.diagnose.narrow_passage.path_widening import (
 )
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
-from kinolab.problem.goal_states import has_loops
 
 SLIMMER = {80: 1, 320: 6, 1280: 6}  # searches by quanta of shrinkage per side: 2, 8 and 32 cm
 SLIMMEST = max(SLIMMER)
@@ -87,7 +86,7 @@ class Passage:
 def is_applicable(problem: PlanningTask) -> bool:
     """Whether the search applies: there is something to collide with, and no closed loop."""
     touchable = bool(problem.world.obstacles or problem.system.collisions)
-    return touchable and not has_loops(problem)
+    return touchable and not problem.machine.closes_loops
 
 
 def find_passage(
