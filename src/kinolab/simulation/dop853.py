@@ -313,24 +313,17 @@ def located(ode, h):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def switch(ode):  # type: ignore[no-untyped-def]
-    """Replace y by the state after the transition that takes place there; 0 if it worked."""
-    u, p = ode.u.ctypes.data, ode.p.ctypes.data
-    failed = call_under(ode.reset, ode.y.ctypes.data, u, p, ode.after.ctypes.data)
-    for i in range(ode.y.shape[0]):
-        ode.y[i] = ode.after[i]
-    return failed
-
-
-@kernel
 def switched(ode):  # type: ignore[no-untyped-def]
     """Make all transitions that take place at y; return how many, negative for how it failed."""
-    count = 0
+    count, u, p = 0, ode.u.ctypes.data, ode.p.ctypes.data
     while ode.guards != 0 and leaves(ode, ode.y, BEGIN):
         count += 1
         if count > MAX_SWITCHES:
             return -CHATTERS
-        if switch(ode) != 0:
+        failed = call_under(ode.reset, ode.y.ctypes.data, u, p, ode.after.ctypes.data)
+        for i in range(ode.y.shape[0]):
+            ode.y[i] = ode.after[i]
+        if failed != 0:
             return -SINGULAR
     return count
 

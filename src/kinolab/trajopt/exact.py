@@ -116,10 +116,11 @@ def _smooth(
         guesses.append(_slower(problem, guesses[0]))  # time is what it may lack
     excess, reserves = NO_EXCESS, _reserves(problem, SHORT.exact_clearances)
     for guess, (clearance, room) in product(guesses, reserves):
-        task = TrajectoryProblem(problem, clearance, room=room).tightened(excess)
+        task = TrajectoryProblem(problem, clearance, room=room, cancelled=cancelled)
+        task = task.tightened(excess)
         if cancelled():
             return None
-        knots = make_knots_exact(task, guess, cancelled, iterations, held=held)
+        knots = make_knots_exact(task, guess, iterations, held=held)
         if knots is None:
             continue
         made = true_trajectory(task.problem, knots)

@@ -10,7 +10,6 @@ Optimization Theory and Applications 104(1), 2000.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 
 from kinolab.trajopt.nlp.decision import Knots, Weights, cost
@@ -31,7 +30,6 @@ def minimize_time(
     *,
     times: int = 1,
     tolerances: StoppingTolerances = TIGHT,
-    cancelled: Callable[[], bool] = lambda: False,
 ) -> Knots:
     """Return feasible knots of a shorter duration, or the given ones.
 
@@ -41,13 +39,12 @@ def minimize_time(
         lengths: Bounds of the step length in [s].
         times: Time steps of the problem per knot interval.
         tolerances: Stopping criteria.
-        cancelled: Whether to stop.
     """
     transcription, scaling = task.transcription(knots, times), task.scaling(*lengths)
     weights = Weights(1 / knots.duration, EFFORT, EFFORT, SQP.violation_penalty)
     radius = SQP.time_radius
     linearization = transcription.linearization(knots, radius)
-    while radius > tolerances.min_radius and not cancelled():
+    while radius > tolerances.min_radius and not task.cancelled():
         change = solve(subproblem(linearization, scaling, weights, radius), SQP.step_accuracy)
         if change is None:
             radius /= 3
@@ -65,7 +62,6 @@ def minimize_time(
             iterations=SQP.closure_iterations,
             enough=SQP.closure_tolerance,
             worth=SQP.max_contraction,
-            cancelled=cancelled,
         )
         gained = before - cost(closed.knots, scaling, weights)
         if (

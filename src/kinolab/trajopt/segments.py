@@ -56,6 +56,7 @@ class Segments:
             room=room,
             fraction=SHORT.segment_limit_fraction,
             near=SHORT.near_gaps,
+            cancelled=cancelled,
         )
 
     def quicker(self, motion: Trajectory, knots: int, *, last: bool) -> Trajectory | None:
@@ -119,9 +120,7 @@ class Segments:
         if knots is None:
             return None
         times, least = self._steps(lengths[1], knots.h), SHORT.min_segment_duration * knots.h
-        fast = minimize_time(
-            task, knots, (least, knots.h), times=times, tolerances=LOOSE, cancelled=self.cancelled
-        )
+        fast = minimize_time(task, knots, (least, knots.h), times=times, tolerances=LOOSE)
         times = self._steps(times * self.problem.step, fast.h)
         found = self._true(task, fast, times) if fast.duration < below else None
         return found if found is not None and found.duration < below else None
@@ -138,7 +137,7 @@ class Segments:
         try:
             with np.errstate(over="raise", invalid="raise"):
                 return restore_feasibility(
-                    task, guess, self.cancelled, iterations=iterations,
+                    task, guess, iterations=iterations,
                     times=self._times(lengths[1]), lengths=lengths,
                     enough=SQP.closure_tolerance, pace=SQP.min_decrease, penalty=penalty,
                 )  # fmt: skip
@@ -158,7 +157,6 @@ class Segments:
         mended = restore_feasibility(
             task,
             fine,
-            self.cancelled,
             iterations=SQP.closure_iterations,
             lengths=lengths,
             enough=SQP.closure_tolerance,

@@ -39,7 +39,7 @@ def task() -> TrajectoryProblem:
 def test_a_guess_becomes_a_motion_of_the_machine_in_as_many_steps(task: TrajectoryProblem) -> None:
     guess = straight(task.problem, 240)
     assert sum(task.transcription(guess).violation(guess)) > SQP.coarse_violation
-    knots = coarse_to_fine(task, guess, never)
+    knots = coarse_to_fine(task, guess)
     assert (len(knots.u), knots.h) == (240, guess.h)
     assert np.array_equal(knots.u[::4], knots.u[3::4])
     assert sum(task.transcription(knots).violation(knots)) < EXACT
@@ -53,4 +53,4 @@ def test_too_few_steps_and_those_that_cannot_be_shared_out_stay(
     task: TrajectoryProblem, steps: int
 ) -> None:
     guess = straight(task.problem, steps)
-    assert coarse_to_fine(task, guess, never) is guess
+    assert coarse_to_fine(task, guess) is guess

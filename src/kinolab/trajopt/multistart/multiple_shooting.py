@@ -64,11 +64,11 @@ def shoot(
         return None
     try:
         with np.errstate(over="raise", invalid="raise"):
-            task = TrajectoryProblem(problem, GUESS.clearance)
-            knots = _closed(task, guess, block, iterations, cancelled)
+            task = TrajectoryProblem(problem, GUESS.clearance, cancelled=cancelled)
+            knots = _closed(task, guess, block, iterations)
             motion = None if knots is None else _step_by_step(task, knots, block)
             if knots and motion and not repeatable(task.problem, motion):
-                motion = _faster(task, knots, block, cancelled) if hasten else None
+                motion = _faster(task, knots, block) if hasten else None
             if motion is None:
                 return None
             return make_exact(problem, motion, cancelled, GUESS.fine_iterations, held=True)
@@ -76,16 +76,10 @@ def shoot(
         return None
 
 
-def _closed(
-    task: TrajectoryProblem,
-    guess: Knots,
-    block: int,
-    iterations: int,
-    cancelled: Callable[[], bool],
-) -> Knots | None:
+def _closed(task: TrajectoryProblem, guess: Knots, block: int, iterations: int) -> Knots | None:
     """Return nearly feasible knots of the same step length, or None."""
     return restore_feasibility(
-        task, guess, cancelled, iterations=iterations, times=block,
+        task, guess, iterations=iterations, times=block,
         enough=GUESS.few_knots_tolerance / 10, most=GUESS.few_knots_tolerance,
         pace=SQP.min_decrease,
     )  # fmt: skip
@@ -97,22 +91,19 @@ def _step_by_step(task: TrajectoryProblem, knots: Knots, block: int) -> Trajecto
     return trajectory_under(model, t, fine.x, fine.u)
 
 
-def _faster(
-    task: TrajectoryProblem, knots: Knots, block: int, cancelled: Callable[[], bool]
-) -> Trajectory | None:
+def _faster(task: TrajectoryProblem, knots: Knots, block: int) -> Trajectory | None:
     """Return a faster trajectory with fewer whole steps of the problem per knot, or None."""
-    exact = _closed(task, knots, block, GUESS.fine_iterations, cancelled)
+    exact = _closed(task, knots, block, GUESS.fine_iterations)
     if exact is None:
         return None
     lengths = (GUESS.min_repeatable * knots.h, knots.h)
-    fast = minimize_time(task, exact, lengths, times=block, cancelled=cancelled)
+    fast = minimize_time(task, exact, lengths, times=block)
     h = task.problem.step
     block = max(1, math.floor(fast.h / h))
     steps = covering_steps(fast.duration, block * h)
     guess = fast.in_steps(steps, task.problem.space)
-    found = _closed(
-        task, Knots(guess.x, guess.u, block * h), block, GUESS.fine_iterations, cancelled
-    )
+    longer = Knots(guess.x, guess.u, block * h)
+    found = _closed(task, longer, block, GUESS.fine_iterations)
     return None if found is None else _step_by_step(task, found, block)
 
 

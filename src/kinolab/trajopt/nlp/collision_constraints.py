@@ -113,8 +113,6 @@ class CollisionConstraints:
 
     def violation(self, at: Samples) -> float:
         """Return the sum of all violations at samples, in [m]."""
-        if not self._any:
-            return 0.0
         _, value, _ = self._gaps(at.x, self._clearance, derive=False)
         return float(np.maximum(self._clearance - value, 0.0).sum())
 
@@ -132,15 +130,11 @@ class CollisionConstraints:
 
     def free(self, x: Array) -> bool:
         """Say whether all states (m, nx) are collision-free."""
-        if not self._any:
-            return True
         gaps = self._gaps(x, TOUCHING_GAP, derive=False)[1]  # includes some larger ones
         return bool((gaps >= TOUCHING_GAP).all())
 
     def least(self, x: Array) -> float:
         """Return the smallest distance over states (m, nx) in [m], infinite where none is near."""
-        if not self._any:
-            return math.inf
         return float(np.min(self._gaps(x, self._farthest, derive=False)[1], initial=math.inf))
 
     def _gaps(
@@ -150,6 +144,8 @@ class CollisionConstraints:
 
         The gradients have shape (n, nx).
         """
+        if not self._any:
+            return np.zeros(0, np.int64), np.zeros(0), np.zeros((0, x.shape[1]))
         states = np.ascontiguousarray(x)
 
         def work(rows: slice) -> tuple[NDArray[np.int64], Array, Array]:

@@ -56,8 +56,6 @@ class PathConstraints:
 
     def violation(self, at: Samples) -> float:
         """Return the sum of all violations at samples."""
-        if not self._any:
-            return 0.0
         return float(np.maximum(-self.margins(at.x, at.u), 0.0).sum())
 
     def rows(self, at: Samples, reach: float) -> LinearInequalities:

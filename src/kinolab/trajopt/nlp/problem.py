@@ -16,6 +16,7 @@ from typing import TypeAlias
 
 import numpy as np
 
+from kinolab.concurrency.cancel import CancellationToken, never_cancelled
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.work import charge
 from kinolab.problem import PlanningTask
@@ -74,9 +75,11 @@ class TrajectoryProblem:
         fraction: Scaled margin of state limits and path constraints, as a fraction of that.
         near: Activation distance of collision constraints beyond the safety margin, as a fraction
             of half the largest shape.
+        cancelled: Whether to give up.
 
     Attributes:
         problem: The planning problem.
+        cancelled: Whether to give up.
         discrete: Whether the step length is fixed and motions are straight lines between knots.
         bare: Collision constraints without a safety margin.
     """
@@ -89,8 +92,10 @@ class TrajectoryProblem:
         room: float = 0.0,
         fraction: float = NLP.limit_fraction,
         near: float = 1.0,
+        cancelled: CancellationToken = never_cancelled,
     ) -> None:
         self.problem, self.discrete = problem, is_discrete(problem)
+        self.cancelled = cancelled
         self.bare = CollisionConstraints(problem, 0.0)
         self._gap = max(clearance * self.bare.size, room)
         self._obstacles = CollisionConstraints(problem, self._gap, near)
@@ -107,6 +112,12 @@ class TrajectoryProblem:
         """
         other = copy.copy(self)
         other.problem = problem
+        return other
+
+    def until(self, cancelled: CancellationToken) -> TrajectoryProblem:
+        """Return the same with another token."""
+        other = copy.copy(self)
+        other.cancelled = cancelled
         return other
 
     def tightened(self, excess: Excess) -> TrajectoryProblem:
@@ -152,9 +163,8 @@ class TrajectoryProblem:
         """Return the transcription near a guess, with ``times`` steps of the problem per knot."""
         parts: list[Inequalities] = [*self._demands, self._obstacles]
         step = derived_map(self.problem, knots, times)
-        return MultipleShooting(
-            self.problem, step, knots.x[-1], parts, self.samples_per_step(knots)
-        )
+        pieces = self.samples_per_step(knots)
+        return MultipleShooting(self.problem, step, knots.x[-1], parts, pieces, self.cancelled)
 
     @cached_property
     def judge(self) -> Propagator:
@@ -191,6 +201,7 @@ class MultipleShooting:
         end: Guess of the final state, shape (nx,); it selects the branch of the goal constraint.
         inequalities: Path and collision constraints.
         pieces: Samples per step at which inequalities are evaluated.
+        cancelled: Whether to give up.
     """
 
     def __init__(
@@ -200,7 +211,9 @@ class MultipleShooting:
         end: Array,
         inequalities: Sequence[Inequalities],
         pieces: int,
+        cancelled: CancellationToken = never_cancelled,
     ) -> None:
+        self.cancelled = cancelled
         self._map, self._ends, self._scales = step_map, GoalConstraint(problem, end), problem.scales
         self._inequalities, self._pieces = inequalities, pieces
         self._operations, self._rows = min(problem.model.operations, MOST_OPERATIONS), 0

@@ -146,12 +146,18 @@ def _part_of(spent: Callable[[], float], before: float, part: float) -> float:
 
 def _with_transitions(problem: PlanningTask, spliced: Trajectory, pieces: int) -> Trajectory | None:
     """Return the true motion under the same inputs; None if its transitions are others."""
+    motion = _true(problem, spliced)
+    if motion is None or not np.array_equal(motion.x[:, -1], spliced.x[:, -1]):
+        return None
+    return motion if len(smooth_pieces(problem, motion)) == pieces else None
+
+
+def _true(problem: PlanningTask, spliced: Trajectory) -> Trajectory | None:
+    """Return the true motion under the same inputs; None where it diverges."""
     try:
-        motion = resimulate(problem, spliced.t, spliced.inputs)
+        return resimulate(problem, spliced.t, spliced.inputs)
     except DivergedError:
         return None
-    same = np.array_equal(motion.x[:, -1], spliced.x[:, -1])
-    return motion if same and len(smooth_pieces(problem, motion)) == pieces else None
 
 
 def _shortened_segments(
@@ -171,17 +177,16 @@ def _shortened_segments(
     reserve, room = SHORT.segment_clearances[0], usual_room(problem)
     segments, short, last = Segments(problem, reserve, cancelled, room), given, given
     for short in _cut(segments, given):
-        motion = _simulated(segments.task, short)
-        if motion is not None and motion.duration < (1 - SHORT.min_round_gain) * last.duration:
+        motion = _true(problem, short)
+        if motion is None or not satisfies_all_at_knots(segments.task, motion):
+            continue
+        if motion.duration < (1 - SHORT.min_round_gain) * last.duration:
             last = motion
             yield motion
     if short is given or (meets_centre(problem, last.x[-1]) and last.duration <= short.duration):
         return
-    try:
-        motion = resimulate(problem, short.t, short.inputs)
-    except DivergedError:
-        return
-    exact = connect_to_goal(problem, motion, over)
+    motion = _true(problem, short)
+    exact = None if motion is None else connect_to_goal(problem, motion, over)
     if exact is not None and (
         exact.duration < last.duration or not meets_centre(problem, last.x[-1])
     ):
@@ -204,15 +209,6 @@ def _cut(segments: Segments, given: Trajectory) -> Iterator[Trajectory]:
             break
 
 
-def _simulated(task: TrajectoryProblem, spliced: Trajectory) -> Trajectory | None:
-    """Return the true motion under the same inputs; None if it misses the goal."""
-    try:
-        motion = resimulate(task.problem, spliced.t, spliced.inputs)
-    except DivergedError:
-        return None
-    return motion if satisfies_all_at_knots(task, motion) else None
-
-
 def _shorten_whole(
     problem: PlanningTask,
     given: Trajectory,
@@ -230,13 +226,14 @@ def _shorten_whole(
     guess, best, excess = _with_few_knots(problem, given, cancelled), given, NO_EXCESS
     room, most, reserves = usual_room(problem), given.duration, list(SHORT.short_clearances)
     while reserves and not over():
-        task = TrajectoryProblem(problem, reserves[0], room=room).tightened(excess)
-        knots = guess and _in_steps(task, guess, len(given.inputs), over)
-        knots = knots or make_knots_exact(task, even_knots(problem, given), over)
+        task = TrajectoryProblem(problem, reserves[0], room=room, cancelled=over)
+        task = task.tightened(excess)
+        knots = guess and _in_steps(task, guess, len(given.inputs))
+        knots = knots or make_knots_exact(task, even_knots(problem, given))
         passed = NO_EXCESS
         if knots is not None:
             best, _ = _better(task, knots, best, most)
-            guess = _shorter(task, knots, cancelled)
+            guess = _shorter(task.until(cancelled), knots)
             best, passed = _better(task, guess, best, most)
         if passed:  # again, with limits tightened
             excess += passed
@@ -252,87 +249,65 @@ def _with_few_knots(
     problem: PlanningTask, trajectory: Trajectory, cancelled: Callable[[], bool]
 ) -> Knots | None:
     """Minimise time on a coarse grid; return the result refined to single steps, or None."""
-    task = TrajectoryProblem(problem, SHORT.coarse_clearance, room=usual_room(problem))
-    block = round(len(trajectory.inputs) / SHORT.coarse_knots)
+    room, (t, x, u) = usual_room(problem), (trajectory.t, trajectory.x, trajectory.inputs)
+    task = TrajectoryProblem(problem, SHORT.coarse_clearance, room=room, cancelled=cancelled)
+    block = round(len(u) / SHORT.coarse_knots)
     while block > 1 and not cancelled():
-        knots = _closed(task, trajectory, block, cancelled)
+        few = resampled(t, x, u, math.ceil(len(u) / block), problem.space)
+        eased, enough = (SHORT.eased[0] * few.h, SHORT.eased[1] * few.h), SQP.closure_tolerance
+        knots = restore_feasibility(
+            task, few, iterations=15, times=block, lengths=eased, enough=enough
+        )
         if knots is not None:
             lengths = (SHORT.min_duration * knots.h, knots.h)
-            fast = minimize_time(task, knots, lengths, times=block, cancelled=cancelled)
-            return refined(task.problem, fast, block)
+            return refined(problem, minimize_time(task, knots, lengths, times=block), block)
         block //= 2
     return None
 
 
-def _closed(
-    task: TrajectoryProblem, trajectory: Trajectory, block: int, cancelled: Callable[[], bool]
-) -> Knots | None:
-    """Return feasible knots near a motion, ``block`` steps each, or None."""
-    count = math.ceil(len(trajectory.inputs) / block)
-    space = task.problem.space
-    few = resampled(trajectory.t, trajectory.x, trajectory.inputs, count, space)
-    lengths = (SHORT.eased[0] * few.h, SHORT.eased[1] * few.h)
-    return restore_feasibility(
-        task,
-        few,
-        cancelled,
-        iterations=15,
-        times=block,
-        lengths=lengths,
-        enough=SQP.closure_tolerance,
-    )
-
-
-def _shorter(task: TrajectoryProblem, knots: Knots, cancelled: Callable[[], bool]) -> Knots:
+def _shorter(task: TrajectoryProblem, knots: Knots) -> Knots:
     """Return feasible knots of a shorter duration, or the same ones."""
     for _ in range(SHORT.max_rounds):
-        if cancelled():
+        if task.cancelled():
             break
         before = knots.duration
         longest = task.problem.step
         lengths = (min(SHORT.step_reduction * longest, knots.h), longest)
-        fast = minimize_time(task, knots, lengths, cancelled=cancelled)
-        knots = _with_fewer_steps(task, fast, knots, cancelled)
+        knots = _with_fewer_steps(task, minimize_time(task, knots, lengths), knots)
         if knots.duration > before * (1 - SHORT.min_round_gain):
             break
     return knots
 
 
-def _with_fewer_steps(
-    task: TrajectoryProblem, fast: Knots, slow: Knots, cancelled: Callable[[], bool]
-) -> Knots:
+def _with_fewer_steps(task: TrajectoryProblem, fast: Knots, slow: Knots) -> Knots:
     """Resample the fast motion to fewer steps; else keep it, or the slow one if discrete."""
     h = task.problem.step
     fewest = max(covering_steps(fast.duration, h), SHORT.min_steps)
     if not task.discrete:
         if fewest > 0.8 * len(fast.u):
             return fast
-        return _in(task, fast, fewest, cancelled) or fast
-    return _in_steps(task, fast, len(slow.u), cancelled) or slow
+        return _in(task, fast, fewest) or fast
+    return _in_steps(task, fast, len(slow.u)) or slow
 
 
-def _in_steps(
-    task: TrajectoryProblem, fast: Knots, most: int, cancelled: Callable[[], bool]
-) -> Knots | None:
+def _in_steps(task: TrajectoryProblem, fast: Knots, most: int) -> Knots | None:
     """Return a motion of fewer than ``most`` steps, each at most the problem's; or None."""
     count = max(covering_steps(fast.duration, task.problem.step), SHORT.min_steps)
     for attempt in range(SHORT.max_step_counts):
-        if count >= most or cancelled():
+        if count >= most or task.cancelled():
             break
-        found = _in(task, fast, count, cancelled)
+        found = _in(task, fast, count)
         if found is not None:
             return found
         count += max(1, math.ceil(0.02 * 2**attempt * count))
     return None
 
 
-def _in(
-    task: TrajectoryProblem, fast: Knots, count: int, cancelled: Callable[[], bool]
-) -> Knots | None:
+def _in(task: TrajectoryProblem, fast: Knots, count: int) -> Knots | None:
     """Return a motion of ``count`` steps, each at most the problem's; None if that fails."""
     guess = fast.in_steps(count, task.problem.space)
     h = task.problem.step if task.discrete else guess.h
-    return make_knots_exact(task, Knots(guess.x, guess.u, h), cancelled, iterations=20)
+    return make_knots_exact(task, Knots(guess.x, guess.u, h), iterations=20)
 
 
 def _better(

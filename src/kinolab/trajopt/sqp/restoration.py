@@ -10,8 +10,6 @@ blocking strategies in receding horizon control, Journal of Process Control 17(6
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 from kinolab.trajopt.nlp.decision import Knots, Weights
 from kinolab.trajopt.nlp.dynamics_constraint import refined
 from kinolab.trajopt.nlp.problem import TrajectoryProblem
@@ -27,7 +25,6 @@ def restoration_weights(penalty: float = SQP.violation_penalty) -> Weights:
 def restore_feasibility(
     task: TrajectoryProblem,
     knots: Knots,
-    cancelled: Callable[[], bool],
     *,
     iterations: int,
     times: int = 1,
@@ -42,7 +39,6 @@ def restore_feasibility(
     Args:
         task: The problem.
         knots: Initial guess, clipped first to the limits of states and inputs.
-        cancelled: Whether to give up.
         iterations: Maximum number of subproblems.
         times: Steps of the problem per knot interval.
         lengths: Bounds of the step length in [s]; fixed if None.
@@ -56,12 +52,12 @@ def restore_feasibility(
     transcription = task.transcription(knots, times)
     descent = minimize(
         transcription, knots, scaling, restoration_weights(penalty),
-        iterations=iterations, enough=enough, pace=pace, cancelled=cancelled,
+        iterations=iterations, enough=enough, pace=pace,
     )  # fmt: skip
     return descent.knots if sum(descent.violation) <= max(most, enough) else None
 
 
-def coarse_to_fine(task: TrajectoryProblem, knots: Knots, cancelled: Callable[[], bool]) -> Knots:
+def coarse_to_fine(task: TrajectoryProblem, knots: Knots) -> Knots:
     """Return nearly feasible knots of the same duration from a coarse grid, or the given ones.
 
     The motion under inputs held constant for several steps is the same as in single steps, so the
@@ -70,7 +66,6 @@ def coarse_to_fine(task: TrajectoryProblem, knots: Knots, cancelled: Callable[[]
     Args:
         task: The problem.
         knots: Within the limits of states and inputs.
-        cancelled: Whether to give up.
     """
     steps = len(knots.u)
     times = next(
@@ -81,25 +76,18 @@ def coarse_to_fine(task: TrajectoryProblem, knots: Knots, cancelled: Callable[[]
         return knots
     held = knots.u.reshape(steps // times, times, -1).mean(axis=1)
     coarse = Knots(knots.x[::times], held, times * knots.h)
-    found = restore_feasibility(
-        task, coarse, cancelled, iterations=SQP.coarse_iterations, times=times
-    )
+    found = restore_feasibility(task, coarse, iterations=SQP.coarse_iterations, times=times)
     return knots if found is None else refined(task.problem, found, times)
 
 
 def make_knots_exact(
-    task: TrajectoryProblem,
-    knots: Knots,
-    cancelled: Callable[[], bool],
-    iterations: int = 40,
-    *,
-    held: bool = False,
+    task: TrajectoryProblem, knots: Knots, iterations: int = 40, *, held: bool = False
 ) -> Knots | None:
     """Return feasible knots near given ones; None if none are found.
 
     The step length is fixed if ``held`` and in discrete problems.
     """
-    knots = coarse_to_fine(task, task.within_limits(knots), cancelled)
+    knots = coarse_to_fine(task, task.within_limits(knots))
     free = (0.5 * knots.h, max(task.problem.step, knots.h))
     lengths = None if held or task.discrete else free
-    return restore_feasibility(task, knots, cancelled, iterations=iterations, lengths=lengths)
+    return restore_feasibility(task, knots, iterations=iterations, lengths=lengths)

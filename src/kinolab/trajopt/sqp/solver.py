@@ -7,7 +7,6 @@ Acikmese, Successive convexification, CDC 2016.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 
 from kinolab.trajopt.nlp.decision import Knots, Scaling, Weights, cost
@@ -43,7 +42,6 @@ def minimize(
     enough: float = SQP.exact_violation,
     worth: float = math.inf,
     pace: float = 0.0,
-    cancelled: Callable[[], bool] = lambda: False,
 ) -> SqpResult:
     """Improve knots until they are feasible and the cost no longer falls.
 
@@ -56,7 +54,6 @@ def minimize(
         enough: Total scaled violation that counts as feasible.
         worth: Stop if a step leaves more than this fraction of the violation.
         pace: Fraction of the violation that every few subproblems must remove.
-        cancelled: Whether to stop.
     """
     missing = transcription.violation(knots)
     made, linearization, refused = 0, None, math.inf
@@ -68,7 +65,7 @@ def minimize(
     radius = min(
         max(SQP.radius_per_violation * sum(missing), SQP.min_good_radius), SQP.max_first_radius
     )
-    while made < iterations and not cancelled():
+    while made < iterations and not transcription.cancelled():
         if restoring and sum(missing) <= enough:
             break
         if linearization is None:
