@@ -42,14 +42,9 @@ class GoalArrays(NamedTuple):
 def goal_arrays(goal: Goal) -> GoalArrays:
     """Return a goal as arrays."""
 
-    def rows(things: Any, name: str, width: int) -> Array:
-        return np.array([getattr(thing, name) for thing in things], dtype=float).reshape(-1, width)
-
-    def column(things: Any, name: str) -> Array:
-        return np.array([getattr(thing, name) for thing in things], dtype=float)
-
-    def whole(things: Any, name: str) -> Integers:
-        return np.array([getattr(thing, name) for thing in things], dtype=np.int64)
+    def column(things: Any, name: str, *width: int, dtype: type = float) -> NDArray[Any]:
+        values = [getattr(thing, name) for thing in things]
+        return np.array(values, dtype=dtype).reshape(-1, *width)
 
     return GoalArrays(
         entry=np.array(goal.indices, dtype=np.int64),
@@ -59,13 +54,13 @@ def goal_arrays(goal: Goal) -> GoalArrays:
         sphere=sphere_table([one.part for one in goal.parts]),
         vector=np.array([(*one.target, 0.0)[:4] for one in goal.parts]).reshape(-1, 4),
         angle=column(goal.parts, "tolerance"),
-        point_body=whole(goal.points, "body"),
-        point_at=rows(goal.points, "at", 3),
-        point_target=rows(goal.points, "position", 3),
+        point_body=column(goal.points, "body", dtype=np.int64),
+        point_at=column(goal.points, "at", 3),
+        point_target=column(goal.points, "position", 3),
         point_tolerance=column(goal.points, "tolerance"),
-        axis_body=whole(goal.directions, "body"),
-        axis=rows(goal.directions, "axis", 3),
-        axis_target=rows(goal.directions, "target", 3),
+        axis_body=column(goal.directions, "body", dtype=np.int64),
+        axis=column(goal.directions, "axis", 3),
+        axis_target=column(goal.directions, "target", 3),
         axis_tolerance=column(goal.directions, "tolerance"),
         norm=NORMS[goal.norm],
     )

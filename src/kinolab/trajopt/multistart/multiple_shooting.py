@@ -28,10 +28,10 @@ from kinolab.simulation.reference import trajectory_under
 from kinolab.trajectory import Trajectory
 from kinolab.trajopt.exact import make_exact
 from kinolab.trajopt.minimum_time import minimize_time
-from kinolab.trajopt.multistart.computed_torque import along_corners
 from kinolab.trajopt.multistart.geometric_path import GeometricPaths
 from kinolab.trajopt.multistart.guesses import Guesses
 from kinolab.trajopt.multistart.headings import turned_along, turned_for_requirements
+from kinolab.trajopt.multistart.rest_to_rest import along_corners
 from kinolab.trajopt.nlp.decision import Knots
 from kinolab.trajopt.nlp.dynamics_constraint import refined, repeatable
 from kinolab.trajopt.nlp.problem import TrajectoryProblem

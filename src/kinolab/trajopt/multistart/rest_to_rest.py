@@ -1,15 +1,17 @@
-"""Time scaling of paths, from rest to rest within the machine's limits.
+"""Motions along paths of fully actuated machines, by inputs that the equations of motion give.
 
 Each leg begins and ends at rest: its speed rises smoothly, stays, and falls. Of a few shapes, the
 one that takes least time is chosen.
 
-Source: Lynch, Park, Modern Robotics, 2017, section 9.2.
+Source: Lynch, Park, Modern Robotics, 2017, sections 9.2 (straight paths with a time scaling) and
+11.4 (computed torque).
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -21,6 +23,29 @@ from kinolab.trajopt.nlp.decision import Knots
 from kinolab.trajopt.options import TIMING
 
 UNLIMITED = 1e9  # magnitude of an input without limits
+SAMPLES = 16  # configurations of a leg between its ends and at them
+SHORT = 1e-6  # of a coordinate's scale: corners closer together are one
+
+
+def along_corners(problem: PlanningTask, path: Array) -> Knots | None:
+    """Return a motion from corner to corner with stops between; None if inputs do not suffice.
+
+    Args:
+        problem: The planning problem of a machine that follows every path.
+        path: Corners, shape (m, nx).
+    """
+    nq, parts = problem.model.nq, []
+    for begin, end in pairwise(path[:, :nq]):
+        if (np.abs(end - begin) <= SHORT * problem.scales[:nq]).all():
+            continue
+        part = _timed(problem, LegCurve.straight(problem, begin, end))
+        if part is None:
+            return None
+        parts.append(part)
+    if not parts:
+        return None
+    x = np.vstack([parts[0].x[:1], *(part.x[1:] for part in parts)])
+    return Knots(x, np.vstack([part.u for part in parts]), parts[0].h)
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,11 +61,12 @@ class LegCurve:
     v: Array
 
     @classmethod
-    def through(cls, problem: PlanningTask, q: Array, rates: Array) -> LegCurve:
-        """Return a curve through configurations (n, nq) whose rates (n, nq) are known."""
-        everything = np.arange(problem.model.nq)
-        still = np.zeros((len(q), problem.model.nv))
-        directions = velocity_directions(problem, np.hstack([q, still]), everything)
+    def straight(cls, problem: PlanningTask, begin: Array, end: Array) -> LegCurve:
+        """Return the straight leg between two configurations (nq,)."""
+        q = begin + np.linspace(0.0, 1.0, SAMPLES)[:, None] * (end - begin)
+        still, rates = np.zeros((SAMPLES, problem.model.nv)), np.tile(end - begin, (SAMPLES, 1))
+        x, everything = np.hstack([q, still]), np.arange(len(begin))
+        directions = velocity_directions(problem, x, everything)
         return cls(q, (np.linalg.pinv(directions) @ rates[..., None])[..., 0])
 
     def at(self, s: Array) -> tuple[Array, Array, Array]:
@@ -71,13 +97,8 @@ def profile(b: float, times: Array) -> tuple[Array, Array, Array]:
     return s, speed, np.where(rising, gain, np.where(falling, -gain, 0.0))
 
 
-def timed(problem: PlanningTask, curve: LegCurve) -> Knots | None:
-    """Return a leg from rest to rest in whole steps; None if it needs more than the inputs have.
-
-    Args:
-        problem: The planning problem.
-        curve: The leg.
-    """
+def _timed(problem: PlanningTask, curve: LegCurve) -> Knots | None:
+    """Return a leg from rest to rest in whole steps; None if it needs more than the inputs have."""
     quickest = [(_least_duration(problem, curve, ramp), ramp) for ramp in TIMING.ramps]
     duration, ramp = min(quickest, key=lambda pair: pair[0])
     if not math.isfinite(duration):

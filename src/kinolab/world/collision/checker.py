@@ -108,9 +108,7 @@ class CollisionChecker:
         """
         twin = copy(self)
         twin.scene = self.scene._replace(sure=math.inf)
-        twin._beside = self._beside and self._beside.inflated(self.margin)
-        twin._inflate(self.margin, self.scene.ground)
-        return twin
+        return twin.inflated(self.margin, ground=self.scene.ground)
 
     def build(self) -> None:
         """Build the search trees of meshes, which would be built when they are first needed."""

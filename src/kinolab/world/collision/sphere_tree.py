@@ -23,7 +23,7 @@ STACK_SIZE = 8  # balls that wait in a search, at most: three are divided
 ROUNDING_FACTOR = 1.0 + 1e-9  # for rounding
 
 
-Point: TypeAlias = tuple[float, float, float]  # in the shape's own frame, in [m]
+Point: TypeAlias = tuple[float, ...]  # x, y, z in the shape's own frame, in [m]
 
 
 class SphereTree(NamedTuple):
@@ -61,7 +61,9 @@ def _around_one(shape: Shape, finest: float) -> SphereTree:
     is_round = bool(shape.symmetric) and kind is not ShapeKind.HULL
     balls: list[tuple[Point, float]] = [((0.0, 0.0, 0.0), around)]
     children = [[-1, -1]]
-    level = [] if shape.symmetric == "xyz" else [(0, (-x, -y, -z), (x, y, z))]
+    level: list[tuple[int, Point, Point]] = [(0, (-x, -y, -z), (x, y, z))]
+    if shape.symmetric == "xyz":
+        level = []
     while level and len(balls) + 2 * len(level) <= MAX_SPHERES:
         finer = []
         for parent, low, high in level:
@@ -96,10 +98,5 @@ def _halves(low: Point, high: Point) -> Iterator[tuple[Point, Point]]:
     edges = [b - a for a, b in zip(low, high, strict=True)]
     axis = edges.index(max(edges))
     middle = (low[axis] + high[axis]) / 2
-    yield low, _moved(high, axis, middle)
-    yield _moved(low, axis, middle), high
-
-
-def _moved(point: Point, axis: int, to: float) -> Point:
-    x, y, z = point
-    return (to, y, z) if axis == 0 else (x, to, z) if axis == 1 else (x, y, to)
+    yield low, (*high[:axis], middle, *high[axis + 1 :])
+    yield (*low[:axis], middle, *low[axis + 1 :]), high
