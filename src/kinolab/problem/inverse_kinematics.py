@@ -9,9 +9,8 @@ from kinolab.numerics.arrays import Array
 from kinolab.problem.goal import Goal
 
 MAX_STEPS = 40
-MAX_STEP = (
-    0.5  # of a coordinate, in its characteristic magnitude: the linearisation holds no longer
-)
+# of a coordinate, in its characteristic magnitude: the linearisation holds no longer
+MAX_STEP = 0.5
 DAMPING = 1e-6  # of the squared singular values, relative: bounds steps near singular poses
 STALLED = 1e-9  # step of a coordinate, relative to its magnitude: no nearer any more
 REACHED = 1e-9  # [m] and [rad] from the targets

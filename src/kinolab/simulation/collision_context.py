@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kinolab.numerics.arrays import Array
+from kinolab.numerics.arrays import Array, Integers
 from kinolab.numerics.jit import kernel
 from kinolab.problem import PlanningTask
 from kinolab.simulation.continuous_collision import SAFETY_FACTOR, moves_upright, resolution
@@ -23,9 +23,8 @@ from kinolab.simulation.machine import advance, call_at, call_under
 from kinolab.world.collision.broadphase import Scratch, scratch_for
 from kinolab.world.collision.clearance_bound import clearance_within
 from kinolab.world.collision.collision_scene import CollisionScene, collision_scene
-from kinolab.world.collision.triangle_grid import Integers
 
-CLEARANCE_HORIZON = 1.0  # [m] up to which clearance is computed where a step needs less
+CLEARANCE_HORIZON = 1.0  # [m] up to which clearance is computed, to skip later checks
 COARSE_CELL_FRACTION = 0.25  # of a cell: clearance for which the grid's bound suffices
 
 
@@ -50,7 +49,6 @@ class CollisionContext(NamedTuple):
     required_clearance: float  # [m] at every check
     max_step: float  # [m] that points may move between two checks, whatever the clearance
     coarse_clearance: float  # [m] above which the grid's bound is not refined
-    clearance_horizon: float  # [m] up to which clearance is computed, to skip later checks
 
 
 def collision_context(problem: PlanningTask) -> tuple[CollisionContext, CollisionScratch]:
@@ -84,7 +82,6 @@ def collision_context(problem: PlanningTask) -> tuple[CollisionContext, Collisio
         required_clearance=spacing / 2,
         max_step=max_step,
         coarse_clearance=max(COARSE_CELL_FRACTION * all_around.distance.width, spacing),
-        clearance_horizon=CLEARANCE_HORIZON,
     )
     return context, scratch
 
@@ -158,7 +155,7 @@ def is_motion_free(machine, x, u, after, h, spare, speed, scratch, context):  # 
     while True:
         reach = speed * left
         clearance = min(
-            clearance_bound(reach, max(reach, context.clearance_horizon), scratch, context),
+            clearance_bound(reach, max(reach, CLEARANCE_HORIZON), scratch, context),
             context.max_step,
         )
         if not clearance >= context.required_clearance:

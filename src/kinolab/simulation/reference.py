@@ -195,7 +195,9 @@ def _integrated(
             ode, times, held, begins, most, chained, k, last, between, Record(table), row, ends
         )
         if how == dop853.FULL:
-            table = _grown(table)
+            table, full = step_table(2 * len(table.begin), model.nx), table
+            for column, wider in zip(full, table, strict=True):
+                wider[: len(column)] = column
         elif how != dop853.WORKED:
             raise _diverged(model, ode.held, how, float(times[k]), held[k], parameters)
     return StepTable._make(column[: row[0]] for column in table), ends
@@ -215,14 +217,6 @@ def _ode(model: Model, scales: Array, parameters: Mapping[str, float]) -> Record
     sources = [transition.source for transition in model.machine.transitions]
     guards = max(map(sources.count, sources), default=0)
     return make_ode(addresses, p, plant.nu, ATOL * scales, RTOL, guards)
-
-
-def _grown(table: StepTable) -> StepTable:
-    """Return a table of twice the size with the same first steps."""
-    grown = step_table(2 * len(table.begin), table.x.shape[1])
-    for column, wider in zip(table, grown, strict=True):
-        wider[: len(column)] = column
-    return grown
 
 
 def _diverged(

@@ -301,7 +301,10 @@ def _numbers(path: Path, rows: list[list[str]], header: Sequence[str], states: i
             continue
         for column, text in enumerate(row):
             try:
-                data[k, column] = _number(text) if column < needed else _blank(text)
+                if column < needed:
+                    data[k, column] = _number(text)
+                elif text:
+                    raise ValueError(f"{text!r} is an input in the last row, which has none")
             except ValueError as error:
                 mistakes.append(Mistake(f"{where} column {header[column]}", f"{error}."))
     if mistakes:
@@ -319,12 +322,6 @@ def _number(text: str) -> float:
     if not math.isfinite(value):
         raise ValueError(f"{text} is not finite")
     return value
-
-
-def _blank(text: str) -> float:
-    if text:
-        raise ValueError(f"{text!r} is an input in the last row, which has none")
-    return float("nan")
 
 
 def _digits(value: float) -> str:

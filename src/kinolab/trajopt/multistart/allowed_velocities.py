@@ -18,9 +18,9 @@ def velocity_directions(problem: PlanningTask, x: Array, coordinates: NDArray[np
     """
     model, (m, nx) = problem.model, x.shape
     if model.nq == nx:
-        (lower, upper), one = (
-            np.clip(model.control_bounds, -1e3, 1e3).T,
+        one, (lower, upper) = (
             np.eye(model.nu, dtype=bool),
+            np.clip(model.control_bounds.T, -1e3, 1e3),
         )
         corners = np.vstack([np.where(one, upper, lower), np.where(one, lower, upper)])
         states, inputs = np.repeat(x, len(corners), axis=0), np.tile(corners, (m, 1))
@@ -48,7 +48,6 @@ def velocities_along(
     """
     large = problem.scales[coordinates]
     J = velocity_directions(problem, x, coordinates) / large[:, None]
-    nearest: Array = (np.linalg.pinv(J, rcond=GUESS.rank_tolerance) @ (rates / large)[..., None])[
-        ..., 0
-    ]
+    inverse = np.linalg.pinv(J, rcond=GUESS.rank_tolerance)
+    nearest: Array = (inverse @ (rates / large)[..., None])[..., 0]
     return nearest

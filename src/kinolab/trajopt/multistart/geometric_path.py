@@ -165,13 +165,8 @@ class GeometricPaths:
         moved = np.linalg.norm(np.diff(poses[..., 3], axis=0), axis=-1)
         turned = np.linalg.norm(np.diff(poses[..., :3], axis=0), axis=(-2, -1))
         length = float((moved + self._reach * turned).sum(axis=0).max(initial=0.0))
-        return self._between(
-            begin,
-            end,
-            min(
-                max(GUESS.min_path_samples, math.ceil(length / self._apart)), GUESS.max_path_samples
-            ),
-        )
+        count = max(GUESS.min_path_samples, math.ceil(length / self._apart))
+        return self._between(begin, end, min(count, GUESS.max_path_samples))
 
     def _between(self, begin: Array, end: Array, count: int) -> Array:
         """Return evenly spaced states on the shortest straight path, shape (count + 1, nx)."""

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.concurrency.rows import in_parts
-from kinolab.numerics.arrays import Array
+from kinolab.numerics.arrays import Array, Integers
 from kinolab.numerics.jit import kernel
 from kinolab.numerics.simd import BEFORE_ALL, LANES, bits_of, next_key, ranked
 from kinolab.numerics.struct import Record
@@ -29,7 +29,6 @@ from kinolab.world.collision.triangle_gaps import (
     plane_bound,
     triangle_bounds,
 )
-from kinolab.world.collision.triangle_grid import Integers
 from kinolab.world.collision.triangle_tree import Traversal, TriangleTree, mesh_tree, traversal
 from kinolab.world.geometry import core_radius_of
 from kinolab.world.placed_shapes import ObstacleArrays, enclose, obstacle_arrays

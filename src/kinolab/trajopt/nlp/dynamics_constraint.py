@@ -146,9 +146,8 @@ def _steps_of(problem: PlanningTask, knots: Knots, acts: int = 1) -> tuple[Metho
             substeps, coarse = 2 * substeps, fine
     if np.isfinite(coarse).all():
         return RK4, substeps
-    return METHODS[
-        settings.accurate_method
-    ], substeps  # so stiff that only implicit steps stay bounded
+    # so stiff that only implicit steps stay bounded
+    return METHODS[settings.accurate_method], substeps
 
 
 def _apart(coarse: Array, fine: Array, scales: Array) -> float:

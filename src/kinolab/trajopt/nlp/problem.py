@@ -130,27 +130,20 @@ class TrajectoryProblem:
         return other
 
     def scaling(self, shortest: float, longest: float) -> Scaling:
-        """Return scales and bounds of all variables, given bounds of the step length in [s]."""
-        problem = self.problem
-        lower, upper = problem.model.control_bounds.T
-        half = (upper - lower) / 2
-        bounds = self._tightened()
-        large = np.where(np.isfinite(half) & (half > 0), half, 1.0)
-        limits = problem.model.control_bounds
-        return Scaling(problem.scales, large, bounds, limits, (shortest, longest))
+        """Return scales and bounds of all variables, given bounds of the step length in [s].
 
-    def _tightened(self) -> Array:
-        """Return tightened state limits that still contain start and goal, shape (nx, 2)."""
+        The limits of the states are tightened, and still contain start and goal.
+        """
         problem, inset = self.problem, self._inset
-        goal = problem.goal.centre(problem.start)
-        lower, upper = problem.bounds.T
+        limits = problem.model.control_bounds
+        half = (limits[:, 1] - limits[:, 0]) / 2
+        large = np.where(np.isfinite(half) & (half > 0), half, 1.0)
+        goal, (lower, upper) = problem.goal.centre(problem.start), problem.bounds.T
         least, most = np.minimum(problem.start, goal), np.maximum(problem.start, goal)
-        return np.column_stack(
-            [
-                np.maximum(lower, np.minimum(lower + inset, least)),
-                np.minimum(upper, np.maximum(upper - inset, most)),
-            ]
-        )
+        low = np.maximum(lower, np.minimum(lower + inset, least))
+        high = np.minimum(upper, np.maximum(upper - inset, most))
+        bounds = np.column_stack([low, high])
+        return Scaling(problem.scales, large, bounds, limits, (shortest, longest))
 
     def within_limits(self, knots: Knots) -> Knots:
         """Clip knots to the limits of states and inputs, and begin them at the start."""

@@ -131,7 +131,8 @@ class ConnectionGuesses:
 
     def _along_curves(self, way: Array, knots: int) -> Iterator[Knots]:
         assert self._curves is not None
-        begin, end = self._at_rest(way)
+        begin, end = resting = way.copy()
+        resting[:, self._problem.model.nq :] = 0.0
         for paths in self._curves.paths(begin, self._curves.straightened(end)):
             charge(1e-4)
             if not all(self._free(paths, begin, samples) for samples in SHORT.curve_samples):
@@ -175,11 +176,6 @@ class ConnectionGuesses:
     def _rates(self, x: Array) -> Array:
         """Return weighted rates of the coordinates at states (m, nx), shape (m, coordinates)."""
         return self._problem.model.velocity(x)[:, self._turning] * self._weights
-
-    def _at_rest(self, path: Array) -> Array:
-        resting = path.copy()
-        resting[:, self._problem.model.nq :] = 0.0
-        return resting
 
     def _count(self, duration: float, most: int) -> int:
         return max(SHORT.min_steps, min(most, covering_steps(duration, self._problem.step)))

@@ -116,10 +116,8 @@ class _Program:
         held = float(np.clip(step, *self._step)) if over else guess.step
         if not free:
             return ActiveSet(low | guess.low, high | guess.high, broken | guess.rows, held)
-        low, high = (
-            found.pulled < self._least - SQP.bound_tolerance,
-            found.pulled > self._most + SQP.bound_tolerance,
-        )
+        low = found.pulled < self._least - SQP.bound_tolerance
+        high = found.pulled > self._most + SQP.bound_tolerance
         if guess.step is not None and self._let_go(guess.step, found.pulled_step):
             held = None
         return ActiveSet(low, high, broken | (guess.rows & (found.pushes > 0)), held)

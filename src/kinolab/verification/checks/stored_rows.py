@@ -18,12 +18,9 @@ def numbers(context: CheckContext) -> Check:
     broken = [name for name, table in tables.items() if not np.isfinite(table).all()]
     count = sum(int((~np.isfinite(table)).sum()) for table in tables.values())
     detail = f"not finite: {', '.join(broken)}"
-    modes = context.problem.machine.modes
-    lost = (
-        np.flatnonzero(~np.isin(context.stored.x[:, -1], range(len(modes))))
-        if modes
-        else np.zeros(0, np.intp)
-    )
+    modes, lost = context.problem.machine.modes, np.zeros(0, np.intp)
+    if modes:
+        lost = np.flatnonzero(~np.isin(context.stored.x[:, -1], range(len(modes))))
     if not broken and lost.size:
         most = len(modes) - 1
         detail = f"row {lost[0]} is in mode {context.stored.x[lost[0], -1]:g}; they are 0 to {most}"

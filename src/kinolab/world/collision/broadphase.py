@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from kinolab.dynamics.language.shapes import ShapeKind
 from kinolab.dynamics.machine_facts import BodyGeometry, CableGeometry
 from kinolab.errors import UnknownNameError
-from kinolab.numerics.arrays import Array
+from kinolab.numerics.arrays import Array, Integers
 from kinolab.numerics.jit import kernel
 from kinolab.world.cable import span_all
 from kinolab.world.collision.clearance import clearance_at
@@ -25,7 +25,6 @@ from kinolab.world.collision.gjk import Convex
 from kinolab.world.collision.sphere_tree import STACK_SIZE
 from kinolab.world.collision.triangle_gaps import mesh_clearance
 from kinolab.world.collision.triangle_grid import (
-    Integers,
     MeshGrid,
     inside,
     mesh_grid,
@@ -62,9 +61,8 @@ class BroadphaseScene(NamedTuple):
     grow: float  # [m] that bodies are inflated by
     margin: float  # [m] to keep from the ground
     ground: bool
-    sure: (
-        float  # [m] gap beside inflated meshes that FCL is not asked about; infinite: it always is
-    )
+    # [m] gap beside inflated meshes that FCL is not asked about; infinite: it always is
+    sure: float
 
 
 class Scratch(NamedTuple):

@@ -135,10 +135,8 @@ def sphere_tree_clearance(s, turn, at, need, enough, spheres, grid, scratch):  #
     """
     child, radii, waiting, frees = spheres.child, spheres.radius, scratch.queue, scratch.gaps
     best, left, looked = math.inf, 1, 0
-    waiting[0], frees[0] = (
-        spheres.root[s],
-        sphere_clearance(spheres.root[s], turn, at, spheres, grid),
-    )
+    waiting[0] = spheres.root[s]
+    frees[0] = sphere_clearance(spheres.root[s], turn, at, spheres, grid)
     while left > 0:
         left -= 1
         ball, free = waiting[left], frees[left]

@@ -109,10 +109,8 @@ class Narrowphase:
         self._obstacles, self._half, self._first_cable = obstacles, half, len(solids)
         self._around = scratch.around
         # One request and one result for all times.
-        self._request, self._result = (
-            fcl.CollisionRequest(num_max_contacts=1),
-            fcl.CollisionResult(),
-        )
+        self._request = fcl.CollisionRequest(num_max_contacts=1)
+        self._result = fcl.CollisionResult()
 
     def any_touch(self, pairs: Iterable[Sequence[int]]) -> bool:
         """Say whether any pair touches, as ``Scratch`` counts obstacles and shapes."""

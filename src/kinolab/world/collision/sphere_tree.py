@@ -13,8 +13,7 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 
 from kinolab.dynamics.language.shapes import Shape, ShapeKind
-from kinolab.numerics.arrays import Array
-from kinolab.world.collision.triangle_grid import Integers
+from kinolab.numerics.arrays import Array, Integers
 from kinolab.world.geometry import sizes
 from kinolab.world.support_functions import reach_along
 
@@ -89,9 +88,8 @@ def _around_one(shape: Shape, finest: float) -> SphereTree:
 def _ball(low: Point, high: Point) -> tuple[Point, float]:
     """Return the centre and the radius of the ball around a box."""
     (a, b, c), (x, y, z) = low, high
-    return ((a + x) / 2, (b + y) / 2, (c + z) / 2), float(
-        np.linalg.norm(np.subtract(high, low))
-    ) / 2
+    radius = float(np.linalg.norm(np.subtract(high, low))) / 2
+    return ((a + x) / 2, (b + y) / 2, (c + z) / 2), radius
 
 
 def _halves(low: Point, high: Point) -> Iterator[tuple[Point, Point]]:

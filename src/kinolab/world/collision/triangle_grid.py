@@ -12,15 +12,13 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from kinolab.numerics.arrays import Array
+from kinolab.numerics.arrays import Array, Integers
 from kinolab.numerics.jit import kernel
 from kinolab.world.kept_together import KeptTogether
 from kinolab.world.meshes.mesh_components import components
 from kinolab.world.obstacle import Obstacle
 
-Integers = NDArray[np.int64]
 MAX_CELLS_PER_SIDE = 1024
 MAX_TRIANGLE_CHECKS = 256  # before FCL's tree is the better judge
 MAX_ENTRIES_PER_TRIANGLE = 16  # keeps a mesh of many large triangles from filling the memory
@@ -49,8 +47,9 @@ def mesh_grid(obstacles: Sequence[Obstacle]) -> MeshGrid:
         return MeshGrid(*_EMPTY)
     if len(grids) == 1:
         return _ended(grids[0])
-    counts = np.cumsum([[0, 0, 0, 0]] + [_counts(grid) for grid in grids], axis=0)
-    shifted = [_shift(g, *count) for g, count in zip(grids, counts, strict=False)]
+    sizes = [[len(g.triangles), len(g.volume), len(g.start), len(g.entries)] for g in grids]
+    before = np.cumsum([[0, 0, 0, 0], *sizes], axis=0)
+    shifted = [_shift(g, *count) for g, count in zip(grids, before, strict=False)]
     joined = [np.concatenate(column) for column in zip(*shifted, strict=True)]
     return _ended(MeshGrid(*joined))
 
@@ -63,10 +62,6 @@ _EMPTY = (
     *(np.zeros((0, 9)), np.zeros((0, 6)), np.zeros(0, np.int64), np.zeros(0)),
     *(np.zeros((0, 3)), np.zeros((0, 3), np.int64), np.zeros(1, np.int64), np.zeros(0, np.int64)),
 )
-
-
-def _counts(grid: MeshGrid) -> list[int]:
-    return [len(grid.triangles), len(grid.volume), len(grid.start), len(grid.entries)]
 
 
 def _shift(grid: MeshGrid, triangles: int, parts: int, cells: int, entries: int) -> MeshGrid:

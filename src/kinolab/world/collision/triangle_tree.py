@@ -17,11 +17,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from kinolab.numerics.arrays import Array
+from kinolab.numerics.arrays import Array, Integers
 from kinolab.numerics.jit import allocating_kernel
 from kinolab.numerics.neighbours.selection import partition_median
 from kinolab.numerics.simd import LANES
-from kinolab.world.collision.triangle_grid import Integers, mesh_grid
+from kinolab.world.collision.triangle_grid import mesh_grid
 from kinolab.world.kept_together import KeptTogether
 from kinolab.world.obstacle import Obstacle
 
