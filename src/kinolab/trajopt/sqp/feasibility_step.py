@@ -64,7 +64,7 @@ def feasibility_step(given: Subproblem) -> Step | None:
             return None
         following = program.next(guess, found, free=count < SQP.releasing_active_sets)
         if following is None:
-            return _change(given, found, count + 1)
+            return _change(given, found)
         guess = following
     return None
 
@@ -153,9 +153,9 @@ def _margins(rows: LinearInequalities, scaling: Scaling) -> BlockBandedSystem:
     return BlockBandedSystem(rows.knot, slopes, np.zeros(len(rows.knot)), -rows.value)
 
 
-def _change(given: Subproblem, found: LeastNormSolution, count: int) -> Step:
+def _change(given: Subproblem, found: LeastNormSolution) -> Step:
     weights, nx = given.weights, given.linearization.knots.x.shape[1]
     x, u = found.z[:, :nx], found.z[:-1, nx:]
     price = weights.stay * (np.square(x).mean() + np.square(u).mean())
     predicted = weights.penalty * given.linearization.violation(given.scaling) - float(price)
-    return given.step(x, u, found.h, predicted, count)
+    return given.step(x, u, found.h, predicted)

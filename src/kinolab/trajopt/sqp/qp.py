@@ -62,8 +62,7 @@ def solve(given: Subproblem, accuracy: float = 1e-9) -> Step | None:
         return None
     z = np.clip(z, lower, upper)
     predicted = weights.penalty * missing - float(c @ z + 0.5 * z @ (P @ z))
-    x, u, h = z[columns.x], z[columns.u], float(z[columns.h])
-    return given.step(x, u, h, predicted, made)
+    return given.step(z[columns.x], z[columns.u], float(z[columns.h]), predicted)
 
 
 class _Columns:

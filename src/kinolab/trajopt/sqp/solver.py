@@ -24,12 +24,10 @@ class SqpResult:
     Attributes:
         knots: The last accepted iterate.
         violation: Summed scaled violations of dynamics (defects), goal and inequalities.
-        iterations: Subproblems solved.
     """
 
     knots: Knots
     violation: tuple[float, float, float]
-    iterations: int
 
 
 def minimize(
@@ -60,7 +58,7 @@ def minimize(
     course = [sum(missing)]
     restoring = not (weights.time or weights.effort)  # feasibility only
     if not math.isfinite(sum(missing)):
-        return SqpResult(knots, missing, made)
+        return SqpResult(knots, missing)
     # A small violation needs only a small step, and then distant obstacles need not be considered.
     radius = min(
         max(SQP.radius_per_violation * sum(missing), SQP.min_good_radius), SQP.max_first_radius
@@ -105,7 +103,7 @@ def minimize(
         )
         if done or stuck or radius < SQP.min_radius:
             break
-    return SqpResult(knots, missing, made)
+    return SqpResult(knots, missing)
 
 
 def _radius(radius: float, ratio: float, length: float) -> float:

@@ -16,8 +16,7 @@ from kinolab.trajopt.nlp.path_constraints import LinearInequalities
 class Step:
     """A step and its predicted reduction of the merit function.
 
-    ``length`` is the largest scaled change of any variable; ``iterations`` is the number of linear
-    systems solved.
+    ``length`` is the largest scaled change of any variable.
     """
 
     dx: Array
@@ -25,7 +24,6 @@ class Step:
     dh: float
     predicted: float
     length: float
-    iterations: int
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,7 +44,7 @@ class Subproblem:
     region: TrustRegion
     rows: LinearInequalities
 
-    def step(self, x: Array, u: Array, h: float, predicted: float, iterations: int) -> Step:
+    def step(self, x: Array, u: Array, h: float, predicted: float) -> Step:
         """Return the step in physical units from scaled changes.
 
         Args:
@@ -54,11 +52,10 @@ class Subproblem:
             u: Scaled change of the inputs, shape (N, nu).
             h: Relative change of the step length.
             predicted: Predicted reduction of the merit function.
-            iterations: Number of linear systems solved.
         """
         scaling, dh = self.scaling, h * self.linearization.knots.h
         length = max(float(np.abs(part).max(initial=0.0)) for part in (x, u, np.array([h])))
-        return Step(x * scaling.x, u * scaling.u, dh, predicted, length, iterations)
+        return Step(x * scaling.x, u * scaling.u, dh, predicted, length)
 
 
 def subproblem(
