@@ -223,7 +223,9 @@ def mark_shape(shape, first, last, low, width, taken):  # type: ignore[no-untype
     while top:
         top -= 1
         copy_block(stack[top], block)
-        if all_taken(block, taken):
+        x, y, z = block[0], block[1], block[2]
+        cells = taken[x[0] : x[1], y[0] : y[1], z[0] : z[1]]
+        if cells.all():
             continue
         longest, radius = 0, 0.0
         for i in range(3):
@@ -235,7 +237,7 @@ def mark_shape(shape, first, last, low, width, taken):  # type: ignore[no-untype
         gap = separation(shape, point)
         if radius == 0.0:
             if gap <= reach:
-                taken[block[0, 0], block[1, 0], block[2, 0]] = 1
+                cells[:] = 1
             continue
         if gap > reach + radius + slack:
             continue
@@ -248,26 +250,13 @@ def mark_shape(shape, first, last, low, width, taken):  # type: ignore[no-untype
                 gap = separation(shape, point)
                 within = gap <= reach - slack
         if within:
-            taken[
-                block[0, 0] : block[0, 1], block[1, 0] : block[1, 1], block[2, 0] : block[2, 1]
-            ] = 1
+            cells[:] = 1
             continue
         middle = (block[longest, 0] + block[longest, 1]) // 2
         for part in range(2):
             copy_block(block, stack[top])
             stack[top, longest, 1 - part] = middle
             top += 1
-
-
-@kernel
-def all_taken(block, taken):  # type: ignore[no-untyped-def]
-    """Say whether every cell of a block (3, 2) is marked."""
-    for i in range(block[0, 0], block[0, 1]):
-        for j in range(block[1, 0], block[1, 1]):
-            for k in range(block[2, 0], block[2, 1]):
-                if not taken[i, j, k]:
-                    return False
-    return True
 
 
 @allocating_kernel
