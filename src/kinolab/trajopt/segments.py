@@ -71,13 +71,8 @@ class Segments:
         count = max(SHORT.min_steps, min(knots, len(motion.u)))
         few = resampled(motion.t, motion.x, motion.inputs, count, self.space)
         lengths = (SHORT.eased[0] * few.h, SHORT.eased[1] * few.h)
-        return self._made(
-            task,
-            few,
-            lengths,
-            SQP.closure_iterations,
-            (1 - SHORT.min_segment_gain) * motion.duration,
-        )
+        below = (1 - SHORT.min_segment_gain) * motion.duration
+        return self._made(task, few, lengths, SQP.closure_iterations, below)
 
     def along(self, guess: Knots, motion: Trajectory, *, last: bool) -> Trajectory | None:
         """Like ``quicker``, but from a guess of another path."""

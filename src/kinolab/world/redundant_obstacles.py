@@ -6,9 +6,7 @@ from collections.abc import Sequence
 from itertools import product
 
 import numpy as np
-from numpy.typing import NDArray
 
-from kinolab.numerics.arrays import Array
 from kinolab.world.geometry import frame_in_world, sizes
 from kinolab.world.obstacle import Obstacle
 
@@ -25,16 +23,19 @@ def without_redundant(obstacles: Sequence[Obstacle]) -> tuple[Obstacle, ...]:
     for k, obstacle in enumerate(obstacles):
         first.setdefault(_key(obstacle), k)
     left = [obstacles[k] for k in first.values()]
-    shapes = [obstacle for obstacle in left if obstacle.primitive is not None]
-    if len(shapes) < 2:
+    solids = [(obstacle, *obstacle.primitive) for obstacle in left if obstacle.primitive]
+    if len(solids) < 2:
         return tuple(left)
-    corners = np.stack([_corners(obstacle) for obstacle in shapes])  # (shapes, 8, 3)
-    volumes = np.array([np.prod(sizes(o.primitive[0])[1]) for o in shapes if o.primitive])
-    hidden = np.zeros(len(shapes), dtype=bool)
-    for obstacle, volume in zip(shapes, volumes, strict=True):
+    places = [frame_in_world(shape, pose) for _, shape, pose in solids]
+    halves = [sizes(shape)[1] for _, shape, _ in solids]
+    around = zip(halves, places, strict=True)  # boxes along the shapes' own axes
+    corners = np.stack([(CORNERS * half) @ turn.T + at for half, (turn, at) in around])
+    volumes, hidden = np.array([*map(np.prod, halves)]), np.zeros(len(solids), dtype=bool)
+    for (_, shape, _), (turn, at), volume in zip(solids, places, volumes, strict=True):
         smaller = np.flatnonzero((volumes < volume) & ~hidden)
-        hidden[smaller] = _inside(obstacle, corners[smaller]).all(axis=1)
-    inner = {id(obstacle) for obstacle, is_in in zip(shapes, hidden, strict=True) if is_in}
+        inside = shape.depths((corners[smaller] - at) @ turn) >= 0.0
+        hidden[smaller] = inside.all(axis=1)
+    inner = {id(obstacle) for (obstacle, *_), is_in in zip(solids, hidden, strict=True) if is_in}
     return tuple(obstacle for obstacle in left if id(obstacle) not in inner)
 
 
@@ -44,18 +45,3 @@ def _key(obstacle: Obstacle) -> object:
         return id(obstacle)
     shape, pose = obstacle.primitive
     return shape, pose.tobytes()
-
-
-def _corners(obstacle: Obstacle) -> Array:
-    """Return the corners (8, 3) of a box around a shape, along its own axes."""
-    assert obstacle.primitive is not None
-    turn, at = frame_in_world(*obstacle.primitive)
-    corners: Array = (CORNERS * sizes(obstacle.primitive[0])[1]) @ turn.T + at
-    return corners
-
-
-def _inside(obstacle: Obstacle, points: Array) -> NDArray[np.bool_]:
-    """Say which points (..., 3) a shape holds."""
-    assert obstacle.primitive is not None
-    turn, at = frame_in_world(*obstacle.primitive)
-    return obstacle.primitive[0].depths((points - at) @ turn) >= 0.0
