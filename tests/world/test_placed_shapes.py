@@ -10,7 +10,7 @@ import numpy as np
 from kinolab.dynamics.language.shapes import Box, Capsule, Cylinder, Disk, Shape, Sphere
 from kinolab.world import Obstacle, box_obstacle, lowest_z
 from kinolab.world.geometry import frame_in_world, sizes
-from kinolab.world.kept_together import KeptTogether
+from kinolab.world.kept_together import kept_together
 from kinolab.world.obstacle import cylinder_obstacle, rotation, sphere_obstacle
 from kinolab.world.placed_shapes import lowest_heights, obstacle_arrays
 
@@ -93,7 +93,7 @@ def test_what_is_kept_is_made_once_for_a_company_and_goes_with_it() -> None:
         made.append(1)
         return Made()
 
-    kept = KeptTogether(make)
+    kept = kept_together(make)
     assert kept([a, b]) is kept((a, b))
     assert kept([a]) is not kept([a, b])
     assert kept([b, a]) is kept([b, a])

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import cached_property
-from typing import Generic, TypeVar
+from functools import cache, partial, wraps
+from typing import TypeVar
 from weakref import WeakKeyDictionary, ref
 
 from kinolab.world.obstacle import Obstacle
@@ -12,31 +12,25 @@ from kinolab.world.obstacle import Obstacle
 T = TypeVar("T")
 
 
-class KeptTogether(Generic[T]):
-    """Keeps what was made of obstacles as long as the first of them is, for its last company.
+def kept_together(make: Callable[[Sequence[Obstacle]], T]) -> Callable[[Sequence[Obstacle]], T]:
+    """Keep what is made of obstacles as long as the first of them is, for its last company.
 
     Obstacles do not change, so that every search of a problem finds it: nobody may write to it.
 
     Args:
-        make: Makes it of obstacles.
+        make: Makes it of obstacles, in their order.
     """
+    of_none = cache(partial(make, ()))
+    known = WeakKeyDictionary[Obstacle, tuple[list[ref[Obstacle]], T]]()
 
-    def __init__(self, make: Callable[[Sequence[Obstacle]], T]) -> None:
-        self._make = make
-        self._known: WeakKeyDictionary[Obstacle, tuple[list[ref[Obstacle]], T]] = (
-            WeakKeyDictionary()
-        )
-
-    @cached_property
-    def _of_none(self) -> T:
-        return self._make(())
-
-    def __call__(self, obstacles: Sequence[Obstacle]) -> T:
-        """Return what is made of obstacles, in their order."""
+    @wraps(make)
+    def kept(obstacles: Sequence[Obstacle]) -> T:
         if not obstacles:
-            return self._of_none
+            return of_none()
         together = [ref(obstacle) for obstacle in obstacles]
-        known = self._known.get(obstacles[0])
-        if known is None or known[0] != together:
-            known = self._known[obstacles[0]] = together, self._make(obstacles)
-        return known[1]
+        found = known.get(obstacles[0])
+        if found is None or found[0] != together:
+            found = known[obstacles[0]] = together, make(obstacles)
+        return found[1]
+
+    return kept

@@ -12,7 +12,7 @@ from kinolab.dynamics.language.shapes import Shape
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.jit import kernel
 from kinolab.world.geometry import carried, frame_in_world, placement, sizes, sizes_of
-from kinolab.world.kept_together import KeptTogether
+from kinolab.world.kept_together import kept_together
 from kinolab.world.obstacle import Obstacle
 from kinolab.world.support_functions import HULL, half_extent
 
@@ -28,7 +28,8 @@ class ObstacleArrays(NamedTuple):
     mesh: NDArray[np.int64]  # (obstacles,) which of the meshes it is, -1 for a primitive
 
 
-def _gather(obstacles: Sequence[Obstacle]) -> ObstacleArrays:
+@kept_together
+def obstacle_arrays(obstacles: Sequence[Obstacle]) -> ObstacleArrays:
     """Gather obstacles in arrays, all primitives at once: a world may have hundreds of them."""
     count = len(obstacles)
     kind, half, box = np.zeros(count, np.int64), np.zeros((count, 3)), np.zeros((count, 6))
@@ -49,9 +50,6 @@ def _gather(obstacles: Sequence[Obstacle]) -> ObstacleArrays:
     mesh = np.full(count, -1)
     mesh[meshes] = range(len(meshes))
     return ObstacleArrays(kind, half, turn, at, box, mesh)
-
-
-obstacle_arrays = KeptTogether(_gather)
 
 
 def lowest_heights(shape: Shape, poses: Array) -> Array:

@@ -13,7 +13,7 @@ from kinolab.dynamics.language.shapes import Box, Sphere
 from kinolab.world import BodyGeometry, CollisionChecker, Obstacle, World, mesh_obstacle
 from kinolab.world.collision import contact_report
 from kinolab.world.collision import fcl as door
-from kinolab.world.kept_together import KeptTogether
+from kinolab.world.kept_together import kept_together
 
 N = 60  # vertices along a side of the field, 1 m apart from 0
 HULL = BodyGeometry("hull", (Box(0.6, 0.4, 0.2),))
@@ -44,7 +44,8 @@ def test_tiles_judge_as_the_plane_does(
 ) -> None:
     """The hull's lower side is 0.1 m below its centre: it touches the plane from there down."""
     monkeypatch.setattr(door, "TILE_SIZE", tile)
-    monkeypatch.setattr(door, "_tiles", KeptTogether(door._tiles._make))
+    anew = kept_together(lambda one: door.FclTiles(one[0].vertices, one[0].faces))
+    monkeypatch.setattr(door, "_tiles", anew)
     checker = CollisionChecker([HULL], World((field,)))
     checker = checker.thorough() if thorough else checker
     rng = np.random.default_rng(0)

@@ -24,7 +24,7 @@ from kinolab.numerics.jit import allocating_kernel, kernel
 from kinolab.numerics.struct import Record
 from kinolab.world.collision.gjk import Convex, separation
 from kinolab.world.collision.triangle_grid import MeshGrid, inside, mesh_grid
-from kinolab.world.kept_together import KeptTogether
+from kinolab.world.kept_together import kept_together
 from kinolab.world.obstacle import Obstacle
 from kinolab.world.placed_shapes import obstacle_arrays
 from kinolab.world.redundant_obstacles import without_redundant
@@ -79,7 +79,9 @@ def distance_field(
     return DistanceField(low, width, _distances(taken, width))
 
 
-def _digest(obstacles: Sequence[Obstacle]) -> str:
+@kept_together
+def digest(obstacles: Sequence[Obstacle]) -> str:
+    """Return what tells obstacles apart whose grids differ."""
     found = hashlib.sha256()
     for numbers in obstacle_arrays(obstacles):
         found.update(np.ascontiguousarray(numbers).tobytes())
@@ -89,9 +91,6 @@ def _digest(obstacles: Sequence[Obstacle]) -> str:
             found.update(np.ascontiguousarray(obstacle.vertices).tobytes())
             found.update(np.ascontiguousarray(obstacle.faces).tobytes())
     return found.hexdigest()
-
-
-digest = KeptTogether(_digest)  # what tells obstacles apart whose grids differ
 
 
 def _width(span: Array, cells: int, finest: float) -> float:

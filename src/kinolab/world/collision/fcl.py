@@ -25,7 +25,7 @@ from kinolab.numerics.jit import kernel
 from kinolab.world.collision.broadphase import Scratch
 from kinolab.world.collision.triangle_grid import overlap
 from kinolab.world.geometry import frame_in_world, sizes
-from kinolab.world.kept_together import KeptTogether
+from kinolab.world.kept_together import kept_together
 from kinolab.world.obstacle import Obstacle
 from kinolab.world.shape_surfaces import Faces
 
@@ -228,5 +228,5 @@ def _divided(middles: Array, rows: NDArray[np.int64]) -> Iterator[NDArray[np.int
 
 
 # Search trees, which only FCL reads: all checkers of a world share them.
-_surface = KeptTogether(lambda one: _surface_model(one[0].vertices, one[0].faces))
-_tiles = KeptTogether(lambda one: FclTiles(one[0].vertices, one[0].faces))
+_surface = kept_together(lambda one: _surface_model(one[0].vertices, one[0].faces))
+_tiles = kept_together(lambda one: FclTiles(one[0].vertices, one[0].faces))

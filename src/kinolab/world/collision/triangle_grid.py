@@ -15,7 +15,7 @@ import numpy as np
 
 from kinolab.numerics.arrays import Array, Integers
 from kinolab.numerics.jit import kernel
-from kinolab.world.kept_together import KeptTogether
+from kinolab.world.kept_together import kept_together
 from kinolab.world.meshes.mesh_components import components
 from kinolab.world.obstacle import Obstacle
 
@@ -89,7 +89,7 @@ def _single(obstacle: Obstacle) -> MeshGrid:
     )
 
 
-_kept = KeptTogether(lambda one: _single(*one))
+_kept = kept_together(lambda one: _single(*one))
 
 
 def _cells(boxes: Array) -> tuple[Array, Integers, Integers, int, int]:

@@ -22,7 +22,7 @@ from kinolab.numerics.jit import allocating_kernel
 from kinolab.numerics.neighbours.selection import partition_median
 from kinolab.numerics.simd import LANES
 from kinolab.world.collision.triangle_grid import mesh_grid
-from kinolab.world.kept_together import KeptTogether
+from kinolab.world.kept_together import kept_together
 from kinolab.world.obstacle import Obstacle
 
 MAX_LAYERS = 9  # of groups, and one above them
@@ -102,7 +102,7 @@ def triangle_tree(triangles: Array) -> TriangleTree:
     )
 
 
-_tree = KeptTogether(lambda meshes: triangle_tree(mesh_grid(meshes).triangles))
+_tree = kept_together(lambda meshes: triangle_tree(mesh_grid(meshes).triangles))
 
 
 def _groups(boxes: Array) -> tuple[Lanes, Integers]:
