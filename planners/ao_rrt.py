@@ -16,8 +16,8 @@ from kinolab.search.tree import (
     AbstractTreeExtension,
     SearchState,
 )
-from kinolab.search.tree.ao_rrt_kernel import begin_cost_index, cost_index, grow_below
-from kinolab.search.tree.rrt_kernel import grow
+from kinolab.search.tree.sampled.cost_index import begin_cost_index, cost_index, grow_below
+from kinolab.search.tree.sampled.directed_control import grow
 from kinolab.search.tree.tree import begin, tree
 
 

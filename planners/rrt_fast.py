@@ -11,7 +11,7 @@ from kinolab.numerics.struct import Record
 from kinolab.problem import PlanningTask
 from kinolab.search import setting
 from kinolab.search.tree import AbstractCompiledPlanner, AbstractTreeExtension, SearchState
-from kinolab.search.tree.rrt_kernel import grow
+from kinolab.search.tree.sampled.directed_control import grow
 from kinolab.search.tree.threads import Growth, ThreadedTree
 from kinolab.search.tree.tree import begin, tree
 

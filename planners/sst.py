@@ -16,10 +16,10 @@ from kinolab.search.tree import (
     AbstractTreeExtension,
     SearchState,
 )
-from kinolab.search.tree.sst_kernel import grow_sparsely
+from kinolab.search.tree.sampled.sampled_growth import grow_sparsely
+from kinolab.search.tree.sampled.witnesses import begin_witnesses, sweep, witnesses
 from kinolab.search.tree.threads import Growth, ThreadedTree
 from kinolab.search.tree.tree import begin_without_neighbours, tree
-from kinolab.search.tree.witnesses import begin_witnesses, sweep, witnesses
 
 
 @final

@@ -16,7 +16,7 @@ from kinolab.numerics.struct import Record
 from kinolab.problem import PlanningTask
 from kinolab.search.tree import search_state
 from kinolab.search.tree.problem_arrays import metric_periods
-from kinolab.search.tree.witnesses import select
+from kinolab.search.tree.sampled.witnesses import select
 
 Array = np.ndarray
 

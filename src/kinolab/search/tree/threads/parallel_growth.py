@@ -17,8 +17,9 @@ import numpy as np
 from kinolab.numerics.jit import kernel
 from kinolab.search.tree.extensions import begin_extension, has_ended, lane_to_serve
 from kinolab.search.tree.lanes import drop_extensions
-from kinolab.search.tree.rrt_kernel import add_end, directed_control, draw_node
-from kinolab.search.tree.sst_kernel import add_end_sparsely, draw_sparsely
+from kinolab.search.tree.sampled.directed_control import add_end, directed_control, draw_node
+from kinolab.search.tree.sampled.sampled_growth import add_end_sparsely, draw_sparsely
+from kinolab.search.tree.sampled.witnesses import begin_witnesses, sweep
 from kinolab.search.tree.threads.atomics import (
     atomic_add,
     atomic_load,
@@ -39,7 +40,6 @@ from kinolab.search.tree.threads.workers import (
 )
 from kinolab.search.tree.tree import FULL, GROWING, NONE, begin, begin_without_neighbours
 from kinolab.search.tree.tree_extension import UNBOUNDED_STEPS
-from kinolab.search.tree.witnesses import begin_witnesses, sweep
 
 NO_PART = np.int64(-1)
 PATIENCE = 1000  # looks for a part, a fraction of a microsecond each, before a thread sleeps

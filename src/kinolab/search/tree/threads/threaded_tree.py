@@ -10,6 +10,7 @@ import numpy as np
 
 from kinolab.concurrency.processors import processors
 from kinolab.numerics.struct import Record
+from kinolab.search.tree.sampled.witnesses import witnesses
 from kinolab.search.tree.threads.parallel_growth import (
     Growth,
     begin_apart,
@@ -27,7 +28,6 @@ from kinolab.search.tree.threads.workers import (
 )
 from kinolab.search.tree.tree import tree
 from kinolab.search.tree.tree_extension import UNBOUNDED_STEPS, AbstractTreeExtension, SearchState
-from kinolab.search.tree.witnesses import witnesses
 
 WORKERS_PER_THREAD = 2  # one with a long part, and one with a short one
 

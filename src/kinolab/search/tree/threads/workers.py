@@ -11,9 +11,9 @@ from kinolab.numerics.arrays import Array, Integers
 from kinolab.numerics.jit import kernel
 from kinolab.numerics.struct import Own, Record
 from kinolab.search.tree.extensions import end_extension
+from kinolab.search.tree.sampled.witnesses import Witnesses
 from kinolab.search.tree.tree import Tree
 from kinolab.search.tree.tree_extension import SearchState
-from kinolab.search.tree.witnesses import Witnesses
 
 # Draws of a node to extend in a round: by the first half of the workers, and by the others. Short
 # parts come last, so that nobody waits long for the end of a round.

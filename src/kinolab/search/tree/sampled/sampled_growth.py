@@ -16,7 +16,8 @@ from kinolab.search.tree.extensions import (
     lane_to_serve,
 )
 from kinolab.search.tree.problem_arrays import is_inside, metric_coordinates, sample_state
-from kinolab.search.tree.rrt_kernel import directed_control, is_tried
+from kinolab.search.tree.sampled.directed_control import directed_control, is_tried
+from kinolab.search.tree.sampled.witnesses import NOBODY, represent, select, sweep, witness_at
 from kinolab.search.tree.tree import (
     FULL,
     GROWING,
@@ -24,7 +25,6 @@ from kinolab.search.tree.tree import (
     insert_node,
     note_nearest,
 )
-from kinolab.search.tree.witnesses import NOBODY, represent, select, sweep, witness_at
 
 
 @kernel

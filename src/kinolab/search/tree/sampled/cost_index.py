@@ -33,7 +33,7 @@ from kinolab.search.tree.problem_arrays import (
     metric_periods,
     sample_state,
 )
-from kinolab.search.tree.rrt_kernel import directed_control, is_tried
+from kinolab.search.tree.sampled.directed_control import directed_control, is_tried
 from kinolab.search.tree.tree import (
     FULL,
     GROWING,

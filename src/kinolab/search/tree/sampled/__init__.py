@@ -1,0 +1,1 @@
+"""Trees that grow toward samples: those of RRT, SST and AO-RRT."""
