@@ -34,13 +34,13 @@ def growth_of(problem: PlanningTask, **settings: Any) -> Any:
 
 def places(growth: Any, x: Array) -> Array:
     """Scaled coordinates of states."""
-    question = growth._search.held.problem
+    question = growth._first.held.search.problem
     return x[:, question.entry] * question.weight
 
 
 def apart(growth: Any, some: Array, others: Array) -> Array:
     """Distances of all pairs, the short way round."""
-    period = metric_periods(growth._search.held.problem)
+    period = metric_periods(growth._first.held.search.problem)
     gaps = np.abs(some[:, None] - others[None])
     with np.errstate(invalid="ignore"):
         turns = np.where(np.isfinite(period), np.round(gaps / period) * period, 0.0)
@@ -49,14 +49,14 @@ def apart(growth: Any, some: Array, others: Array) -> Array:
 
 def wrapped(growth: Any, point: Array) -> Array:
     """Scaled coordinates as samples have them: angles within a half turn."""
-    period = metric_periods(growth._search.held.problem)
+    period = metric_periods(growth._first.held.search.problem)
     with np.errstate(invalid="ignore"):
         return np.where(np.isfinite(period), point - np.round(point / period) * period, point)
 
 
 def witnesses_of(growth: Any) -> tuple[Array, Array, Array]:
     """Points, representatives and their costs."""
-    held = growth._witnesses.held
+    held = growth._first.held.witnesses
     count = int(held.neighbours.counts[0])
     return held.neighbours.points[:count], held.node[:count], held.cost[:count]
 
@@ -115,7 +115,11 @@ def test_the_cheapest_around_a_sample_is_grown_from_or_else_the_nearest(
         spread = 0.2 if k % 2 else 2.0
         sample = points[random.integers(len(points))] + random.normal(size=points.shape[1]) * spread
         sample = wrapped(grown, sample.astype(float))
-        chosen = int(np.flatnonzero(nodes == select(grown._witnesses, sample, SELECTION))[0])
+        chosen = int(
+            np.flatnonzero(nodes == select(Record(grown._first.held.witnesses), sample, SELECTION))[
+                0
+            ]
+        )
         distances = apart(grown, sample[None], points)[0]
         around = distances <= SELECTION
         if around.any():

@@ -21,7 +21,7 @@ from kinolab.search.tree.anytime import IncumbentImprovement
 from kinolab.search.tree.rejection_sources import rejection_sources
 from kinolab.search.tree.step_work import ITERATION_SECONDS, step_seconds
 from kinolab.search.tree.sub_searches import GoalConnections, InterleavedSearches, SubSearch
-from kinolab.search.tree.time_slices import TimeSlices
+from kinolab.search.tree.time_slices import RestartRounds, TimeSlices
 from kinolab.search.tree.tree import FULL, REACHED, controls_to, nearer, step_counts
 from kinolab.search.tree.tree_extension import AbstractTreeExtension, SearchState, search_state
 from kinolab.simulation.resimulated_goal import TrueEnds
@@ -94,7 +94,8 @@ class AbstractCompiledPlanner(AbstractTreeSearch):
         best = IncumbentImprovement(budget, seconds, problem.step)
         best.bound(tree)
         beside = InterleavedSearches(self._beside(problem, seed, budget))
-        truth, slices = TrueEnds(problem), TimeSlices(budget, self.restart_after)
+        truth, rounds = TrueEnds(problem), RestartRounds(self.restart_after)
+        slices = TimeSlices(budget, rounds)
         own_map = problem.scenario.integration.truth == "discrete"  # no re-simulation needed
         approach, each_step = (math.inf, np.zeros((0, problem.model.nu))), step_seconds(problem)
         each_iteration = in_whole_ticks(ITERATION_SECONDS)
@@ -114,17 +115,17 @@ class AbstractCompiledPlanner(AbstractTreeSearch):
                     if accepted:
                         best.found(found, tree)
                     elif truth.refused % MAX_RESIMULATION_FAILURES == 0:
-                        slices.end_round()
+                        rounds.left = 0.0
                 # Also where a tree arrives again and again in the same way that truth refuses.
-                if not accepted and (ended == FULL or slices.round_over):
+                if not accepted and (ended == FULL or rounds.over):
                     approach = nearer(tree.nodes, tree.best, *approach)
-                    slices.begin_round()
+                    rounds.begin()
                     tree.begin()
         u, outcome = best.u, Outcome.SOLVED
         if u is None:
             u = nearer(tree.nodes, tree.best, *approach)[1]
             outcome = unsolved(budget, len(u))
-        statistics = truth.statistics | {"restarts": float(slices.restarts)} | best.statistics
+        statistics = truth.statistics | {"restarts": float(rounds.restarts)} | best.statistics
         statistics |= beside.statistics
         result = SearchResult(
             outcome,

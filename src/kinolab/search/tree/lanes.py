@@ -15,6 +15,7 @@ from kinolab.numerics.arrays import Array, Integers
 from kinolab.numerics.jit import kernel
 from kinolab.numerics.rng import below
 from kinolab.search.tree.problem_arrays import sample_control
+from kinolab.simulation.machine import advance, advance_in_lanes
 
 NOWHERE = -1  # no lane
 
@@ -95,6 +96,19 @@ def lane_states(nx: int, nu: int, steps: int = 0) -> LaneStates:
 
 
 @kernel
+def draw_control(search, u, min_steps, max_steps):  # type: ignore[no-untyped-def]
+    """Draw an input, written to ``u`` (nu,), and return for how many steps it is held.
+
+    Args:
+        search: ``SearchState``.
+        u: The input; written.
+        min_steps, max_steps: Range of the control duration in steps.
+    """
+    sample_control(search.problem, search.random, u)
+    return min_steps + below(search.random, max_steps - min_steps + 1)
+
+
+@kernel
 def draw_lanes(search, tree, parent, inputs, min_steps, max_steps):  # type: ignore[no-untyped-def]
     """Begin every lane at a node, with an input of its own; return the most steps of any.
 
@@ -108,14 +122,40 @@ def draw_lanes(search, tree, parent, inputs, min_steps, max_steps):  # type: ign
     for lane in range(LANES):
         lanes.steps[lane] = 0
         if lane < inputs:
-            sample_control(search.problem, search.random, tree.drawn)
-            lanes.steps[lane] = min_steps + below(search.random, max_steps - min_steps + 1)
+            lanes.steps[lane] = draw_control(search, tree.drawn, min_steps, max_steps)
             most = max(most, lanes.steps[lane])
         for i in range(tree.drawn.shape[0]):
             lanes.held[i, lane] = tree.drawn[i]
         for i in range(tree.now.shape[0]):
             lanes.now[i, lane] = tree.x[parent, i]
     return most
+
+
+@kernel
+def advance_lanes(search, tree, step, now, after):  # type: ignore[no-untyped-def]
+    """Make a step in every lane that has one left; return bits that are set where that fails.
+
+    A machine without code for several states at once makes their steps one by one.
+
+    Args:
+        search, tree: ``SearchState`` and ``Tree``.
+        step: Number of steps made before.
+        now, after: States before it and after it, shape (nx, LANES) each; the latter written.
+    """
+    machine, h, lanes, failed = search.machine, search.problem.step, tree.lanes, np.int64(0)
+    if machine.step_in_lanes != 0:
+        return np.int64(advance_in_lanes(machine, now, lanes.held, h, after))
+    for lane in range(LANES):
+        if step < lanes.steps[lane]:
+            for i in range(tree.now.shape[0]):
+                tree.now[i] = now[i, lane]
+            for i in range(tree.drawn.shape[0]):
+                tree.drawn[i] = lanes.held[i, lane]
+            if advance(machine, tree.now, tree.drawn, h, tree.after) != 0:
+                failed |= 1 << lane
+            for i in range(tree.after.shape[0]):
+                after[i, lane] = tree.after[i]
+    return failed
 
 
 @kernel

@@ -21,10 +21,12 @@ class RestartRounds:
 
     Attributes:
         left: Iterations that are left of the round.
+        restarts: Number of rounds begun after the first one.
     """
 
     def __init__(self, restart_after: int) -> None:
         self._length = self.left = float(restart_after or math.inf)
+        self.restarts = 0
 
     @property
     def over(self) -> bool:
@@ -35,6 +37,7 @@ class RestartRounds:
         """Begin a new round."""
         self._length *= RESTART_FACTOR
         self.left = self._length
+        self.restarts += 1
 
 
 class TimeSlices:
@@ -42,43 +45,25 @@ class TimeSlices:
 
     Args:
         budget: Of the search.
-        restart_after: Iterations of the first round, later ones being longer; 0 for a single round.
-
-    Attributes:
-        restarts: Number of rounds begun after the first one.
+        rounds: Of the search.
     """
 
-    def __init__(self, budget: Budget, restart_after: int) -> None:
+    def __init__(self, budget: Budget, rounds: RestartRounds) -> None:
         self._budget, self._size, self._begun = budget, FIRST_SLICE_ITERATIONS, 0.0
-        self._round = RestartRounds(restart_after)
-        self.restarts = 0
+        self._rounds = rounds
 
     def next(self, most: float) -> int:
         """Return the number of iterations of the next slice; 0 when the search must end."""
         if self._budget.over:
             return 0
         self._begun = self._budget.clock()
-        return int(max(1, min(self._size, self._budget.left, self._round.left, most)))
+        return int(max(1, min(self._size, self._budget.left, self._rounds.left, most)))
 
     def done(self, iterations: int) -> None:
         """Count iterations made, and adapt the next slice to the time they took."""
         self._budget.spend(iterations)
-        self._round.left -= iterations
+        self._rounds.left -= iterations
         took = max(self._budget.clock() - self._begun, 1e-6)
         fitting = iterations * SLICE_SECONDS / took
         # Grow slowly: the first iterations of a tree are far faster than later ones.
         self._size = int(min(max(fitting, self._size / 4, 1), 2 * self._size, MAX_SLICE_ITERATIONS))
-
-    @property
-    def round_over(self) -> bool:
-        """Whether a new round is due."""
-        return self._round.over
-
-    def end_round(self) -> None:
-        """End the current round early."""
-        self._round.left = 0.0
-
-    def begin_round(self) -> None:
-        """Begin a new round."""
-        self._round.begin()
-        self.restarts += 1

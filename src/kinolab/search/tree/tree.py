@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 
 from kinolab.numerics.arrays import Array, Integers
 from kinolab.numerics.jit import kernel
-from kinolab.numerics.neighbours.insertion import add
-from kinolab.numerics.neighbours.r_tree import RTree, clear, r_tree
+from kinolab.numerics.neighbours.r_tree import RTree, r_tree
 from kinolab.search.tree.lanes import (
     Extensions,
     LaneStates,
@@ -19,12 +18,7 @@ from kinolab.search.tree.lanes import (
     no_extensions,
 )
 from kinolab.search.tree.limits import slopes_of_step, step_keeps_limits
-from kinolab.search.tree.problem_arrays import (
-    ProblemArrays,
-    is_inside,
-    metric_coordinates,
-    metric_periods,
-)
+from kinolab.search.tree.problem_arrays import ProblemArrays, is_inside, metric_periods
 from kinolab.simulation.collision_context import is_motion_free
 from kinolab.simulation.machine import advance
 
@@ -132,20 +126,6 @@ def note_nearest(best, node, violation):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def insert(search, tree, x, u, parent, steps, known_clearance):  # type: ignore[no-untyped-def]
-    """Add a node to the tree and its nearest-neighbour index; return its index.
-
-    Args:
-        search, tree: ``SearchState`` and ``Tree``.
-        x, u, parent, steps, known_clearance: As in ``insert_node``.
-    """
-    node = insert_node(tree, x, u, parent, steps, known_clearance)
-    metric_coordinates(search.problem, x, tree.point)
-    add(tree.neighbours, tree.point)
-    return node
-
-
-@kernel
 def step_is_free(search, tree, x, u, after, known_clearance, speed):  # type: ignore[no-untyped-def]
     """Propagate a step from x under u into ``after``, check it, and count a rejection by cause.
 
@@ -191,18 +171,8 @@ def made_step_is_free(search, tree, x, u, after, known_clearance, speed):  # typ
 
 
 @kernel
-def begin(search, tree):  # type: ignore[no-untyped-def]
-    """Clear a tree to its start."""
-    clear(tree.neighbours)
-    tree.size[0] = 0
-    drop_extensions(tree.extensions)
-    tree.held[:] = 0.0
-    insert(search, tree, search.problem.start, tree.held, NONE, np.int64(0), 0.0)
-
-
-@kernel
-def begin_without_neighbours(search, tree):  # type: ignore[no-untyped-def]
-    """Clear a tree without a nearest-neighbour index to its start; return that node."""
+def begin_tree(search, tree):  # type: ignore[no-untyped-def]
+    """Clear a tree to its start, which is in no index; return that node."""
     tree.size[0] = 0
     drop_extensions(tree.extensions)
     tree.held[:] = 0.0

@@ -15,30 +15,31 @@ import numpy as np
 
 from kinolab.dynamics.codegen.integrators import LANES
 from kinolab.numerics.jit import kernel
-from kinolab.numerics.rng import below, uniform
+from kinolab.numerics.rng import uniform
 from kinolab.search.tree.kpiece.cost_to_go import cell_at, coasting_cost
 from kinolab.search.tree.kpiece.kpiece_grid import choose, clear_cells, holds, key_of, put, rate
-from kinolab.search.tree.lanes import NOWHERE, draw_lanes, hold_best_lane
+from kinolab.search.tree.lanes import (
+    NOWHERE,
+    advance_lanes,
+    draw_control,
+    draw_lanes,
+    hold_best_lane,
+)
 from kinolab.search.tree.limits import keeps_limits
-from kinolab.search.tree.problem_arrays import goal_violation, is_inside, sample_control
+from kinolab.search.tree.problem_arrays import goal_violation, is_inside
 from kinolab.search.tree.tree import (
     ALL_STEPS,
     FULL,
     GROWING,
     REACHED,
-    begin_without_neighbours,
+    begin_tree,
     insert_node,
     made_step_is_free,
     note_nearest,
     step_is_free,
 )
 from kinolab.simulation.collision_context import speed_bound
-from kinolab.simulation.machine import (
-    advance,
-    advance_in_lanes,
-    call_under,
-    derivative_in_lanes,
-)
+from kinolab.simulation.machine import call_under, derivative_in_lanes
 
 LEAST_CELLS = 3.0  # from the start to the goal, where the cost to go says how far a node has come
 COASTING_WEIGHT = 2.0  # of the cost to go where a motion leads, beside that of where it ends
@@ -137,7 +138,7 @@ def start_in_a_cell(search, tree, cells):  # type: ignore[no-untyped-def]
     """Clear the tree and its cells to the start."""
     arrays = search.problem
     clear_cells(cells)
-    node = begin_without_neighbours(search, tree)
+    node = begin_tree(search, tree)
     put(cells, key_of(cells, arrays.goal, arrays.start, math.inf), node, 1.0)
 
 
@@ -224,34 +225,8 @@ def directed_control(search, tree, grid, parent, min_steps, max_steps, control_s
     Returns:
         Its number of steps, and of those to which the states are in ``tree.lanes.chosen``.
     """
-    if control_samples > 1 and search.machine.step_in_lanes != 0:
-        return directed_control_in_lanes(
-            search, tree, grid, parent, min_steps, max_steps, control_samples
-        )
-    least, longest, random = math.inf, 0, search.random
-    for k in range(control_samples):
-        sample_control(search.problem, random, tree.drawn)
-        steps, far = min_steps + below(random, max_steps - min_steps + 1), 0.0
-        if control_samples > 1:
-            horizon = mean_steps(min_steps, max_steps)
-            far, steps = cost_to_go_after(search, tree, grid, parent, steps, horizon)
-        if k == 0 or far < least:
-            least, longest = far, max(steps, min_steps)
-            for i in range(tree.held.shape[0]):
-                tree.held[i] = tree.drawn[i]
-    return longest, 0
-
-
-@kernel
-def directed_control_in_lanes(  # type: ignore[no-untyped-def]
-    search, tree, grid, parent, min_steps, max_steps, control_samples,
-):  # fmt: skip
-    """Do what ``directed_control`` does, several inputs at once.
-
-    Args:
-        search, tree, grid: ``SearchState``, ``Tree`` and ``CostToGoGrid``.
-        parent, min_steps, max_steps, control_samples: As ``directed_control`` takes them.
-    """
+    if control_samples == 1:
+        return draw_control(search, tree.held, min_steps, max_steps), 0
     least, longest, horizon = math.inf, np.int64(0), mean_steps(min_steps, max_steps)
     for first in range(0, control_samples, LANES):
         inputs = min(LANES, control_samples - first)
@@ -262,8 +237,9 @@ def directed_control_in_lanes(  # type: ignore[no-untyped-def]
             for step in range(longest):
                 for i in range(tree.now.shape[0]):
                     tree.lanes.chosen[step, i] = tree.lanes.track[step, i, held]
-    # Nothing is known of an input whose first step fails.
-    return max(longest, min_steps), longest if least < math.inf else 0
+    # Nothing is known of an input whose first step fails, nor without code for slopes in lanes.
+    known = longest if least < math.inf and search.machine.step_in_lanes != 0 else 0
+    return max(longest, min_steps), known
 
 
 @kernel
@@ -285,7 +261,7 @@ def cost_to_go_in_lanes(search, tree, grid, inputs, most, horizon):  # type: ign
         cost[lane], least[lane], best[lane] = math.inf, math.inf, 1
     for step in range(most):
         after = lanes.track[step]
-        failed = advance_in_lanes(search.machine, now, lanes.held, arrays.step, after)
+        failed = advance_lanes(search, tree, step, now, after)
         running = False
         for lane in range(inputs):
             if step >= lanes.steps[lane]:
@@ -303,33 +279,3 @@ def cost_to_go_in_lanes(search, tree, grid, inputs, most, horizon):  # type: ign
         if not running:
             break
         now = after
-
-
-@kernel
-def cost_to_go_after(search, tree, grid, parent, steps, horizon):  # type: ignore[no-untyped-def]
-    """Return the cost of an input, ignoring obstacles, and the step with the least cost to go.
-
-    That is the cost to go there and, weighted, the one of where the motion leads.
-
-    Args:
-        search, tree, grid: ``SearchState``, ``Tree`` and ``CostToGoGrid``.
-        parent: The node.
-        steps: Duration of the input ``tree.drawn`` in steps.
-        horizon: Steps for which a motion is taken to go straight on.
-    """
-    now, after, u = tree.now, tree.after, tree.drawn
-    machine, arrays, ahead = search.machine, search.problem, search.scratch.x
-    for i in range(now.shape[0]):
-        now[i] = tree.x[parent, i]
-    cost, least, at = math.inf, math.inf, 1
-    for step in range(steps):
-        failed = advance(machine, now, u, arrays.step, after)
-        if failed != 0 or not keeps_limits(arrays.limits, after):
-            break
-        far = grid.steps[cell_at(grid, after)]
-        if far <= least:
-            least, at = far, step + 1
-            cost = far + COASTING_WEIGHT * coasting_cost(grid, now, after, horizon, ahead)
-        for i in range(now.shape[0]):
-            now[i] = after[i]
-    return cost, at

@@ -13,6 +13,7 @@ import math
 
 from kinolab.numerics.jit import kernel
 from kinolab.numerics.rng import below
+from kinolab.search.tree.lanes import draw_control
 from kinolab.search.tree.pdst.subdivision import (
     CELLS,
     MAX_DIVISIONS,
@@ -25,12 +26,12 @@ from kinolab.search.tree.pdst.subdivision import (
     put_into,
     settle,
 )
-from kinolab.search.tree.problem_arrays import goal_violation, is_inside, sample_control
+from kinolab.search.tree.problem_arrays import goal_violation, is_inside
 from kinolab.search.tree.tree import (
     FULL,
     GROWING,
     REACHED,
-    begin_without_neighbours,
+    begin_tree,
     insert_node,
     note_nearest,
     step_is_free,
@@ -47,7 +48,7 @@ def start_with_a_motion(search, tree, cells):  # type: ignore[no-untyped-def]
         search, tree, cells: ``SearchState``, ``Tree`` and ``Subdivision``.
     """
     clear_motions(cells)
-    add_motion(cells, begin_without_neighbours(search, tree), 0, 0.0)
+    add_motion(cells, begin_tree(search, tree), 0, 0.0)
 
 
 @kernel
@@ -156,9 +157,8 @@ def propagate_from(search, tree, cells, best, parent, min_steps, max_steps):  # 
     Returns:
         Whether its last state is in the goal.
     """
-    now, after, u, random = tree.now, tree.after, tree.held, search.random
-    sample_control(search.problem, random, u)
-    steps = min_steps + below(random, max_steps - min_steps + 1)
+    now, after, u = tree.now, tree.after, tree.held
+    steps = draw_control(search, u, min_steps, max_steps)
     for i in range(now.shape[0]):
         now[i] = tree.x[parent, i]
     clearance = float(tree.clearance[parent])

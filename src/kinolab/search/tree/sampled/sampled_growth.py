@@ -1,14 +1,32 @@
-"""SST kernel: a sparse tree that grows from its cheapest nodes.
+"""Growth toward samples: the loop of RRT, SST and AO-RRT.
 
-Source: Li, Littlefield, Bekris, Asymptotically optimal sampling-based kinodynamic planning, IJRR
-35(5), 2016.
+They differ in the node that a sample chooses, and in the ends of extensions that become nodes.
+
+RRT extends the nearest node, and keeps all ends. SST extends the cheapest one of a sparse tree, and
+keeps an end if its witness has no cheaper node. AO-RRT is RRT until there is a cost bound; then its
+samples include a cost, nearest neighbours are found in state and cost together, so that states that
+were reached are reached again at lower cost, and ends that cannot meet the bound are discarded.
+
+Source: LaValle, Kuffner, Randomized kinodynamic planning, IJRR 20(5), 2001; Li, Littlefield,
+Bekris, Asymptotically optimal sampling-based kinodynamic planning, IJRR 35(5), 2016; Hauser, Zhou,
+Asymptotically optimal planning by feasible kinodynamic planning in a state-cost space, IEEE
+Transactions on Robotics 32(6), 2016.
 """
 
 from __future__ import annotations
 
+import math
+from typing import NamedTuple
+
 import numpy as np
 
+from kinolab.numerics.arrays import Array, Integers
 from kinolab.numerics.jit import kernel
+from kinolab.numerics.neighbours.insertion import add
+from kinolab.numerics.neighbours.queries import nearest
+from kinolab.numerics.neighbours.r_tree import clear
+from kinolab.numerics.rng import uniform
+from kinolab.search.tree.ends import Ends, keep_end
 from kinolab.search.tree.extensions import (
     begin_extension,
     end_extension,
@@ -16,47 +34,104 @@ from kinolab.search.tree.extensions import (
     lane_to_serve,
 )
 from kinolab.search.tree.problem_arrays import is_inside, metric_coordinates, sample_state
-from kinolab.search.tree.sampled.directed_control import directed_control, is_tried
-from kinolab.search.tree.sampled.witnesses import NOBODY, represent, select, sweep, witness_at
+from kinolab.search.tree.sampled.cost_index import CostIndex, locate
+from kinolab.search.tree.sampled.directed_control import directed_control
+from kinolab.search.tree.sampled.witnesses import (
+    NOBODY,
+    Witnesses,
+    represent,
+    select,
+    sweep,
+    witness_at,
+)
 from kinolab.search.tree.tree import (
     FULL,
     GROWING,
     NONE,
+    Tree,
+    begin_tree,
     insert_node,
     note_nearest,
 )
+from kinolab.search.tree.tree_extension import UNBOUNDED_STEPS, SearchState
+
+NEAREST, SPARSE, IN_COST_SPACE = range(3)  # kinds of growth: RRT, SST, AO-RRT
+
+
+class Growth(NamedTuple):
+    """How a tree grows, for compiled kernels; the radii are of sparse trees."""
+
+    goal_bias: float  # probability of sampling the goal
+    control_samples: int  # candidate inputs, of which the one leading nearest is applied
+    min_steps: int  # of an input
+    max_steps: int
+    kind: int = NEAREST
+    selection_radius: float = 0.0  # about a sample, within which the cheapest node is selected
+    improving_radius: float = 0.0  # the same, where a motion is known
+    pruning_radius: float = 0.0  # about a witness, within which only one node is extended
+    cost_weight: float = 0.0  # distance of the cost bound, in diameters of the state space
+
+
+class Worker(NamedTuple):
+    """What grows a tree, for compiled kernels; several workers share its nodes and indices."""
+
+    search: SearchState
+    tree: Tree
+    growth: Growth
+    witnesses: Witnesses  # of sparse trees
+    costs: CostIndex  # of trees in state-cost space
+    ends: Ends  # of a worker whose tree others read
+    most: Integers  # (1,) cost bound: steps that a solution must stay below
+    best: Array  # (2,) the node nearest to the goal and its normalised goal error
 
 
 @kernel
-def grow_sparsely(  # type: ignore[no-untyped-def]
-    search, tree, witnesses, best, iterations, most,
-    selection_radius, pruning_radius, goal_bias, control_samples, min_steps, max_steps,
-):  # fmt: skip
+def begin(worker):  # type: ignore[no-untyped-def]
+    """Clear the tree of a ``Worker`` to its start."""
+    search, tree, witnesses, costs = worker.search, worker.tree, worker.witnesses, worker.costs
+    begin_tree(search, tree)
+    metric_coordinates(search.problem, search.problem.start, tree.point)
+    if worker.growth.kind == SPARSE:
+        clear(witnesses.neighbours)
+        represent(witnesses, NOBODY, 0, 0, tree.point)
+    elif is_in_cost_space(worker):
+        clear(costs.neighbours)
+        locate(costs, tree.point, 0.0)
+        add(costs.neighbours, costs.point)
+    else:
+        clear(tree.neighbours)
+        add(tree.neighbours, tree.point)
+    worker.best[0], worker.best[1] = 0.0, math.inf
+
+
+@kernel
+def is_in_cost_space(worker):  # type: ignore[no-untyped-def]
+    """Say whether the tree of a ``Worker`` grows below a cost bound, in state and cost."""
+    return worker.growth.kind == IN_COST_SPACE and worker.most[0] < UNBOUNDED_STEPS
+
+
+@kernel
+def grow(worker, iterations, apart):  # type: ignore[no-untyped-def]
     """Grow a tree for some iterations.
 
     Args:
-        search: The problem and scratch memory.
-        tree: The tree, without an index of its own; written.
-        witnesses: Of the tree; written.
-        best: The node nearest to the goal and its normalised goal error (2,); written.
+        worker: ``Worker``; its tree and indices are written.
         iterations: Maximum number of iterations.
-        most: Cost bound: steps that a solution must stay below.
-        selection_radius: Radius about a sample within which the cheapest node is selected.
-        pruning_radius: Radius about a witness within which only one node is extended.
-        goal_bias: Probability of sampling the goal.
-        control_samples: Number of candidate inputs, of which the one leading nearest is applied.
-        min_steps, max_steps: Range of the control duration in steps.
+        apart: Whether others read the tree: then ends are kept, and not added.
 
     Returns:
         GROWING, REACHED or FULL, and the number of iterations made.
     """
-    done = 0
+    search, tree, growth, done = worker.search, worker.tree, worker.growth, 0
     while True:
-        lane = lane_to_serve(search, tree, min_steps, best[1])
+        lane = lane_to_serve(search, tree, growth.min_steps, worker.best[1])
         if has_ended(tree, lane):
-            status = settle_sparsely(
-                search, tree, witnesses, lane, best, min_steps, most, pruning_radius
-            )
+            if apart:
+                keep_end(tree, lane, worker.ends)
+                continue
+            if is_full(worker):
+                return FULL, done
+            status = add_end(worker, *end_extension(tree, lane))
             if status != GROWING:
                 return status, done
             continue
@@ -64,79 +139,86 @@ def grow_sparsely(  # type: ignore[no-untyped-def]
             return GROWING, done
         done += 1
         tree.extensions.draws[lane] += 1
-        parent = draw_sparsely(search, tree, witnesses, goal_bias, selection_radius)
+        parent = draw_node(worker)
         if parent != NONE:
-            steps = directed_control(search, tree, parent, min_steps, max_steps, control_samples)
-            steps = min(steps, most - 1 - tree.cost[parent])
+            least, longest = growth.min_steps, growth.max_steps
+            steps = directed_control(search, tree, parent, least, longest, growth.control_samples)
+            steps = min(steps, worker.most[0] - 1 - tree.cost[parent])
             begin_extension(search, tree, lane, parent, steps)
 
 
 @kernel
-def settle_sparsely(  # type: ignore[no-untyped-def]
-    search, tree, witnesses, lane, best, min_steps, most, pruning_radius,
-):  # fmt: skip
-    """Add the end of an extension to the tree if its witness has no cheaper node.
-
-    Args:
-        search, tree, witnesses: ``SearchState``, ``Tree`` and ``Witnesses``.
-        lane: Where it has ended.
-        best: The node nearest to the goal and its normalised goal error (2,); written.
-        most, pruning_radius: Bound and radius, as ``grow_sparsely`` takes them.
-        min_steps: Fewest steps that are kept.
-
-    Returns:
-        GROWING, REACHED or FULL.
-    """
-    if tree.size[0] >= tree.x.shape[0] and not sweep(tree, witnesses, best, most):
-        return FULL
-    return add_end_sparsely(
-        search, tree, witnesses, best, min_steps, most, pruning_radius, *end_extension(tree, lane)
-    )
+def prune(worker):  # type: ignore[no-untyped-def]
+    """Prune the sparse tree of a ``Worker``; say whether enough capacity is left to continue."""
+    return sweep(worker.tree, worker.witnesses, worker.best, worker.most[0])
 
 
 @kernel
-def add_end_sparsely(  # type: ignore[no-untyped-def]
-    search, tree, witnesses, best, min_steps, most, pruning_radius,
-    parent, made, violation, known_clearance,
-):  # fmt: skip
-    """Add the end of an extension to a tree that has room, if its witness has no cheaper node.
+def is_full(worker):  # type: ignore[no-untyped-def]
+    """Say whether the tree of a ``Worker`` has no room for a node; a sparse one is swept first."""
+    if worker.tree.size[0] < worker.tree.x.shape[0]:
+        return False
+    return worker.growth.kind != SPARSE or not prune(worker)
+
+
+@kernel
+def add_end(worker, parent, made, violation, known_clearance):  # type: ignore[no-untyped-def]
+    """Add the end of an extension to a tree that has room for it, if it is to be kept.
 
     Args:
-        search, tree: ``SearchState`` and ``Tree``; state and inputs are in ``now`` and ``held``.
-        witnesses: Of the tree; written.
-        best: The node nearest to the goal and its normalised goal error (2,); written.
-        min_steps, most, pruning_radius: As ``settle_sparsely`` takes them.
+        worker: ``Worker``; state and inputs are in ``now`` and ``held`` of its tree.
         parent, made: The node that was extended, and the number of steps.
         violation, known_clearance: Normalised goal error at the end, and clearance there in [m].
 
     Returns:
         GROWING or REACHED.
     """
-    if made < min_steps:
+    search, tree, growth, most = worker.search, worker.tree, worker.growth, worker.most[0]
+    witnesses, costs, sparse = worker.witnesses, worker.costs, growth.kind == SPARSE
+    cost, inside = tree.cost[parent] + made, is_inside(violation)
+    late = cost + 1 >= most
+    if made < growth.min_steps or (late and not (sparse or inside)):
         tree.failures[parent] += 1
         return GROWING
-    cost = tree.cost[parent] + made
     metric_coordinates(search.problem, tree.now, tree.point)
-    witness = witness_at(witnesses, tree.point, pruning_radius)
-    cheaper = cost + 1 < most and (witness == NOBODY or cost < witnesses.cost[witness])
-    if not (cheaper or is_inside(violation) or violation < best[1]):
+    witness = witness_at(witnesses, tree.point, growth.pruning_radius) if sparse else NOBODY
+    cheaper = not late and (witness == NOBODY or cost < witnesses.cost[witness])
+    if sparse and not (cheaper or inside or violation < worker.best[1]):
         return GROWING
     node = insert_node(tree, tree.now, tree.held, parent, made, known_clearance)
-    if cheaper:
-        represent(witnesses, witness, node, cost, tree.point)
-    return note_nearest(best, node, violation)
+    if sparse:
+        if cheaper:
+            represent(witnesses, witness, node, cost, tree.point)
+    elif is_in_cost_space(worker):
+        locate(costs, tree.point, cost * cost_per_step(worker))
+        add(costs.neighbours, costs.point)
+    else:
+        add(tree.neighbours, tree.point)
+    return note_nearest(worker.best, node, violation)
 
 
 @kernel
-def draw_sparsely(search, tree, witnesses, goal_bias, selection_radius):  # type: ignore[no-untyped-def]
-    """Return the node to extend, the cheapest near a sample, or NONE where it has often failed.
+def draw_node(worker):  # type: ignore[no-untyped-def]
+    """Return the node of a ``Worker`` to extend, chosen by a sample, or NONE where it often failed.
 
-    Args:
-        search, tree, witnesses: ``SearchState``, ``Tree`` and ``Witnesses``.
-        goal_bias: Probability of sampling the goal.
-        selection_radius: As ``grow_sparsely`` takes it.
+    It is the less likely to be extended, the more often that has failed.
     """
-    sample_state(search.problem, search.random, goal_bias, tree.target)
+    search, tree, growth, most = worker.search, worker.tree, worker.growth, worker.most[0]
+    sample_state(search.problem, search.random, growth.goal_bias, tree.target)
     metric_coordinates(search.problem, tree.target, tree.aim)
-    parent = np.int64(select(witnesses, tree.aim, selection_radius))
-    return parent if is_tried(search, tree, parent) else NONE
+    if growth.kind == SPARSE:
+        known = most < UNBOUNDED_STEPS
+        radius = growth.improving_radius if known else growth.selection_radius
+        parent = np.int64(select(worker.witnesses, tree.aim, radius))
+    elif is_in_cost_space(worker):
+        locate(worker.costs, tree.aim, uniform(search.random) * most * cost_per_step(worker))
+        parent, _ = nearest(worker.costs.neighbours, worker.costs.point, 0, math.inf)
+    else:
+        parent, _ = nearest(tree.neighbours, tree.aim, 0, math.inf)
+    return parent if uniform(search.random) * (1.0 + tree.failures[parent]) <= 1.0 else NONE
+
+
+@kernel
+def cost_per_step(worker):  # type: ignore[no-untyped-def]
+    """Return the distance of a step in state-cost space."""
+    return worker.growth.cost_weight * worker.costs.extent / worker.most[0]

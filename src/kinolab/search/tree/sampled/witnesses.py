@@ -21,7 +21,7 @@ from kinolab.numerics.jit import kernel
 from kinolab.numerics.neighbours.insertion import add
 from kinolab.numerics.neighbours.queries import cheapest_within, nearest
 from kinolab.numerics.neighbours.r_tree import RTree, clear, r_tree
-from kinolab.search.tree.problem_arrays import ProblemArrays, metric_coordinates, metric_periods
+from kinolab.search.tree.problem_arrays import ProblemArrays, metric_periods
 from kinolab.search.tree.tree import NONE
 
 NOBODY = -1
@@ -83,14 +83,6 @@ def select(witnesses, point, radius):  # type: ignore[no-untyped-def]
         around = cheapest_within(witnesses.neighbours, witnesses.cost, point, radius * radius)
         found = found if around == NOBODY else around
     return witnesses.node[found]
-
-
-@kernel
-def begin_witnesses(search, tree, witnesses):  # type: ignore[no-untyped-def]
-    """Clear the witnesses to the start, node 0."""
-    clear(witnesses.neighbours)
-    metric_coordinates(search.problem, search.problem.start, tree.point)
-    represent(witnesses, NOBODY, 0, 0, tree.point)
 
 
 @kernel

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from kinolab.search.tree.threads.other_trees import OtherTrees
-from kinolab.search.tree.threads.parallel_growth import Growth
-from kinolab.search.tree.threads.threaded_tree import ThreadedTree
+from kinolab.search.tree.threads.threaded_tree import AbstractThreadedPlanner
 
-__all__ = ["Growth", "OtherTrees", "ThreadedTree"]
+__all__ = ["AbstractThreadedPlanner", "OtherTrees"]

@@ -10,16 +10,12 @@ Robotics and Automation Letters 10(3), 2025, for rounds of extensions of the tre
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
 from kinolab.numerics.jit import kernel
-from kinolab.search.tree.extensions import begin_extension, has_ended, lane_to_serve
+from kinolab.search.tree.ends import take_end
 from kinolab.search.tree.lanes import drop_extensions
-from kinolab.search.tree.sampled.directed_control import add_end, directed_control, draw_node
-from kinolab.search.tree.sampled.sampled_growth import add_end_sparsely, draw_sparsely
-from kinolab.search.tree.sampled.witnesses import begin_witnesses, sweep
+from kinolab.search.tree.sampled.sampled_growth import add_end, grow, is_full
 from kinolab.search.tree.threads.atomics import (
     atomic_add,
     atomic_load,
@@ -35,55 +31,20 @@ from kinolab.search.tree.threads.workers import (
     OVER,
     SHORT_PART,
     TAKEN,
-    keep_end,
-    take_end,
 )
-from kinolab.search.tree.tree import FULL, GROWING, NONE, begin, begin_without_neighbours
-from kinolab.search.tree.tree_extension import UNBOUNDED_STEPS
+from kinolab.search.tree.tree import FULL, GROWING
 
 NO_PART = np.int64(-1)
 PATIENCE = 1000  # looks for a part, a fraction of a microsecond each, before a thread sleeps
 
 
-class Growth(NamedTuple):
-    """How a tree grows, for compiled kernels; the last four are of sparse trees."""
-
-    goal_bias: float  # probability of sampling the goal
-    control_samples: int  # candidate inputs, of which the one leading nearest is applied
-    min_steps: int  # of an input
-    max_steps: int
-    sparse: int = 0  # whether it is one
-    selection_radius: float = 0.0
-    improving_radius: float = 0.0  # the same, where a motion is known
-    pruning_radius: float = 0.0
-
-
 @kernel
-def begin_apart(first, workers, growth):  # type: ignore[no-untyped-def]
-    """Clear a tree to its start.
-
-    Args:
-        first: Record of the first ``Worker``.
-        workers: ``Workers``.
-        growth: ``Growth``.
-    """
-    if growth.sparse:
-        begin_without_neighbours(first.search, first.tree)
-        begin_witnesses(first.search, first.tree, first.witnesses)
-    else:
-        begin(first.search, first.tree)
-    abandon(first, workers)
-
-
-@kernel
-def grow_in_rounds(first, workers, best, growth, iterations):  # type: ignore[no-untyped-def]
+def grow_in_rounds(first, workers, iterations):  # type: ignore[no-untyped-def]
     """Grow a tree for some iterations or a few more, beside those who help.
 
     Args:
         first: Record of the first ``Worker``, who adds nodes.
         workers: ``Workers``.
-        best: The node nearest to the goal and its normalised goal error (2,); written.
-        growth: ``Growth``.
         iterations: Number after which no other round begins.
 
     Returns:
@@ -91,7 +52,7 @@ def grow_in_rounds(first, workers, best, growth, iterations):  # type: ignore[no
     """
     done, board, crowd = 0, workers.board, workers.addresses.shape[0]
     while True:
-        status = add_ends(first, workers, best, growth)
+        status = add_ends(first, workers)
         if status != GROWING or done >= iterations:
             return status, done
         atomic_store(board, OPENED, atomic_load(board, OPENED) + crowd)
@@ -99,7 +60,7 @@ def grow_in_rounds(first, workers, best, growth, iterations):  # type: ignore[no
             part = take_part(board)
             if part == NO_PART:
                 break
-            do_part(part % crowd, first, workers, best, growth)
+            do_part(part % crowd, first, workers)
         while atomic_load(board, DONE) != atomic_load(board, OPENED):
             yield_processor()
         for worker in range(crowd):
@@ -107,11 +68,11 @@ def grow_in_rounds(first, workers, best, growth, iterations):  # type: ignore[no
 
 
 @kernel
-def help_growing(first, workers, best, growth):  # type: ignore[no-untyped-def]
+def help_growing(first, workers):  # type: ignore[no-untyped-def]
     """Do parts of the rounds of a tree until there are none for a while.
 
     Args:
-        first, workers, best, growth: As ``grow_in_rounds`` takes them.
+        first, workers: As ``grow_in_rounds`` takes them.
     """
     board, crowd, idle = workers.board, workers.addresses.shape[0], 0
     while idle < PATIENCE and atomic_load(board, OVER) == 0:
@@ -121,7 +82,7 @@ def help_growing(first, workers, best, growth):  # type: ignore[no-untyped-def]
             yield_processor()
         else:
             idle = 0
-            do_part(part % crowd, first, workers, best, growth)
+            do_part(part % crowd, first, workers)
 
 
 @kernel
@@ -136,15 +97,15 @@ def take_part(board):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def do_part(number, first, workers, best, growth):  # type: ignore[no-untyped-def]
+def do_part(number, first, workers):  # type: ignore[no-untyped-def]
     """Extend the tree as one of its workers.
 
     Args:
         number: Of the worker.
-        first, workers, best, growth: As ``grow_in_rounds`` takes them.
+        first, workers: As ``grow_in_rounds`` takes them.
     """
     worker = record_at(workers.addresses[number], first)
-    extend_apart(worker, best, growth, workers.most[0], draws_of(number, workers))
+    grow(worker, draws_of(number, workers), True)
     atomic_add(workers.board, DONE, 1)
 
 
@@ -155,82 +116,29 @@ def draws_of(number, workers):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def extend_apart(worker, best, growth, most, draws):  # type: ignore[no-untyped-def]
-    """Extend a tree that others read, and keep the ends.
-
-    Args:
-        worker: Record of a ``Worker``.
-        best: The node nearest to the goal and its normalised goal error (2,).
-        growth: ``Growth``.
-        most: Cost bound: steps that a solution must stay below.
-        draws: Of a node to extend.
-    """
-    search, tree, done = worker.search, worker.tree, 0
-    radius = growth.selection_radius if most == UNBOUNDED_STEPS else growth.improving_radius
-    while True:
-        lane = lane_to_serve(search, tree, growth.min_steps, best[1])
-        if has_ended(tree, lane):
-            keep_end(tree, lane, worker.ends)
-            continue
-        if done >= draws:
-            return
-        done += 1
-        tree.extensions.draws[lane] += 1
-        if growth.sparse:
-            parent = draw_sparsely(search, tree, worker.witnesses, growth.goal_bias, radius)
-        else:
-            parent = draw_node(search, tree, growth.goal_bias)
-        if parent != NONE:
-            least, longest = growth.min_steps, growth.max_steps
-            steps = directed_control(search, tree, parent, least, longest, growth.control_samples)
-            steps = min(steps, most - 1 - tree.cost[parent])
-            begin_extension(search, tree, lane, parent, steps)
-
-
-@kernel
-def add_ends(first, workers, best, growth):  # type: ignore[no-untyped-def]
+def add_ends(first, workers):  # type: ignore[no-untyped-def]
     """Add what all workers keep to the tree, up to one that reaches the goal.
 
     Args:
-        first, workers, best, growth: As ``grow_in_rounds`` takes them.
+        first, workers: As ``grow_in_rounds`` takes them.
 
     Returns:
         GROWING, REACHED or FULL.
     """
-    search, tree, witnesses, most = first.search, first.tree, first.witnesses, workers.most[0]
     for number in range(workers.addresses.shape[0]):
         ends = record_at(workers.addresses[number], first).ends
         while ends.filled[1] < ends.filled[0]:
-            if tree.size[0] >= tree.x.shape[0]:
-                if not (growth.sparse and sweep(tree, witnesses, best, most)):
-                    return FULL
+            before = first.tree.size[0]
+            if is_full(first):
+                return FULL
+            if first.tree.size[0] < before:
                 abandon(first, workers)
                 return GROWING
-            parent, made, violation, clearance = take_end(tree, ends)
-            if growth.sparse:
-                status = add_end_sparsely(
-                    search, tree, witnesses, best, growth.min_steps, most,
-                    growth.pruning_radius, parent, made, violation, clearance,
-                )  # fmt: skip
-            else:
-                status = add_end(
-                    search, tree, best, growth.min_steps, parent, made, violation, clearance
-                )
+            status = add_end(first, *take_end(first.tree, ends))
             if status != GROWING:
                 return status
         ends.filled[0] = ends.filled[1] = 0
     return GROWING
-
-
-@kernel
-def prune(first, workers, best):  # type: ignore[no-untyped-def]
-    """Prune nodes of a sparse tree that cannot lead to a motion of fewer steps than its bound.
-
-    Args:
-        first, workers, best: As ``grow_in_rounds`` takes them.
-    """
-    sweep(first.tree, first.witnesses, best, workers.most[0])
-    abandon(first, workers)
 
 
 @kernel
