@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -14,12 +13,7 @@ from ompl import util as ou
 
 from kinolab.search.graph import SearchGraph
 from kinolab.search.ompl.simple_setup import OmplSetup
-from kinolab.search.ompl.solution_path import (
-    SolutionPath,
-    input_rows,
-    path_in,
-    with_last_step,
-)
+from kinolab.search.ompl.solution_path import path_in, with_last_step
 from kinolab.search.planner import Budget, Outcome, SearchResult
 from kinolab.search.result import unsolved
 from kinolab.simulation.resimulated_goal import TrueEnds
@@ -58,23 +52,24 @@ def search(
     budget.restart()  # code for this machine was compiled and loaded until here
     rounds = _Rounds(budget, restart_after, lambda: _graph(setup, planner))
     condition = ob.PlannerTerminationCondition(rounds.ended)
-    nearest, truth, reached = SolutionPath(math.inf, [], []), TrueEnds(problem), False
+    nearest, reached = (math.inf, np.zeros((0, problem.model.nu))), False
+    truth = TrueEnds(problem)
     while not rounds.all_over:
         begun = budget.iterations
         planner.solve(condition)
-        path = path_in(definition)
+        excess, u = path_in(problem, definition)
         if definition.hasExactSolution():
-            path = with_last_step(path, problem, setup.last_step)
-            difference = budget.breaking(partial(truth.excess, input_rows(problem, path)[1]))
-            if difference is None:
-                rounds.all_over, nearest = True, path  # interrupted during re-simulation
+            u = with_last_step(u, setup.last_step)
+            true = budget.breaking(partial(truth.excess, u))
+            if true is None:
+                rounds.all_over, nearest = True, (excess, u)  # interrupted during re-simulation
                 break
-            path = replace(path, difference=difference)
-            if path.difference <= 1.0:
-                nearest, reached = path, True
+            excess = true
+            if excess <= 1.0:
+                nearest, reached = (excess, u), True
                 break  # otherwise the next solve continues with the same tree
-        if path.difference < nearest.difference:
-            nearest = path
+        if excess < nearest[0]:
+            nearest = excess, u
         definition.clearSolutionPaths()
         if rounds.over:
             setup.forget()
@@ -82,12 +77,13 @@ def search(
             rounds.begin_next()
         elif budget.iterations == begun:
             rounds.all_over = True  # OMPL rejects the start, which lies within the safety margin
-    t, u = input_rows(problem, nearest)
+    u = nearest[1]
     statistics = {f"rejected_by_{cause}": float(n) for cause, n in setup.rejections.counts.items()}
     statistics |= {**truth.statistics, "restarts": float(rounds.restarts), **setup.statistics}
     shares = setup.rejections.shares()
     graph = None if rounds.all_over else _graph(setup, planner)  # would exceed the time limit
     outcome = Outcome.SOLVED if reached else unsolved(budget, len(u))
+    t = problem.step * np.arange(len(u) + 1.0)
     return SearchResult(outcome, t, u, budget.iterations, statistics, shares, graph)
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Any
 
 from ompl import base as ob
@@ -15,19 +14,6 @@ from kinolab.search.ompl.goal_errors import GoalErrors
 from kinolab.search.ompl.spaces import Layout
 
 
-@dataclass(frozen=True, kw_only=True)
-class CellDivision:
-    """Discretisation of a configuration into cells.
-
-    Attributes:
-        cells: Number of cells along each discretised coordinate.
-        angles: Whether to discretise angles too if there are fewer than three lengths.
-    """
-
-    cells: int = 20
-    angles: bool = True
-
-
 class CellProjection(ob.ProjectionEvaluator):  # type: ignore[misc]
     """Projection of a state to cell coordinates, with cells of edge 1.
 
@@ -35,21 +21,30 @@ class CellProjection(ob.ProjectionEvaluator):  # type: ignore[misc]
     goal's tolerances they divide everything that the goal constrains, rates included, and halve in
     width with half the distance, so that progress into the goal always reaches new cells. The space
     keeps this object, so it must not refer to the space.
+
+    Args:
+        problem: The planning problem.
+        space: OMPL's space of its states.
+        cells: Number of cells along each divided coordinate.
+        angles: Whether angles are divided, too, if there are fewer than three lengths.
+        goal_region_scale: What counts as near the goal, in its tolerances.
+        guide: Says in which state's cell a state counts; each in its own without one.
     """
 
     def __init__(
         self,
         problem: PlanningTask,
         space: Any,
-        grid: CellDivision,
+        cells: int,
+        angles: bool,
         goal_region_scale: float = 1.0,
         guide: ControlGuide | None = None,
     ) -> None:
         super().__init__(space)
         self._layout, self._guide, self._zoom = Layout(problem), guide, goal_region_scale
-        entries = projected_coordinates(problem, angles=grid.angles)
+        entries = projected_coordinates(problem, angles=angles)
         lower, upper = problem.sampling_bounds[entries].T
-        sizes = (upper - lower) / grid.cells
+        sizes = (upper - lower) / cells
         self._far = list(zip(entries, lower.tolist(), sizes.tolist(), strict=True))
         self._near = GoalErrors(problem, goal_region_scale) if goal_region_scale > 1.0 else None
         named = self._near.size if self._near else 0

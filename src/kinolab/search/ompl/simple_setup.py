@@ -15,8 +15,8 @@ from kinolab.errors import InputError, Mistake
 from kinolab.problem import PlanningTask
 from kinolab.search.ompl.control_guidance import ControlGuide, Guidance
 from kinolab.search.ompl.goal_region import GoalRegion, GoalSamples
-from kinolab.search.ompl.projection import CellDivision, CellProjection
-from kinolab.search.ompl.solution_path import copied, input_rows, path_in, with_last_step
+from kinolab.search.ompl.projection import CellProjection
+from kinolab.search.ompl.solution_path import inputs_of, path_in, with_last_step
 from kinolab.search.ompl.spaces import StateCodec, control_space
 from kinolab.search.ompl.state_propagator import StatePropagator
 from kinolab.simulation.reference import resimulate
@@ -36,7 +36,7 @@ class OmplSetup:
         goal_region_scale: Factor on the goal's tolerances up to which goal samples are drawn, the
             default projection is refined, and motions are guided to the goal.
         seed: Random seed of goal samples and of candidate inputs.
-        grid: Of the default projection.
+        cells, angles: Of the default projection, as ``CellProjection`` takes them.
         guidance: Options of control guidance; None leaves control sampling to OMPL.
         last_step: Goal connection; without it OMPL's path has to end in the goal.
         given_up: Whether no state counts as valid any more, so that OMPL terminates.
@@ -62,7 +62,8 @@ class OmplSetup:
         max_steps: int = 20,
         goal_region_scale: float = 1.0,
         seed: int = 0,
-        grid: CellDivision | None = None,
+        cells: int = 20,
+        angles: bool = True,
         guidance: Guidance | None = None,
         last_step: SteeredGoalConnection | None = None,
         given_up: Callable[[], bool] = lambda: False,
@@ -87,7 +88,7 @@ class OmplSetup:
         information.setup()
         self.space_information = information
         self.projection = CellProjection(
-            problem, self.space, grid or CellDivision(), goal_region_scale, self.guide
+            problem, self.space, cells, angles, goal_region_scale, self.guide
         )
         self.projection.set_cells()
         self.space.registerDefaultProjection(self.projection)
@@ -123,12 +124,11 @@ class OmplSetup:
             remedy = "Call solve(…) of a planner with more time, or give a path."
             raise InputError([Mistake("trajectory", what, remedy)])
         if path is None:
-            found = path_in(self.problem_definition)
-            found = with_last_step(found, self.problem, self.last_step)
+            u = with_last_step(path_in(self.problem, self.problem_definition)[1], self.last_step)
         else:
             require_fit("trajectory path", oc.PathControl, path)
-            found = copied(path, self.problem.model.nu, 0.0)
-        return resimulate(self.problem, *input_rows(self.problem, found))
+            u = inputs_of(self.problem, path)
+        return resimulate(self.problem, self.problem.step * np.arange(len(u) + 1.0), u)
 
     def read(self, state: Any) -> list[float]:
         """Return the entries of an OMPL state in the machine's order."""

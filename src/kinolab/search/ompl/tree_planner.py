@@ -9,7 +9,6 @@ from typing import Any
 from kinolab.problem import PlanningTask
 from kinolab.search.ompl.control_guidance import Guidance
 from kinolab.search.ompl.control_search import search
-from kinolab.search.ompl.projection import CellDivision
 from kinolab.search.ompl.simple_setup import OmplSetup
 from kinolab.search.planner import AbstractTreeSearch, Budget, SearchResult, setting, with_default
 from kinolab.steering.goal_connection import SteeredGoalConnection
@@ -23,8 +22,17 @@ class AbstractTreePlanner(AbstractTreeSearch):
     def make(self, setup: OmplSetup) -> Any:
         """Return OMPL's planner."""
 
-    def ompl_setup(self, problem: PlanningTask, seed: int, budget: Budget) -> OmplSetup:
-        """Return the problem in OMPL's terms; the seed is for samples that OMPL does not draw."""
+    def ompl_setup(
+        self, problem: PlanningTask, seed: int, budget: Budget, **guided: Any
+    ) -> OmplSetup:
+        """Return the problem in OMPL's terms; the seed is for samples that OMPL does not draw.
+
+        Args:
+            problem: The planning problem.
+            seed: Random seed.
+            budget: Of the search.
+            guided: More arguments of ``OmplSetup``, for motions that are guided.
+        """
         return OmplSetup(
             problem,
             min_steps=self.min_steps,
@@ -32,6 +40,7 @@ class AbstractTreePlanner(AbstractTreeSearch):
             goal_region_scale=self.goal_region_scale,
             seed=seed,
             given_up=lambda: budget.interrupted,
+            **guided,
         )
 
     def begin(self, setup: OmplSetup) -> Any:
@@ -76,31 +85,20 @@ class AbstractGuidedPlanner(AbstractTreePlanner):
         meaning="One of so many states is steered into the goal; 0 for none.",
     )
 
-    def ompl_setup(self, problem: PlanningTask, seed: int, budget: Budget) -> OmplSetup:
+    def ompl_setup(
+        self, problem: PlanningTask, seed: int, budget: Budget, **guided: Any
+    ) -> OmplSetup:
         """Return the problem in OMPL's terms, with guided motions."""
-        return OmplSetup(
-            problem,
-            min_steps=self.min_steps,
-            max_steps=self.max_steps,
-            goal_region_scale=self.goal_region_scale,
-            seed=seed,
-            grid=self.grid(),
-            guidance=Guidance(control_samples=self.control_samples, goal_bias=self.goal_bias),
-            last_step=self._last_step(problem, budget),
-            given_up=lambda: budget.interrupted,
-        )
-
-    def _last_step(self, problem: PlanningTask, budget: Budget) -> SteeredGoalConnection | None:
         every = self.goal_connection_period
-        return (
+        last_step = (
             SteeredGoalConnection(problem, every, self.goal_region_scale, lambda: budget.over)
             if every
             else None
         )
-
-    def grid(self) -> CellDivision:
-        """Return the discretisation of the default projection."""
-        return CellDivision()
+        guidance = Guidance(control_samples=self.control_samples, goal_bias=self.goal_bias)
+        return super().ompl_setup(
+            problem, seed, budget, guidance=guidance, last_step=last_step, **guided
+        )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -112,6 +110,9 @@ class AbstractGridPlanner(AbstractGuidedPlanner):
         False, meaning="Whether angles are divided too, where there are fewer than three lengths."
     )
 
-    def grid(self) -> CellDivision:
-        """Return the discretisation of the default projection."""
-        return CellDivision(cells=self.cells, angles=self.angles)
+    def ompl_setup(
+        self, problem: PlanningTask, seed: int, budget: Budget, **guided: Any
+    ) -> OmplSetup:
+        """Return the problem in OMPL's terms, with the cells of the grid."""
+        guided |= {"cells": self.cells, "angles": self.angles}
+        return super().ompl_setup(problem, seed, budget, **guided)
