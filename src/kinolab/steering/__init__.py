@@ -9,11 +9,10 @@ from kinolab.steering.cyclic_coordinates import cyclic_coordinates
 from kinolab.steering.goal_connection import GoalConnection
 from kinolab.steering.maneuver import Maneuver
 from kinolab.steering.nearest_equilibrium import nearest_equilibrium
-from kinolab.steering.steering import AbstractSteering, Steering
+from kinolab.steering.steering import Steering
 from kinolab.steering.tracking import TrackingLaw
 
 __all__ = [
-    "AbstractSteering",
     "GoalConnection",
     "Maneuver",
     "Steering",

@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property
 from typing import TypeAlias
 
 import numpy as np
@@ -13,6 +13,7 @@ import numpy as np
 from kinolab.concurrency.cancel import CancellationToken, never_cancelled, raise_if_cancelled
 from kinolab.dynamics import Model
 from kinolab.numerics.arrays import Array
+from kinolab.numerics.cubic_spline import CubicSpline
 from kinolab.problem import PlanningTask
 from kinolab.problem.task import LIMIT_TOLERANCE
 from kinolab.problem.time_steps import covering_steps
@@ -21,16 +22,31 @@ from kinolab.steering.maneuver import Maneuver
 MAX_RAMP_SLOPE = 2.1875  # the largest slope of the ramp from 0 to 1 over a unit of time
 
 
-class SampledPath(ABC):
-    """A path that is known by samples, and can be looked at without more."""
+class SampledPath:
+    """A path that is known by samples, and can be looked at without more.
 
-    @abstractmethod
-    def __call__(self, s: Array, rate: Array, slope: Array) -> Array:
-        """Return the coordinates at path parameters s (m,), shape (m, coordinates)."""
+    Args:
+        fraction: Of the arc length, at samples, shape (n,).
+        coordinates: There, shape (n, coordinates).
+    """
 
-    @abstractmethod
+    def __init__(self, fraction: Array, coordinates: Array) -> None:
+        self._fraction, self._coordinates = fraction, coordinates
+
+    def __call__(self, s: Array, _rate: Array, _slope: Array) -> Array:
+        """Return the coordinates at fractions s (m,), twice differentiable."""
+        return self._spline(s)
+
     def sampled(self, s: Array) -> Array:
-        """Return the coordinates at path parameters s (m,), roughly, shape (m, coordinates)."""
+        """Return the coordinates at fractions s (m,), by straight lines between samples.
+
+        Most curves are only looked at, to see that something is in the way.
+        """
+        return np.column_stack([np.interp(s, self._fraction, c) for c in self._coordinates.T])
+
+    @cached_property
+    def _spline(self) -> CubicSpline:
+        return CubicSpline(self._fraction, self._coordinates)
 
 
 @dataclass(frozen=True)

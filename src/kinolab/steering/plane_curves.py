@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
-from functools import cache, cached_property
+from functools import cache
 from itertools import pairwise
 from typing import final
 
@@ -13,10 +12,9 @@ import numpy as np
 from kinolab.dynamics.codegen.state_space import wrapped
 from kinolab.dynamics.machine_facts import FlatFacts
 from kinolab.numerics.arrays import Array
-from kinolab.numerics.cubic_spline import CubicSpline
 from kinolab.problem import PlanningTask
 from kinolab.steering.path_motion import AbstractPathFamily, Path, SampledPath
-from kinolab.steering.reeds_shepp import Arc, arcs
+from kinolab.steering.reeds_shepp import Arc, PlanePose, arcs
 
 CURVE_SAMPLES = 120  # of a smooth curve
 REACHES = (0.7, 1.2)  # tangent length of a smooth curve, in distances between its ends
@@ -27,23 +25,14 @@ MIN_LENGTH = 1e-6  # [m] or [rad] below which no motion is made
 FORWARD, BACKWARD = GEARS = 1.0, -1.0
 
 
-@dataclass(frozen=True)
-class Pose:
-    """Planar pose: x, y in [m], heading in [rad], and the steered coordinates."""
-
-    x: float
-    y: float
-    heading: float
-    steered: tuple[float, ...]
-
-
 @final
 class PlanePaths(AbstractPathFamily):
     """Paths along plane curves.
 
     Candidates in order: smooth curves forward and backward (quintic Hermite polynomials with zero
     curvature at both ends); then turn-drive-turn if the machine turns on the spot, otherwise the
-    shortest curve of arcs and straight lines, with a stop wherever the steering must change.
+    shortest curve of arcs and straight lines, with a stop wherever the steering must change. A pose
+    is an array: x, y in [m], heading in [rad] and the steered coordinates, shape (3 + steered,).
 
     Source: Reeds, Shepp, Optimal paths for a car that goes both forwards and backwards, Pacific J.
     Mathematics 145(2), 1990; Laumond (ed.), Robot Motion Planning and Control, 1998, chapter 1.
@@ -68,8 +57,8 @@ class PlanePaths(AbstractPathFamily):
 
     def paths(self, x0: Array, x1: Array) -> Iterator[list[Path]]:
         """Yield sequences of paths from x0 to x1, shape (nx,), with a stop after each path."""
-        begin, end = self._pose(x0), self._pose(x1)
-        straight = self._pose(self.straightened(x0))
+        begin, end = x0[self._index], x1[self._index]
+        straight = self.straightened(x0)[self._index]
         for path in self._smooth(straight, end):
             yield [*self._shifts([begin, straight]), path]
         if self._steers:
@@ -80,33 +69,28 @@ class PlanePaths(AbstractPathFamily):
 
     def detours(self, x0: Array, x1: Array) -> Iterator[list[Path]]:
         """Yield paths with a straight final approach, for ends without clearance to turn."""
-        begin, end = self._pose(x0), self._pose(x1)
-        if not self._steers or float(np.hypot(end.x - begin.x, end.y - begin.y)) < MIN_LENGTH:
+        begin, end = x0[self._index], x1[self._index]
+        if not self._steers or _distance(begin, end) < MIN_LENGTH:
             return
-        straight = tuple(map(float, self._steered(np.zeros(1))[0]))
+        straight, heading = self._steered(np.zeros(1))[0], end[2]
         for lead in LEADS:
             for gear in GEARS:
                 back = gear * lead * self.radius
-                x = end.x - back * float(np.cos(end.heading))
-                y = end.y - back * float(np.sin(end.heading))
-                paths, gate = self._reeds_shepp(begin, Pose(x, y, end.heading, straight))
-                there = Pose(end.x, end.y, gate.heading, straight)
-                arrived = Pose(end.x, end.y, gate.heading, end.steered)
+                before = end[:2] - back * np.array([np.cos(heading), np.sin(heading)])
+                paths, gate = self._reeds_shepp(begin, np.array([*before, heading, *straight]))
+                there = np.array([*end[:2], gate[2], *straight])
+                arrived = np.array([*end[:2], gate[2], *end[3:]])
                 yield [*paths, *self._shifts([gate, there, arrived])]
 
-    def _pose(self, x: Array) -> Pose:
-        px, py, heading, *steered = x[self._index]
-        return Pose(float(px), float(py), float(heading), tuple(map(float, steered)))
-
-    def _smooth(self, begin: Pose, end: Pose) -> Iterator[Path]:
+    def _smooth(self, begin: Array, end: Array) -> Iterator[Path]:
         """Yield quintic curves by arc length, but none that is too sharp."""
-        distance = float(np.hypot(end.x - begin.x, end.y - begin.y))
+        distance = _distance(begin, end)
         if distance < MIN_LENGTH:
             return
-        headings = np.array([begin.heading, end.heading])
+        headings = np.array([begin[2], end[2]])
         towards = np.column_stack([np.cos(headings), np.sin(headings)])
         pace = np.array([[gear * reach * distance] for reach in REACHES for gear in GEARS])
-        ends = np.broadcast_to([[begin.x, begin.y], [end.x, end.y]], (len(pace), 2, 2))
+        ends = np.broadcast_to([begin[:2], end[:2]], (len(pace), 2, 2))
         point, slope, bend = _hermite(ends, pace[:, :, None] * towards)
         speed = np.hypot(slope[..., 0], slope[..., 1])
         turning = slope[..., 0] * bend[..., 1] - slope[..., 1] * bend[..., 0]
@@ -115,49 +99,46 @@ class PlanePaths(AbstractPathFamily):
         for k in np.flatnonzero(wide):
             course = np.sign(pace[k]) * slope[k].T
             heading = np.unwrap(np.arctan2(course[1], course[0]))
-            heading += begin.heading - heading[0]
+            heading += begin[2] - heading[0]
             steered = self._steered(curvature[k])
-            off = np.abs([steered[0] - begin.steered, steered[-1] - end.steered])
+            off = np.abs([steered[0] - begin[3:], steered[-1] - end[3:]])
             if off.max(initial=0.0) > MIN_LENGTH:
                 continue  # the steering would have to jump
             gone = np.concatenate([[0.0], np.cumsum((speed[k, 1:] + speed[k, :-1]) / 2)])
             poses = np.column_stack([point[k], heading, steered])
-            yield _SampledCurve(gone / gone[-1], poses)
+            yield SampledPath(gone / gone[-1], poses)
 
     def _steered(self, curvature: Array) -> Array:
         if not self._steers:
             return np.empty((len(curvature), 0))
         return np.column_stack(_steered_at(self._flat, curvature))
 
-    def _turn_go_turn(self, begin: Pose, end: Pose, gear: float) -> list[Path]:
-        path = np.array([end.x - begin.x, end.y - begin.y])
-        distance = float(np.hypot(*path))
-        if distance < MIN_LENGTH:
-            return self._shifts([begin, _turned(begin, end.heading)])
-        course = _nearest(float(np.arctan2(*(gear * path[::-1]))), begin.heading)
-        there = Pose(end.x, end.y, course, ())
+    def _turn_go_turn(self, begin: Array, end: Array, gear: float) -> list[Path]:
+        path = end[:2] - begin[:2]
+        if _distance(begin, end) < MIN_LENGTH:
+            return self._shifts([begin, _turned(begin, end[2])])
+        course = _nearest(float(np.arctan2(*(gear * path[::-1]))), begin[2])
+        there = np.array([*end[:2], course])
         return [
             *self._shifts([begin, _turned(begin, course)]),
             _straight(_turned(begin, course), there),
-            *self._shifts([there, _turned(there, end.heading)]),
+            *self._shifts([there, _turned(there, end[2])]),
         ]
 
-    def _shifts(self, poses: list[Pose]) -> list[Path]:
+    def _shifts(self, poses: list[Array]) -> list[Path]:
         """Return straight paths between consecutive poses, skipping coincident ones."""
         return [_straight(a, b) for a, b in pairwise(poses) if _apart(a, b)]
 
-    def _reeds_shepp(self, begin: Pose, end: Pose) -> tuple[list[Path], Pose]:
+    def _reeds_shepp(self, begin: Array, end: Array) -> tuple[list[Path], Array]:
         """Return arcs with steering changes at stops between them, and the final pose."""
         paths, here = [], begin
-        for arc in arcs(
-            (begin.x, begin.y, begin.heading), (end.x, end.y, end.heading), self.radius
-        ):
-            steered = tuple(map(float, self._steered(np.array([arc.curvature]))[0]))
-            ready = Pose(here.x, here.y, here.heading, steered)
-            there = Pose(*arc.after((here.x, here.y, here.heading)), steered)
+        for arc in arcs(_in_plane(begin), _in_plane(end), self.radius):
+            steered = self._steered(np.array([arc.curvature]))[0]
+            ready = np.array([*here[:3], *steered])
+            there = np.array([*arc.after(_in_plane(here)), *steered])
             paths += [*self._shifts([here, ready]), _around(ready, arc)]
             here = there
-        arrived = Pose(here.x, here.y, here.heading, end.steered)
+        arrived = np.array([*here[:3], *end[3:]])
         return [*paths, *self._shifts([here, arrived])], arrived
 
 
@@ -202,43 +183,29 @@ def _hermite_basis() -> tuple[Array, Array, Array]:
     return powers @ basis.T, first @ basis.T, second @ basis.T
 
 
-class _SampledCurve(SampledPath):
-    """Coordinates between samples at fractions of the arc length."""
-
-    def __init__(self, fraction: Array, coordinates: Array) -> None:
-        self._fraction, self._coordinates = fraction, coordinates
-
-    def __call__(self, s: Array, _rate: Array, _slope: Array) -> Array:
-        """Return the coordinates at fractions s (m,), twice differentiable."""
-        return self._spline(s)
-
-    def sampled(self, s: Array) -> Array:
-        """Return the coordinates at fractions s (m,), by straight lines between samples.
-
-        Most curves are only looked at, to see that something is in the way.
-        """
-        return np.column_stack([np.interp(s, self._fraction, c) for c in self._coordinates.T])
-
-    @cached_property
-    def _spline(self) -> CubicSpline:
-        return CubicSpline(self._fraction, self._coordinates)
+def _in_plane(pose: Array) -> PlanePose:
+    x, y, heading = pose[:3].tolist()
+    return x, y, heading
 
 
-def _straight(begin: Pose, end: Pose) -> Path:
-    a, b = (np.array([p.x, p.y, p.heading, *p.steered]) for p in (begin, end))
-    return lambda s, _rate, _slope: a + s[:, None] * (b - a)
+def _distance(begin: Array, end: Array) -> float:
+    return float(np.hypot(*(end - begin)[:2]))
 
 
-def _around(begin: Pose, arc: Arc) -> Path:
+def _straight(begin: Array, end: Array) -> Path:
+    return lambda s, _rate, _slope: begin + s[:, None] * (end - begin)
+
+
+def _around(begin: Array, arc: Arc) -> Path:
     def path(s: Array, _rate: Array, _slope: Array) -> Array:
-        poses = np.column_stack(arc.poses((begin.x, begin.y, begin.heading), s))
-        return np.hstack([poses, np.tile(begin.steered, (len(s), 1))])
+        poses = np.column_stack(arc.poses(_in_plane(begin), s))
+        return np.hstack([poses, np.tile(begin[3:], (len(s), 1))])
 
     return path
 
 
-def _turned(pose: Pose, heading: float) -> Pose:
-    return Pose(pose.x, pose.y, _nearest(heading, pose.heading), pose.steered)
+def _turned(pose: Array, heading: float) -> Array:
+    return np.array([*pose[:2], _nearest(heading, pose[2]), *pose[3:]])
 
 
 def _nearest(angle: float, other: float) -> float:
@@ -246,9 +213,5 @@ def _nearest(angle: float, other: float) -> float:
     return float(other + wrapped(angle - other))
 
 
-def _apart(a: Pose, b: Pose) -> bool:
-    turned = [
-        abs(a.heading - b.heading),
-        *(abs(p - q) for p, q in zip(a.steered, b.steered, strict=True)),
-    ]
-    return max(turned) > MIN_LENGTH or float(np.hypot(a.x - b.x, a.y - b.y)) > MIN_LENGTH
+def _apart(a: Array, b: Array) -> bool:
+    return float(np.abs(a - b)[2:].max()) > MIN_LENGTH or _distance(a, b) > MIN_LENGTH

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
 from itertools import chain
 
@@ -26,24 +25,7 @@ MAX_CORRECTIONS = 25  # Newton steps of a boundary-value problem
 SETTLING_STEPS = 60  # steps of feedback toward an equilibrium
 
 
-class AbstractSteering(ABC):
-    """Finds exact motions between two states."""
-
-    @abstractmethod
-    def steer(
-        self, x0: Array, x1: Array, worthwhile: Callable[[Array], bool] = ...
-    ) -> Iterator[Maneuver]:
-        """Yield motions from x0 that end at x1.
-
-        Args:
-            x0: Start state, shape (nx,).
-            x1: End state, shape (nx,).
-            worthwhile: Whether states along a path, shape (n, nx), justify computing its motion;
-                False, for example, if one collides.
-        """
-
-
-class Steering(AbstractSteering):
+class Steering:
     """All steering methods that a machine allows.
 
     To rest: curves of a flat machine, after a stop maneuver if it moves. Otherwise: feedback about
@@ -80,7 +62,14 @@ class Steering(AbstractSteering):
     def steer(
         self, x0: Array, x1: Array, worthwhile: Callable[[Array], bool] = lambda _: True
     ) -> Iterator[Maneuver]:
-        """Yield motions from x0 that end at x1, as in ``AbstractSteering``."""
+        """Yield motions from x0 that end exactly at x1.
+
+        Args:
+            x0: Start state, shape (nx,).
+            x1: End state, shape (nx,).
+            worthwhile: Whether states along a path, shape (n, nx), justify computing its motion;
+                False, for example, if one collides.
+        """
         x1 = self._problem.space.nearest(x0, x1)
         for rough in self._rough(x0, x1, worthwhile):
             exact = self.closing.correct(x0, rough.u, x1, most=MAX_CORRECTIONS)
