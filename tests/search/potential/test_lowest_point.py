@@ -10,7 +10,6 @@ import pytest
 from kinolab.numerics.arrays import Array
 from kinolab.search import Budget
 from kinolab.search.potential.descent import Ending, PartialMotion
-from kinolab.search.potential.potential_search import _where
 from kinolab.search.potential.random_walk_escapes import RandomWalkEscapes
 from tests.support import OPEN, problem_of
 
@@ -41,7 +40,7 @@ def test_the_minimum_that_is_reported_is_the_lowest_point_of_the_descent(tmp_pat
     escapes = RandomWalkEscapes(*parts)
     ending, nearest = escapes.search(problem, np.random.default_rng(0), Budget(60.0))
     assert ending is Ending.MINIMUM
-    place = _where(problem, escapes)
+    place = escapes.statistics(problem)
     assert place["minimum_x"] == 0.26
     assert place["minimum_potential"] == pytest.approx(1.0001)
     # the motion ends where it is nearest to the goal, which is at x = 0

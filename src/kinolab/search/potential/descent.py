@@ -33,6 +33,10 @@ class PartialMotion:
         """The final state, shape (nx,)."""
         return self.states[-1]
 
+    def rows(self, nu: int) -> Array:
+        """Return the inputs, shape (N, nu)."""
+        return np.array(self.inputs, dtype=float).reshape(-1, nu)
+
     def until(self, count: int) -> PartialMotion:
         """Return its first ``count`` steps."""
         return PartialMotion(self.states[: count + 1], self.inputs[:count])
@@ -92,8 +96,12 @@ class Descent:
             height = self._height(trail.end)
             if height < lowest - MIN_PROGRESS:
                 lowest, waited = height, 0
-            if height < self._near and count % GOAL_CONNECTION_PERIOD == 0 and self._arrive(trail):
-                return Ending.GOAL
+            if height < self._near and count % GOAL_CONNECTION_PERIOD == 0:
+                motion = self._arrival.inputs(trail.end)
+                for arriving, x in motion or ():
+                    trail.add(arriving, x)
+                if motion is not None:
+                    return Ending.GOAL
             count, waited = count + 1, waited + 1
             try:
                 chosen = self._choose(trail.end, u, generator, budget)
@@ -109,12 +117,6 @@ class Descent:
     def _height(self, x: Array) -> float:
         return float(self._field.potential(x[None])[0])
 
-    def _arrive(self, trail: PartialMotion) -> bool:
-        motion = self._arrival.inputs(trail.end)
-        for u, x in motion or ():
-            trail.add(u, x)
-        return motion is not None
-
     def _choose(
         self, x: Array, u: Array, generator: np.random.Generator, budget: Budget
     ) -> tuple[Array, Array] | None:
@@ -129,9 +131,9 @@ class Descent:
         longest, best = 0, None
         for proposal in self._lookahead.proposals(x, u, generator):
             raise_if_cancelled(budget.expired)
-            free, first = self._free_steps(x, proposal.u)
+            free, first = self._free_steps(x, proposal)
             if free > longest and first is not None:
-                longest, best = free, (proposal.u, first)
+                longest, best = free, (proposal, first)
             if free == self._lookahead.steps:
                 break
         return best

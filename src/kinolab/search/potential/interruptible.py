@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
+from concurrent.futures import Future, wait
 from typing import TypeVar
 
 T = TypeVar("T")
@@ -17,21 +18,16 @@ def run_unless_cancelled(work: Callable[[], T], stop: Callable[[], bool]) -> T |
     Python handles signals in its main thread and only between bytecodes, so long compiled work runs
     in another thread. Cancelled work finishes in the background and is discarded.
     """
-    results: list[T] = []
-    failures: list[BaseException] = []
+    done: Future[T] = Future()
 
     def run() -> None:
         try:
-            results.append(work())
+            done.set_result(work())
         except BaseException as error:
-            failures.append(error)
+            done.set_exception(error)
 
-    thread = threading.Thread(target=run, daemon=True)
-    thread.start()
-    while thread.is_alive():
-        thread.join(CANCELLATION_PERIOD)
-        if thread.is_alive() and stop():
+    threading.Thread(target=run, daemon=True).start()
+    while not wait([done], CANCELLATION_PERIOD).done:
+        if stop():
             return None
-    if failures:
-        raise failures[0]
-    return results[0]
+    return done.result()

@@ -62,15 +62,10 @@ def sample_states(problem: PlanningTask, count: int) -> Array:
     return problem.model.project(states)
 
 
-def length_entries(problem: PlanningTask) -> list[int]:
-    """Return the entries of the state that are coordinates in [m]."""
-    names = problem.model.state_names
-    return [names.index(c.name) for c in problem.machine.coordinates if c.unit == "m"]
-
-
 def _lengths_of(problem: PlanningTask, body: int, states: Array) -> tuple[int, ...]:
-    found = []
-    for entry in length_entries(problem):
+    """Return the entries of the state that are coordinates in [m] and move a body."""
+    found, names = [], problem.model.state_names
+    for entry in [names.index(c.name) for c in problem.machine.coordinates if c.unit == "m"]:
         moved = states.copy()
         moved[:, entry] += 1.0
         shift = (problem.frames(moved) - problem.frames(states))[:, body]

@@ -8,7 +8,6 @@ positions of the control points at the horizon.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -22,14 +21,6 @@ from kinolab.simulation import ZeroOrderHold
 
 STEP_LENGTHS = (0.3, 1.0, 3.0)  # [m] targets for the control points' motion within the horizon
 FD_STEP = 0.05  # finite difference, of an input's range
-
-
-@dataclass(frozen=True, eq=False)
-class Proposal:
-    """Inputs, shape (nu,), and the potential that they reach at the horizon, in [m]."""
-
-    potential: float
-    u: Array
 
 
 class Lookahead:
@@ -56,8 +47,8 @@ class Lookahead:
         self._rollout = ZeroOrderHold(field.problem)
         self._lower, self._upper = field.problem.model.control_bounds.T
 
-    def proposals(self, x: Array, u: Array, generator: np.random.Generator) -> list[Proposal]:
-        """Return proposals for a state, the best first, without those whose simulation fails.
+    def proposals(self, x: Array, u: Array, generator: np.random.Generator) -> list[Array]:
+        """Return inputs (nu,) for a state, the best first, without those whose simulation fails.
 
         Args:
             x: State, shape (nx,).
@@ -74,8 +65,7 @@ class Lookahead:
         if not found:
             return []
         values = self._field.potential(np.array(ends))
-        ranked = sorted(zip(values.tolist(), range(len(found)), strict=True))
-        return [Proposal(value, found[k]) for value, k in ranked]
+        return [found[k] for _, k in sorted(zip(values.tolist(), range(len(found)), strict=True))]
 
     def _ideas(self, x: Array, u: Array, generator: np.random.Generator) -> Iterator[Array]:
         yield u

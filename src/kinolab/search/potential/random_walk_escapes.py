@@ -76,6 +76,16 @@ class RandomWalkEscapes:
         self.minima: list[LocalMinimum] = []
         self.made = self._since_progress = 0
 
+    def statistics(self, problem: PlanningTask) -> dict[str, float]:
+        """Return how many minima and escapes there were, and where the lowest minimum is."""
+        counts = {"minima": float(len(self.minima)), "escapes": float(self.made)}
+        if not self.minima:
+            return counts
+        lowest = min(self.minima, key=lambda minimum: minimum.lowest)
+        names = problem.model.state_names[: problem.model.nq]
+        place = {f"minimum_{n}": float(v) for n, v in zip(names, lowest.place, strict=False)}
+        return counts | {"minimum_potential": lowest.lowest, **place}
+
     def search(
         self, problem: PlanningTask, generator: np.random.Generator, budget: Budget
     ) -> tuple[Ending, PartialMotion]:
