@@ -8,18 +8,18 @@ from typing import ClassVar, final
 
 import numpy as np
 
-from kinolab.concurrency.cancel import CancelledError, raise_if_cancelled
+from kinolab.concurrency.cancel import CancelledError
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 from kinolab.search import AbstractPlanner, Budget, Outcome, SearchResult, setting, unsolved
 from kinolab.search.ompl import ConfigurationSpace, GeometricRoadmap
+from kinolab.search.roadmap.milestones import Sampler
 from kinolab.simulation import Propagator
-from kinolab.steering import Maneuver, Steering, cyclic_coordinates, nearest_equilibrium
+from kinolab.steering import Maneuver, Steering
 
 CONFIGURATIONS_PER_BATCH = 20  # configurations between queries
 # growth of the roadmap between attempts to follow its nearest approach
 APPROACH_PERIOD_FACTOR = 4
-STEPS_PER_CANCELLATION_CHECK = 16  # steps of a motion between cancellation checks
 MAX_GOAL_STATES = 10  # goal samples from which to choose an equilibrium
 MARGIN_FACTOR = 1.5  # factor on the margin after a path that could not be tracked
 
@@ -107,17 +107,8 @@ class _PathFollower:
 
     def goal(self, seed: int) -> Array | None:
         """Return a collision-free equilibrium (nx,) in the goal, preferably its centre; or None."""
-        generator, problem = np.random.default_rng(seed), self.problem
-        for k in range(MAX_GOAL_STATES):
-            x = problem.sample_goal(generator, 1.0 if k else 1e-9)
-            x = np.where(cyclic_coordinates(problem), 0.0, self.steering.family.straightened(x))
-            settled = nearest_equilibrium(problem, x)
-            if settled is not None and self._ends_well(settled[0]):
-                return settled[0]
-        return None
-
-    def _ends_well(self, x: Array) -> bool:
-        return self.problem.goal_excess(x) <= 1.0 and self._judge.is_free(x.tolist())
+        sampler = Sampler(self.problem, self.steering, self._judge, seed)
+        return next(sampler.near_goal(MAX_GOAL_STATES, moving=False), None)
 
     def places(self, goal: Array, margin: float) -> ConfigurationSpace:
         """Return the configuration space with a clearance margin in [m]."""
@@ -157,15 +148,8 @@ class _PathFollower:
         motions = (self.steering.paths.chain(paths, x0) for paths in places.free_paths(x0, x1))
         wanted = next((found for found in motions if found is not None), None)
         piece = wanted and self.steering.tracker.track(begin, wanted)
-        return piece if piece is not None and self._is_free(piece) else None
-
-    def _is_free(self, motion: Maneuver) -> bool:
-        for k, (x, u) in enumerate(zip(motion.x.tolist(), motion.u.tolist(), strict=False)):
-            if k % STEPS_PER_CANCELLATION_CHECK == 0:
-                raise_if_cancelled(self._budget.expired)
-            if not self._judge.step(x, u, self.problem.step)[1]:
-                return False
-        return True
+        free = piece is not None and piece.is_free(self._judge, self._budget.expired)
+        return piece if free else None
 
 
 def _result(

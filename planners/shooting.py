@@ -10,7 +10,6 @@ import numpy as np
 from kinolab.concurrency.cancel import CancelledError
 from kinolab.problem import PlanningTask
 from kinolab.search import AbstractPlanner, Budget, Outcome, SearchResult, setting, unsolved
-from kinolab.trajectory import Trajectory
 from kinolab.trajopt.multistart.kinematic_multistart import KinematicMultistart
 from kinolab.trajopt.multistart.multiple_shooting import Multistart
 
@@ -49,10 +48,6 @@ def first_motion(
             motion = multistart.next()
     except CancelledError:
         budget.take_back()
-    return _result(problem, motion, budget)
-
-
-def _result(problem: PlanningTask, motion: Trajectory | None, budget: Budget) -> SearchResult:
     if motion is None:
         nothing = np.zeros((0, problem.model.nu))
         return SearchResult(unsolved(budget, 0), np.zeros(1), nothing, budget.iterations)

@@ -17,6 +17,7 @@ from kinolab.concurrency.cancel import CancellationToken, CancelledError, raise_
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 from kinolab.simulation import Propagator, ZeroOrderHold
+from kinolab.steering.maneuver import STEPS_PER_CANCELLATION_CHECK
 from kinolab.steering.nearest_equilibrium import nearest_equilibrium
 from kinolab.steering.steering import Steering
 
@@ -28,7 +29,6 @@ MAX_ITERATIONS = 15  # of least squares
 CONTROL_WEIGHT = 1e-2  # of inputs' deviation from mid-range, relative to errors in tolerances
 FD_STEP = 1e-4  # finite difference, of an input's range
 MAX_ERROR = 1e9  # goal errors are clipped to this, in tolerances
-STEPS_PER_CANCELLATION_CHECK = 16  # steps of a motion between cancellation checks
 
 
 class GoalConnection:

@@ -6,7 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from kinolab.concurrency.cancel import CancellationToken, raise_if_cancelled
 from kinolab.numerics.arrays import Array
+from kinolab.simulation import Propagator
+
+STEPS_PER_CANCELLATION_CHECK = 16
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,3 +33,16 @@ class Maneuver:
     def then(self, other: Maneuver) -> Maneuver:
         """Concatenate with another maneuver that begins where this one ends."""
         return Maneuver(np.vstack([self.x[:-1], other.x]), np.vstack([self.u, other.u]))
+
+    def is_free(self, judge: Propagator, stop: CancellationToken) -> bool:
+        """Check every step for limits, requirements and obstacles.
+
+        Raises:
+            CancelledError: If ``stop`` is set.
+        """
+        for k, (x, u) in enumerate(zip(self.x.tolist(), self.u.tolist(), strict=False)):
+            if k % STEPS_PER_CANCELLATION_CHECK == 0:
+                raise_if_cancelled(stop)
+            if not judge.step(x, u, judge.problem.step)[1]:
+                return False
+        return True

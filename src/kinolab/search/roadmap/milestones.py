@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from kinolab.concurrency.cancel import CancellationToken, never_cancelled, raise_if_cancelled
@@ -48,14 +50,18 @@ class Sampler:
                 return state
         return None
 
-    def near_goal(self, count: int) -> list[Array]:
-        """Return free states (nx,) in the goal, at rest if possible, its centre first."""
-        found = []
+    def near_goal(self, count: int, *, moving: bool = True) -> Iterator[Array]:
+        """Yield free states (nx,) in the goal, at rest if possible, its centre first.
+
+        Args:
+            count: Number of samples, each of which gives a state at most.
+            moving: Whether those without an equilibrium may move.
+        """
         for k in range(count):
             raise_if_cancelled(self._stop)
             x = self._problem.sample_goal(self._generator, 1.0 if k else 1e-9)
-            found += [s for s in (self._at_rest(x), x) if s is not None and self._ends_well(s)][:1]
-        return found
+            states = [self._at_rest(x), x if moving else None]
+            yield from [s for s in states if s is not None and self._ends_well(s)][:1]
 
     def _ends_well(self, state: Array) -> bool:
         inside = self._problem.goal_excess(state) <= 1.0

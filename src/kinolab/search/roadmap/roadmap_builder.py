@@ -13,9 +13,8 @@ from kinolab.search.planner import Budget
 from kinolab.search.roadmap.milestones import Sampler
 from kinolab.search.roadmap.roadmap import Roadmap
 from kinolab.simulation import Propagator
-from kinolab.steering import Maneuver, Steering
+from kinolab.steering import Steering
 
-STEPS_PER_CANCELLATION_CHECK = 16  # steps of a motion between cancellation checks
 ENOUGH_CONNECTIONS = 2  # motions that connect a start or a goal to the roadmap
 
 
@@ -52,7 +51,7 @@ class RoadmapBuilder:
         """Return free states (nx,) in the problem's goal, its centre first; none if cancelled."""
         self._budget = budget
         try:
-            return self._sampler.near_goal(count)
+            return list(self._sampler.near_goal(count))
         except CancelledError:
             return []
 
@@ -70,7 +69,9 @@ class RoadmapBuilder:
             return None
         number = self.roadmap.add(state)
         for other in self._nearest(state, self._neighbours, apart_from=number):
-            self._join(self.roadmap, number, other, budget)
+            there = self._steer(self.roadmap, number, other, budget)
+            if there or not self._steering.reversible:  # else one failure rules out both directions
+                self._steer(self.roadmap, other, number, budget)
         return number
 
     def query(self, start: Array, goals: list[Array], budget: Budget) -> Array | None:
@@ -131,12 +132,6 @@ class RoadmapBuilder:
                 break
         return done
 
-    def _join(self, roadmap: Roadmap, a: int, b: int, budget: Budget) -> None:
-        """Steer in both directions; if steering is reversible, one failure rules out both."""
-        there = self._steer(roadmap, a, b, budget)
-        if there or not self._steering.reversible:
-            self._steer(roadmap, b, a, budget)
-
     def _steer(self, roadmap: Roadmap, a: int, b: int, budget: Budget) -> bool:
         if budget.spent():
             return False
@@ -144,7 +139,7 @@ class RoadmapBuilder:
         begin, end = roadmap.milestones[a], roadmap.milestones[b]
         try:
             for motion in self._steering.steer(begin, end, self._passes_coarse_check):
-                if self._is_free(motion):
+                if motion.is_free(self._judge, self._cancelled):
                     roadmap.connect(a, b, motion.u)
                     return True
         except CancelledError:
@@ -158,16 +153,6 @@ class RoadmapBuilder:
         """Check sampled states (n, nx) of a path before its motion is computed."""
         raise_if_cancelled(self._cancelled)
         return all(self._judge.admits(x) for x in states.tolist())
-
-    def _is_free(self, motion: Maneuver) -> bool:
-        """Check every step of a motion for limits, requirements and obstacles."""
-        step, states, inputs = self._problem.step, motion.x.tolist(), motion.u.tolist()
-        for k, (x, u) in enumerate(zip(states, inputs, strict=False)):
-            if k % STEPS_PER_CANCELLATION_CHECK == 0:
-                raise_if_cancelled(self._cancelled)
-            if not self._judge.step(x, u, step)[1]:
-                return False
-        return True
 
     def _nearest(
         self, state: Array, count: int, *, apart_from: int = -1, size: int | None = None
