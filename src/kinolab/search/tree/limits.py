@@ -190,19 +190,11 @@ def keeps_out(machine, limits, x, u, after, h, scratch):  # type: ignore[no-unty
         return False
     for k in range(1, int(count) + 1):
         advance(machine, x, u, h * k / count, limits.beside)
-        if not outside_cones(machine, limits, limits.beside, scratch):
-            return False
-    return True
-
-
-@kernel
-def outside_cones(machine, limits, x, scratch):  # type: ignore[no-untyped-def]
-    """Say whether all axes are outside their cones at a state (nx,)."""
-    place_machine(machine, x, scratch)
-    for c in range(limits.body.shape[0]):
-        angle = axis_angle(scratch.poses[limits.body[c]], limits.axis[c], limits.direction[c])
-        if not angle >= limits.half_angle[c]:
-            return False
+        place_machine(machine, limits.beside, scratch)
+        for c in range(limits.body.shape[0]):
+            angle = axis_angle(scratch.poses[limits.body[c]], limits.axis[c], limits.direction[c])
+            if not angle >= limits.half_angle[c]:
+                return False
     return True
 
 

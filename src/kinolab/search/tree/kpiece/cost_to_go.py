@@ -113,9 +113,13 @@ def compute_cost_to_go(search, grid, x):  # type: ignore[no-untyped-def]
     """Compute the cost to go of every cell; ``x`` (nx,) is scratch."""
     steps, context, scratch = grid.steps, search.collision, search.scratch
     for cell in range(steps.shape[0]):
-        steps[cell] = UNREACHED
+        steps[cell], places = UNREACHED, places_of(grid, cell)
         for sample in range(SAMPLES_PER_CELL):
-            draw_in_cell(grid, search.problem, search.random, cell, x)
+            sample_uniform(search.problem, search.random, x)
+            # At its centre: elsewhere in them, two adjacent cells could be free on opposite sides
+            # of a wall one cell thick.
+            for k in range(grid.entry.shape[0]):
+                x[grid.entry[k]] = grid.lower[k] + (places[k] + 0.5) / grid.per_unit[k]
             place_machine(search.machine, x, scratch)
             # What no pose depends on, such as a velocity, does not make a blocked place free.
             moved = moved_from(grid.poses, scratch.poses) | moved_from(grid.ends, scratch.ends)
@@ -140,24 +144,6 @@ def moved_from(before, now):  # type: ignore[no-untyped-def]
             moved |= before[i, j] != now[i, j]
             before[i, j] = now[i, j]
     return moved
-
-
-@kernel
-def draw_in_cell(grid, arrays, random, cell, x):  # type: ignore[no-untyped-def]
-    """Sample a state at the centre of a cell.
-
-    Elsewhere in them, two adjacent cells could be free on opposite sides of a wall one cell thick.
-
-    Args:
-        grid, arrays: ``CostToGoGrid`` and ``ProblemArrays``.
-        random: State of the generator.
-        cell: Index of the cell.
-        x: The state, shape (nx,); written.
-    """
-    sample_uniform(arrays, random, x)
-    places = places_of(grid, cell)
-    for k in range(grid.entry.shape[0]):
-        x[grid.entry[k]] = grid.lower[k] + (places[k] + 0.5) / grid.per_unit[k]
 
 
 @kernel

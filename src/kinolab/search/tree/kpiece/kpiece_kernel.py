@@ -72,7 +72,8 @@ def explore(  # type: ignore[no-untyped-def]
     """
     now, after, u, random = tree.now, tree.after, tree.held, search.random
     before, horizon = tree.target, mean_steps(min_steps, max_steps)
-    steps_per_cell = pace_per_cell(search, grid, most, pace)
+    whole = grid.steps[cell_at(grid, search.problem.start)]
+    steps_per_cell = pace * most / whole if LEAST_CELLS <= whole < math.inf else 0.0
     for done in range(iterations):
         if tree.size[0] >= tree.x.shape[0]:
             return FULL, done
@@ -85,7 +86,13 @@ def explore(  # type: ignore[no-untyped-def]
         made, known_clearance, new = 0, np.float64(tree.clearance[parent]), False
         speed = speed_bound(search.machine, now, u, search.scratch)
         for step in range(steps):
-            clearance, speed = next_is_free(search, tree, step, known, known_clearance, speed)
+            if step < known:
+                read_step(search, tree, step)
+                clearance, speed = made_step_is_free(
+                    search, tree, now, u, after, known_clearance, speed
+                )
+            else:
+                clearance, speed = step_is_free(search, tree, now, u, after, known_clearance, speed)
             if clearance < 0.0:
                 break
             made, known_clearance = made + 1, clearance
@@ -122,18 +129,6 @@ def mean_steps(min_steps, max_steps):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def pace_per_cell(search, grid, most, pace):  # type: ignore[no-untyped-def]
-    """Return the steps that a cell of the cost to go counts; 0 where the start is near the goal.
-
-    Args:
-        search, grid: ``SearchState`` and ``CostToGoGrid``.
-        most, pace: As ``explore`` takes them.
-    """
-    far = grid.steps[cell_at(grid, search.problem.start)]
-    return pace * most / far if LEAST_CELLS <= far < math.inf else 0.0
-
-
-@kernel
 def start_in_a_cell(search, tree, cells):  # type: ignore[no-untyped-def]
     """Clear the tree and its cells to the start."""
     arrays = search.problem
@@ -152,22 +147,6 @@ def score(tree, leads, cost_to_go_exponent):  # type: ignore[no-untyped-def]
         cost_to_go_exponent: As ``explore`` takes it.
     """
     return math.log(1.0 + tree.size[0]) / (1.0 + leads) ** cost_to_go_exponent
-
-
-@kernel
-def next_is_free(search, tree, step, known, known_clearance, speed):  # type: ignore[no-untyped-def]
-    """Make the next step from ``tree.now``, or read it if it is known, as ``step_is_free`` does.
-
-    Args:
-        search, tree: ``SearchState`` and ``Tree``.
-        step, known: Number of the step, and of steps that are known.
-        known_clearance, speed: As ``step_is_free`` takes them.
-    """
-    now, u, after = tree.now, tree.held, tree.after
-    if step >= known:
-        return step_is_free(search, tree, now, u, after, known_clearance, speed)
-    read_step(search, tree, step)
-    return made_step_is_free(search, tree, now, u, after, known_clearance, speed)
 
 
 @kernel
