@@ -11,7 +11,7 @@ from ompl import base as ob
 from ompl import geometric as og
 from ompl import util as ou
 
-from kinolab.concurrency.cancel import CancellationToken, raise_if_cancelled
+from kinolab.concurrency.cancel import raise_if_cancelled
 from kinolab.numerics.arrays import Array
 from kinolab.search.ompl.configuration_space import ConfigurationSpace, PathValidator
 from kinolab.search.ompl.control_search import ompl_seed
@@ -77,9 +77,8 @@ class GeometricRoadmap:
         Raises:
             CancelledError: If the search is cancelled.
         """
-        graph = self._graph()
-        path = graph.way_to(graph.goal) if graph.goal in graph.distances else []
-        return self._states(graph, path) or None
+        graph = _Graph(self._information, self._planner, self._configurations)
+        return (graph.path_to(graph.goal) or None) if graph.goal in graph.reached else None
 
     def approach(self, distance: Callable[[Array], float]) -> list[Array]:
         """Return the path to the reachable configuration nearest to the goal, states (nx,) at rest.
@@ -90,21 +89,12 @@ class GeometricRoadmap:
         Raises:
             CancelledError: If the search is cancelled.
         """
-        graph = self._graph()
-        apart = dict[int, float]()
-        for k in graph.distances:
+        graph, apart = _Graph(self._information, self._planner, self._configurations), {}
+        for k in graph.reached:
             raise_if_cancelled(self._configurations.stop)
-            x = self._configurations.read(graph.state(k))
+            x = graph.configuration(k)
             apart |= {} if x is None else {k: distance(x)}
-        path = graph.way_to(min(apart, key=lambda k: apart[k])) if apart else []
-        return self._states(graph, path)
-
-    def _graph(self) -> _Graph:
-        return _Graph(self._information, self._planner, self._configurations.stop)
-
-    def _states(self, graph: _Graph, path: list[int]) -> list[Array]:
-        states = (self._configurations.read(graph.state(k)) for k in path)
-        return [x for x in states if x is not None]
+        return graph.path_to(min(apart, key=lambda k: apart[k])) if apart else []
 
 
 class _Graph:
@@ -113,49 +103,48 @@ class _Graph:
     Args:
         information: OMPL's space information.
         planner: OMPL's planner.
-        stop: Cancellation token; cancelling raises a CancelledError.
+        configurations: The configuration space; cancelling it raises a CancelledError.
 
     Attributes:
-        distances: From the start to every reachable vertex.
+        reached: Vertices that can be reached from the start.
         goal: Vertex of the goal; -1 if it is not part of the roadmap.
     """
 
-    def __init__(self, information: Any, planner: Any, stop: CancellationToken) -> None:
-        self._data = ob.PlannerData(information)
+    def __init__(self, information: Any, planner: Any, configurations: ConfigurationSpace) -> None:
+        self._data, self._configurations = ob.PlannerData(information), configurations
         planner.getPlannerData(self._data)
+        size, state = self._data.numVertices(), self._state
         self._begin = self._data.getStartIndex(0) if self._data.numStartVertices() else -1
         self.goal = self._data.getGoalIndex(0) if self._data.numGoalVertices() else -1
         edges, lengths = list[tuple[int, int]](), list[float]()
-        for a in range(self._data.numVertices()):
-            raise_if_cancelled(stop)
+        for a in range(size):
+            raise_if_cancelled(configurations.stop)
             new = [(a, b) for b in self._data.getEdges(a)]
-            lengths += [information.distance(self.state(a), self.state(b)) for _, b in new]
+            lengths += [information.distance(state(a), state(b)) for _, b in new]
             edges += new
-        self.distances, self._before = self._shortest(edges, lengths)
-
-    def _shortest(
-        self, edges: list[tuple[int, int]], lengths: list[float]
-    ) -> tuple[dict[int, float], Any]:
+        self.reached: list[int] = []
         if self._begin < 0:
-            return {}, []
-        rows = np.array(edges, dtype=np.int64).reshape(-1, 2)
-        size = self._data.numVertices()
+            return
+        rows = np.array(edges, dtype=np.int64).reshape(-1, 2).T
         table = scipy.sparse.csr_array(
-            (np.maximum(lengths, MIN_EDGE_LENGTH), (rows[:, 0], rows[:, 1])), (size, size)
+            (np.maximum(lengths, MIN_EDGE_LENGTH), tuple(rows)), (size, size)
         )
-        found, before = scipy.sparse.csgraph.dijkstra(
+        found, self._before = scipy.sparse.csgraph.dijkstra(
             table, directed=False, indices=self._begin, return_predecessors=True
         )
-        reached = np.flatnonzero(np.isfinite(found))
-        return {int(k): float(found[k]) for k in reached}, before
+        self.reached = np.flatnonzero(np.isfinite(found)).tolist()
 
-    def state(self, vertex: int) -> Any:
-        """Return the OMPL state of a vertex."""
+    def _state(self, vertex: int) -> Any:
         return self._data.getVertex(vertex).getState()
 
-    def way_to(self, vertex: int) -> list[int]:
-        """Return the vertices of the shortest path from the start to a reachable one."""
+    def configuration(self, vertex: int) -> Array | None:
+        """Return the equilibrium (nx,) of a vertex; None if there is none."""
+        return self._configurations.read(self._state(vertex))
+
+    def path_to(self, vertex: int) -> list[Array]:
+        """Return the states (nx,) of the shortest path from the start to a reachable vertex."""
         path = [vertex]
         while path[-1] != self._begin:
             path.append(int(self._before[path[-1]]))
-        return path[::-1]
+        states = map(self.configuration, reversed(path))
+        return [x for x in states if x is not None]
