@@ -2,38 +2,24 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
-import numpy as np
+from typing import Annotated, NamedTuple
 
 from kinolab.numerics.arrays import Array, Integers
 from kinolab.numerics.jit import kernel
 from kinolab.search.tree.extensions import end_extension
+from kinolab.search.tree.flat_arrays import copy
 
 
 class Ends(NamedTuple):
     """Ends of extensions that are not in the tree yet, for compiled kernels."""
 
-    x: Array  # (capacity, nx)
-    u: Array  # (capacity, nu)
-    parent: Integers  # (capacity,)
-    made: Integers  # (capacity,) steps
-    violation: Array  # (capacity,) normalised goal error
-    clearance: Array  # (capacity,) in [m]
-    filled: Integers  # (2,) number of ends, and of those that were added
-
-
-def no_ends(nx: int, nu: int, capacity: int) -> Ends:
-    """Allocate room for some ends."""
-    return Ends(
-        x=np.zeros((capacity, nx)),
-        u=np.zeros((capacity, nu)),
-        parent=np.zeros(capacity, np.int64),
-        made=np.zeros(capacity, np.int64),
-        violation=np.zeros(capacity),
-        clearance=np.zeros(capacity),
-        filled=np.zeros(2, np.int64),
-    )
+    x: Annotated[Array, "capacity", "nx"]
+    u: Annotated[Array, "capacity", "nu"]
+    parent: Annotated[Integers, "capacity"]
+    made: Annotated[Integers, "capacity"]  # steps
+    violation: Annotated[Array, "capacity"]  # normalised goal error
+    clearance: Annotated[Array, "capacity"]  # in [m]
+    filled: Annotated[Integers, 2]  # number of ends, and of those that were added
 
 
 @kernel
@@ -48,10 +34,8 @@ def keep_end(tree, lane, ends):  # type: ignore[no-untyped-def]
     parent, made, violation, clearance = end_extension(tree, lane)
     at = ends.filled[0]
     ends.filled[0] += 1
-    for i in range(tree.now.shape[0]):
-        ends.x[at, i] = tree.now[i]
-    for i in range(tree.held.shape[0]):
-        ends.u[at, i] = tree.held[i]
+    copy(tree.now, ends.x[at])
+    copy(tree.held, ends.u[at])
     ends.parent[at], ends.made[at] = parent, made
     ends.violation[at], ends.clearance[at] = violation, clearance
 
@@ -69,8 +53,6 @@ def take_end(tree, ends):  # type: ignore[no-untyped-def]
     """
     at = ends.filled[1]
     ends.filled[1] += 1
-    for i in range(tree.now.shape[0]):
-        tree.now[i] = ends.x[at, i]
-    for i in range(tree.held.shape[0]):
-        tree.held[i] = ends.u[at, i]
+    copy(ends.x[at], tree.now)
+    copy(ends.u[at], tree.held)
     return ends.parent[at], ends.made[at], ends.violation[at], ends.clearance[at]

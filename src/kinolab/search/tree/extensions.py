@@ -13,6 +13,7 @@ import numpy as np
 from kinolab.dynamics.codegen.integrators import LANES
 from kinolab.numerics.jit import kernel
 from kinolab.problem.goal import SEARCHED_FRACTION
+from kinolab.search.tree.flat_arrays import copy
 from kinolab.search.tree.limits import slopes_of_step
 from kinolab.search.tree.problem_arrays import goal_violation, is_inside
 from kinolab.search.tree.tree import (
@@ -38,10 +39,9 @@ def begin_extension(search, tree, lane, parent, steps):  # type: ignore[no-untyp
         steps: Steps to make at most; there may be none.
     """
     under_way = tree.extensions
-    for i in range(tree.now.shape[0]):
-        under_way.now[i, lane] = tree.now[i] = tree.x[parent, i]
-    for i in range(tree.held.shape[0]):
-        under_way.held[i, lane] = tree.held[i]
+    copy(tree.x[parent], tree.now)
+    copy(tree.now, under_way.now[:, lane])
+    copy(tree.held, under_way.held[:, lane])
     under_way.parent[lane], under_way.steps[lane], under_way.made[lane] = parent, steps, 0
     under_way.ended[lane], under_way.violation[lane] = steps <= 0, math.inf
     under_way.clearance[lane] = tree.clearance[parent]
@@ -77,10 +77,8 @@ def has_ended(tree, lane):  # type: ignore[no-untyped-def]
 def read_lane(tree, lane):  # type: ignore[no-untyped-def]
     """Copy state and inputs of a lane to ``tree.now`` and ``tree.held``."""
     under_way = tree.extensions
-    for i in range(tree.now.shape[0]):
-        tree.now[i] = under_way.now[i, lane]
-    for i in range(tree.held.shape[0]):
-        tree.held[i] = under_way.held[i, lane]
+    copy(under_way.now[:, lane], tree.now)
+    copy(under_way.held[:, lane], tree.held)
 
 
 @kernel
@@ -108,10 +106,9 @@ def extend_all(search, tree, min_steps, least):  # type: ignore[no-untyped-def]
         tree.rejections[ALL_STEPS] += 1
         read_lane(tree, lane)
         if in_lanes:
-            for i in range(tree.after.shape[0]):
-                tree.after[i] = after[i, lane]
-                limits.slope[0, i] = under_way.slope[i, lane]
-                limits.slope[1, i] = under_way.slope_after[i, lane]
+            copy(after[:, lane], tree.after)
+            copy(under_way.slope[:, lane], limits.slope[0])
+            copy(under_way.slope_after[:, lane], limits.slope[1])
         elif advance(machine, tree.now, tree.held, h, tree.after) == 0:
             slopes_of_step(machine, limits, tree.now, tree.held, tree.after)
         else:
@@ -129,8 +126,7 @@ def extend_all(search, tree, min_steps, least):  # type: ignore[no-untyped-def]
             continue
         under_way.clearance[lane], under_way.speed[lane] = clearance, speed
         under_way.made[lane] += 1
-        for i in range(tree.after.shape[0]):
-            now[i, lane] = tree.after[i]
+        copy(tree.after, now[:, lane])
         if under_way.made[lane] >= min_steps:
             enough = max(least, SEARCHED_FRACTION)
             under_way.violation[lane] = goal_violation(search, tree.after, enough)

@@ -5,7 +5,7 @@ The states are those that one input after the other would lead to, bit for bit.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,7 @@ from kinolab.dynamics.codegen.integrators import LANES
 from kinolab.numerics.arrays import Array, Integers
 from kinolab.numerics.jit import kernel
 from kinolab.numerics.rng import below
+from kinolab.search.tree.flat_arrays import copy
 from kinolab.search.tree.problem_arrays import sample_control
 from kinolab.simulation.machine import advance, advance_in_lanes
 
@@ -23,53 +24,34 @@ NOWHERE = -1  # no lane
 class LaneStates(NamedTuple):
     """Scratch memory for compiled kernels: states and inputs, entry by entry."""
 
-    now: Array  # (nx, LANES)
-    after: Array  # (nx, LANES)
-    held: Array  # (nu, LANES)
-    steps: Integers  # (LANES,) steps of a lane; 0 once it has ended early
-    least: Array  # (LANES,) cost of its input
-    nearest: Array  # (LANES,) scratch
-    best: Integers  # (LANES,) steps to be made of it
-    track: Array  # (steps, nx, LANES) states after each step, where they are kept
-    chosen: Array  # (steps, nx) those of the input that is held
-    slope: Array  # (nx, LANES) derivatives at LANES of these
+    now: Annotated[Array, "nx", LANES]
+    after: Annotated[Array, "nx", LANES]
+    held: Annotated[Array, "nu", LANES]
+    steps: Annotated[Integers, LANES]  # steps of a lane; 0 once it has ended early
+    least: Annotated[Array, LANES]  # cost of its input
+    nearest: Annotated[Array, LANES]  # scratch
+    best: Annotated[Integers, LANES]  # steps to be made of it
+    track: Annotated[Array, "steps", "nx", LANES]  # states after each step, where they are kept
+    chosen: Annotated[Array, "steps", "nx"]  # those of the input that is held
+    slope: Annotated[Array, "nx", LANES]  # derivatives at LANES of these
 
 
 class Extensions(NamedTuple):
     """Extensions under way, one in each lane, for compiled kernels."""
 
-    now: Array  # (nx, LANES) where they are
-    after: Array  # (nx, LANES) where the next step leads
-    held: Array  # (nu, LANES)
-    slope: Array  # (nx, LANES) derivative of the state where they are
-    slope_after: Array  # (nx, LANES)
-    parent: Integers  # (LANES,) NONE for a lane that is idle
-    steps: Integers  # (LANES,) to be made at most
-    made: Integers  # (LANES,)
-    ended: NDArray[np.uint8]  # (LANES,) whether no more are made
-    clearance: Array  # (LANES,) known, in [m]
-    speed: Array  # (LANES,) bound on the speed of points, in [m/s]
-    violation: Array  # (LANES,) normalised goal error
-    draws: Integers  # (LANES,) of a node to extend, since the others went on
-
-
-def no_extensions(nx: int, nu: int) -> Extensions:
-    """Allocate idle lanes for states and inputs of some lengths."""
-    return Extensions(
-        now=np.zeros((nx, LANES)),
-        after=np.zeros((nx, LANES)),
-        held=np.zeros((nu, LANES)),
-        slope=np.zeros((nx, LANES)),
-        slope_after=np.zeros((nx, LANES)),
-        parent=np.full(LANES, -1, np.int64),
-        steps=np.zeros(LANES, np.int64),
-        made=np.zeros(LANES, np.int64),
-        ended=np.zeros(LANES, np.uint8),
-        clearance=np.zeros(LANES),
-        speed=np.zeros(LANES),
-        violation=np.zeros(LANES),
-        draws=np.zeros(LANES, np.int64),
-    )
+    now: Annotated[Array, "nx", LANES]  # where they are
+    after: Annotated[Array, "nx", LANES]  # where the next step leads
+    held: Annotated[Array, "nu", LANES]
+    slope: Annotated[Array, "nx", LANES]  # derivative of the state where they are
+    slope_after: Annotated[Array, "nx", LANES]
+    parent: Annotated[Integers, LANES]  # NONE for a lane that is idle
+    steps: Annotated[Integers, LANES]  # to be made at most
+    made: Annotated[Integers, LANES]
+    ended: Annotated[NDArray[np.uint8], LANES]  # whether no more are made
+    clearance: Annotated[Array, LANES]  # known, in [m]
+    speed: Annotated[Array, LANES]  # bound on the speed of points, in [m/s]
+    violation: Annotated[Array, LANES]  # normalised goal error
+    draws: Annotated[Integers, LANES]  # of a node to extend, since the others went on
 
 
 @kernel
@@ -77,22 +59,6 @@ def drop_extensions(extensions):  # type: ignore[no-untyped-def]
     """Make all lanes idle."""
     for lane in range(LANES):
         extensions.parent[lane], extensions.draws[lane] = -1, 0
-
-
-def lane_states(nx: int, nu: int, steps: int = 0) -> LaneStates:
-    """Allocate lanes for states and inputs of some lengths, with room for states of some steps."""
-    return LaneStates(
-        now=np.zeros((nx, LANES)),
-        after=np.zeros((nx, LANES)),
-        held=np.zeros((nu, LANES)),
-        steps=np.zeros(LANES, np.int64),
-        least=np.zeros(LANES),
-        nearest=np.zeros(LANES),
-        best=np.zeros(LANES, np.int64),
-        track=np.zeros((steps, nx, LANES)),
-        chosen=np.zeros((steps, nx)),
-        slope=np.zeros((nx, LANES)),
-    )
 
 
 @kernel
@@ -124,10 +90,8 @@ def draw_lanes(search, tree, parent, inputs, min_steps, max_steps):  # type: ign
         if lane < inputs:
             lanes.steps[lane] = draw_control(search, tree.drawn, min_steps, max_steps)
             most = max(most, lanes.steps[lane])
-        for i in range(tree.drawn.shape[0]):
-            lanes.held[i, lane] = tree.drawn[i]
-        for i in range(tree.now.shape[0]):
-            lanes.now[i, lane] = tree.x[parent, i]
+        copy(tree.drawn, lanes.held[:, lane])
+        copy(tree.x[parent], lanes.now[:, lane])
     return most
 
 
@@ -147,14 +111,11 @@ def advance_lanes(search, tree, step, now, after):  # type: ignore[no-untyped-de
         return np.int64(advance_in_lanes(machine, now, lanes.held, h, after))
     for lane in range(LANES):
         if step < lanes.steps[lane]:
-            for i in range(tree.now.shape[0]):
-                tree.now[i] = now[i, lane]
-            for i in range(tree.drawn.shape[0]):
-                tree.drawn[i] = lanes.held[i, lane]
+            copy(now[:, lane], tree.now)
+            copy(lanes.held[:, lane], tree.drawn)
             if advance(machine, tree.now, tree.drawn, h, tree.after) != 0:
                 failed |= 1 << lane
-            for i in range(tree.after.shape[0]):
-                after[i, lane] = tree.after[i]
+            copy(tree.after, after[:, lane])
     return failed
 
 
@@ -174,6 +135,5 @@ def hold_best_lane(tree, inputs, least, longest):  # type: ignore[no-untyped-def
     for lane in range(inputs):
         if longest == 0 or lanes.least[lane] < least:
             least, longest, held = lanes.least[lane], lanes.best[lane], lane
-            for i in range(tree.held.shape[0]):
-                tree.held[i] = lanes.held[i, lane]
+            copy(lanes.held[:, lane], tree.held)
     return least, longest, held

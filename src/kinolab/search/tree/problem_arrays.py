@@ -20,6 +20,7 @@ from kinolab.problem.goal_kernel import (
     state_violation,
     wrapped_angle,
 )
+from kinolab.search.tree.flat_arrays import copy
 from kinolab.search.tree.limits import LimitArrays, limit_arrays
 from kinolab.simulation.collision_context import place_machine
 
@@ -93,8 +94,7 @@ def sample_state(arrays, random, bias, x):  # type: ignore[no-untyped-def]
     """Sample a state (nx,): around the goal with probability ``bias``, else uniformly."""
     if uniform(random) < bias:
         row = arrays.goal_samples[below(random, arrays.goal_samples.shape[0])]
-        for i in range(x.shape[0]):
-            x[i] = row[i]
+        copy(row, x)
     else:
         sample_uniform(arrays, random, x)
 

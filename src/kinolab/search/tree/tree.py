@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,13 +10,8 @@ from numpy.typing import NDArray
 from kinolab.numerics.arrays import Array, Integers
 from kinolab.numerics.jit import kernel
 from kinolab.numerics.neighbours.r_tree import RTree, r_tree
-from kinolab.search.tree.lanes import (
-    Extensions,
-    LaneStates,
-    drop_extensions,
-    lane_states,
-    no_extensions,
-)
+from kinolab.search.tree.flat_arrays import allocate, copy
+from kinolab.search.tree.lanes import Extensions, LaneStates, drop_extensions
 from kinolab.search.tree.limits import slopes_of_step, step_keeps_limits
 from kinolab.search.tree.problem_arrays import ProblemArrays, is_inside, metric_periods
 from kinolab.simulation.collision_context import is_motion_free
@@ -32,23 +27,23 @@ ROUNDING_FACTOR = 1.0 - 1e-6  # keeps clearances conservative in single precisio
 class Tree(NamedTuple):
     """Nodes in flat arrays, for compiled kernels; node 0 is the start."""
 
-    x: Array  # (capacity, nx)
-    u: Array  # (capacity, nu) input from the parent
-    parent: NDArray[np.int32]  # (capacity,) -1 for the start
-    steps: NDArray[np.int32]  # (capacity,) duration of the input
-    cost: Integers  # (capacity,) steps from the start
-    clearance: NDArray[np.float32]  # (capacity,) lower bound of the clearance in [m]
-    failures: NDArray[np.int32]  # (capacity,) failed extensions
-    size: Integers  # (1,)
-    rejections: Integers  # (4,) steps rejected by cause, and all steps
+    x: Annotated[Array, "capacity", "nx"]
+    u: Annotated[Array, "capacity", "nu"]  # input from the parent
+    parent: Annotated[NDArray[np.int32], "capacity"]  # -1 for the start
+    steps: Annotated[NDArray[np.int32], "capacity"]  # duration of the input
+    cost: Annotated[Integers, "capacity"]  # steps from the start
+    clearance: Annotated[NDArray[np.float32], "capacity"]  # lower bound of the clearance in [m]
+    failures: Annotated[NDArray[np.int32], "capacity"]  # failed extensions
+    size: Annotated[Integers, 1]
+    rejections: Annotated[Integers, 4]  # steps rejected by cause, and all steps
     neighbours: RTree
-    point: Array  # (d,) scratch
-    now: Array  # (nx,) scratch
-    after: Array  # (nx,) scratch
-    held: Array  # (nu,) scratch
-    target: Array  # (nx,) scratch
-    drawn: Array  # (nu,) scratch
-    aim: Array  # (d,) scratch
+    point: Annotated[Array, "d"]  # scratch
+    now: Annotated[Array, "nx"]  # scratch
+    after: Annotated[Array, "nx"]  # scratch
+    held: Annotated[Array, "nu"]  # scratch
+    target: Annotated[Array, "nx"]  # scratch
+    drawn: Annotated[Array, "nu"]  # scratch
+    aim: Annotated[Array, "d"]  # scratch
     lanes: LaneStates
     extensions: Extensions
 
@@ -64,28 +59,15 @@ def tree(
         neighbours: Whether it has an index of nearest neighbours.
         kept_steps: Of inputs that are compared, whose states are kept.
     """
-    nx, nu = len(arrays.start), len(arrays.input_lower)
-    # What a node holds is written before it is read: to clear it all would take milliseconds.
-    return Tree(
-        x=np.empty((capacity, nx)),
-        u=np.empty((capacity, nu)),
-        parent=np.empty(capacity, np.int32),
-        steps=np.empty(capacity, np.int32),
-        cost=np.empty(capacity, np.int64),
-        clearance=np.empty(capacity, np.float32),
-        failures=np.empty(capacity, np.int32),
-        size=np.zeros(1, np.int64),
-        rejections=np.zeros(4, np.int64),
-        neighbours=r_tree(capacity if neighbours else 1, metric_periods(arrays)),
-        point=np.zeros(len(arrays.entry)),
-        now=np.zeros(nx),
-        after=np.zeros(nx),
-        held=np.zeros(nu),
-        target=np.zeros(nx),
-        drawn=np.zeros(nu),
-        aim=np.zeros(len(arrays.entry)),
-        lanes=lane_states(nx, nu, kept_steps),
-        extensions=no_extensions(nx, nu),
+    period = metric_periods(arrays)
+    sizes = {"capacity": capacity, "steps": kept_steps, "d": len(period)}
+    sizes |= {"nx": len(arrays.start), "nu": len(arrays.input_lower)}
+    return allocate(
+        Tree,
+        sizes,
+        neighbours=r_tree(capacity if neighbours else 1, period),
+        lanes=allocate(LaneStates, sizes),
+        extensions=allocate(Extensions, sizes),
     )
 
 
@@ -100,10 +82,8 @@ def insert_node(tree, x, u, parent, steps, known_clearance):  # type: ignore[no-
         known_clearance: Clearance bound at x in [m].
     """
     node = tree.size[0]
-    for i in range(x.shape[0]):
-        tree.x[node, i] = x[i]
-    for i in range(u.shape[0]):
-        tree.u[node, i] = u[i]
+    copy(x, tree.x[node])
+    copy(u, tree.u[node])
     tree.parent[node], tree.steps[node] = parent, steps
     tree.cost[node] = steps + (tree.cost[parent] if parent >= 0 else 0)
     tree.clearance[node] = known_clearance * ROUNDING_FACTOR

@@ -12,7 +12,7 @@ Source: Sucan, Kavraki, Kinodynamic motion planning by interior-exterior cell ex
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +23,7 @@ from kinolab.numerics.rng import uniform
 from kinolab.problem import PlanningTask
 from kinolab.problem.goal_kernel import normalized_error
 from kinolab.problem.metric import CELLS_AROUND_GOAL, projected_coordinates
+from kinolab.search.tree.flat_arrays import allocate
 from kinolab.search.tree.problem_arrays import ProblemArrays
 
 NONE = -1  # instead of a node
@@ -39,22 +40,22 @@ FIRST, NEXT = -3750763034362895579, 1099511628211  # FNV-1a, 64 bits
 class KpieceGrid(NamedTuple):
     """Cells of nodes in a hash table, for compiled kernels."""
 
-    entry: Integers  # (k,) divided entries of the state
-    lower: Array  # (k,)
-    per_unit: Array  # (k,) cells per unit
-    around: Array  # (k,) period in cells; infinite on a line
+    entry: Annotated[Integers, "k"]  # divided entries of the state
+    lower: Annotated[Array, "k"]
+    per_unit: Annotated[Array, "k"]  # cells per unit
+    around: Annotated[Array, "k"]  # period in cells; infinite on a line
     goal_region_scale: float  # what counts as near the goal, in its tolerances
     across: float  # cells across the goal's tolerances, at the finest level
-    table: NDArray[np.int32]  # (slots,) numbers of cells by the hash of their key, or EMPTY
-    key: Integers  # (capacity,) of cells
-    newest: NDArray[np.int32]  # (capacity,) newest node of a cell
-    held: NDArray[np.int32]  # (capacity,) number of nodes of a cell
-    chosen: NDArray[np.int32]  # (capacity,) number of selections of a cell
-    score: Array  # (capacity,) of cells
-    importance: Array  # (capacity,) of cells
-    best: NDArray[np.int32]  # (blocks,) the most important cell of a block
-    older: NDArray[np.int32]  # (capacity,) by node: the next older one in its cell
-    size: Integers  # (1,) number of cells
+    table: Annotated[NDArray[np.int32], "slots"]  # numbers of cells by the hash of their key
+    key: Annotated[Integers, "capacity"]  # of cells
+    newest: Annotated[NDArray[np.int32], "capacity"]  # newest node of a cell
+    held: Annotated[NDArray[np.int32], "capacity"]  # number of nodes of a cell
+    chosen: Annotated[NDArray[np.int32], "capacity"]  # number of selections of a cell
+    score: Annotated[Array, "capacity"]  # of cells
+    importance: Annotated[Array, "padded"]  # of cells, and 0 beyond them
+    best: Annotated[NDArray[np.int32], "blocks"]  # the most important cell of a block
+    older: Annotated[NDArray[np.int32], "capacity"]  # by node: the next older one in its cell
+    size: Annotated[Integers, 1]  # number of cells
 
 
 def kpiece_grid(
@@ -77,23 +78,20 @@ def kpiece_grid(
     lower, upper = problem.sampling_bounds[entries].T
     named = len(arrays.goal.entry)
     places = 1 << max(4, (2 * capacity).bit_length())
-    return KpieceGrid(
+    return allocate(
+        KpieceGrid,
+        {
+            "capacity": capacity,
+            "slots": places,
+            "padded": capacity + BLOCK,
+            "blocks": capacity // BLOCK + 1,
+        },
         entry=np.array(entries, dtype=np.int64),
         lower=np.ascontiguousarray(lower),
         per_unit=across / (upper - lower),
         around=np.where(problem.circular[entries], float(across), np.inf),
         goal_region_scale=float(goal_region_scale) if named else 0.0,
         across=float(max(2, round(CELLS_AROUND_GOAL ** (1 / max(1, named))))),
-        table=np.zeros(places, np.int32),  # EMPTY: costs nothing before it is used
-        key=np.empty(capacity, np.int64),
-        newest=np.empty(capacity, np.int32),
-        held=np.empty(capacity, np.int32),
-        chosen=np.empty(capacity, np.int32),
-        score=np.empty(capacity),
-        importance=np.zeros(capacity + BLOCK),
-        best=np.zeros(capacity // BLOCK + 1, np.int32),
-        older=np.empty(capacity, np.int32),
-        size=np.zeros(1, np.int64),
     )
 
 

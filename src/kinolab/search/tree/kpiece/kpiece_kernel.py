@@ -16,6 +16,7 @@ import numpy as np
 from kinolab.dynamics.codegen.integrators import LANES
 from kinolab.numerics.jit import kernel
 from kinolab.numerics.rng import uniform
+from kinolab.search.tree.flat_arrays import copy
 from kinolab.search.tree.kpiece.cost_to_go import cell_at, coasting_cost
 from kinolab.search.tree.kpiece.kpiece_grid import choose, clear_cells, holds, key_of, put, rate
 from kinolab.search.tree.lanes import (
@@ -81,8 +82,7 @@ def explore(  # type: ignore[no-untyped-def]
         steps, known = directed_control(
             search, tree, grid, parent, min_steps, max_steps, control_samples
         )
-        for i in range(now.shape[0]):
-            now[i] = tree.x[parent, i]
+        copy(tree.x[parent], now)
         made, known_clearance, new = 0, np.float64(tree.clearance[parent]), False
         speed = speed_bound(search.machine, now, u, search.scratch)
         for step in range(steps):
@@ -96,8 +96,8 @@ def explore(  # type: ignore[no-untyped-def]
             if clearance < 0.0:
                 break
             made, known_clearance = made + 1, clearance
-            for i in range(now.shape[0]):
-                before[i], now[i] = now[i], after[i]
+            copy(now, before)
+            copy(after, now)
             if made < min_steps or tree.size[0] >= tree.x.shape[0]:
                 continue
             far = grid.steps[cell_at(grid, now)]
@@ -159,14 +159,12 @@ def read_step(search, tree, step):  # type: ignore[no-untyped-def]
     """
     lanes, slope = tree.lanes, search.problem.limits.slope
     tree.rejections[ALL_STEPS] += 1
-    for i in range(tree.after.shape[0]):
-        tree.after[i] = lanes.chosen[step, i]
+    copy(lanes.chosen[step], tree.after)
     lane = step % LANES
     if lane == 0:
         slopes_ahead(search, tree, step)
-    for i in range(slope.shape[1]):
-        slope[0, i] = slope[1, i]
-        slope[1, i] = lanes.slope[i, lane]
+    copy(slope[1], slope[0])
+    copy(lanes.slope[:, lane], slope[1])
 
 
 @kernel
@@ -179,10 +177,8 @@ def slopes_ahead(search, tree, step):  # type: ignore[no-untyped-def]
     """
     lanes, last = tree.lanes, tree.lanes.chosen.shape[0] - 1
     for lane in range(LANES):
-        for i in range(tree.held.shape[0]):
-            lanes.held[i, lane] = tree.held[i]
-        for i in range(tree.now.shape[0]):
-            lanes.now[i, lane] = lanes.chosen[min(step + lane, last), i]
+        copy(tree.held, lanes.held[:, lane])
+        copy(lanes.chosen[min(step + lane, last)], lanes.now[:, lane])
     derivative_in_lanes(search.machine, lanes.now, lanes.held, lanes.slope)
     if step == 0:
         slope, p = search.problem.limits.slope, search.machine.p.ctypes.data
@@ -214,8 +210,7 @@ def directed_control(search, tree, grid, parent, min_steps, max_steps, control_s
         least, longest, held = hold_best_lane(tree, inputs, least, longest)
         if held != NOWHERE:
             for step in range(longest):
-                for i in range(tree.now.shape[0]):
-                    tree.lanes.chosen[step, i] = tree.lanes.track[step, i, held]
+                copy(tree.lanes.track[step, :, held], tree.lanes.chosen[step])
     # Nothing is known of an input whose first step fails, nor without code for slopes in lanes.
     known = longest if least < math.inf and search.machine.step_in_lanes != 0 else 0
     return max(longest, min_steps), known

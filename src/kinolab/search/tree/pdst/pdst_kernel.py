@@ -13,6 +13,7 @@ import math
 
 from kinolab.numerics.jit import kernel
 from kinolab.numerics.rng import below
+from kinolab.search.tree.flat_arrays import copy
 from kinolab.search.tree.lanes import draw_control
 from kinolab.search.tree.pdst.subdivision import (
     CELLS,
@@ -108,8 +109,7 @@ def begun_along(search, tree, cells, motion):  # type: ignore[no-untyped-def]
     length = 1 + below(search.random, steps)
     if length == steps:
         return motion
-    for i in range(cells.at.shape[0]):
-        cells.at[i] = tree.x[tree.parent[motion], i]
+    copy(tree.x[tree.parent[motion]], cells.at)
     for _ in range(length):
         forward(search, tree, cells, motion)
     return divided_at(tree, cells, motion, length, cells.cell[motion])
@@ -124,8 +124,7 @@ def forward(search, tree, cells, motion):  # type: ignore[no-untyped-def]
         motion: The node that it leads to.
     """
     advance(search.machine, cells.at, tree.u[motion], search.problem.step, cells.then)
-    for i in range(cells.at.shape[0]):
-        cells.at[i] = cells.then[i]
+    copy(cells.then, cells.at)
 
 
 @kernel
@@ -159,8 +158,7 @@ def propagate_from(search, tree, cells, best, parent, min_steps, max_steps):  # 
     """
     now, after, u = tree.now, tree.after, tree.held
     steps = draw_control(search, u, min_steps, max_steps)
-    for i in range(now.shape[0]):
-        now[i] = tree.x[parent, i]
+    copy(tree.x[parent], now)
     clearance = float(tree.clearance[parent])
     speed = speed_bound(search.machine, now, u, search.scratch)
     made, cell = 0, 0
@@ -173,8 +171,7 @@ def propagate_from(search, tree, cells, best, parent, min_steps, max_steps):  # 
             parent = kept(search, tree, cells, best, parent, made, clearance, cell)
             made = 0
         made, cell, clearance = made + 1, reached, known
-        for i in range(now.shape[0]):
-            now[i] = after[i]
+        copy(after, now)
         if is_inside(goal_violation(search, now, math.inf)):
             kept(search, tree, cells, best, parent, made, clearance, cell)
             return True
@@ -216,8 +213,7 @@ def divide(search, tree, cells, cell):  # type: ignore[no-untyped-def]
         following = cells.following[motion]
         steps, length, side = tree.steps[motion], 0, cell_of(cells, tree.x[motion])
         if steps > 1:
-            for i in range(cells.at.shape[0]):
-                cells.at[i] = tree.x[tree.parent[motion], i]
+            copy(tree.x[tree.parent[motion]], cells.at)
             forward(search, tree, cells, motion)
             length, side = 1, cell_of(cells, cells.at)
             for _ in range(steps - 1):
@@ -227,8 +223,7 @@ def divide(search, tree, cells, cell):  # type: ignore[no-untyped-def]
                     divided_at(tree, cells, motion, length, side)
                     length = 0
                 length, side = length + 1, reached
-                for i in range(cells.at.shape[0]):
-                    cells.at[i] = cells.then[i]
+                copy(cells.then, cells.at)
         put_into(cells, motion, side)
         settle(cells, motion)
         motion = following

@@ -10,7 +10,7 @@ changes, RSS 2005.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +19,7 @@ from kinolab.numerics.arrays import Array, Integers
 from kinolab.numerics.jit import kernel
 from kinolab.problem import PlanningTask
 from kinolab.problem.metric import projected_coordinates
+from kinolab.search.tree.flat_arrays import allocate, copy
 
 LEAF, NOTHING = -1, -1
 MAX_DIVISIONS = 60  # of a cell; the volume of smaller ones means nothing
@@ -28,23 +29,23 @@ MOTIONS, CELLS, ROUNDS = range(3)  # entries of ``Subdivision.counts``
 class Subdivision(NamedTuple):
     """Cells and motions in flat arrays, for compiled kernels; cell 0 is everything."""
 
-    entry: Integers  # (k,) divided entries of the state
-    around: Array  # (k,) period of an angle on the circle; infinite on a line
-    axis: NDArray[np.int32]  # (cells,) which of them divides a cell; LEAF for none
-    middle: Array  # (cells,) where
-    half: NDArray[np.int32]  # (cells,) its lower half; the upper one is the next
-    divisions: NDArray[np.int32]  # (cells,) that led to it
-    lower: Array  # (cells, k)
-    upper: Array  # (cells, k)
-    first: NDArray[np.int32]  # (cells,) a motion in it
-    following: NDArray[np.int32]  # (motions,) the next one in the same cell
-    cell: NDArray[np.int32]  # (motions,) which it lies in
-    priority: Array  # (motions,)
-    heap: NDArray[np.int32]  # (motions,) that of the least score first
-    place: NDArray[np.int32]  # (motions,) of a motion in the heap
-    counts: Integers  # (3,) motions in the heap, cells, rounds
-    at: Array  # (nx,) scratch
-    then: Array  # (nx,) scratch
+    entry: Annotated[Integers, "k"]  # divided entries of the state
+    around: Annotated[Array, "k"]  # period of an angle on the circle; infinite on a line
+    axis: Annotated[NDArray[np.int32], "cells"]  # which of them divides a cell; LEAF for none
+    middle: Annotated[Array, "cells"]  # where
+    half: Annotated[NDArray[np.int32], "cells"]  # its lower half; the upper one is the next
+    divisions: Annotated[NDArray[np.int32], "cells"]  # that led to it
+    lower: Annotated[Array, "cells", "k"]
+    upper: Annotated[Array, "cells", "k"]
+    first: Annotated[NDArray[np.int32], "cells"]  # a motion in it
+    following: Annotated[NDArray[np.int32], "capacity"]  # the next one in the same cell
+    cell: Annotated[NDArray[np.int32], "capacity"]  # which it lies in
+    priority: Annotated[Array, "capacity"]
+    heap: Annotated[NDArray[np.int32], "capacity"]  # that of the least score first
+    place: Annotated[NDArray[np.int32], "capacity"]  # of a motion in the heap
+    counts: Annotated[Integers, 3]  # motions in the heap, cells, rounds
+    at: Annotated[Array, "nx"]  # scratch
+    then: Annotated[Array, "nx"]  # scratch
 
 
 def subdivision(problem: PlanningTask, capacity: int) -> Subdivision:
@@ -59,24 +60,15 @@ def subdivision(problem: PlanningTask, capacity: int) -> Subdivision:
     spans = bounds[:, 1] - bounds[:, 0]
     boxes = np.zeros((2, cells, len(entries)))
     boxes[:, 0] = bounds.T
-    return Subdivision(
+    return allocate(
+        Subdivision,
+        {"capacity": capacity, "cells": cells, "nx": problem.model.nx},
         entry=np.array(entries, dtype=np.int64),
         around=np.where(problem.circular[entries], spans, np.inf),
         axis=np.full(cells, LEAF, np.int32),
-        middle=np.zeros(cells),
-        half=np.zeros(cells, np.int32),
-        divisions=np.zeros(cells, np.int32),
         lower=boxes[0],
         upper=boxes[1],
         first=np.full(cells, NOTHING, np.int32),
-        following=np.zeros(capacity, np.int32),
-        cell=np.zeros(capacity, np.int32),
-        priority=np.zeros(capacity),
-        heap=np.zeros(capacity, np.int32),
-        place=np.zeros(capacity, np.int32),
-        counts=np.zeros(3, np.int64),
-        at=np.zeros(problem.model.nx),
-        then=np.zeros(problem.model.nx),
     )
 
 
@@ -162,8 +154,8 @@ def halved(cells, cell):  # type: ignore[no-untyped-def]
     for half in (low, low + 1):
         cells.axis[half], cells.first[half] = LEAF, NOTHING
         cells.divisions[half] = cells.divisions[cell] + 1
-        for i in range(cells.entry.shape[0]):
-            cells.lower[half, i], cells.upper[half, i] = cells.lower[cell, i], cells.upper[cell, i]
+        copy(cells.lower[cell], cells.lower[half])
+        copy(cells.upper[cell], cells.upper[half])
     cells.upper[low, k] = cells.lower[low + 1, k] = cells.middle[cell]
     cells.counts[CELLS] = low + 2
     return low

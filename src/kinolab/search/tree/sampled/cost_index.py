@@ -13,6 +13,7 @@ import numpy as np
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.jit import kernel
 from kinolab.numerics.neighbours.r_tree import RTree, r_tree
+from kinolab.search.tree.flat_arrays import copy
 from kinolab.search.tree.problem_arrays import ProblemArrays, metric_periods
 
 
@@ -39,6 +40,5 @@ def cost_index(arrays: ProblemArrays, capacity: int) -> CostIndex:
 @kernel
 def locate(costs, point, cost):  # type: ignore[no-untyped-def]
     """Write scaled coordinates (d,) and a cost to ``costs.point``, shape (d + 1,)."""
-    for i in range(point.shape[0]):
-        costs.point[i] = point[i]
+    copy(point, costs.point)
     costs.point[point.shape[0]] = cost

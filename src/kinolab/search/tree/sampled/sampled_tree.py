@@ -10,7 +10,8 @@ from kinolab.numerics.struct import Record
 from kinolab.problem import PlanningTask
 from kinolab.search.planner import setting
 from kinolab.search.tree.compiled_planner import AbstractCompiledPlanner
-from kinolab.search.tree.ends import no_ends
+from kinolab.search.tree.ends import Ends
+from kinolab.search.tree.flat_arrays import allocate
 from kinolab.search.tree.sampled.cost_index import cost_index
 from kinolab.search.tree.sampled.sampled_growth import (
     IN_COST_SPACE,
@@ -42,6 +43,7 @@ class SampledTree(AbstractTreeExtension):
         self.nodes = tree(arrays, max_nodes, neighbours=kind != SPARSE)
         self.best = np.zeros(2)
         self._most, self._growth = np.full(1, UNBOUNDED_STEPS, np.int64), growth
+        sizes = {"capacity": ends, "nx": len(arrays.start), "nu": len(arrays.input_lower)}
         self._first = Record(
             Worker(
                 search,
@@ -49,7 +51,7 @@ class SampledTree(AbstractTreeExtension):
                 growth,
                 witnesses(arrays, max_nodes if kind == SPARSE else 1),
                 cost_index(arrays, max_nodes if kind == IN_COST_SPACE else 1),
-                no_ends(len(arrays.start), len(arrays.input_lower), ends),
+                allocate(Ends, sizes),
                 self._most,
                 self.best,
             )

@@ -11,7 +11,7 @@ Source: Li, Littlefield, Bekris, Asymptotically optimal sampling-based kinodynam
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +21,7 @@ from kinolab.numerics.jit import kernel
 from kinolab.numerics.neighbours.insertion import add
 from kinolab.numerics.neighbours.queries import cheapest_within, nearest
 from kinolab.numerics.neighbours.r_tree import RTree, clear, r_tree
+from kinolab.search.tree.flat_arrays import allocate, copy
 from kinolab.search.tree.problem_arrays import ProblemArrays, metric_periods
 from kinolab.search.tree.tree import NONE
 
@@ -35,19 +36,15 @@ class Witnesses(NamedTuple):
     """Witnesses and their representatives, for compiled kernels; a tree's start is the first."""
 
     neighbours: RTree  # of witnesses
-    node: NDArray[np.int32]  # (capacity,) representative of each witness
-    cost: Integers  # (capacity,) of representatives, in steps
-    place: NDArray[np.int32]  # (capacity,) scratch: new indices of nodes
+    node: Annotated[NDArray[np.int32], "capacity"]  # representative of each witness
+    cost: Annotated[Integers, "capacity"]  # of representatives, in steps
+    place: Annotated[NDArray[np.int32], "capacity"]  # scratch: new indices of nodes
 
 
 def witnesses(arrays: ProblemArrays, capacity: int) -> Witnesses:
     """Allocate an empty set of witnesses with a capacity in nodes."""
-    return Witnesses(
-        neighbours=r_tree(capacity, metric_periods(arrays)),
-        node=np.zeros(capacity, np.int32),
-        cost=np.zeros(capacity, np.int64),
-        place=np.zeros(capacity, np.int32),
-    )
+    neighbours = r_tree(capacity, metric_periods(arrays))
+    return allocate(Witnesses, {"capacity": capacity}, neighbours=neighbours)
 
 
 @kernel
@@ -133,10 +130,8 @@ def pack(tree, place):  # type: ignore[no-untyped-def]
         if place[node] == USELESS:
             continue
         place[node] = size
-        for i in range(tree.x.shape[1]):
-            tree.x[size, i] = tree.x[node, i]
-        for i in range(tree.u.shape[1]):
-            tree.u[size, i] = tree.u[node, i]
+        copy(tree.x[node], tree.x[size])
+        copy(tree.u[node], tree.u[size])
         tree.parent[size] = place[tree.parent[node]] if node > 0 else -1
         tree.steps[size], tree.cost[size] = tree.steps[node], tree.cost[node]
         tree.clearance[size], tree.failures[size] = tree.clearance[node], tree.failures[node]
