@@ -79,11 +79,11 @@ class Race:
         plan = self.problem.solve("rrt_fast", seed=1, optimize=False)
         asked = Request(None, time_limit=100.0)
         improver = PlanImprover(self.problem, make_planner(self.problem, None, {}), asked, float)
-        incumbent = Incumbent(
+        improver._incumbent = Incumbent(
             self.problem, replace(plan, trajectory=self.given[0]), Budget(100.0), float
         )
         remaining = Budget(work, clock=lambda: self.clock.seconds)
-        return improver._most_promising(incumbent, self.given, remaining)
+        return improver._most_promising(self.given, remaining)
 
 
 @pytest.fixture

@@ -77,6 +77,8 @@ def attempt(
             verdict = Verdict(result.outcome.name.lower(), result.outcome.value)
         else:
             verdict = _judged(problem, result, budget, timings)
+    # What is wrong with the planner's own steps along what it found.
+    wrong = None if verdict.trajectory is None else step_error(problem, verdict.trajectory)
     return PlanResult(
         verdict.status,
         verdict.trajectory,
@@ -91,16 +93,9 @@ def attempt(
         verdict.message,
         interrupted=budget.interrupted,
         graph=result.graph,
-        warnings=tuple(_warnings(problem, verdict.trajectory)),
+        warnings=() if wrong is None else (wrong.sentence,),
         search_work=work.seconds,
     )
-
-
-def _warnings(problem: PlanningTask, trajectory: Trajectory | None) -> Iterator[str]:
-    """Yield what is wrong with the planner's own steps along what it found."""
-    found = None if trajectory is None else step_error(problem, trajectory)
-    if found is not None:
-        yield found.sentence
 
 
 def motion(

@@ -217,6 +217,7 @@ class PlanImprover:
     elapsed: Callable[[], float]
     watch: Callable[[Budget], None] | None = None
     on_improved: Callable[[PlanResult], None] | None = None
+    _incumbent: Incumbent = field(init=False)  # of the plan that is being improved
     _shortest: float = math.inf  # [s] of all plans
     _unfinished: bool = False  # whether more work might give a shorter motion
     _out_of_time: float = 0.0  # [s] the time limit, where it ended an improvement
@@ -232,7 +233,7 @@ class PlanImprover:
         """
         self._growth = self._growth_for(found.trajectory)
         with compilation() as compiled:
-            incumbent = Incumbent(
+            incumbent = self._incumbent = Incumbent(
                 self.problem,
                 found,
                 budget,
@@ -240,10 +241,12 @@ class PlanImprover:
                 self.on_improved,
             )
             incumbent.begin()
-            if found.trajectory is None or not self._worth_it(found, incumbent):
-                self._learn(incumbent)
+            wanted = self.request.optimize and self._seconds and not incumbent.cancelled()
+            promises = found.status != "solved" or self._promises(found.cost)
+            if found.trajectory is None or not (wanted and promises):
+                self._learn()
                 return incumbent.plan()
-            begun, further = incumbent.time(), self._improve(incumbent, found.trajectory)
+            begun, further = incumbent.time(), self._improve(found.trajectory)
             statistics = _statistics(found, incumbent.best, further)
             statistics["improvement_unfinished"] = float(self._unfinished)
             statistics["improvement_out_of_time"] = self._out_of_time
@@ -267,27 +270,23 @@ class PlanImprover:
         steps = found.duration / self.problem.step
         return min(max(steps / SHORT_MOTION, 1.0), MAX_GROWTH)
 
-    def _worth_it(self, found: PlanResult, incumbent: Incumbent) -> bool:
-        if not (self.request.optimize and self._seconds) or incumbent.cancelled():
-            return False
-        return found.status != "solved" or self._promises(found.cost)
-
     def _promises(self, duration: float | None) -> bool:
         """Say whether a motion would beat all others if it gained as much as they did."""
         return duration is not None and duration < self._gained * self._shortest
 
-    def _learn(self, incumbent: Incumbent, gained: float = 1.0) -> None:
+    def _learn(self, gained: float = 1.0) -> None:
         """Update the shortest duration and the largest reduction factor."""
-        if incumbent.best.status == "solved" and incumbent.best.cost is not None:
-            self._shortest = min(self._shortest, incumbent.best.cost)
+        best = self._incumbent.best
+        if best.status == "solved" and best.cost is not None:
+            self._shortest = min(self._shortest, best.cost)
             self._gained = max(self._gained, gained)
 
-    def _improve(self, incumbent: Incumbent, first: Trajectory) -> int:
+    def _improve(self, first: Trajectory) -> int:
         """Improve a motion, then those of further searches; return the number of searches.
 
         A rejected motion is repaired if possible; otherwise the caller searches again.
         """
-        self._unfinished, self._out_of_time = False, 0.0
+        self._unfinished, self._out_of_time, incumbent = False, 0.0, self._incumbent
         refused, limit = incumbent.best.status == REFUSED, self.request.time_limit
         seconds, begun = self._seconds, incumbent.time()
         if refused:  # most of the time is for another search
@@ -302,88 +301,78 @@ class PlanImprover:
             remaining = Budget(seconds, clock=lambda: work.seconds, cancelled=cancelled)
             if patience <= 0.0:  # a plan found late is made exact, and no more
                 remaining.cancelled = incumbent.cancelled
-                self._exact(incumbent, first, remaining, self._exactness(first))
+                self._exact(first, remaining, self._exactness(first))
                 return 0
             motions, made, round_ = [first], 0, None
             if not (refused or self.request.anytime):
-                self._exact_at_once(incumbent, first, remaining)
-                motions, made = self._several(incumbent, first, remaining)
-                round_ = self._most_promising(incumbent, motions, remaining)
+                self._exact_at_once(first, remaining)
+                motions, made = self._several(first, remaining)
+                round_ = self._most_promising(motions, remaining)
             given = motions[0] if round_ is None else round_.given
-            self._refine(incumbent, given, remaining, round_)
+            self._refine(given, remaining, round_)
             if given is not first and incumbent.best.goal_distance > CENTRE_TOLERANCE:
-                self._refine(incumbent, first, remaining)  # the longer one may end in the centre
+                self._refine(first, remaining)  # the longer one may end in the centre
             unmended = refused and incumbent.best.status == REFUSED
             if not (self.request.anytime or unmended):
-                made = self._search_again(incumbent, first, remaining, made)
+                made = self._search_again(first, remaining, made)
             if incumbent.time() >= limit and not incumbent.cancelled():
                 self._out_of_time = limit
             return made
 
     def _refine(
-        self,
-        incumbent: Incumbent,
-        given: Trajectory,
-        remaining: Budget,
-        round_: Shortening | None = None,
+        self, given: Trajectory, remaining: Budget, round_: Shortening | None = None
     ) -> None:
         """Shorten a motion and make it exact: what is long and verified first loses its detours.
 
         Args:
-            incumbent: The best plan so far.
             given: The motion.
             remaining: Of the improvement's work.
             round_: Of shortening it, where that has already begun.
         """
-        shortest, solved = given, incumbent.best.status == "solved"
+        shortest, solved = given, self._incumbent.best.status == "solved"
         if not (solved and trajopt.is_long(self.problem, given)):
-            shortest = self._exact(incumbent, given, remaining, self._exactness(given))
+            shortest = self._exact(given, remaining, self._exactness(given))
         while not remaining.over:
-            round_ = round_ or Shortening(incumbent, shortest, remaining)
+            round_ = round_ or Shortening(self._incumbent, shortest, remaining)
             before, shortest = round_.given, round_.until(never_cancelled)
             round_ = None
             if not shortest.duration < (1 - MIN_GAIN) * before.duration:
                 break
         if self.problem.goal_distance(shortest.x[-1]) > CENTRE_TOLERANCE:
-            end = Budget(self._seconds, clock=remaining.clock, cancelled=incumbent.cancelled)
-            self._exact(incumbent, shortest, end, self._exactness(given))
-        self._learn(incumbent, given.duration / shortest.duration)
+            end = Budget(self._seconds, clock=remaining.clock, cancelled=self._incumbent.cancelled)
+            self._exact(shortest, end, self._exactness(given))
+        self._learn(given.duration / shortest.duration)
 
     def _exactness(self, given: Trajectory) -> float:
         """Return which fraction of the work may make a motion exact that came of a given one."""
         return EXACTNESS_FRACTION if trajopt.is_long(self.problem, given) else 1.0
 
-    def _exact(
-        self, incumbent: Incumbent, motion: Trajectory, remaining: Budget, fraction: float
-    ) -> Trajectory:
+    def _exact(self, motion: Trajectory, remaining: Budget, fraction: float) -> Trajectory:
         """Return a motion into the goal's centre, or the same one.
 
         Args:
-            incumbent: The best plan so far.
             motion: The motion.
             remaining: Of the improvement's work.
             fraction: Of that, for this.
         """
         spent = remaining.fraction(fraction)
-        exact = incumbent.tried(
+        exact = self._incumbent.tried(
             lambda: trajopt.make_exact(self.problem, motion, lambda: spent() >= 1.0)
         )
         if exact is None:
             return motion
-        incumbent.take(exact, "repair")
+        self._incumbent.take(exact, "repair")
         return exact
 
-    def _exact_at_once(self, incumbent: Incumbent, motion: Trajectory, remaining: Budget) -> None:
+    def _exact_at_once(self, motion: Trajectory, remaining: Budget) -> None:
         """Offer a motion into the goal's centre to whoever stops soon, apart from counted work."""
         if self.problem.goal_distance(motion.x[-1]) <= CENTRE_TOLERANCE:
             return
         with counted_work(apart=True) as own:
             clock = Budget(self._seconds, clock=lambda: own.seconds, cancelled=remaining.cancelled)
-            self._exact(incumbent, motion, clock, EXACTNESS_AT_ONCE_FRACTION)
+            self._exact(motion, clock, EXACTNESS_AT_ONCE_FRACTION)
 
-    def _below(
-        self, incumbent: Incumbent, k: int, remaining: Budget, below: float
-    ) -> Trajectory | None:
+    def _below(self, k: int, remaining: Budget, below: float) -> Trajectory | None:
         """Return a motion shorter than a duration in [s] that trees below that have found."""
         from kinolab.solve.cost_bound import (  # late: loads compiled trees
             bounded_work,
@@ -402,19 +391,17 @@ class PlanImprover:
             clock=remaining.clock,
             cancelled=remaining.expired,
         )
-        return self._found(incumbent, searcher, BOUNDED_STREAM + k, budget)
+        return self._found(searcher, BOUNDED_STREAM + k, budget)
 
-    def _several(
-        self, incumbent: Incumbent, first: Trajectory, remaining: Budget
-    ) -> tuple[list[Trajectory], int]:
+    def _several(self, first: Trajectory, remaining: Budget) -> tuple[list[Trajectory], int]:
         """Search for shorter motions; return them, the shortest first, and how many whole searches.
 
         Trees below the first one's duration are grown first. Improvement keeps the way on which a
         motion goes, and hardly makes a detour several times as long as another way shorter than
         that one.
         """
-        work = incumbent.search_work
-        bounded = self._below(incumbent, 0, remaining, first.duration)
+        work = self._incumbent.search_work
+        bounded = self._below(0, remaining, first.duration)
         motions = [first] if bounded is None else [bounded, first]
         searches = min(FIRST_SEARCHES, int(FIRST_FRACTION * remaining.unspent / work))
         if searches < LEAST_FIRST_SEARCHES:
@@ -422,18 +409,18 @@ class PlanImprover:
         for k in range(1, searches + 1):
             end = Budget(FIRST_FACTOR * work, clock=remaining.clock, cancelled=remaining.cancelled)
             shortest = min(motion.duration for motion in motions)
-            found = self._searched(incumbent, k, end, shortest)
+            found = self._searched(k, end, shortest)
             if found is not None:
                 motions.append(found)
         motions.sort(key=lambda motion: motion.duration)
-        if incumbent.beaten_by(motions[0]) and not incumbent.take(motions[0], "search"):
+        if self._incumbent.beaten_by(motions[0]) and not self._incumbent.take(motions[0], "search"):
             motions = [first]
         elif motions[0] is not first:
-            self._exact_at_once(incumbent, motions[0], remaining)
+            self._exact_at_once(motions[0], remaining)
         return motions, searches
 
     def _most_promising(
-        self, incumbent: Incumbent, motions: Sequence[Trajectory], remaining: Budget
+        self, motions: Sequence[Trajectory], remaining: Budget
     ) -> Shortening | None:
         """Shorten the two shortest motions for a while; return what is shorter then, to go on.
 
@@ -442,40 +429,37 @@ class PlanImprover:
         """
         work = min(RACE_FRACTION * remaining.unspent, MOST_RACE_SECONDS)
         few = work < RACE_SECONDS_PER_STEP * motions[0].duration / self.problem.step
-        if few or self.problem.machine.modes or incumbent.best.status != "solved":
+        if few or self.problem.machine.modes or self._incumbent.best.status != "solved":
             return None
         if len(motions) < 2 or not trajopt.is_long(self.problem, motions[0]):
             return None
-        rounds = [Shortening(incumbent, motion, remaining) for motion in motions[:2]]
+        rounds = [Shortening(self._incumbent, motion, remaining) for motion in motions[:2]]
         for one in rounds:
             spent = Budget(work, clock=remaining.clock)
             one.until(spent.expired)
         return min(rounds, key=lambda one: one.best.duration)
 
-    def _another(
-        self, incumbent: Incumbent, k: int, turn: int, remaining: Budget
-    ) -> tuple[Trajectory | None, bool]:
+    def _another(self, k: int, turn: int, remaining: Budget) -> tuple[Trajectory | None, bool]:
         """Return the motion of a k-th further search, and whether its way may be a shorter one.
 
         In turn they are guesses, the searcher's, and below a bound, which is longer than the best
         motion by what improvement has gained.
 
         Args:
-            incumbent: The best plan.
             k: Number of the search.
             turn: How many there were after the first motion had been shortened.
             remaining: Of the improvement's work.
         """
         kind = KINDS[turn % len(KINDS)]
-        found = self._guessed(incumbent, k, remaining) if kind == GUESSED else None
+        found = self._guessed(k, remaining) if kind == GUESSED else None
         if found is not None:
             return found, True
         if kind == BOUNDED:
-            found = self._below(incumbent, k, remaining, self._gained * self._shortest)
-        found = found or self._searched(incumbent, k, remaining, self._shortest)
+            found = self._below(k, remaining, self._gained * self._shortest)
+        found = found or self._searched(k, remaining, self._shortest)
         return found, found is not None and self._promises(found.duration)
 
-    def _guessed(self, incumbent: Incumbent, k: int, remaining: Budget) -> Trajectory | None:
+    def _guessed(self, k: int, remaining: Budget) -> Trajectory | None:
         """Return a motion, of any duration, along a path that is shorter than the best motion."""
         from kinolab.solve.cost_bound import GUESSED_SHARE, guessing  # late: loads compiled trees
 
@@ -488,15 +472,13 @@ class PlanImprover:
             clock=remaining.clock,
             cancelled=remaining.expired,
         )
-        return self._found(incumbent, searcher, GUESSED_STREAM + k, budget)
+        return self._found(searcher, GUESSED_STREAM + k, budget)
 
-    def _searched(
-        self, incumbent: Incumbent, k: int, remaining: Budget, below: float
-    ) -> Trajectory | None:
+    def _searched(self, k: int, remaining: Budget, below: float) -> Trajectory | None:
         """Search with the k-th further seed for a motion shorter than a duration in [s]."""
-        iterations = incumbent.best.iterations
+        iterations = self._incumbent.best.iterations
         most = SEARCH_FACTOR * iterations + MORE_ITERATIONS
-        each = incumbent.search_work / max(iterations, 1)
+        each = self._incumbent.search_work / max(iterations, 1)
         budget = Budget(
             PATIENCE * self._seconds,
             min(most, int(remaining.unspent / each)),
@@ -504,37 +486,32 @@ class PlanImprover:
             below=below,
             cancelled=remaining.expired,  # guesses are work, too
         )
-        return self._found(incumbent, self.searcher, k, budget)
+        return self._found(self.searcher, k, budget)
 
-    def _found(
-        self, incumbent: Incumbent, searcher: AbstractPlanner, k: int, budget: Budget
-    ) -> Trajectory | None:
+    def _found(self, searcher: AbstractPlanner, k: int, budget: Budget) -> Trajectory | None:
         """Search with the k-th further seed, so that the user can interrupt it."""
         if self.watch:
             self.watch(budget)
-        if incumbent.cancelled():
+        if self._incumbent.cancelled():
             return None  # interrupted before this budget was registered
-        incumbent.budget = budget
-        return motion(self.problem, searcher, stream(incumbent.best.seed, k), budget)
+        self._incumbent.budget = budget
+        return motion(self.problem, searcher, stream(self._incumbent.best.seed, k), budget)
 
-    def _search_again(
-        self, incumbent: Incumbent, first: Trajectory, remaining: Budget, made: int
-    ) -> int:
+    def _search_again(self, first: Trajectory, remaining: Budget, made: int) -> int:
         """Search for motions that may become shorter; return the number of searches.
 
         Args:
-            incumbent: The best plan.
             first: The first search's motion.
             remaining: Of the improvement's work.
             made: Further searches so far.
         """
-        last = first
+        last, incumbent = first, self._incumbent
         for k in count(made + 1):
             dear = remaining.unspent < incumbent.search_work
             if remaining.over or dear or incumbent.cancelled():
                 self._unfinished = not incumbent.cancelled()
                 return k - 1
-            found, promising = self._another(incumbent, k, k - made - 1, remaining)
+            found, promising = self._another(k, k - made - 1, remaining)
             if found is None:
                 continue
             if np.array_equal(found.u, last.u):
@@ -542,7 +519,7 @@ class PlanImprover:
             last = found
             incumbent.take(found, "search")
             if promising:
-                self._refine(incumbent, found, remaining)
+                self._refine(found, remaining)
         raise AssertionError("counting never ends")
 
 

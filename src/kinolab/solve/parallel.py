@@ -99,19 +99,13 @@ class _Team:
             for job in self._running:
                 if job.connection in ready and not (self._won or job.over):
                     job.hear()
-                    self._let_win(job)
+                    for other in self._running if self._solved else ():
+                        if other is not job:  # which improves its plan alone
+                            other.drop(self._reason)
             if budget.interrupted:
                 ending.press(self._running)
             elif progress and (seconds := max(job.seconds for job in self._jobs)):
                 progress(sum(job.iterations for job in self._jobs), seconds)
-
-    def _let_win(self, winner: AbstractJob) -> None:
-        """Stop the others when one has a plan, which it then improves alone."""
-        if not self._solved:
-            return
-        for job in self._running:
-            if job is not winner:
-                job.drop(self._reason)
 
     def close(self) -> None:
         """Kill what still runs."""
