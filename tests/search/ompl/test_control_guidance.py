@@ -16,7 +16,7 @@ from kinolab import planners
 from kinolab.problem import PlanningTask
 from kinolab.search import Budget
 from kinolab.search.ompl import AbstractTreePlanner
-from kinolab.search.ompl.control_guidance import ControlGuide, Guidance
+from kinolab.search.ompl.control_guidance import ControlGuide
 from kinolab.search.ompl.goal_region import GoalSamples
 from tests.support import OPEN, coin_after, problem_of
 
@@ -71,11 +71,11 @@ def guide(problem: PlanningTask, **guidance: Any) -> ControlGuide:
     return ControlGuide(
         problem,
         GoalSamples(problem),
-        Guidance(**guidance),
         min_steps=1,
         max_steps=STEPS,
         goal_region_scale=10.0,
         seed=0,
+        **guidance,
     )
 
 

@@ -61,7 +61,9 @@ class ConfigurationSpace:
     ) -> None:
         self._problem, self._steering, self._goal = problem, steering, goal
         self.stop = stop
-        self._margin = min(margin, *(_clearance(problem, x) / 2 for x in (problem.start, goal)))
+        checker, ends = problem.checker(), (problem.start, goal)
+        clearances = [checker.clearance(*problem.placement(x)) for x in ends]
+        self._margin = min(margin, *(clearance / 2 for clearance in clearances))
         self._judge = Propagator(problem, self._margin, rejections)
         self._base = _base(problem, steering)
         self._free = _free(problem, steering, self._base)
@@ -188,8 +190,3 @@ def _free(problem: PlanningTask, steering: Steering, base: Array) -> list[int]:
             kept = abs(settled[0][i] - shifted[i]) < REST_SHIFT * problem.scales[i] / 2
             found += [i] if kept else []
     return found
-
-
-def _clearance(problem: PlanningTask, x: Array) -> float:
-    """Return the clearance at a state, shape (nx,), in [m]."""
-    return problem.checker().clearance(*problem.placement(x))

@@ -8,7 +8,6 @@ But the control passed to the propagator is no copy: what is written there is wh
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -24,19 +23,6 @@ from kinolab.simulation import CandidateRollouts
 LOOKAHEAD_STEPS = 50  # maximum lookahead horizon
 
 
-@dataclass(frozen=True, kw_only=True)
-class Guidance:
-    """Options of control guidance.
-
-    Attributes:
-        control_samples: Maximum number of candidate inputs per motion.
-        goal_bias: Probability of extending towards the goal from a state near it.
-    """
-
-    control_samples: int = 32
-    goal_bias: float = 0.5
-
-
 class ControlGuide:
     """Chooses the input of every motion by lookahead, ignoring obstacles.
 
@@ -48,7 +34,8 @@ class ControlGuide:
     Args:
         problem: The planning problem.
         samples: States around the goal.
-        guidance: Options.
+        control_samples: Maximum number of candidate inputs per motion.
+        goal_bias: Probability of extending towards the goal from a state near it.
         min_steps: Minimum propagation steps of a motion.
         max_steps: Maximum propagation steps of a motion.
         goal_region_scale: What counts as near the goal, in its tolerances.
@@ -59,18 +46,19 @@ class ControlGuide:
         self,
         problem: PlanningTask,
         samples: GoalSamples,
-        guidance: Guidance,
         *,
+        control_samples: int = 32,
+        goal_bias: float = 0.5,
         min_steps: int,
         max_steps: int,
         goal_region_scale: float,
         seed: int,
     ) -> None:
         horizon = min(max_steps, LOOKAHEAD_STEPS)
-        self._rollouts = CandidateRollouts(problem, guidance.control_samples, horizon)
+        self._rollouts = CandidateRollouts(problem, control_samples, horizon)
         self._shortest, self._horizon, self._longest = min(min_steps, horizon), horizon, max_steps
         # Goal points and axes of bodies would need the poses of every candidate state.
-        self._goal_bias = 0.0 if problem.goal.needs_frames else guidance.goal_bias
+        self._goal_bias = 0.0 if problem.goal.needs_frames else goal_bias
         self._near, self._inside = (
             GoalErrors(problem, goal_region_scale),
             GoalErrors(problem, SEARCHED_FRACTION),

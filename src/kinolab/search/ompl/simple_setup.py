@@ -13,7 +13,7 @@ from ompl import util as ou
 from kinolab.arguments import require_fit
 from kinolab.errors import InputError, Mistake
 from kinolab.problem import PlanningTask
-from kinolab.search.ompl.control_guidance import ControlGuide, Guidance
+from kinolab.search.ompl.control_guidance import ControlGuide
 from kinolab.search.ompl.goal_region import GoalRegion, GoalSamples
 from kinolab.search.ompl.projection import CellProjection
 from kinolab.search.ompl.solution_path import inputs_of, path_in, with_last_step
@@ -37,7 +37,7 @@ class OmplSetup:
             default projection is refined, and motions are guided to the goal.
         seed: Random seed of goal samples and of candidate inputs.
         cells, angles: Of the default projection, as ``CellProjection`` takes them.
-        guidance: Options of control guidance; None leaves control sampling to OMPL.
+        guide: Makes the control guidance; None leaves control sampling to OMPL.
         last_step: Goal connection; without it OMPL's path has to end in the goal.
         given_up: Whether no state counts as valid any more, so that OMPL terminates.
 
@@ -64,18 +64,16 @@ class OmplSetup:
         seed: int = 0,
         cells: int = 20,
         angles: bool = True,
-        guidance: Guidance | None = None,
+        guide: Callable[..., ControlGuide] | None = None,
         last_step: SteeredGoalConnection | None = None,
         given_up: Callable[[], bool] = lambda: False,
     ) -> None:
         self.problem, self.states, self.last_step = problem, StateCodec(problem), last_step
         samples = GoalSamples(problem, goal_region_scale, seed)
-        self.seed, self.guide = seed, None
-        if guidance:
-            held = {"min_steps": min_steps, "max_steps": max_steps}
-            self.guide = ControlGuide(
-                problem, samples, guidance, goal_region_scale=goal_region_scale, seed=seed, **held
-            )
+        self.seed = seed
+        held = {"min_steps": min_steps, "max_steps": max_steps}
+        near = {"goal_region_scale": goal_region_scale, "seed": seed}
+        self.guide = guide(problem, samples, **held, **near) if guide else None
         propagation = StatePropagator(problem, self.states, self.guide, given_up)
         self.forget, self._propagation = propagation.forget, propagation
         self.space = self.states.space

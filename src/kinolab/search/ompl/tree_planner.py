@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 from kinolab.problem import PlanningTask
-from kinolab.search.ompl.control_guidance import Guidance
+from kinolab.search.ompl.control_guidance import ControlGuide
 from kinolab.search.ompl.control_search import search
 from kinolab.search.ompl.simple_setup import OmplSetup
 from kinolab.search.planner import AbstractTreeSearch, Budget, SearchResult, setting, with_default
@@ -95,10 +96,9 @@ class AbstractGuidedPlanner(AbstractTreePlanner):
             if every
             else None
         )
-        guidance = Guidance(control_samples=self.control_samples, goal_bias=self.goal_bias)
-        return super().ompl_setup(
-            problem, seed, budget, guidance=guidance, last_step=last_step, **guided
-        )
+        samples, bias = self.control_samples, self.goal_bias
+        guide = partial(ControlGuide, control_samples=samples, goal_bias=bias)
+        return super().ompl_setup(problem, seed, budget, guide=guide, last_step=last_step, **guided)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -52,7 +52,9 @@ class Decomposition(oc.GridDecomposition):  # type: ignore[misc]
         bounds = ob.RealVectorBounds(len(regions.low))
         bounds.low, bounds.high = regions.low, regions.high
         super().__init__(regions.cells, len(regions.low), bounds)
-        self._keep_regions()
+        generator, unused = ou.RNG(), [0.0] * self.getDimension()
+        for region in range(self.getNumRegions()):  # OMPL keeps their bounds before the grid shifts
+            self.sampleFromRegion(region, generator, unused)
         self._problem, self._states, self._guide = setup.problem, setup.states, setup.guide
         self._regions, self._generator = regions, np.random.default_rng(seed)
         empty = list(regions.empty())
@@ -125,21 +127,13 @@ class Decomposition(oc.GridDecomposition):  # type: ignore[misc]
         if self._guide is None or self._aside is None or not self._guide.ended_in(values):
             return self._regions.coordinates(values)
         if values != self._last[0]:  # OMPL asks more than once
-            aside = self._guide.stopped(values) or self._crowds(values)
+            aside = self._guide.stopped(values)
+            if not aside:
+                cell = self._projection.cell(values)
+                self._held[cell] += 1
+                aside = self._held[cell] > self._most
             self._last = values, self._aside if aside else self._regions.coordinates(values)
         return self._last[1]
-
-    def _crowds(self, values: list[float]) -> bool:
-        """Count a state in its cell, and say whether that was full already."""
-        cell = self._projection.cell(values)
-        self._held[cell] += 1
-        return self._held[cell] > self._most
-
-    def _keep_regions(self) -> None:
-        """Let OMPL compute and cache the bounds of all regions before the grid is shifted."""
-        generator, unused = ou.RNG(), [0.0] * self.getDimension()
-        for region in range(self.getNumRegions()):
-            self.sampleFromRegion(region, generator, unused)
 
     def _move_under(self, coordinates: list[float]) -> None:
         """Shift the grid so that zero lies at given coordinates, clamped to the grid."""
