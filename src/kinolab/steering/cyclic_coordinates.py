@@ -26,7 +26,9 @@ def cyclic_coordinates(problem: PlanningTask) -> NDArray[np.bool_]:
     move no shape, except for spin about an axis of symmetry.
     """
     model = problem.model
-    states, u = _states(problem), _inputs(problem)
+    generator = np.random.default_rng(0)
+    states = np.array([problem.sample_goal(generator) for _ in range(RANDOM_STATES)])
+    u = _inputs(problem)
     slopes = np.abs(model.jacobian(states, u)[0]).max(axis=0)  # |df/dx|, largest over states
     sensitive = (slopes > ROUNDING * np.maximum(slopes.max(axis=1, keepdims=True), 1.0)).any(axis=0)
     wanted = set(problem.goal.entries)
@@ -39,11 +41,6 @@ def cyclic_coordinates(problem: PlanningTask) -> NDArray[np.bool_]:
             matters(problem, states, i) for matters in (_shows, _turns_what_is_aimed, _demands)
         )
     return found
-
-
-def _states(problem: PlanningTask) -> Array:
-    generator = np.random.default_rng(0)
-    return np.array([problem.sample_goal(generator) for _ in range(RANDOM_STATES)])
 
 
 def _inputs(problem: PlanningTask) -> Array:

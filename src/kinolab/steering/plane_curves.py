@@ -91,7 +91,8 @@ class PlanePaths(AbstractPathFamily):
         towards = np.column_stack([np.cos(headings), np.sin(headings)])
         pace = np.array([[gear * reach * distance] for reach in REACHES for gear in GEARS])
         ends = np.broadcast_to([begin[:2], end[:2]], (len(pace), 2, 2))
-        point, slope, bend = _hermite(ends, pace[:, :, None] * towards)
+        weights = np.concatenate([ends, pace[:, :, None] * towards], axis=1)
+        point, slope, bend = (table @ weights for table in _hermite_basis())
         speed = np.hypot(slope[..., 0], slope[..., 1])
         turning = slope[..., 0] * bend[..., 1] - slope[..., 1] * bend[..., 0]
         curvature = np.sign(pace) * turning / speed**3
@@ -160,19 +161,12 @@ def _steered_at(flat: FlatFacts, curvature: Array) -> list[Array]:
     return [np.broadcast_to(angles, curvature.shape) for angles in found]
 
 
-def _hermite(ends: Array, tangents: Array) -> tuple[Array, Array, Array]:
-    """Evaluate quintics with zero second derivative at both ends, and two derivatives.
-
-    ``ends`` and ``tangents`` have shape (m, 2, 2), each result (m, CURVE_SAMPLES, 2).
-    """
-    weights = np.concatenate([ends, tangents], axis=1)
-    point, slope, bend = (table @ weights for table in _hermite_basis())
-    return point, slope, bend
-
-
 @cache
 def _hermite_basis() -> tuple[Array, Array, Array]:
-    """Return the basis functions and two derivatives at even samples, (CURVE_SAMPLES, 4) each."""
+    """Return the quintics of unit ends or tangents, and two derivatives, at even samples.
+
+    Their second derivatives are zero at both ends. The shape of each is (CURVE_SAMPLES, 4).
+    """
     basis = np.array(
         [[1, 0, 0, -10, 15, -6], [0, 0, 0, 10, -15, 6], [0, 1, 0, -6, 8, -3], [0, 0, 0, -4, 7, -3]],
         dtype=float,

@@ -56,8 +56,10 @@ class Steering:
         vectors = bool(problem.space.spheres)
         self.paths = None if vectors else PathMotion(problem, self.family.coordinates, stop)
         self.flat = problem.machine.flat is not None
-        # The reverse motion follows the same curves and collides with the same obstacles.
-        self.reversible = self.flat and _goes_both_ways(problem)
+        # The reverse motion follows the same curves and collides with the same obstacles, where all
+        # velocity limits are symmetric.
+        limits = np.vstack([problem.bounds[problem.model.speeds], problem.rate_bounds])
+        self.reversible = self.flat and bool((limits[:, 0] == -limits[:, 1]).all())
 
     def steer(
         self, x0: Array, x1: Array, worthwhile: Callable[[Array], bool] = lambda _: True
@@ -137,12 +139,6 @@ class Steering:
         miss = np.abs(self.closing.residual(x0, x1) * self._problem.scales)[: model.nq]
         speeds = np.array([_speed(self._problem, name) for name in model.coordinate_names])
         return float(np.max(miss / speeds, initial=0.5)) * 1.5
-
-
-def _goes_both_ways(problem: PlanningTask) -> bool:
-    """Say whether all velocity limits are symmetric."""
-    limits = np.vstack([problem.bounds[problem.model.speeds], problem.rate_bounds])
-    return bool((limits[:, 0] == -limits[:, 1]).all())
 
 
 def _speed(problem: PlanningTask, coordinate: str) -> float:

@@ -8,23 +8,19 @@ feasible path. Otherwise (an arm) only the largest ball about the point inside t
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinolab.dynamics.language.shapes import Sphere
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.work import charge
 from kinolab.problem import PlanningTask
 from kinolab.search.potential.control_points import ControlPoint, place
-from kinolab.search.potential.eikonal import WorkspaceGrid
+from kinolab.search.potential.eikonal import Mask, WorkspaceGrid
 from kinolab.search.potential.leading_bodies import sample_states
 from kinolab.simulation import Propagator
 from kinolab.world import BodyGeometry, CollisionChecker
 from kinolab.world.geometry import placement
-
-Mask: TypeAlias = NDArray[np.bool_]
 
 RANDOM_ATTITUDES = 16  # checked per cell
 RANDOM_STATES = 32  # configurations that determine the extent of the workspace
