@@ -69,20 +69,18 @@ class Auto(AbstractCompiledPlanner):
         2000, AbstractCompiledPlanner, "goal_connection_period"
     )
 
-    def sub_searches(self, problem: PlanningTask, seed: int, budget: Budget) -> Sequence[SubSearch]:
-        """Return the multistart search."""
-        return [_Multistart(problem, seed, budget)]
-
-    def other_trees(self, problem: PlanningTask, seed: int, budget: Budget) -> Sequence[SubSearch]:
-        """Return the same trees with other random numbers, where there are no guesses."""
-        if not problem.machine.modes or math.isfinite(budget.below):  # these know of no bound
+    def beside(self, problem: PlanningTask, seed: int, budget: Budget) -> Sequence[SubSearch]:
+        """Return guesses, too, or the same trees with other random numbers where there are none."""
+        if not problem.machine.modes:
+            return (*super().beside(problem, seed, budget), _Multistart(problem, seed, budget))
+        if math.isfinite(budget.below):  # these know of no bound
             return ()
 
         def make() -> AbstractTreeExtension:
             other = int(np.random.SeedSequence([seed, 1]).generate_state(1, np.uint64)[0])
             return self.extension(problem, search_state(problem, self.goal_region_scale, other))
 
-        return [OtherTrees(problem, make, self.restart_after)]
+        return (OtherTrees(problem, make, self.restart_after),)
 
     def extension(self, problem: PlanningTask, search: SearchState) -> AbstractTreeExtension:
         """Return the tree extension."""

@@ -89,7 +89,8 @@ class GeometricRoadmap:
         Raises:
             CancelledError: If the search is cancelled.
         """
-        graph, apart = _Graph(self._information, self._planner, self._configurations), {}
+        graph = _Graph(self._information, self._planner, self._configurations)
+        apart = dict[int, float]()
         for k in graph.reached:
             raise_if_cancelled(self._configurations.stop)
             x = graph.configuration(k)

@@ -60,22 +60,12 @@ class AbstractCompiledPlanner(AbstractTreeSearch):
     def extension(self, problem: PlanningTask, search: SearchState) -> AbstractTreeExtension:
         """Return the tree extension."""
 
-    def sub_searches(self, problem: PlanningTask, seed: int, budget: Budget) -> Sequence[SubSearch]:  # noqa: ARG002
-        """Return sub-searches to interleave with the growth of the tree."""
-        return ()
-
-    def other_trees(self, problem: PlanningTask, seed: int, budget: Budget) -> Sequence[SubSearch]:  # noqa: ARG002
-        """Return trees to grow beside the tree."""
-        return ()
-
-    def _beside(self, problem: PlanningTask, seed: int, budget: Budget) -> Sequence[SubSearch]:
-        """Return what takes turns with the tree: only trees where a machine's mechanics switch."""
-        others = self.other_trees(problem, seed, budget)
+    def beside(self, problem: PlanningTask, seed: int, budget: Budget) -> Sequence[SubSearch]:
+        """Return what takes turns with the tree: connections, but where a machine has modes."""
         if problem.machine.modes:
-            return others
+            return ()
         period, scale = self.goal_connection_period, self.goal_region_scale
-        connections = GoalConnections(problem, period, scale, seed, budget)
-        return [connections, *others, *self.sub_searches(problem, seed, budget)]
+        return (GoalConnections(problem, period, scale, seed, budget),)
 
     def solve(self, problem: PlanningTask, seed: int, budget: Budget) -> SearchResult:
         """Grow a tree from the start into the goal region, then improve the solution."""
@@ -93,7 +83,7 @@ class AbstractCompiledPlanner(AbstractTreeSearch):
         budget.restart()  # code was compiled and loaded until here
         best = IncumbentImprovement(budget, seconds, problem.step)
         best.bound(tree)
-        beside = InterleavedSearches(self._beside(problem, seed, budget))
+        beside = InterleavedSearches(self.beside(problem, seed, budget))
         truth, rounds = TrueEnds(problem), RestartRounds(self.restart_after)
         slices = TimeSlices(budget, rounds)
         own_map = problem.scenario.integration.truth == "discrete"  # no re-simulation needed
