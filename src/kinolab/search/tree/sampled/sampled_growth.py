@@ -26,11 +26,12 @@ from kinolab.numerics.neighbours.insertion import add
 from kinolab.numerics.neighbours.queries import nearest
 from kinolab.numerics.neighbours.r_tree import clear
 from kinolab.numerics.rng import uniform
-from kinolab.search.tree.ends import Ends, keep_end
 from kinolab.search.tree.extensions import (
+    Ends,
     begin_extension,
     end_extension,
     has_ended,
+    keep_end,
     lane_to_serve,
 )
 from kinolab.search.tree.problem_arrays import is_inside, metric_coordinates, sample_state

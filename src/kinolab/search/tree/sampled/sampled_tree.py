@@ -10,7 +10,7 @@ from kinolab.numerics.struct import Record
 from kinolab.problem import PlanningTask
 from kinolab.search.planner import setting
 from kinolab.search.tree.compiled_planner import AbstractCompiledPlanner
-from kinolab.search.tree.ends import Ends
+from kinolab.search.tree.extensions import Ends
 from kinolab.search.tree.flat_arrays import allocate
 from kinolab.search.tree.sampled.cost_index import cost_index
 from kinolab.search.tree.sampled.sampled_growth import (

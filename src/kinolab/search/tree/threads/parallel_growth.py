@@ -13,7 +13,7 @@ from __future__ import annotations
 import numpy as np
 
 from kinolab.numerics.jit import kernel
-from kinolab.search.tree.ends import take_end
+from kinolab.search.tree.extensions import take_end
 from kinolab.search.tree.lanes import drop_extensions
 from kinolab.search.tree.sampled.sampled_growth import add_end, grow, is_full
 from kinolab.search.tree.threads.atomics import (
