@@ -49,7 +49,7 @@ from kinolab.dynamics.codegen.llvm_jit import compile_ir, link
 from kinolab.dynamics.codegen.trigonometry import emit_sine_and_cosine
 from kinolab.dynamics.derivation.derivation import is_kinematic
 from kinolab.dynamics.derivation.expression_graph import Node
-from kinolab.dynamics.derivation.kinematics import Kinematics, Motions
+from kinolab.dynamics.derivation.kinematics import Kinematics
 from kinolab.dynamics.derivation.newton_euler import NewtonEuler
 from kinolab.dynamics.derivation.symbol_table import SymbolTable
 from kinolab.dynamics.derivation.vectors import Vector, Vectors
@@ -260,7 +260,7 @@ class _VariationalStep:
         tape = self.tape = self.binding.tape
         self.vectors = Vectors(tape)
         names = [tape.operations[node].label for node in self.binding.tangent]
-        rows = constraint_rows(system, self.binding)
+        rows = constraint_rows(self.binding)
         self.rows: list[ConstraintRow] = [row for row in rows if row.name not in redundant]
         self.h = tape.variable("step length")
         self.mean = tuple(tape.variable(f"mean {name}") for name in names)
@@ -323,8 +323,7 @@ class _VariationalStep:
         """F and mu as functions of q and nu, each of shape (nt,)."""
         tape, binding = self.tape, self.binding
         chart = unconstrained_coordinates(binding)
-        motions = Motions(chart.velocities, chart.accelerations, chart.directions)
-        mechanics = NewtonEuler(self.system, binding, Kinematics(binding, motions))
+        mechanics = NewtonEuler(Kinematics(binding, chart))
         kinetic, potential = mechanics.energy()
         L = [tape.sub(kinetic, potential)]
         slopes = [tape.derivative(L, binding.flow(e))[0] for e in chart.directions]

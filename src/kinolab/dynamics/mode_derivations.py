@@ -257,7 +257,7 @@ def _landed(system: Mechanism, d: Derivation) -> tuple[Node, ...]:
     """Return the state after a perfectly inelastic impact onto the constraints of a mode."""
     if not d.energy or not system.constraints:
         return d.state
-    rows = independent_rows(system, d.binding, constraint_rows(system, d.binding))[0]
+    rows = independent_rows(d.binding, constraint_rows(d.binding))[0]
     struck = _struck(d, [row.covector for row in rows], d.binding.tape.zero)
     first = len(d.binding.configuration)
     return (*d.state[:first], *struck, *d.state[first + len(struck) :])

@@ -142,7 +142,7 @@ def _slopes(
     for entry in equations:
         (rate,) = tape.derivative([binding.lower(entry)], binding.flow())
         nodes += [tape.derivative([rate], {v: tape.one})[0] for v in binding.tangent]
-    found = [tape.evaluate(nodes, values) for values in feasible_values(system, binding)]
+    found = [tape.evaluate(nodes, values) for values in feasible_values(binding)]
     if not found:
         what = f"no configuration was found in which {name} closes its loop."
         raise InputError([Mistake(where, what, "Its links may be too short, or limited.")])

@@ -35,7 +35,7 @@ def model(name: str) -> Model:
 def states(name: str) -> Array:
     """States whose positions the constraints allow, shape (N, nx)."""
     made = model(name)
-    samples = feasible_values(made.system, SymbolTable.of(made.system))
+    samples = feasible_values(SymbolTable.of(made.system))
     speeds = {entry.name: 0.4 for entry in made.quasi_velocities}
     rows = ({**speeds, **values} for values in samples)
     return np.array([[values[entry] for entry in made.state_names] for values in rows])

@@ -179,7 +179,7 @@ def _freedom(system: System, closure: InvolutiveClosure | None) -> int:
     if closure is not None:
         return closure.growth[0] if closure.growth else 0
     binding = SymbolTable.of(system)
-    kept, _ = independent_rows(system, binding, constraint_rows(system, binding))
+    kept, _ = independent_rows(binding, constraint_rows(binding))
     return dimension_of(system) - len(kept)
 
 

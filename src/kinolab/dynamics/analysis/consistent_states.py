@@ -122,6 +122,7 @@ class _LoopClosure:
         self, plant: Model, constraints: Sequence[Constraint], *, redundant: bool = False
     ) -> None:
         from kinolab.dynamics.derivation.symbol_table import SymbolTable
+        from kinolab.dynamics.derivation.velocity_coordinates import gradient
         from kinolab.dynamics.language.constraints import PositionConstraint
 
         self.constraints = [
@@ -133,13 +134,8 @@ class _LoopClosure:
         self._plant, self._scales = plant, plant.state_scales[: plant.nq]
         self._parameters = plant.system.parameter_values
         self._binding = SymbolTable.of(plant.system)
-        lower, tape = self._binding.lower, self._binding.tape
-        self._gaps = [lower(c.position) for c in self.constraints]
-        self._slopes = [
-            tape.derivative([gap], {q: tape.one})[0]
-            for gap in self._gaps
-            for q in self._binding.configuration
-        ]
+        self._gaps = [self._binding.lower(c.position) for c in self.constraints]
+        self._slopes = [node for gap in self._gaps for node in gradient(self._binding, gap)]
 
     def gaps(self, q: Array) -> Array:
         """Return h(q), shape (count,)."""

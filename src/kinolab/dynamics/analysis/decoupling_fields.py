@@ -22,13 +22,13 @@ import sympy
 from kinolab.arguments import checked
 from kinolab.dynamics.analysis.fields import VectorFields, vector_fields
 from kinolab.dynamics.analysis.fields.to_sympy import to_sympy
-from kinolab.dynamics.derivation.derivation import Derivation, derive, has_imposed_velocities
+from kinolab.dynamics.derivation.derivation import Derivation, derive
 from kinolab.dynamics.derivation.expression_graph import Node
 from kinolab.dynamics.derivation.symbol_table import SymbolTable
 from kinolab.dynamics.derivation.symbolic_solve import Guards, solve_square
 from kinolab.dynamics.derivation.velocity_coordinates import feasible_values
 from kinolab.dynamics.language.mechanism import Mechanism
-from kinolab.dynamics.language.mechanism_parts import tangent_symbols
+from kinolab.dynamics.language.mechanism_parts import imposed_velocities, tangent_symbols
 from kinolab.errors import InputError, Mistake
 
 SAMPLES = 6  # random configurations at which an identity is checked
@@ -101,7 +101,7 @@ def decoupling_fields(system: Mechanism) -> DecouplingFields:
 def _outside_the_theory(system: Mechanism) -> str:
     if system.feedback is not None or system.states:
         return "it has feedback or states of its own"
-    if has_imposed_velocities(system):
+    if imposed_velocities(system):
         return "its inputs are velocities already"
     if system.velocities == "all":
         return "all of its rates are states"
@@ -419,7 +419,7 @@ def _configurations(system: Mechanism, whole: VectorFields) -> Iterator[dict[str
     """Yield random configurations at which the equations of motion have a solution."""
     outputs = [*whole.drift, *(node for slope in whole.inputs.values() for node in slope)]
     velocities = dict.fromkeys(whole.names, 1.0)
-    for values in islice(feasible_values(system, SymbolTable.of(system)), 1, None):
+    for values in islice(feasible_values(SymbolTable.of(system)), 1, None):
         with suppress(ArithmeticError, ValueError):
             if np.isfinite(whole.tape.evaluate(outputs, velocities | values)).all():
                 yield values

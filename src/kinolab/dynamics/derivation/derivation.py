@@ -13,19 +13,19 @@ Dynamics Algorithms, 2008, chapters 3 and 8.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from kinolab.dynamics.derivation.bounding_radius import bounding_radius
 from kinolab.dynamics.derivation.expression_graph import Node
-from kinolab.dynamics.derivation.kinematics import FrameState, Kinematics, Motions
+from kinolab.dynamics.derivation.kinematics import FrameState, Kinematics
 from kinolab.dynamics.derivation.lowering import Lowering
 from kinolab.dynamics.derivation.newton_euler import NewtonEuler
 from kinolab.dynamics.derivation.symbol_table import SymbolTable
 from kinolab.dynamics.derivation.symbolic_solve import Guards, solve_definite, solve_square
 from kinolab.dynamics.derivation.velocity_coordinates import (
-    ConstraintRow,
     VelocityCoordinates,
     combine,
     constraint_rows,
@@ -131,12 +131,7 @@ def derive(system: Mechanism, *, idle_inputs: bool = False) -> Derivation:
 
 def is_kinematic(system: Mechanism) -> bool:
     """Whether inputs or auxiliary states impose velocities and no body has mass or inertia."""
-    return has_imposed_velocities(system) and all(body.massless for body in system.bodies)
-
-
-def has_imposed_velocities(system: Mechanism) -> bool:
-    """Whether an input or auxiliary state imposes a velocity, whatever force that takes."""
-    return bool(imposed_velocities(system))
+    return bool(imposed_velocities(system)) and all(body.massless for body in system.bodies)
 
 
 class _Derivation:
@@ -149,14 +144,14 @@ class _Derivation:
         self.guards = Guards()
         self.multipliers = system.velocities == "all" and bool(system.constraints)
         if self.multipliers:
-            if has_imposed_velocities(system):
+            if imposed_velocities(system):
                 what = 'a given velocity needs independent ones; velocities="all" has none.'
                 raise InputError([Mistake(f"system {system.name!r}", what)])
-            self.rows = constraint_rows(system, self.binding)
-            self.redundant = independent_rows(system, self.binding, self.rows)[1]
+            self.rows = constraint_rows(self.binding)
+            self.redundant = independent_rows(self.binding, self.rows)[1]
             self.chart = unconstrained_coordinates(self.binding)
         else:
-            self.chart = velocity_coordinates(system, self.binding, self.guards)
+            self.chart = velocity_coordinates(self.binding, self.guards)
             self.rows = list(self.chart.rows)
             self.redundant = self.chart.redundant
         if not self.chart.states and not self.chart.input_directions:
@@ -170,12 +165,14 @@ class _Derivation:
         """Return all nodes."""
         binding, chart = self.binding, self.chart
         accelerations = self._accelerations()
-        kinetics = self._along(chart, chart.accelerations)
-        extras = self._extras()
+        kinetics = self._along(chart)
+        actual = binding.at(chart.velocities)
+        changes = [binding.lower(entry.derivative) for entry in self.system.states]
+        extras = self.tape.substitute(changes, actual)
         flow = tuple(binding.flow(chart.velocities)[node] for node in binding.configuration)
         nu_dot = combine(binding, chart.directions, accelerations)
         nu_dot = [self.tape.add(a, b) for a, b in zip(nu_dot, chart.accelerations, strict=True)]
-        massive = not is_kinematic(self.system)
+        massive, whole = not is_kinematic(self.system), unconstrained_coordinates(binding)
         forces = self._constraint_forces(nu_dot) if self.rows and massive else ()
         poses = [kinetics.kinematics(body.frame) for body in self.system.bodies]
         ends = [tuple(map(kinetics.kinematics, cable.between)) for cable in self.system.cables]
@@ -199,10 +196,14 @@ class _Derivation:
                 _point_speed(binding, body.shapes, pose)
                 for body, pose in zip(self.system.bodies, poses, strict=True)
             ),
-            cable_speeds=tuple(_cable_speed(binding, *pair) for pair in ends),
+            cable_speeds=tuple(  # points move with convex combinations of the ends' velocities
+                self.tape.maximum(*(_origin_speed(binding, end) for end in pair)) for pair in ends
+            ),
             energy=kinetics.energy() if massive else (),
             power=(self._power(nu_dot),) if massive else (),
-            mass_matrix=self._full_mass_matrix() if massive else (),
+            mass_matrix=tuple(entry for row in self._along(whole).mass_matrix() for entry in row)
+            if massive
+            else (),
             constraint_residual=self._residual(),
             constraint_forces=forces,
             requirements=self._requirements(forces),
@@ -210,9 +211,9 @@ class _Derivation:
             chart_guards=self.chart_guards,
         )
 
-    def _along(self, chart: VelocityCoordinates, accelerations: Sequence[Node]) -> NewtonEuler:
-        motions = Motions(chart.velocities, accelerations, chart.directions)
-        return NewtonEuler(self.system, self.binding, Kinematics(self.binding, motions))
+    def _along(self, chart: VelocityCoordinates, **changes: Any) -> NewtonEuler:
+        """Return the mechanics along motions, some parts of which may be other ones."""
+        return NewtonEuler(Kinematics(self.binding, replace(chart, **changes)))
 
     def _accelerations(self) -> list[Node]:
         """Return the derivatives of the independent velocities."""
@@ -230,7 +231,7 @@ class _Derivation:
             self.binding, [chart.directions[k] for k in chart.driven], chart.driven.values()
         )
         known = [tape.add(a, b) for a, b in zip(chart.accelerations, given, strict=True)]
-        mechanics = self._along(chart, known)
+        mechanics = self._along(chart, accelerations=known)
         M = mechanics.mass_matrix()
         self._check_masses(M, free)
         self._check_rate_inputs(free)
@@ -243,13 +244,9 @@ class _Derivation:
     def _loads(self, mechanics: NewtonEuler) -> list[Node]:
         """Return all forces minus the inertial forces of known accelerations."""
         tape = self.tape
-        parts = zip(
-            mechanics.conservative_forces(),
-            mechanics.other_forces(),
-            mechanics.inertial_forces(),
-            strict=True,
-        )
-        return [tape.sub(tape.add(a, b), c) for a, b, c in parts]
+        acting = zip(mechanics.conservative_forces(), mechanics.other_forces(), strict=True)
+        parts = zip(acting, mechanics.inertial_forces(), strict=True)
+        return [tape.sub(tape.add(*pair), inertial) for pair, inertial in parts]
 
     def _accelerations_by_multipliers(self) -> list[Node]:
         """Solve M nu_dot = F + A^T lambda with A nu_dot = -A_dot nu.
@@ -258,7 +255,7 @@ class _Derivation:
         is looked at after each refinement: forces on light parts cancel in it, not in multipliers.
         """
         tape = self.tape
-        mechanics = self._along(self.chart, self.chart.accelerations)
+        mechanics = self._along(self.chart)
         M = mechanics.mass_matrix()
         self._check_masses(M, list(range(len(M))))
         covectors = [row.covector for row in self.rows]
@@ -293,55 +290,33 @@ class _Derivation:
             G[i][i] = tape.add(G[i][i], own)
         return G
 
-    def _solve_compliance(
-        self,
-        covectors: Sequence[Sequence[Node]],
-        compliant: Sequence[Sequence[Node]],
-        columns: Sequence[Sequence[Node]],
-    ) -> list[list[Node]]:
-        """Solve (A M^-1 A^T) X = B for the least-norm X, as by a pseudo-inverse.
+    def _least_norm(self, A: Sequence[Sequence[Node]], b: Sequence[Node]) -> list[Node]:
+        """Solve A A^T x = b for the least-norm x, as by a pseudo-inverse.
 
         Iterative refinement removes the regularisation error; only its choice among the solutions
         of redundant constraints remains.
 
         Source: Golub, Van Loan, Matrix Computations, 4th ed., 3.5.3.
         """
-        tape, size = self.tape, len(covectors)
-        G = [[tape.dot(a, c) for c in compliant] for a in covectors]
+        tape, size = self.tape, len(A)
+        G = [[tape.dot(row, other) for other in A] for row in A]
         trace = tape.sum(G[i][i] for i in range(size))
         trifle = tape.mul(tape.constant(REGULARISATION), trace)
         firm = [
             [tape.add(G[i][j], trifle) if i == j else G[i][j] for j in range(size)]
             for i in range(size)
         ]
-        solutions = [[tape.zero] * size for _ in columns]
+        x = [tape.zero] * size
         for _ in range(ITERATIVE_REFINEMENTS):
-            missing = [
-                [tape.sub(b, tape.dot(row, x)) for b, row in zip(column, G, strict=True)]
-                for column, x in zip(columns, solutions, strict=True)
-            ]
-            steps = solve_definite(tape, firm, missing, Guards())
-            solutions = [
-                [tape.add(x, step) for x, step in zip(xs, part, strict=True)]
-                for xs, part in zip(solutions, steps, strict=True)
-            ]
-        return solutions
-
-    def _extras(self) -> list[Node]:
-        actual = self.binding.at(self.chart.velocities)
-        changes = [self.binding.lower(entry.derivative) for entry in self.system.states]
-        return self.tape.substitute(changes, actual)
-
-    def _full_mass_matrix(self) -> tuple[Node, ...]:
-        chart = unconstrained_coordinates(self.binding)
-        M = self._along(chart, chart.accelerations).mass_matrix()
-        return tuple(entry for row in M for entry in row)
+            missing = [tape.sub(each, tape.dot(row, x)) for each, row in zip(b, G, strict=True)]
+            (step,) = solve_definite(tape, firm, [missing], Guards())
+            x = [tape.add(entry, change) for entry, change in zip(x, step, strict=True)]
+        return x
 
     def _unbalanced(self, nu_dot: Sequence[Node]) -> list[Node]:
         """Return M nu_dot + c - F in full coordinates: the forces of constraints and drives."""
-        chart = unconstrained_coordinates(self.binding)
-        motions = Motions(self.chart.velocities, nu_dot, chart.directions)
-        mechanics = NewtonEuler(self.system, self.binding, Kinematics(self.binding, motions))
+        whole = unconstrained_coordinates(self.binding)
+        mechanics = self._along(self.chart, accelerations=nu_dot, directions=whole.directions)
         return [self.tape.neg(load) for load in self._loads(mechanics)]
 
     def _constraint_forces(self, nu_dot: Sequence[Node]) -> tuple[Node, ...]:
@@ -358,15 +333,12 @@ class _Derivation:
             return tuple(forces[: len(self.rows)])  # no force acts along a quasi-velocity
         covectors = [row.covector for row in self.rows]
         projected = [tape.dot(covector, missing) for covector in covectors]
-        (forces,) = self._solve_compliance(covectors, covectors, [projected])
-        return tuple(forces)
+        return tuple(self._least_norm(covectors, projected))
 
     def _power(self, nu_dot: Sequence[Node]) -> Node:
         """Return the power of friction, wrenches, inputs, and of drives and rate inputs."""
-        tape = self.tape
-        chart = unconstrained_coordinates(self.binding)
-        motions = Motions(self.chart.velocities, self.chart.accelerations, chart.directions)
-        mechanics = NewtonEuler(self.system, self.binding, Kinematics(self.binding, motions))
+        tape, whole = self.tape, unconstrained_coordinates(self.binding)
+        mechanics = self._along(self.chart, directions=whole.directions)
         power = tape.dot(mechanics.other_forces(), self.chart.velocities)
         if self.chart.driven or self.chart.input_directions:
             power = tape.add(power, tape.dot(self._unbalanced(nu_dot), self.chart.velocities))
@@ -374,7 +346,7 @@ class _Derivation:
 
     def _residual(self) -> tuple[Node, ...]:
         """Return A nu of every constraint, redundant ones too, then h of position constraints."""
-        rows = constraint_rows(self.system, self.binding)
+        rows = constraint_rows(self.binding)
         speeds = (self.tape.dot(row.covector, self.chart.velocities) for row in rows)
         return (*speeds, *self._gaps())
 
@@ -410,26 +382,20 @@ class _Derivation:
         """Move the configuration by the least-norm velocity that closes the gaps."""
         tape = self.tape
         closing = dict(zip((c.name for c in self.system.closures), gaps, strict=True))
-        rows = [row for row in self._own_rows() if row.name in closing]
+        own = (row for row in self.rows if row.value == tape.zero)  # not those of rate inputs
+        rows = [row for row in own if row.name in closing]
         covectors = [row.covector for row in rows]
-        (shares,) = self._solve_compliance(
-            covectors, covectors, [[tape.neg(closing[row.name]) for row in rows]]
-        )
+        shares = self._least_norm(covectors, [tape.neg(closing[row.name]) for row in rows])
         move = combine(self.binding, covectors, shares)
         flow = self.binding.flow(move)
         return [tape.add(node, flow[node]) for node in self.binding.configuration]
-
-    def _own_rows(self) -> list[ConstraintRow]:
-        """Return the constraint rows without those of rate inputs."""
-        return [row for row in self.rows if row.value == self.tape.zero]
 
     def _shifted_velocities(self) -> list[Node]:
         """Project the velocities onto those that the constraints allow."""
         tape = self.tape
         covectors = [row.covector for row in self.rows]
         excess = [tape.neg(tape.dot(covector, self.states)) for covector in covectors]
-        (shares,) = self._solve_compliance(covectors, covectors, [excess])
-        change = combine(self.binding, covectors, shares)
+        change = combine(self.binding, covectors, self._least_norm(covectors, excess))
         return [tape.add(v, c) for v, c in zip(self.states, change, strict=True)]
 
     def _check_masses(self, M: list[list[Node]], free: list[int]) -> None:
@@ -440,7 +406,7 @@ class _Derivation:
         """
         flat = [M[i][j] for i in free for j in free]
         massless: list[str] = []
-        for values in feasible_values(self.system, self.binding) if free else ():
+        for values in feasible_values(self.binding) if free else ():
             try:
                 matrix = np.reshape(self.tape.evaluate(flat, values), (len(free), len(free)))
             except (ArithmeticError, ValueError):
@@ -450,14 +416,12 @@ class _Derivation:
             moved = _massless_motion(matrix)
             if not moved:
                 return
-            massless = [self._velocity_name(free[i]) for i in moved]
+            labels = [self.tape.operations[self.states[free[i]]].label for i in moved]
+            massless = [label.removesuffix("_dot") for label in labels]
         if massless:
             what = f"no mass or inertia resists a motion of {', '.join(massless)}."
             remedy = _remedy_for(self.system, massless)
             raise InputError([Mistake(f"system {self.system.name!r}", what, remedy)])
-
-    def _velocity_name(self, k: int) -> str:
-        return self.tape.operations[self.states[k]].label.removesuffix("_dot")
 
     def _check_rate_inputs(self, free: list[int]) -> None:
         """Reject an imposed velocity that would accelerate mass."""
@@ -465,9 +429,7 @@ class _Derivation:
         if not chart.input_directions:
             return
         directions = (*chart.directions, *chart.input_directions.values())
-        motions = Motions(chart.velocities, chart.accelerations, directions)
-        mechanics = NewtonEuler(self.system, self.binding, Kinematics(self.binding, motions))
-        M = mechanics.mass_matrix()
+        M = self._along(chart, directions=directions).mass_matrix()
         for k, node in enumerate(chart.input_directions, start=len(chart.directions)):
             if any(M[i][k] != self.tape.zero for i in free):
                 name = self.tape.operations[node].label
@@ -537,11 +499,6 @@ def _point_speed(binding: SymbolTable, shapes: Sequence[object], state: FrameSta
         speed = tape.add(linear, tape.mul(turning, binding.lower(extent.radius)))
         fastest = tape.maximum(fastest, speed)
     return fastest
-
-
-def _cable_speed(binding: SymbolTable, a: FrameState, b: FrameState) -> Node:
-    """Bound the speed of a cable's points: convex combinations of its ends' velocities."""
-    return binding.tape.maximum(_origin_speed(binding, a), _origin_speed(binding, b))
 
 
 def _origin_speed(binding: SymbolTable, state: FrameState) -> Node:

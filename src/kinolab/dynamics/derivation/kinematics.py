@@ -8,12 +8,11 @@ Source: Featherstone, Rigid Body Dynamics Algorithms, 2008, chapter 5.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
-from kinolab.dynamics.derivation.expression_graph import Node
 from kinolab.dynamics.derivation.symbol_table import SymbolTable
 from kinolab.dynamics.derivation.vectors import Matrix3, Vector, Vectors
+from kinolab.dynamics.derivation.velocity_coordinates import VelocityCoordinates
 from kinolab.dynamics.language.frames import (
     Axis,
     Frame,
@@ -52,25 +51,15 @@ class FrameState:
     columns: tuple[Twist, ...]
 
 
-@dataclass(frozen=True)
-class Motions:
-    """The motion that kinematics are evaluated along; each vector has an entry per velocity.
+class Kinematics:
+    """Forward kinematics along given motions; common chains of frames are computed once.
 
-    Attributes:
-        velocities: Nodes of the velocities.
-        accelerations: Nodes of their derivatives, free ones zero.
-        directions: Directions of motion.
+    Args:
+        binding: The machine's symbols.
+        motions: The velocities, their derivatives where free ones are zero, and the directions.
     """
 
-    velocities: Sequence[Node]
-    accelerations: Sequence[Node]
-    directions: Sequence[Sequence[Node]]
-
-
-class Kinematics:
-    """Forward kinematics along given motions; common chains of frames are computed once."""
-
-    def __init__(self, binding: SymbolTable, motions: Motions) -> None:
+    def __init__(self, binding: SymbolTable, motions: VelocityCoordinates) -> None:
         self.binding, self.motions = binding, motions
         self.tape, self.lower = binding.tape, binding.lower
         self.vectors = Vectors(binding.tape)

@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from functools import lru_cache, reduce
+from collections.abc import Mapping
+from functools import reduce
 
-import numpy as np
 import sympy
-from numpy.typing import ArrayLike
 
 from kinolab.dynamics.derivation.expression_graph import ExpressionGraph, Node
-from kinolab.dynamics.derivation.formulas import Formulas
 from kinolab.dynamics.language.quantities import FrameQuantity
 from kinolab.errors import InputError, Mistake
-from kinolab.numerics.arrays import Array
 
 FUNCTIONS: dict[type, str] = {
     sympy.sin: "sin",
@@ -101,31 +97,3 @@ class Lowering:
             raise InputError([Mistake("", what)])
         logarithm = self.tape.unary("log", self(base))
         return self.tape.unary("exp", self.tape.mul(self(exponent), logarithm))
-
-
-def evaluate(expression: sympy.Expr, values: Mapping[sympy.Symbol, ArrayLike]) -> Array:
-    """Evaluate an expression at arrays of values; the result has their broadcast shape."""
-    tape, names, end = _lowered(expression, tuple(values))
-    arrays = (np.asarray(value, float) for value in values.values())
-    (found,) = evaluate_nodes(tape, [end], dict(zip(names, arrays, strict=True)))
-    return found
-
-
-def evaluate_nodes(
-    tape: ExpressionGraph, outputs: Sequence[Node], given: Mapping[Node, Array]
-) -> list[Array]:
-    """Evaluate nodes at arrays of values of the variables; results have their broadcast shape."""
-    values = {tape.operations[node].label: array for node, array in given.items()}
-    shape = np.broadcast_shapes(*(array.shape for array in given.values()))
-    found = Formulas.of(tape, outputs)(values)
-    return [np.broadcast_to(value, shape).copy() for value in found]
-
-
-@lru_cache(maxsize=256)
-def _lowered(
-    expression: sympy.Expr, symbols: tuple[sympy.Symbol, ...]
-) -> tuple[ExpressionGraph, list[Node], Node]:
-    """Lower an expression to its own graph; return the graph, symbol nodes and its node."""
-    tape = ExpressionGraph()
-    names = [tape.variable(str(k)) for k in range(len(symbols))]
-    return tape, names, Lowering(tape, dict(zip(symbols, names, strict=True)))(expression)

@@ -3,52 +3,32 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import partial
 
 import sympy
 
 from kinolab.dynamics.derivation.expression_graph import Node
 from kinolab.dynamics.derivation.kinematics import FrameState, Kinematics, Twist
 from kinolab.dynamics.derivation.projected_forces import ProjectedForces, power
-from kinolab.dynamics.derivation.symbol_table import SymbolTable
-from kinolab.dynamics.derivation.vectors import Matrix3, Vector, Vectors
+from kinolab.dynamics.derivation.vectors import Matrix3, Vector
 from kinolab.dynamics.language.bodies import Body
-from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.language.mechanism_parts import loads, potentials
 
 
-@dataclass(frozen=True)
 class NewtonEuler:
     """Inertia and forces of a machine, projected onto the directions of its kinematics.
 
-    Attributes:
-        system: The machine.
-        binding: Its symbols.
+    Args:
         kinematics: Of its frames.
         massive: The bodies with mass or inertia; left out, all are gone through.
     """
 
-    system: Mechanism
-    binding: SymbolTable
-    kinematics: Kinematics
-    massive: Sequence[Body] | None = None
-
-    @property
-    def _vectors(self) -> Vectors:
-        return self.kinematics.vectors
-
-    @property
-    def _bodies(self) -> Sequence[Body]:
-        return self.system.bodies if self.massive is None else self.massive
-
-    @cached_property
-    def _forces(self) -> ProjectedForces:
-        return ProjectedForces(self.kinematics)
-
-    @property
-    def _count(self) -> int:
-        return len(self.kinematics.motions.directions)
+    def __init__(self, kinematics: Kinematics, massive: Sequence[Body] | None = None) -> None:
+        self.kinematics, self.binding = kinematics, kinematics.binding
+        self.system = self.binding.system
+        self._vectors, self._forces = kinematics.vectors, ProjectedForces(kinematics)
+        self._bodies = self.system.bodies if massive is None else massive
+        self._count = len(kinematics.motions.directions)
 
     def mass_matrix(self) -> list[list[Node]]:
         """Return the sum of J^T I J over the bodies; symmetric by construction."""

@@ -13,9 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from kinolab.dynamics.derivation.expression_graph import Node
-from kinolab.dynamics.derivation.lowering import evaluate_nodes
+from kinolab.dynamics.derivation.formulas import Formulas
 from kinolab.dynamics.derivation.symbol_table import SymbolTable, sampled_values
-from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.language.symbols import Coordinate
 from kinolab.numerics.arrays import Array
 
@@ -42,13 +41,13 @@ class SampledConstraints:
     limits: Array
 
     @classmethod
-    def of(cls, system: Mechanism, binding: SymbolTable) -> SampledConstraints:
+    def of(cls, binding: SymbolTable) -> SampledConstraints:
         """Sample configurations; the same machine always gives the same ones."""
-        rows = list(sampled_values(system, CONFIGURATIONS))
+        rows = list(sampled_values(binding.system, CONFIGURATIONS))
         names = tuple(rows[0])
         values = np.array([[row[name] for name in names] for row in rows])
         limits = np.stack([values.min(axis=0), values.max(axis=0)], axis=1)
-        places = {c.name: c for c in system.coordinates if isinstance(c, Coordinate)}
+        places = {c.name: c for c in binding.system.coordinates if isinstance(c, Coordinate)}
         for k, name in enumerate(names):
             c = places.get(name)
             if c is None:
@@ -60,16 +59,11 @@ class SampledConstraints:
     def covectors(self, rows: Sequence[Sequence[Node]], values: Array | None = None) -> Array:
         """Evaluate rows of coefficients at configurations; shape (configurations, rows, nt)."""
         table = self.values if values is None else values
-        tape = self.binding.tape
-        columns = dict(zip(self.names, table.T, strict=True))
-        given = {
-            node: columns[operation.label]
-            for node in tape.needed([entry for row in rows for entry in row])
-            if (operation := tape.operations[node]).name == "variable"
-        } or {tape.variable(self.names[0]): table[:, 0]}
+        formulas = Formulas.of(self.binding.tape, [entry for row in rows for entry in row])
         with np.errstate(all="ignore"):
-            flat = evaluate_nodes(tape, [entry for row in rows for entry in row], given)
-        return np.reshape(np.stack(flat, axis=1), (len(table), len(rows), -1))
+            flat = formulas(dict(zip(self.names, table.T, strict=True)))
+        columns = [np.broadcast_to(entry, len(table)) for entry in flat]
+        return np.reshape(np.stack(columns, axis=1), (len(table), len(rows), -1))
 
     def determinants(
         self,

@@ -48,9 +48,9 @@ def singularity_of(system: Mechanism) -> Singularity | None:
     if system.velocities == "all" or not (system.constraints or imposed_velocities(system)):
         return None
     binding = SymbolTable.of(system)
-    chart = velocity_coordinates(system, binding, Guards())
+    chart = velocity_coordinates(binding, Guards())
     rows = [row.covector for row in chart.defining]
-    found = singular_configuration(system, binding, rows, chart.dependent)
+    found = singular_configuration(binding, rows, chart.dependent)
     if found is None:
         return None
     deciding = {
@@ -82,7 +82,7 @@ def condition_number(system: Mechanism, values: Mapping[str, float]) -> float:
         values: Of the configuration and the parameters, by name.
     """
     binding = SymbolTable.of(system)
-    chart = velocity_coordinates(system, binding, Guards())
+    chart = velocity_coordinates(binding, Guards())
     block = [[row.covector[i] for i in chart.dependent] for row in chart.defining]
     flat = [entry for row in block for entry in row]
     matrix = np.reshape(binding.tape.evaluate(flat, dict(values)), (len(block), -1))

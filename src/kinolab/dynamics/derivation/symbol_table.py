@@ -32,6 +32,7 @@ class SymbolTable:
     """Graph variables for every symbol of a machine.
 
     Attributes:
+        system: The machine.
         tape: The expression graph of the variables.
         lower: Lowers the machine's expressions to the graph.
         configuration: Entries of the configuration q; four for an attitude.
@@ -42,6 +43,7 @@ class SymbolTable:
         parameters: The parameters.
     """
 
+    system: Mechanism
     tape: ExpressionGraph
     lower: Lowering
     configuration: tuple[Node, ...]
@@ -66,6 +68,7 @@ class SymbolTable:
         quasi = {v.symbol: lower(v.velocity) for v in quasi_velocities(system)}
         lower = Lowering(tape, bound | quasi)
         return cls(
+            system=system,
             tape=tape,
             lower=lower,
             configuration=tuple(bound[symbol] for symbol in q),

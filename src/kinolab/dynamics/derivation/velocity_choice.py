@@ -16,7 +16,7 @@ from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
 from math import comb
-from typing import TypeAlias
+from typing import Any
 
 import numpy as np
 
@@ -44,12 +44,10 @@ class VelocityChoice:
     Attributes:
         dependent: Indices of the rates that are none.
         quasi: The quasi-velocities among them, which come first.
-        covectors: Coefficients of the rates in each, shape (quasi, nt).
     """
 
     dependent: tuple[int, ...]
     quasi: tuple[QuasiVelocity, ...] = ()
-    covectors: tuple[tuple[Node, ...], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -62,7 +60,6 @@ class _Candidate:
 
 
 def choose_velocities(
-    system: Mechanism,
     binding: SymbolTable,
     rows: Sequence[Sequence[Node]],
     samples: Array,
@@ -71,8 +68,7 @@ def choose_velocities(
     """Choose the independent velocities.
 
     Args:
-        system: The machine.
-        binding: Its symbols.
+        binding: The machine's symbols.
         rows: Coefficients of all velocities in each condition, (m, nt).
         samples: Their values at a few states, shape (samples, m, nt).
         driven: Indices of the velocities whose acceleration is an input, which remain states.
@@ -80,61 +76,53 @@ def choose_velocities(
     Raises:
         InputError: If the author's choice has the wrong size, or none serves.
     """
+    system = binding.system
     if system.velocities is not None and not isinstance(system.velocities, str):
-        return _named(system, binding, rows, samples)
+        return _named(binding, rows, samples)
     if not rows:
         return VelocityChoice(())
     free = _free(system, samples, driven)
-    coordinate_rates = _rates(system, samples, free)
-    if not _may_be_singular(system, samples):
-        return coordinate_rates
-    places = SampledConstraints.of(system, binding)
-    if places.singular(rows, coordinate_rates.dependent) is None:
-        return coordinate_rates
-    return _quasi(system, binding, rows, places, free, coordinate_rates) or coordinate_rates
+    dependent = _rates(system, samples, free)
+    if samples.shape[2] <= samples.shape[1] or system.closures:  # no choice, or loops decide on it
+        return VelocityChoice(dependent)
+    places = SampledConstraints.of(binding)
+    found = None
+    if places.singular(rows, dependent) is not None:
+        found = _quasi(rows, places, free, dependent)
+    return found or VelocityChoice(dependent)
 
 
 def singular_configuration(
-    system: Mechanism,
-    binding: SymbolTable,
-    rows: Sequence[Sequence[Node]],
-    dependent: Sequence[int],
+    binding: SymbolTable, rows: Sequence[Sequence[Node]], dependent: Sequence[int]
 ) -> dict[str, float] | None:
     """Return coordinates, by name, at which a choice of velocities does not determine the motion.
 
     None where none was found within the coordinates' limits, or where loops are closed.
 
     Args:
-        system: The machine.
-        binding: Its symbols.
+        binding: The machine's symbols.
         rows: Coefficients of all velocities in each condition, quasi-velocities included.
         dependent: Indices of the velocities that follow from them.
     """
-    if not rows or system.closures:
+    if not rows or binding.system.closures:
         return None
-    found = SampledConstraints.of(system, binding).singular(rows, dependent)
+    found = SampledConstraints.of(binding).singular(rows, dependent)
     if found is None:
         return None
     labels = [binding.tape.operations[q].label for q in binding.configuration]
     return {name: found[name] for name in labels}
 
 
-def _may_be_singular(system: Mechanism, samples: Array) -> bool:
-    """Whether there is a choice to be made that no closed loop decides on."""
-    return samples.shape[2] > samples.shape[1] and not system.closures
-
-
-def _named(
-    system: Mechanism, binding: SymbolTable, rows: Sequence[Sequence[Node]], samples: Array
-) -> VelocityChoice:
+def _named(binding: SymbolTable, rows: Sequence[Sequence[Node]], samples: Array) -> VelocityChoice:
     """Take the velocities chosen by the author, three for an attitude."""
+    system = binding.system
     symbols = [s.name for s in tangent_symbols(system)]
     quasi = quasi_velocities(system)
     names = [
-        name
+        symbol.name
         for c in system.velocities or ()
         if not isinstance(c, QuasiVelocity | str)
-        for name in [symbol.name for symbol in c.rates]
+        for symbol in c.rates
     ]
     count, size = len(rows), len(symbols)
     given = len(names) + len(quasi)
@@ -144,20 +132,16 @@ def _named(
             what = f"{given} velocities are named; without constraints all are independent."
         remedy = "" if rows else "Leave velocities out."
         raise InputError([Mistake(f"system {system.name!r}", what, remedy)])
-    if not (rows or quasi):
-        return VelocityChoice(())
-    kept = [symbols.index(name) for name in names]
-    dependent = tuple(i for i in range(size) if i not in kept)
-    covectors = tuple(binding.slopes(v.velocity)[1] for v in quasi)
-    if not quasi:
+    dependent = tuple(i for i, name in enumerate(symbols) if name not in names)
+    if quasi:
+        covectors = [binding.slopes(v.velocity)[1] for v in quasi]
+        samples = SampledConstraints.of(binding).covectors([*rows, *covectors])
+    if rows or quasi:
         _require_usable(system, _margins(samples, dependent))
-        return VelocityChoice(dependent)
-    whole = SampledConstraints.of(system, binding).covectors([*rows, *covectors])
-    _require_usable(system, _margins(whole, dependent))
-    return VelocityChoice(dependent, quasi, covectors)
+    return VelocityChoice(dependent, quasi)
 
 
-def _rates(system: Mechanism, samples: Array, free: Sequence[int]) -> VelocityChoice:
+def _rates(system: Mechanism, samples: Array, free: Sequence[int]) -> tuple[int, ...]:
     """Choose the dependent velocities with the best conditioning at the worst sampled state.
 
     On ties, coordinates created first become dependent, so that later ones remain states.
@@ -173,7 +157,7 @@ def _rates(system: Mechanism, samples: Array, free: Sequence[int]) -> VelocityCh
         ),
     )
     _require_usable(system, margins[best])
-    return VelocityChoice(candidates[best])
+    return candidates[best]
 
 
 def _require_usable(system: Mechanism, margins: Array) -> None:
@@ -197,15 +181,10 @@ def _choices(samples: Array, free: Sequence[int]) -> list[tuple[int, ...]]:
     count = samples.shape[1]
     if comb(len(free), count) <= MAX_CHOICES:
         return list(combinations(free, count))
-    return [_greedy(sample[:, free], free, count) for sample in samples]
-
-
-def _greedy(matrix: Array, free: Sequence[int], count: int) -> tuple[int, ...]:
-    """Choose columns by pivoted QR at one state."""
     from scipy.linalg import qr
 
-    _, _, order = qr(matrix, pivoting=True)
-    return tuple(sorted(free[k] for k in order[:count]))
+    orders = (qr(sample[:, free], pivoting=True)[2] for sample in samples)
+    return [tuple(sorted(free[k] for k in order[:count])) for order in orders]
 
 
 def _margins(covectors: Array, dependent: Sequence[int]) -> Array:
@@ -222,35 +201,27 @@ def _margins(covectors: Array, dependent: Sequence[int]) -> Array:
 
 
 def _quasi(
-    system: Mechanism,
-    binding: SymbolTable,
     rows: Sequence[Sequence[Node]],
     places: SampledConstraints,
     free: Sequence[int],
-    rates: VelocityChoice,
+    rates: Sequence[int],
 ) -> VelocityChoice | None:
     """Choose as few quasi-velocities as make the choice regular; None where none is better."""
     held = places.covectors(rows)
     usable = np.isfinite(held).all(axis=(1, 2))
     places = replace(places, values=places.values[usable])
     held = held[usable]
-    directions = list(_directions(system, binding, places, held))
-    best, merit = None, _merit(held, rates.dependent) + CLEARLY
+    directions = list(_directions(places, held))
+    best, merit = None, _merit(held, rates) + CLEARLY
     for count in range(1, held.shape[2] - held.shape[1] + 1):
         for chosen, dependent in _ranked(held, free, directions, count):
-            covectors = tuple(entry.covector for entry in chosen)
             whole = np.concatenate([held, *(c.values for c in chosen)], axis=1)
-            made = VelocityChoice(dependent, _labelled(system, chosen), covectors)
-            if places.singular([*rows, *covectors], dependent) is None:
+            made = VelocityChoice(dependent, _labelled(places.binding.system, chosen))
+            if places.singular([*rows, *(c.covector for c in chosen)], dependent) is None:
                 return made
             if _merit(whole, dependent) > merit:
                 best, merit = made, _merit(whole, dependent)
     return best
-
-
-_Ranked: TypeAlias = tuple[
-    tuple[float, float, int], tuple[_Candidate, ...], tuple[int, ...]
-]  # a choice after what it is ordered by
 
 
 def _ranked(
@@ -261,7 +232,7 @@ def _ranked(
     A determinant that is the same everywhere, as of a tractor's speed and turn rate, makes short
     equations; among those, the best conditioning counts.
     """
-    found: list[_Ranked] = []
+    found: list[Any] = []  # choices, each after what it is ordered by
     size = held.shape[1] + count
     if size > len(free) or comb(len(free), size) * comb(len(directions), count) > MAX_CHOICES:
         return []
@@ -283,17 +254,15 @@ def _merit(covectors: Array, dependent: Sequence[int]) -> float:
     return float(np.mean(np.log(np.maximum(sizes, 1e-300))))
 
 
-def _directions(
-    system: Mechanism, binding: SymbolTable, places: SampledConstraints, held: Array
-) -> Iterator[_Candidate]:
+def _directions(places: SampledConstraints, held: Array) -> Iterator[_Candidate]:
     """Yield velocities of frames along their axes, except rates and what constraints hold."""
-    nt = held.shape[2]
+    system, nt = places.binding.system, held.shape[2]
     known: list[Array] = [np.broadcast_to(row, (len(held), nt)) for row in np.eye(nt)]
     known += [held[:, k] for k in range(held.shape[1])]
     for body, frame in _frames(system):
         V = velocity(frame)
         for axis, component in zip("xyz", (V.x, V.y, V.z), strict=True):
-            covector = binding.slopes(component)[1]
+            covector = places.binding.slopes(component)[1]
             values = places.covectors([covector])
             if not np.isfinite(values).all() or any(_parallel(values[:, 0], row) for row in known):
                 continue

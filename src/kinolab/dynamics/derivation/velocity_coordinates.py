@@ -8,23 +8,15 @@ of v may be quasi-velocities, which are rows with the quasi-velocity on the righ
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import sympy
 
 from kinolab.dynamics.derivation.expression_graph import ExpressionGraph, Node
-from kinolab.dynamics.derivation.symbol_table import (
-    RANDOM_STATES,
-    SOME_VELOCITY,
-    SymbolTable,
-    sampled_values,
-)
+from kinolab.dynamics.derivation.symbol_table import SOME_VELOCITY, SymbolTable, sampled_values
 from kinolab.dynamics.derivation.symbolic_solve import Guards, solve_square
-from kinolab.dynamics.derivation.velocity_choice import (
-    VelocityChoice,
-    choose_velocities,
-)
+from kinolab.dynamics.derivation.velocity_choice import VelocityChoice, choose_velocities
 from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.language.mechanism_parts import (
     imposed_accelerations,
@@ -95,7 +87,7 @@ class VelocityCoordinates:
         return (*self.rows, *self.quasi_rows)
 
 
-def constraint_rows(system: Mechanism, binding: SymbolTable) -> list[ConstraintRow]:
+def constraint_rows(binding: SymbolTable) -> list[ConstraintRow]:
     """Return the rows of all constraints, redundant ones included.
 
     Raises:
@@ -103,16 +95,14 @@ def constraint_rows(system: Mechanism, binding: SymbolTable) -> list[ConstraintR
     """
     return [
         _row(binding, f"constraint {c.name!r}", c.name, c.velocity, binding.tape.zero)
-        for c in system.constraints
+        for c in binding.system.constraints
     ]
 
 
-def velocity_coordinates(
-    system: Mechanism, binding: SymbolTable, guards: Guards
-) -> VelocityCoordinates:
+def velocity_coordinates(binding: SymbolTable, guards: Guards) -> VelocityCoordinates:
     """Choose the independent velocities and solve for all others."""
-    rows, redundant = _conditions(system, binding)
-    return _solve(system, binding, guards, rows, redundant, _choice(system, binding, rows))
+    rows, redundant = _conditions(binding)
+    return _solve(binding, guards, rows, redundant, _choice(binding, rows))
 
 
 def chosen_quasi_velocities(system: Mechanism) -> tuple[QuasiVelocity, ...]:
@@ -124,48 +114,28 @@ def chosen_quasi_velocities(system: Mechanism) -> tuple[QuasiVelocity, ...]:
     if system.velocities == "all":
         return ()
     binding = SymbolTable.of(system)
-    rows, _ = _conditions(system, binding)
-    return _choice(system, binding, rows).quasi
+    rows, _ = _conditions(binding)
+    return _choice(binding, rows).quasi
 
 
-def _conditions(
-    system: Mechanism, binding: SymbolTable
-) -> tuple[list[ConstraintRow], tuple[str, ...]]:
+def _conditions(binding: SymbolTable) -> tuple[list[ConstraintRow], tuple[str, ...]]:
     """Return what constraints, inputs and speeds demand of velocities; also what is redundant."""
-    rows, redundant = independent_rows(system, binding, constraint_rows(system, binding))
+    rows, redundant = independent_rows(binding, constraint_rows(binding))
     rows += [
         _row(binding, entry.where, entry.symbol.name, entry.velocity, binding.lower(entry.symbol))
-        for entry in imposed_velocities(system)
+        for entry in imposed_velocities(binding.system)
     ]
     return rows, redundant
 
 
-def _choice(
-    system: Mechanism, binding: SymbolTable, rows: Sequence[ConstraintRow]
-) -> VelocityChoice:
-    samples = _samples(system, binding, rows) if rows else np.empty((1, 0, len(binding.tangent)))
-    covectors = [row.covector for row in rows]
-    return choose_velocities(system, binding, covectors, samples, _driven(system))
+def _choice(binding: SymbolTable, rows: Sequence[ConstraintRow]) -> VelocityChoice:
+    samples = _samples(binding, rows) if rows else np.empty((1, 0, len(binding.tangent)))
+    return choose_velocities(binding, [row.covector for row in rows], samples, _driven(binding))
 
 
 def unconstrained_coordinates(binding: SymbolTable) -> VelocityCoordinates:
     """Return the velocity coordinates in which every velocity is independent."""
-    tape, size = binding.tape, len(binding.tangent)
-    unit = [[tape.one if i == j else tape.zero for i in range(size)] for j in range(size)]
-    return VelocityCoordinates(
-        rows=(),
-        redundant=(),
-        quasi=(),
-        quasi_rows=(),
-        dependent=(),
-        independent=tuple(range(size)),
-        states=binding.tangent,
-        driven={},
-        directions=tuple(map(tuple, unit)),
-        input_directions={},
-        velocities=binding.tangent,
-        accelerations=(tape.zero,) * size,
-    )
+    return replace(_solve(binding, Guards(), (), (), VelocityChoice(())), driven={})
 
 
 def _row(
@@ -184,49 +154,44 @@ def _row(
 
 
 def independent_rows(
-    system: Mechanism, binding: SymbolTable, rows: list[ConstraintRow]
+    binding: SymbolTable, rows: list[ConstraintRow]
 ) -> tuple[list[ConstraintRow], tuple[str, ...]]:
     """Drop constraints that depend linearly on previous ones at every sampled state."""
-    kept: list[ConstraintRow] = []
-    redundant: list[str] = []
-    samples = _samples(system, binding, rows)
+    samples = _samples(binding, rows)
     chosen: list[int] = []
-    for k, row in enumerate(rows):
+    for k in range(len(rows)):
         trial = samples[:, [*chosen, k], :]
         scale = np.linalg.norm(trial, axis=(1, 2), ord=None)
         ranks = [np.linalg.matrix_rank(m, tol=1e-9 * s) for m, s in zip(trial, scale, strict=True)]
         if max(ranks, default=1) > len(chosen):
             chosen.append(k)
-            kept.append(row)
-        else:
-            redundant.append(row.name)
-    return kept, tuple(redundant)
+    redundant = tuple(row.name for k, row in enumerate(rows) if k not in chosen)
+    return [rows[k] for k in chosen], redundant
 
 
-def _samples(system: Mechanism, binding: SymbolTable, rows: Sequence[ConstraintRow]) -> np.ndarray:
+def _samples(binding: SymbolTable, rows: Sequence[ConstraintRow]) -> np.ndarray:
     """Evaluate the covectors at random states; shape (samples, rows, velocities)."""
     flat = [entry for row in rows for entry in row.covector]
     shape = (len(rows), len(binding.tangent))
     found = []
-    for values in feasible_values(system, binding):
+    for values in feasible_values(binding):
         try:
             found.append(np.reshape(binding.tape.evaluate(flat, values), shape))
         except (ArithmeticError, ValueError):
             continue  # expressions, and thus the machine, are undefined there
     if not found:
         what = "its constraints hold at none of the sampled states."
-        raise InputError([Mistake(f"system {system.name!r}", what, "Check them and the limits.")])
+        where = f"system {binding.system.name!r}"
+        raise InputError([Mistake(where, what, "Check them and the limits.")])
     return np.array(found)
 
 
-def feasible_values(
-    system: Mechanism, binding: SymbolTable, count: int = RANDOM_STATES
-) -> Iterator[dict[str, float]]:
+def feasible_values(binding: SymbolTable) -> Iterator[dict[str, float]]:
     """Yield sampled values of all symbols, projected onto the position constraints."""
-    gaps = [binding.lower(constraint.position) for constraint in system.closures]
-    slopes = [node for gap in gaps for node in _gradient(binding, gap)]
+    gaps = [binding.lower(constraint.position) for constraint in binding.system.closures]
+    slopes = [node for gap in gaps for node in gradient(binding, gap)]
     names = [binding.tape.operations[node].label for node in binding.configuration]
-    for values in sampled_values(system, count):
+    for values in sampled_values(binding.system):
         try:
             if _close(binding, gaps, slopes, names, values):
                 yield values
@@ -234,7 +199,8 @@ def feasible_values(
             continue
 
 
-def _gradient(binding: SymbolTable, node: Node) -> list[Node]:
+def gradient(binding: SymbolTable, node: Node) -> list[Node]:
+    """Return the derivatives of a node by the entries of the configuration."""
     tape = binding.tape
     return [tape.derivative([node], {q: tape.one})[0] for q in binding.configuration]
 
@@ -260,15 +226,14 @@ def _close(
     return False
 
 
-def _driven(system: Mechanism) -> dict[int, sympy.Symbol]:
+def _driven(binding: SymbolTable) -> dict[int, sympy.Symbol]:
     """Return the indices of the velocities whose acceleration is an input, with its symbol."""
-    names = [symbol.name for symbol in tangent_symbols(system)]
-    imposed = imposed_accelerations(system).items()
+    names = [symbol.name for symbol in tangent_symbols(binding.system)]
+    imposed = imposed_accelerations(binding.system).items()
     return {names.index(f"{coordinate}_dot"): symbol for coordinate, symbol in imposed}
 
 
 def _solve(
-    system: Mechanism,
     binding: SymbolTable,
     guards: Guards,
     rows: Sequence[ConstraintRow],
@@ -304,7 +269,7 @@ def _solve(
     )
     biases = tape.substitute([row.bias for row in defining], binding.at(velocities))
     (drift,) = solve_square(tape, block, [[tape.neg(bias) for bias in biases]], Guards())
-    driven = _driven(system)
+    driven = _driven(binding)
     return VelocityCoordinates(
         rows=tuple(rows),
         redundant=redundant,

@@ -19,7 +19,7 @@ import numpy as np
 from kinolab.dynamics.codegen.exports import Function
 from kinolab.dynamics.derivation.derivation import Derivation
 from kinolab.dynamics.derivation.expression_graph import Node
-from kinolab.dynamics.derivation.kinematics import FrameState, Kinematics, Motions
+from kinolab.dynamics.derivation.kinematics import FrameState, Kinematics
 from kinolab.dynamics.derivation.symbol_table import SymbolTable
 from kinolab.dynamics.derivation.velocity_coordinates import (
     ConstraintRow,
@@ -83,16 +83,14 @@ def _rows(system: Mechanism, derivation: Derivation) -> list[ConstraintRow]:
     """Return the rows of the constraints whose forces a model lists first, in that order."""
     if not derivation.constraint_forces:
         return []
-    rows = constraint_rows(system, derivation.binding)
+    rows = constraint_rows(derivation.binding)
     if system.velocities == "all":
         return rows
     return [row for row in rows if row.name not in derivation.redundant]
 
 
 def _states(system: Mechanism, binding: SymbolTable) -> list[FrameState]:
-    chart = unconstrained_coordinates(binding)
-    motions = Motions(chart.velocities, chart.accelerations, chart.directions)
-    kinematics = Kinematics(binding, motions)
+    kinematics = Kinematics(binding, unconstrained_coordinates(binding))
     return [kinematics(body.frame) for body in system.bodies]
 
 
@@ -124,7 +122,7 @@ def _held(
         *(entry for state in states for entry in state.position),
     ]
     samples = []
-    for values in feasible_values(system, binding):
+    for values in feasible_values(binding):
         flat = np.array(binding.tape.evaluate(nodes, values))
         w, J, p = np.split(flat, np.cumsum([len(rows) * size, len(twists) * TWIST * size]))
         samples.append((w.reshape(-1, size), J.reshape(-1, TWIST, size), p.reshape(-1, 3)))

@@ -129,7 +129,7 @@ class _RandomStates:
             c.name: ([s.name for s in c.entries], [s.name for s in c.rates])
             for c in system.coordinates
         }
-        found = [*islice(feasible_values(system, binding), STATES + 1)]
+        found = [*islice(feasible_values(binding), STATES + 1)]
         self.closed = bool(found)
         # The first state that is sampled is that of rest. Forces are defined in open loops, too.
         self.states = (found or [*sampled_values(system, STATES + 1)])[-STATES:]

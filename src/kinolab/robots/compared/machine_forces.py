@@ -9,14 +9,16 @@ Source: Jourdain's principle, as in Featherstone, Rigid Body Dynamics Algorithms
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from kinolab.dynamics import System
 from kinolab.dynamics.derivation.formulas import Formulas
-from kinolab.dynamics.derivation.kinematics import Kinematics, Motions
+from kinolab.dynamics.derivation.kinematics import Kinematics
 from kinolab.dynamics.derivation.newton_euler import NewtonEuler
 from kinolab.dynamics.derivation.symbol_table import SymbolTable
+from kinolab.dynamics.derivation.velocity_coordinates import unconstrained_coordinates
 from kinolab.numerics.arrays import Array
 
 
@@ -32,9 +34,10 @@ class MachineForces:
         tape, size = binding.tape, len(binding.tangent)
         # no coordinate's name has a blank
         a, w = ([tape.variable(f"{word} {k}") for k in range(size)] for word in ("a", "w"))
-        motions = Motions(binding.tangent, a, [w])
+        whole = unconstrained_coordinates(binding)
+        motions = replace(whole, accelerations=tuple(a), directions=(tuple(w),))
         massive = [body for body in system.bodies if not body.massless]
-        mechanics = NewtonEuler(system, binding, Kinematics(binding, motions), massive)
+        mechanics = NewtonEuler(Kinematics(binding, motions), massive)
         (inertial,), (conservative,) = mechanics.inertial_forces(), mechanics.conservative_forces()
         (other,) = mechanics.other_forces(dry=False)
         taken = tape.sub(inertial, tape.add(conservative, other))

@@ -14,7 +14,7 @@ import numpy as np
 import sympy
 
 from kinolab.dynamics.derivation.expression_graph import Node
-from kinolab.dynamics.derivation.kinematics import Kinematics, Motions
+from kinolab.dynamics.derivation.kinematics import Kinematics
 from kinolab.dynamics.derivation.projected_forces import ProjectedForces
 from kinolab.dynamics.derivation.symbol_table import SymbolTable, sampled_values
 from kinolab.dynamics.derivation.velocity_coordinates import unconstrained_coordinates
@@ -52,10 +52,8 @@ class InputPushes:
         self._factors = dict.fromkeys(system.coordinates, 1.0) | dict(factors)
         self._bodies = {body.frame: body for body in reversed(system.bodies)}
         binding = SymbolTable.of(system)
-        chart = unconstrained_coordinates(binding)
-        motions = Motions(chart.velocities, chart.accelerations, chart.directions)
         self._tape = binding.tape
-        self._forces = ProjectedForces(Kinematics(binding, motions))
+        self._forces = ProjectedForces(Kinematics(binding, unconstrained_coordinates(binding)))
         self._owners = [
             c for c in system.coordinates for _ in range(1 if isinstance(c, Coordinate) else 3)
         ]

@@ -91,8 +91,7 @@ def involutive_closure(system: Mechanism) -> InvolutiveClosure:
     motions = allowed_motions(system)
     whole = filtration(motions)
     binding = SymbolTable.of(system)
-    rows = constraint_rows(system, binding)
-    kept, redundant = independent_rows(system, binding, rows)
+    kept, redundant = independent_rows(binding, constraint_rows(binding))
     names = [row.name for row in kept]
     places = [_Place(binding, motions, whole, kept, point) for point in motions.points]
     held = np.min([place.held for place in places], axis=0)

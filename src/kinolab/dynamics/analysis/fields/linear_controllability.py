@@ -140,7 +140,7 @@ def normals_at(model: Model, x: Array) -> Iterator[Array]:
         yield normal
     system = model.system
     binding = SymbolTable.of(system)
-    rows = [r for r in constraint_rows(system, binding) if r.name not in model.redundant]
+    rows = [r for r in constraint_rows(binding) if r.name not in model.redundant]
     closed = {constraint.name for constraint in system.closures}
     values = dict(zip(model.state_names, map(float, x), strict=True)) | system.parameter_values
     for row in rows:

@@ -87,7 +87,7 @@ def allowed_motions(system: Mechanism) -> VectorFields:
     """
     system = _with_own_velocities(system)
     binding = SymbolTable.of(system)
-    chart = velocity_coordinates(system, binding, Guards())
+    chart = velocity_coordinates(binding, Guards())
     return VectorFields(
         symbols=configuration_symbols(system),
         tape=binding.tape,
@@ -97,7 +97,7 @@ def allowed_motions(system: Mechanism) -> VectorFields:
         values=system.parameter_values,
         dimension=len(binding.tangent),
         constants=system.parameters,
-        points=first(feasible_values(system, binding)),
+        points=first(feasible_values(binding)),
         held=bool(system.closures),
     )
 
@@ -112,10 +112,10 @@ def normal_count(system: Mechanism, redundant: Sequence[str]) -> int:
 def _samples(system: Mechanism, derivation: Derivation) -> Iterator[dict[str, float]]:
     """Yield consistent states, velocity constraints included where all rates are states."""
     binding = derivation.binding
-    rows = constraint_rows(system, binding) if system.velocities == "all" else []
+    rows = constraint_rows(binding) if system.velocities == "all" else []
     flat = [entry for row in rows for entry in row.covector]
     names = [symbol.name for symbol in tangent_symbols(system)]
-    for values in feasible_values(system, binding):
+    for values in feasible_values(binding):
         w = np.reshape(binding.tape.evaluate(flat, values), (len(rows), len(names)))
         velocity = np.array([values[name] for name in names])
         velocity -= np.linalg.pinv(w) @ w @ velocity
