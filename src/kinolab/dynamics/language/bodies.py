@@ -64,24 +64,19 @@ class Body:
         whirl: float = 0.0,
         drawn: Sequence[DrawnMesh] | None = None,
     ) -> None:
-        fields = {
-            "name": name,
-            "frame": frame,
-            "mass": exact(mass),
-            "inertia": _six(name, inertia),
-            "added_mass": _six_by_six(name, added_mass),
-            "shapes": ()
-            if shape is None
-            else tuple(shape)
-            if isinstance(shape, Sequence)
-            else (shape,),
-            "touches_ground": touches_ground,
-            "color": color,
-            "whirl": float(whirl),
-            "drawn": None if drawn is None else tuple(drawn),
-        }
-        for field, value in fields.items():
-            object.__setattr__(self, field, value)
+        given = () if shape is None else shape
+        vars(self).update(
+            name=name,
+            frame=frame,
+            mass=exact(mass),
+            inertia=_six(name, inertia),
+            added_mass=_six_by_six(name, added_mass),
+            shapes=tuple(given) if isinstance(given, Sequence) else (given,),
+            touches_ground=touches_ground,
+            color=color,
+            whirl=float(whirl),
+            drawn=None if drawn is None else tuple(drawn),
+        )
 
     @property
     def massless(self) -> bool:
@@ -154,9 +149,6 @@ AnyCable: TypeAlias = Cable | tuple[Frame, Frame] | list[Frame]
 
 def as_cables(entries: Sequence[AnyCable]) -> tuple[Cable, ...]:
     """Convert pairs of frames to cables, and number unnamed ones."""
-    return tuple(_named(entry, k, len(entries)) for k, entry in enumerate(entries))
-
-
-def _named(entry: Any, k: int, count: int) -> Cable:
-    cable = entry if isinstance(entry, Cable) else Cable(entry)
-    return cable if cable.name else replace(cable, name=f"cable {k + 1}" if count > 1 else "cable")
+    cables = [entry if isinstance(entry, Cable) else Cable(entry) for entry in entries]
+    names = [f"cable {k + 1}" if len(cables) > 1 else "cable" for k in range(len(cables))]
+    return tuple(c if c.name else replace(c, name=n) for c, n in zip(cables, names, strict=True))

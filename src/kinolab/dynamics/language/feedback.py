@@ -69,9 +69,8 @@ class Feedback:
         references: Sequence[Reference],
         law: Law,
     ) -> None:
-        object.__setattr__(self, "references", tuple(references))
         named = tuple((str(name), exact(expression)) for name, expression in _pairs(law))
-        object.__setattr__(self, "law", named)
+        vars(self).update(references=tuple(references), law=named)
 
 
 @checked
@@ -113,15 +112,13 @@ class Regulator:
         efforts: Sizes = (),
         schedule: Degrees = (),
     ) -> None:
-        values = {
-            "references": tuple(references),
-            "tracked": tuple((exact(z), float(large)) for z, large in _pairs(tracked)),
-            "about": tuple((exact(z), exact(value)) for z, value in _pairs(about)),
-            "efforts": tuple((str(name), float(large)) for name, large in _pairs(efforts)),
-            "schedule": tuple((str(name), int(degree)) for name, degree in _pairs(schedule)),
-        }
-        for field, value in values.items():
-            object.__setattr__(self, field, value)
+        vars(self).update(
+            references=tuple(references),
+            tracked=tuple((exact(z), float(large)) for z, large in _pairs(tracked)),
+            about=tuple((exact(z), exact(value)) for z, value in _pairs(about)),
+            efforts=tuple((str(name), float(large)) for name, large in _pairs(efforts)),
+            schedule=tuple((str(name), int(degree)) for name, degree in _pairs(schedule)),
+        )
 
 
 def _pairs(table: Mapping[Any, Any] | Sequence[tuple[Any, Any]]) -> Sequence[tuple[Any, Any]]:

@@ -26,12 +26,9 @@ MAX_ORDERS = 3  # derivative orders of an output in a flat map: 0 to 2, as curve
 class OutputSymbol(MachineSymbol):
     """A flat output, or one of its derivatives."""
 
-    __slots__ = ()
-
     def __new__(cls, name: str, order: int = 0) -> OutputSymbol:
         """Make a symbol; users call ``output``."""
-        made: OutputSymbol = cls._build(name + "'" * order, (name, order))
-        return made
+        return cls._build(name + "'" * order, (name, order))
 
 
 @checked

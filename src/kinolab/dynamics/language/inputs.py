@@ -45,8 +45,8 @@ class Input:
     name: str
 
     def lowered(self) -> Sequence[Input | Load]:
-        """Return what it consists of: one ``Control``, ``Rate`` or ``Drive``, and loads."""
-        raise NotImplementedError
+        """Return what it consists of: one ``Control``, ``Rate`` or ``Drive``, itself, and loads."""
+        return (self,)
 
     def __str__(self) -> str:
         """What an error calls it."""
@@ -154,10 +154,6 @@ class Rate(Input):
     on: Number
     limit: Limit
 
-    def lowered(self) -> Sequence[Input | Load]:
-        """Return itself."""
-        return (self,)
-
     @property
     def velocity(self) -> Number:
         """The imposed velocity, an expression linear in the rates."""
@@ -185,10 +181,6 @@ class Drive(Input):
     limit: Limit
     remedy: ClassVar[str] = "Let it drive a coordinate that is free to move."
 
-    def lowered(self) -> Sequence[Input | Load]:
-        """Return itself."""
-        return (self,)
-
     @property
     def unit(self) -> str:
         """Unit of the input."""
@@ -209,10 +201,6 @@ class Control(Input):
     _: KW_ONLY
     limit: Limit
     unit: str = ""
-
-    def lowered(self) -> Sequence[Input | Load]:
-        """Return itself."""
-        return (self,)
 
 
 INPUTS: tuple[type[Input], ...] = (Control, Drive, Force, Pull, Rate, Torque)

@@ -105,23 +105,21 @@ class Mechanism(MechanismParts):
         content["constraints"] = (*constraints, *(c for c in lengths if c.name not in known))
         if lengths and velocities is None:
             velocities = "all"  # no two rates of a direction determine the third everywhere
-        given = {
-            "name": name,
-            **content,
-            "collisions": tuple((a, b) for a, b in collisions),
-            "unwatched": tuple((a, b) for a, b in unwatched),
-            "velocities": tuple(velocities)
-            if velocities is not None and not isinstance(velocities, str)
-            else velocities,
-            "coordinates": tuple(sorted(used, key=lambda c: c.serial))
-            if coordinates is None
-            else tuple(coordinates),
-            "parameters": tuple(sorted((a for a in atoms if isinstance(a, Parameter)), key=str)),
-            "values": tuple(sorted((values or {}).items())),
-            "flat": flat,
-        }
-        for field, value in given.items():
-            object.__setattr__(self, field, value)
+        vars(self).update(
+            content,
+            name=name,
+            collisions=tuple((a, b) for a, b in collisions),
+            unwatched=tuple((a, b) for a, b in unwatched),
+            velocities=velocities
+            if velocities is None or isinstance(velocities, str)
+            else tuple(velocities),
+            coordinates=tuple(
+                sorted(used, key=lambda c: c.serial) if coordinates is None else coordinates
+            ),
+            parameters=tuple(sorted((a for a in atoms if isinstance(a, Parameter)), key=str)),
+            values=tuple(sorted((values or {}).items())),
+            flat=flat,
+        )
         mistakes = list(mistakes_of(self, atoms, used))
         if mistakes:
             raise InputError(mistakes)

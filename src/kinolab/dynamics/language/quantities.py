@@ -32,8 +32,6 @@ UP = sympy.symbols("up_x up_y up_z", real=True)  # unit vector against gravity, 
 class FrameQuantity(MachineSymbol):
     """A symbol that stands for a function of frames."""
 
-    __slots__ = ()
-
     @property
     def formula(self) -> sympy.Expr:
         """What it is in coordinates and rates."""
@@ -43,12 +41,9 @@ class FrameQuantity(MachineSymbol):
 class Place(FrameQuantity):
     """A coordinate of a frame's origin in the world in [m]: 0 for x, 1 for y, 2 for z."""
 
-    __slots__ = ()
-
     def __new__(cls, frame: Frame, entry: int) -> Place:
         """Make the symbol of a frame."""
-        made: Place = cls._build(f"{'xyz'[entry]} of {frame}", (frame, entry))
-        return made
+        return cls._build(f"{'xyz'[entry]} of {frame}", (frame, entry))
 
     @property
     def formula(self) -> sympy.Expr:
@@ -58,19 +53,13 @@ class Place(FrameQuantity):
 
 
 class Change(FrameQuantity):
-    """The time derivative of a function of coordinates and places."""
+    """The time derivative of a function of coordinates and places, its ``position``."""
 
-    __slots__ = ()
+    position: sympy.Expr
 
     def __new__(cls, position: sympy.Expr) -> Change:
         """Make the symbol of a position."""
-        made: Change = cls._build(f"d({position})/dt", (position,))
-        return made
-
-    @property
-    def position(self) -> sympy.Expr:
-        """What is differentiated."""
-        return self.facts[0]
+        return cls._build(f"d({position})/dt", (position,))
 
     @property
     def formula(self) -> sympy.Expr:

@@ -32,37 +32,22 @@ from kinolab.errors import InputError, Mistake
 class QuasiVelocitySymbol(MachineSymbol):
     """The value of a quasi-velocity, named after it; for equations, feedback and steady motions."""
 
-    __slots__ = ()
+    velocity: sympy.Expr  # linear in the rates
 
     def __new__(cls, name: str, velocity: sympy.Expr) -> QuasiVelocitySymbol:
         """Make the symbol; users take ``QuasiVelocity.symbol``."""
-        made: QuasiVelocitySymbol = cls._build(name, (velocity,))
-        return made
-
-    @property
-    def velocity(self) -> sympy.Expr:
-        """What it stands for, linear in the rates."""
-        return self.facts[0]
+        return cls._build(name, (velocity,))
 
 
 class QuasiAcceleration(MachineSymbol):
     """The time derivative of a quasi-velocity; it occurs in equations only."""
 
-    __slots__ = ()
+    velocity: QuasiVelocitySymbol
 
     def __new__(cls, velocity: QuasiVelocitySymbol) -> QuasiAcceleration:
         """Make the derivative of a quasi-velocity."""
         letter, _, index = velocity.name.partition("_")
-        made: QuasiAcceleration = cls._build(
-            f"{letter}dot_{index}" if index else f"{letter}_dot", (velocity,)
-        )
-        return made
-
-    @property
-    def velocity(self) -> QuasiVelocitySymbol:
-        """The symbol that is differentiated."""
-        velocity: QuasiVelocitySymbol = self.facts[0]
-        return velocity
+        return cls._build(f"{letter}dot_{index}" if index else f"{letter}_dot", (velocity,))
 
     def _latex(self, printer: Any) -> str:
         letter, _, index = self.velocity.name.partition("_")

@@ -6,9 +6,9 @@ limits and scale.
 
 from __future__ import annotations
 
+import inspect
 import itertools
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Literal, Self, TypeAlias
 
@@ -24,15 +24,22 @@ _serial = itertools.count()
 
 
 class MachineSymbol(sympy.Symbol):  # type: ignore[misc]
-    """A symbol with attributes; equal name and attributes mean equality, also after pickling."""
+    """A symbol with attributes; equal name and attributes mean equality, also after pickling.
 
-    __slots__ = ("facts",)
+    Attributes:
+        facts: What tells it from others of its name; those that a subclass annotates are its first.
+    """
 
     facts: tuple[Any, ...]
 
+    def __init_subclass__(cls) -> None:
+        super().__init_subclass__()
+        for place, name in enumerate(inspect.get_annotations(cls)):
+            setattr(cls, name, property(lambda own, k=place: own.facts[k]))  # type: ignore[misc]
+
     @classmethod
-    def _build(cls, name: str, facts: tuple[Any, ...]) -> Any:
-        self = sympy.Symbol.__xnew__(cls, name, real=True)
+    def _build(cls, name: str, facts: tuple[Any, ...]) -> Self:
+        self: Self = sympy.Symbol.__xnew__(cls, name, real=True)
         self.facts = facts
         return self
 
@@ -48,9 +55,25 @@ class MachineSymbol(sympy.Symbol):  # type: ignore[misc]
 
 @checked
 class Coordinate(MachineSymbol):
-    """A generalised coordinate; every call of ``length`` or ``angle`` returns a distinct one."""
+    """A generalised coordinate; every call of ``length`` or ``angle`` returns a distinct one.
 
-    __slots__ = ()
+    Attributes:
+        serial: Creation order of coordinates.
+        topology: ``circle`` for an angle without limits, ``sphere`` for a direction, or ``line``.
+        unit: Unit of the coordinate, ``m`` or ``rad``.
+        lower: Lower limit in that unit, -inf where there is none.
+        upper: Upper limit in that unit, inf where there is none.
+        speed: Largest magnitude of the rate in unit/s, inf where there is none.
+        scale: Characteristic magnitude in that unit; distances are divided by it.
+    """
+
+    serial: int
+    topology: Topology
+    unit: str
+    lower: float
+    upper: float
+    speed: float
+    scale: float
 
     def __new__(
         cls,
@@ -63,45 +86,7 @@ class Coordinate(MachineSymbol):
     ) -> Coordinate:
         """Validate and store a coordinate's attributes; users call ``length`` or ``angle``."""
         _check_coordinate(name, limits, speed, scale)
-        facts = (next(_serial), topology, unit, *limits, speed, scale)
-        made: Coordinate = cls._build(name, facts)
-        return made
-
-    @property
-    def serial(self) -> int:
-        """Creation order of coordinates."""
-        return int(self.facts[0])
-
-    @property
-    def topology(self) -> Topology:
-        """``circle`` for an angle without limits, ``sphere`` for a direction, or ``line``."""
-        topology: Topology = self.facts[1]
-        return topology
-
-    @property
-    def unit(self) -> str:
-        """Unit of the coordinate, ``m`` or ``rad``."""
-        return str(self.facts[2])
-
-    @property
-    def lower(self) -> float:
-        """Lower limit in that unit, -inf where there is none."""
-        return float(self.facts[3])
-
-    @property
-    def upper(self) -> float:
-        """Upper limit in that unit, inf where there is none."""
-        return float(self.facts[4])
-
-    @property
-    def speed(self) -> float:
-        """Largest magnitude of the rate in unit/s, inf where there is none."""
-        return float(self.facts[5])
-
-    @property
-    def scale(self) -> float:
-        """Characteristic magnitude in that unit; distances are divided by it."""
-        return float(self.facts[6])
+        return cls._build(name, (next(_serial), topology, unit, *limits, speed, scale))
 
     @property
     def entries(self) -> tuple[Coordinate]:
@@ -121,41 +106,25 @@ class Coordinate(MachineSymbol):
 
 
 class AttitudeSymbol(MachineSymbol):
-    """A component of an attitude's quaternion or of its angular velocity."""
+    """A component, of an index, of an attitude's quaternion or of its angular velocity."""
 
-    __slots__ = ()
-
-    letters: Sequence[str] = "xyzw"
+    attitude: Attitude
+    index: int
+    letter = ""  # before that of the component
 
     def __new__(cls, attitude: Attitude, index: int) -> Self:
         """Make a component; users call ``rotation`` and ``turn_rate``."""
-        made: Self = cls._build(f"{attitude.name}_{cls.letters[index]}", (attitude, index))
-        return made
-
-    @property
-    def attitude(self) -> Attitude:
-        """The attitude that it belongs to."""
-        attitude: Attitude = self.facts[0]
-        return attitude
-
-    @property
-    def index(self) -> int:
-        """Index of the component."""
-        return int(self.facts[1])
+        return cls._build(f"{attitude.name}_{cls.letter}{'xyzw'[index]}", (attitude, index))
 
 
 class QuaternionEntry(AttitudeSymbol):
     """An entry of an attitude's unit quaternion: x, y, z of the vector part, then the scalar w."""
 
-    __slots__ = ()
-
 
 class TurnRate(AttitudeSymbol):
     """A component of an attitude's angular velocity, in body axes."""
 
-    __slots__ = ()
-
-    letters = ("wx", "wy", "wz")
+    letter = "w"
 
     def _latex(self, _: Any) -> str:
         return rf"\omega_{{{self.attitude.name},{'xyz'[self.index]}}}"
@@ -164,18 +133,11 @@ class TurnRate(AttitudeSymbol):
 class TurnAcceleration(MachineSymbol):
     """The derivative of an angular velocity component; it occurs in equations only."""
 
-    __slots__ = ()
+    turn: TurnRate
 
     def __new__(cls, turn: TurnRate) -> TurnAcceleration:
         """Make the derivative of a component."""
-        made: TurnAcceleration = cls._build(f"{turn.name}_dot", (turn,))
-        return made
-
-    @property
-    def turn(self) -> TurnRate:
-        """The symbol that is differentiated."""
-        turn: TurnRate = self.facts[0]
-        return turn
+        return cls._build(f"{turn.name}_dot", (turn,))
 
     def _latex(self, printer: Any) -> str:
         return rf"\dot{{{printer._print(self.turn)}}}"
@@ -228,20 +190,12 @@ class Attitude:
 class TimeDerivative(MachineSymbol):
     """A time derivative of a coordinate, named after it and printed with dots."""
 
-    __slots__ = ()
-
-    order: int = 0
+    coordinate: Coordinate
+    order = 0
 
     def __new__(cls, coordinate: Coordinate) -> Self:
         """Make the derivative of a coordinate."""
-        made: Self = cls._build(f"{coordinate.name}_{'d' * cls.order}ot", (coordinate,))
-        return made
-
-    @property
-    def coordinate(self) -> Coordinate:
-        """The symbol that is differentiated."""
-        coordinate: Coordinate = self.facts[0]
-        return coordinate
+        return cls._build(f"{coordinate.name}_{'d' * cls.order}ot", (coordinate,))
 
     def _latex(self, printer: Any) -> str:
         letter = printer._print(sympy.Symbol(self.coordinate.name))
@@ -257,15 +211,11 @@ class TimeDerivative(MachineSymbol):
 class RateSymbol(TimeDerivative):
     """The time derivative of a coordinate: ``psi_dot`` for ``psi``."""
 
-    __slots__ = ()
-
     order = 1
 
 
 class Acceleration(TimeDerivative):
     """The second time derivative of a coordinate, ``psi_ddot``; it occurs in equations only."""
-
-    __slots__ = ()
 
     order = 2
 
@@ -274,34 +224,24 @@ class Acceleration(TimeDerivative):
 class Parameter(MachineSymbol):
     """A constant of the machine with a default; changing its value needs no recompilation.
 
-    ``name``, ``default`` and ``unit`` are what ``parameter`` was given.
+    Attributes:
+        default: Value in ``unit``.
+        unit: SI unit as text, empty if dimensionless.
     """
 
-    __slots__ = ()
+    default: float
+    unit: str
 
     def __new__(cls, name: str, default: float, unit: str = "") -> Parameter:
         """Validate and store a parameter's attributes."""
         _check_name("parameter", name)
         if not math.isfinite(default):
             raise InputError([Mistake(f"parameter {name!r}", f"its value is {default}.")])
-        made: Parameter = cls._build(name, (float(default), unit))
-        return made
-
-    @property
-    def default(self) -> float:
-        """Value in ``unit``."""
-        return float(self.facts[0])
-
-    @property
-    def unit(self) -> str:
-        """SI unit as text, empty if dimensionless."""
-        return str(self.facts[1])
+        return cls._build(name, (float(default), unit))
 
 
 class NamedSymbol(MachineSymbol):
     """A symbol that its name alone determines."""
-
-    __slots__ = ()
 
     bearer = ""  # what users give the name to, where it becomes one here
 
@@ -309,14 +249,11 @@ class NamedSymbol(MachineSymbol):
         """Make the symbol; users declare what it is the value of."""
         if cls.bearer:
             _check_name(cls.bearer, name)
-        made: Self = cls._build(name, ())
-        return made
+        return cls._build(name, ())
 
 
 class StateSymbol(NamedSymbol):
     """The value of an auxiliary state, such as a motor's current."""
-
-    __slots__ = ()
 
     bearer = "state"
 
@@ -324,13 +261,9 @@ class StateSymbol(NamedSymbol):
 class ForceSymbol(NamedSymbol):
     """The multiplier of a constraint, named after it; it occurs in requirements only."""
 
-    __slots__ = ()
-
 
 class InputSymbol(NamedSymbol):
     """The value of an input of the machine, in the input's unit."""
-
-    __slots__ = ()
 
     def _latex(self, printer: Any) -> str:
         symbol = str(printer._print(sympy.Symbol(self.name)))
@@ -339,8 +272,6 @@ class InputSymbol(NamedSymbol):
 
 class ReferenceSymbol(NamedSymbol):
     """The value of a reference of a feedback law, in the reference's unit."""
-
-    __slots__ = ()
 
     bearer = "reference"
 

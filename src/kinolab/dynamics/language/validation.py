@@ -94,10 +94,12 @@ def _forces(system: MechanismParts) -> Iterator[Mistake]:
             yield from _friction(system, effort, moving)
         for part in effort.lowered():
             if isinstance(part, Potential):
-                yield from _potential(part, moving)
-    for constraint in system.all_constraints:
-        if isinstance(constraint, PositionConstraint):
-            yield from _position_constraint(constraint, moving)
+                remedy = "Give a function of coordinates; a Wrench takes the rest."
+                yield from _velocities(part.energy, moving, "potential", "its energy", remedy)
+    remedy = "closed() takes a function of coordinates, zero() a velocity."
+    for c in system.all_constraints:
+        if isinstance(c, PositionConstraint):
+            yield from _velocities(c.position, moving, f"constraint {c.name!r}", "it", remedy)
 
 
 def _modes(system: MechanismParts) -> Iterator[Mistake]:
@@ -447,21 +449,12 @@ def _rope(system: MechanismParts, rope: Rope) -> Iterator[Mistake]:
         yield Mistake("rope", f"its length is {longest:g} m.", "It must be positive.")
 
 
-def _potential(potential: Potential, moving: set[sympy.Symbol]) -> Iterator[Mistake]:
-    """Check that a potential energy does not depend on velocities."""
-    for symbol in sorted(exact(potential.energy).free_symbols & moving, key=str):
-        what = f"its energy depends on the velocity {symbol}."
-        yield Mistake("potential", what, "Give a function of coordinates; a Wrench takes the rest.")
-
-
-def _position_constraint(
-    constraint: PositionConstraint, moving: set[sympy.Symbol]
+def _velocities(
+    stated: Any, moving: set[sympy.Symbol], where: str, subject: str, remedy: str
 ) -> Iterator[Mistake]:
-    """Check that a position constraint does not depend on velocities."""
-    for symbol in sorted(constraint.position.free_symbols & moving, key=str):
-        what = f"it depends on the velocity {symbol}."
-        remedy = "closed() takes a function of coordinates, zero() a velocity."
-        yield Mistake(f"constraint {constraint.name!r}", what, remedy)
+    """Report the velocities on which something depends that may not depend on any."""
+    for symbol in sorted(exact(stated).free_symbols & moving, key=str):
+        yield Mistake(where, f"{subject} depends on the velocity {symbol}.", remedy)
 
 
 def _friction(

@@ -322,9 +322,14 @@ class _MachineReader:
         self.finish()  # no follow-up mistakes about what acts on an invalid body
         self.bodies.update({body.name: body for body in bodies})
         chosen = data["velocities"]
-        velocities: Any = (
-            [self._velocity(entry) for entry in chosen] if isinstance(chosen, list) else chosen
-        )
+        velocities: Any = chosen
+        if isinstance(chosen, list):  # early files have only names of coordinates
+            velocities = [
+                self.coordinates[entry]
+                if isinstance(entry, str)
+                else self.decode(entry, "velocities")
+                for entry in chosen
+            ]
         chosen_symbols = (v.symbol for v in velocities or () if isinstance(v, QuasiVelocity))
         self.symbols.update({symbol.name: symbol for symbol in chosen_symbols})
         content = {name: self.decode(data[name], name) for name in CONTENT}
@@ -361,12 +366,6 @@ class _MachineReader:
             raise ValueError("the law has too many terms where all is written out")
         return self.decode({key: tree[key] for key in tree if key != "shared"}, "feedback")
 
-    def _velocity(self, entry: Any) -> Any:
-        """Return a coordinate by its name, or a quasi-velocity; early files have only names."""
-        if isinstance(entry, str):
-            return self.coordinates[entry]
-        return self.decode(entry, "velocities")
-
     def _flat(self, data: Mapping[str, Any] | None) -> Any:
         """Return the flatness description; early files have none."""
         if data is None:
@@ -388,7 +387,7 @@ class _MachineReader:
     def _body(self, data: Mapping[str, Any], number: int) -> Any:
         entries = {name: data[name] for name in BODY}
         entries |= {"whirl": data.get("whirl", 0.0), "drawn": data.get("drawn")}
-        return self._made(_body_of, entries, "bodies", number)
+        return self._made(lambda shapes, **of: Body(shape=shapes, **of), entries, "bodies", number)
 
     def decode(self, data: Any, *where: object) -> Any:
         """Decode plain data; None where invalid, with the mistake recorded."""
@@ -431,10 +430,6 @@ def _named(kind: str, name: Any, known: Mapping[str, Any]) -> Any:
     if name not in known:
         raise UnknownNameError(kind, str(name), known=known)
     return known[name]
-
-
-def _body_of(*, name: Any, frame: Any, shapes: Any, **facts: Any) -> Body:
-    return Body(name, frame, shape=shapes, **facts)
 
 
 def _shapes(below: type[Shape]) -> Iterator[type[Shape]]:
