@@ -36,22 +36,17 @@ class ModeDerivation:
     """Equations of one mode.
 
     Attributes:
-        machine: The machine while it is in this mode, with the symbols of all modes.
-        derivation: Its equations.
+        derivation: Of the machine while it is in this mode, with the symbols of all modes.
         targets: Index of the mode that each of its transitions leads to.
-        guards: Of each transition: what it lasts until, the rate of that, and what else must be
-            positive.
-        resets: Of each transition: the state after impact and reset, constraints of the target
-            apart.
-        landed: The state with velocities that the mode's own constraints forbid stopped.
+        switches: By the names of functions of a state: ``guards``, of each transition what it lasts
+            until, the rate of that, and what else must be positive; ``reset0``, …, of each the
+            state after impact and reset, constraints of the target apart; ``landed``, the state
+            with velocities that the mode's own constraints forbid stopped.
     """
 
-    machine: Mechanism
     derivation: Derivation
     targets: tuple[int, ...]
-    guards: tuple[tuple[Node, Node, Node], ...]
-    resets: tuple[tuple[Node, ...], ...]
-    landed: tuple[Node, ...]
+    switches: dict[str, tuple[Node, ...]]
 
 
 @checked
@@ -120,8 +115,8 @@ def derive_modes(system: Mechanism) -> list[ModeDerivation]:
     _require_alike(system, derived)
     projects = any(d.projection for d in derived)
     return [
-        _mode(system, mode, machine, _widened(system, machine, d, projects=projects))
-        for mode, machine, d in zip(system.modes, machines, derived, strict=True)
+        _mode(system, mode, _widened(system, d, projects=projects))
+        for mode, d in zip(system.modes, derived, strict=True)
     ]
 
 
@@ -144,7 +139,7 @@ def _reaches(d: Derivation, node: Node) -> bool:
     return any(node in tape.depends_on(result) for result in d.derivative)
 
 
-def _widened(system: Mechanism, own: Mechanism, d: Derivation, *, projects: bool) -> Derivation:
+def _widened(system: Mechanism, d: Derivation, *, projects: bool) -> Derivation:
     """Return a mode's derivation with an entry for what only other modes have.
 
     Args:
@@ -154,7 +149,7 @@ def _widened(system: Mechanism, own: Mechanism, d: Derivation, *, projects: bool
         projects: Whether any mode moves states back onto constraints.
     """
     tape = d.binding.tape
-    everything = system.all_constraints
+    own, everything = d.binding.system, system.all_constraints
     names = [c.name for c in own.constraints]
     closing = [closure.name for closure in own.closures]
     speeds = dict(zip(names, d.constraint_residual, strict=False))
@@ -178,18 +173,15 @@ def _widened(system: Mechanism, own: Mechanism, d: Derivation, *, projects: bool
     )
 
 
-def _mode(system: Mechanism, own: Mode, machine: Mechanism, d: Derivation) -> ModeDerivation:
+def _mode(system: Mechanism, own: Mode, d: Derivation) -> ModeDerivation:
     names = [mode.name for mode in system.modes]
     leaving = [t for t in system.transitions if t.source == own.name]
+    targets = tuple(names.index(t.target) for t in leaving)
     lower = _lowering(system, d)
-    return ModeDerivation(
-        machine,
-        d,
-        tuple(names.index(t.target) for t in leaving),
-        tuple(_guard(d, lower, t) for t in leaving),
-        tuple(_reset(system, d, lower, t, names.index(t.target)) for t in leaving),
-        _landed(machine, d),
-    )
+    switches = {"guards": tuple(node for t in leaving for node in _guard(d, lower, t))}
+    for k, (transition, target) in enumerate(zip(leaving, targets, strict=True)):
+        switches[f"reset{k}"] = _reset(d, lower, transition, target)
+    return ModeDerivation(d, targets, switches | {"landed": _landed(d)})
 
 
 def _lowering(system: Mechanism, d: Derivation) -> Callable[[object], Node]:
@@ -215,47 +207,31 @@ def _guard(
 
 
 def _reset(
-    system: Mechanism,
-    d: Derivation,
-    lower: Callable[[object], Node],
-    transition: Transition,
-    target: int,
+    d: Derivation, lower: Callable[[object], Node], transition: Transition, target: int
 ) -> tuple[Node, ...]:
     """Return the state after the impact along ``until`` and the reset."""
     tape = d.binding.tape
     after = list(d.state)
     if transition.restitution is not None:
-        _require_masses(system, d, transition)
+        if not d.energy:
+            what = f"{d.binding.system.name} is kinematic: nothing in it can bounce."
+            where = f"transition {transition.name!r}"
+            raise InputError([Mistake(where, what, "Leave restitution out.")])
         _, slopes = d.binding.slopes(time_derivative(exact(transition.until)))
         struck = _struck(d, [slopes], lower(transition.restitution))
         first = len(d.binding.configuration)
         after[first : first + len(struck)] = struck
-    given = dict(transition.reset)
     known = dict(zip(d.state, after, strict=True))
-    places = _places(d)
-    for symbol, expression in given.items():
+    for symbol, expression in dict(transition.reset).items():
         (value,) = tape.substitute([lower(expression)], known)
-        after[places[symbol.name]] = value
+        after[d.state.index(tape.variable(symbol.name))] = value
     after[-1] = tape.constant(float(target))
     return tuple(after)
 
 
-def _places(d: Derivation) -> dict[str, int]:
-    """Return where in a state each symbol is, by its name."""
-    tape = d.binding.tape
-    return {tape.operations[node].label: k for k, node in enumerate(d.state)}
-
-
-def _require_masses(system: Mechanism, d: Derivation, transition: Transition) -> None:
-    if not d.energy:
-        what = f"{system.name} is kinematic: nothing in it can bounce."
-        remedy = "Leave restitution out."
-        raise InputError([Mistake(f"transition {transition.name!r}", what, remedy)])
-
-
-def _landed(system: Mechanism, d: Derivation) -> tuple[Node, ...]:
+def _landed(d: Derivation) -> tuple[Node, ...]:
     """Return the state after a perfectly inelastic impact onto the constraints of a mode."""
-    if not d.energy or not system.constraints:
+    if not d.energy or not d.binding.system.constraints:
         return d.state
     rows = independent_rows(d.binding, constraint_rows(d.binding))[0]
     struck = _struck(d, [row.covector for row in rows], d.binding.tape.zero)

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from kinolab.arguments import require_fit
 from kinolab.dynamics.codegen.cache import Compiled, key_of
 from kinolab.dynamics.codegen.compiled_functions import CHATTERS, SINGULAR
-from kinolab.dynamics.codegen.machine_code import SPACE, MachineCode, bound
+from kinolab.dynamics.codegen.machine_code import MachineCode, bound
 from kinolab.dynamics.codegen.mode_formulas import FORMULAS
 from kinolab.dynamics.codegen.state_space import StateSpace
 from kinolab.dynamics.machine_facts import (
@@ -92,6 +92,14 @@ class Model:
         state_bounds: Lower and upper limit of each entry of x, shape (nx, 2).
         state_scales: What counts as a large difference in each entry of x, shape (nx,); a rate's
             is its speed limit, or its coordinate's scale per second.
+        nx: Number of entries of a state.
+        nu: Number of inputs.
+        nq: Number of entries of a configuration.
+        nv: Number of independent velocities.
+        nt: Number of velocities, the dependent ones included.
+        operations: Number of operations of the equations of motion, in the first mode.
+        projects: Whether steps end on constraints of position and unit quaternions: see
+            ``project``.
     """
 
     def __init__(self, system: Mechanism) -> None:
@@ -163,7 +171,8 @@ class Model:
             key, build, closed=machine.references is not None, switches=bool(machine.modes)
         )
         self.independent, self.redundant = self._code.independent, self._code.redundant
-        self.methods = self._code.methods
+        self.methods, self.operations = self._code.methods, self._code.operations
+        self.projects = bool(self._code.sizes["project"])
         self.quasi_velocities = self._code.quasi
         self.coordinate_names = tuple(name for c in machine.coordinates for name in c.entries)
         self.rate_names = machine.rate_names
@@ -177,6 +186,9 @@ class Model:
             *(entry.name for entry in machine.states),
         )
         self.control_names = tuple(entry.name for entry in machine.chosen)
+        self.nx, self.nu = len(self.state_names), len(self.control_names)
+        self.nq, self.nv = len(self.coordinate_names), len(self.velocity_names)
+        self.nt = len(self.rate_names)
         self.control_bounds: Array = np.array(
             [entry.limits for entry in machine.chosen], dtype=float
         ).reshape(-1, 2)
@@ -205,16 +217,6 @@ class Model:
         """What is derived; described anew where the model came from the cache."""
         return self._describe()
 
-    @property
-    def nx(self) -> int:
-        """Number of entries of a state."""
-        return len(self.state_names)
-
-    @property
-    def nu(self) -> int:
-        """Number of inputs."""
-        return len(self.control_names)
-
     @cached_property
     def attitudes(self) -> dict[str, int]:
         """Where in a state the quaternion of each attitude begins, by the attitude's name."""
@@ -223,19 +225,12 @@ class Model:
     @cached_property
     def space(self) -> StateSpace:
         """Differences of states and steps along them, on lines, circles and spheres."""
-        rows, difference, retract = map(self.address, SPACE)
-        addresses = {"rows": rows, "difference": difference, "retract": retract}
-        return StateSpace(self._parts, **addresses, owner=self._code)
+        return StateSpace(self._parts, self._code.address)
 
     @property
     def circular(self) -> NDArray[np.bool_]:
         """Whether each entry of x is an angle on the circle, shape (nx,)."""
         return self.space.circular
-
-    @property
-    def projects(self) -> bool:
-        """Whether steps end on constraints of position and unit quaternions: see ``project``."""
-        return bool(self._code.sizes["project"])
 
     @cached_property
     def speeds(self) -> NDArray[np.int64]:
@@ -243,26 +238,6 @@ class Model:
         first = self.nx - len(self.machine.states)
         further = [first + k for k, s in enumerate(self.machine.states) if s.is_speed]
         return np.array([*range(self.nq, first), *further], dtype=np.int64)
-
-    @property
-    def nq(self) -> int:
-        """Number of entries of a configuration."""
-        return len(self.coordinate_names)
-
-    @property
-    def nv(self) -> int:
-        """Number of independent velocities."""
-        return len(self.velocity_names)
-
-    @property
-    def nt(self) -> int:
-        """Number of velocities, the dependent ones included."""
-        return len(self.rate_names)
-
-    @property
-    def operations(self) -> int:
-        """Number of operations of the equations of motion, in the first mode."""
-        return self._code.operations
 
     def address(self, function: str) -> int:
         """Return the address of a compiled C function: f, step_rk4, frames, point_speed, …"""

@@ -152,12 +152,6 @@ def test_compiled_code_may_call_the_same_functions_by_address() -> None:
     assert (out == model.space.difference(x, y)).all()
 
 
-def test_the_dimension_is_that_of_the_manifold() -> None:
-    """Attitude 3, body rates 3, three wheels: angles that nothing rests on are no coordinates."""
-    model = systems.get("helicopter").model()
-    assert (model.nx, model.space.dimension) == (13, 12)
-
-
 def test_an_angle_that_limits_keep_on_a_line_does_not_come_round() -> None:
     model = systems.get("pendulum").model()
     line = model.space.limited(np.zeros(2, dtype=bool))

@@ -57,7 +57,7 @@ def derived_code(
     if law is not None:
         nx, nu, along = len(d.state), len(d.binding.inputs), len(d.state) + len(law.references)
         facts["sizes"] |= {"jacobian": nx * along, "law": nu, "law_jacobian": nu * along}
-        text += "\n" + emit_closed_loop(d, system, law)
+        text += "\n" + emit_closed_loop(d, law)
     return facts, compiled(text)
 
 

@@ -22,19 +22,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from kinolab.dynamics.codegen.compiled_functions import NOT_FINITE, SINGULAR
-from kinolab.dynamics.codegen.exports import Function, frames_tangent_of, outputs_of, tangent_of
-from kinolab.dynamics.codegen.integrators import (
-    LANES,
-    emit_integrators,
-    emit_linear_algebra,
-    in_lanes,
-)
-from kinolab.dynamics.codegen.llvm import Register, Routine, intrinsic, literal
+from kinolab.dynamics.codegen.exports import Function, outputs_of, tangent_of
+from kinolab.dynamics.codegen.integrators import LANES, emit_integrators, emit_linear_algebra
+from kinolab.dynamics.codegen.llvm import Register, Routine, in_lanes, intrinsic, literal
 from kinolab.dynamics.codegen.state_space import emit_space
 from kinolab.dynamics.codegen.trigonometry import emit_sine_and_cosine, sine_and_cosine
 from kinolab.dynamics.derivation.derivation import Derivation
 from kinolab.dynamics.derivation.expression_graph import ExpressionGraph, Node
-from kinolab.numerics.manifolds.state_parts import spheres_of
 
 INTRINSICS = ("sin", "cos", "exp", "log", "sqrt", "fabs", "floor")
 LIBRARY = ("tan", "tanh", "atan")
@@ -46,41 +40,34 @@ def emit_module(derivation: Derivation, *, lanes: bool = False) -> str:
     """Return the IR text of all functions of a machine, with or without those in lanes."""
     d, tape = derivation, derivation.binding.tape
     sizes = (len(d.state), len(d.binding.inputs))
-    functions = {function.name: function for function in outputs_of(d)}
+    functions = list(outputs_of(d))
+    wide = [
+        emit_sine_and_cosine(LANES),
+        *(_emitted(tape, f, LANES) for f in functions if f.name in ("f", "project")),
+        *emit_integrators(d, LANES),
+    ]
+    tangent = tangent_of(tape, Function("tangent", d.arguments, d.derivative))
+    of_state = {"x": d.state, "p": d.binding.parameters}
+    frames_tangent = tangent_of(tape, Function("frames_tangent", of_state, d.frames))
     return "\n".join(
         [
             *declarations(),
             emit_sine_and_cosine(1),
-            *(_emitted(tape, function) for function in functions.values()),
-            _emitted(tape, tangent_of(d)),
+            *(_emitted(tape, function) for function in (*functions, tangent)),
             emit_jacobian(*sizes, sizes[0]),
             *emit_linear_algebra(),
-            *emit_integrators(*sizes, projects=bool(d.projection), spheres=spheres_of(d.parts)),
-            *(_emit_lanes(d, [functions["f"], functions["project"]]) if lanes else ()),
+            *emit_integrators(d),
+            *(wide if lanes else ()),
             emit_rows(sizes[0], None, name="rows_at"),
             emit_rows(*sizes, name="rows_under"),
             *emit_space(d.parts),
             emit_rows(sizes[0], sizes[0], name="rows_between"),
-            _emitted(tape, frames_tangent_of(d)),
+            _emitted(tape, frames_tangent),
             emit_jacobian(
                 sizes[0], None, len(d.frames), name="frames_jacobian", tangent="frames_tangent"
             ),
         ]
     )
-
-
-def _emit_lanes(d: Derivation, functions: Sequence[Function]) -> list[str]:
-    return [
-        emit_sine_and_cosine(LANES),
-        *(_emitted(d.binding.tape, function, LANES) for function in functions),
-        *emit_integrators(
-            len(d.state),
-            len(d.binding.inputs),
-            projects=bool(d.projection),
-            spheres=spheres_of(d.parts),
-            lanes=LANES,
-        ),
-    ]
 
 
 def _emitted(tape: ExpressionGraph, function: Function, lanes: int = 1) -> str:
@@ -237,10 +224,7 @@ def emit_jacobian(
         column = routine.at("%out", routine.integer("mul", k, results))
         given = [*(f"%{key}" for key in own), seeds]
         given += [] if inputs is None else [routine.at(seeds, states)]
-        listing = ", ".join(f"ptr {address}" for address in (*given, column))
-        failed = routine.line(f"call i32 @{tangent}({listing}, i64 %mode)")
-        so_far = routine.get("i32", status)
-        routine.put("i32", status, routine.line(f"or i32 {so_far}, {failed}"))
+        routine.merge(status, routine.call(f"@{tangent}", *given, column))
         routine.store(seeds, k, literal(0.0))
     routine.give(routine.get("i32", status))
     return routine.text()
@@ -262,8 +246,7 @@ def emit_rows(states: int, controls: int | None, *, name: str) -> str:
     with routine.loop(0, "%n") as i:
         given = [routine.at(a, routine.integer("mul", i, size)) for a, size in tables.items()]
         result = routine.at("%out", routine.integer("mul", i, "%size"))
-        listing = ", ".join(f"ptr {address}" for address in (*given, "%p", result))
-        failed = routine.line(f"call i32 %function({listing}, i64 %mode)")
+        failed = routine.call("%function", *given, "%p", result)
         first = routine.line(f"icmp slt i64 {routine.get('i64', worst)}, 0")
         bad = routine.line(f"icmp ne i32 {failed}, 0")
         with routine.when(routine.line(f"and i1 {bad}, {first}")):

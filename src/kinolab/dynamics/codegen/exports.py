@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from kinolab.dynamics.codegen.compiled_functions import NEED_CHART
 from kinolab.dynamics.derivation.cancellation import Cancellation
 from kinolab.dynamics.derivation.derivation import Derivation
-from kinolab.dynamics.derivation.expression_graph import Node
+from kinolab.dynamics.derivation.expression_graph import ExpressionGraph, Node
 
 STATE_ONLY = ("frames", "cables", "mass_matrix", "project")
 
@@ -51,9 +51,8 @@ def results_of(d: Derivation) -> dict[str, Sequence[Node]]:
 
 def outputs_of(derivation: Derivation) -> Iterator[Function]:
     """Yield f and everything else that follows from a state, what cancels out left out."""
-    d, binding = derivation, derivation.binding
-    arguments = {"x": d.state, "u": binding.inputs, "p": binding.parameters}
-    short = Cancellation(binding.tape).rewritten
+    d, arguments = derivation, derivation.arguments
+    short = Cancellation(d.binding.tape).rewritten
     yield Function("f", arguments, short(d.derivative), short(d.guards))
     for name, nodes in results_of(d).items():
         taken = {k: v for k, v in arguments.items() if k != "u" or name not in STATE_ONLY}
@@ -61,29 +60,13 @@ def outputs_of(derivation: Derivation) -> Iterator[Function]:
         yield Function(name, taken, short(nodes), guards)
 
 
-def tangent_of(derivation: Derivation) -> Function:
-    """Return the derivative of f along a direction (dx, du) of states and inputs."""
-    binding, tape = derivation.binding, derivation.binding.tape
-    x_seeds = [tape.variable(f"d {tape.operations[n].label}") for n in derivation.state]
-    u_seeds = [tape.variable(f"d {tape.operations[n].label}") for n in binding.inputs]
-    seeds = dict(zip((*derivation.state, *binding.inputs), (*x_seeds, *u_seeds), strict=True))
-    arguments = {
-        "x": derivation.state,
-        "u": binding.inputs,
-        "p": binding.parameters,
-        "dx": x_seeds,
-        "du": u_seeds,
-    }
-    return Function("tangent", arguments, tape.derivative(derivation.derivative, seeds))
+def tangent_of(tape: ExpressionGraph, function: Function) -> Function:
+    """Return the derivative of a function along a direction of all arguments but parameters.
 
-
-def frames_tangent_of(derivation: Derivation) -> Function:
-    """Return the derivative of the bodies' poses along a direction dx of states."""
-    tape = derivation.binding.tape
-    seeds = {n: tape.variable(f"d {tape.operations[n].label}") for n in derivation.state}
-    arguments = {
-        "x": derivation.state,
-        "p": derivation.binding.parameters,
-        "dx": [seeds[node] for node in derivation.state],
-    }
-    return Function("frames_tangent", arguments, tape.derivative(derivation.frames, seeds))
+    It takes the directions dx of x and du of u after those arguments.
+    """
+    varying = {key: nodes for key, nodes in function.arguments.items() if key != "p"}
+    seeds = {n: tape.variable(f"d {tape.operations[n].label}") for k in varying for n in varying[k]}
+    along = {f"d{key}": [seeds[node] for node in nodes] for key, nodes in varying.items()}
+    outputs = tape.derivative(function.outputs, seeds)
+    return Function(function.name, {**function.arguments, **along}, outputs)

@@ -25,9 +25,9 @@ from collections.abc import Iterator, Sequence
 
 from kinolab.dynamics.codegen.compiled_functions import CHATTERS
 from kinolab.dynamics.codegen.emission import emit_function, emit_module
-from kinolab.dynamics.codegen.integrators import STEP, steppers
+from kinolab.dynamics.codegen.integrators import RATE, STEP, steppers
 from kinolab.dynamics.codegen.llvm import Register, Routine, literal
-from kinolab.dynamics.codegen.trigonometry import name_of
+from kinolab.dynamics.codegen.trigonometry import NAME
 from kinolab.dynamics.mode_derivations import ModeDerivation
 
 HALVINGS = 48  # of a step, to locate a transition: 1 s to 4e-15 s
@@ -35,9 +35,8 @@ MINIMUM_HALVINGS = 24  # of a step, to find where a guard is least: 1 s to 6e-8 
 MAX_SWITCHES = 64  # in one step; more are called chattering
 DEFINED = re.compile(r"^define (?:internal )?(\w+|\{.*?\}) @(\w+)\(([^)]*)\)", re.MULTILINE)
 LOOPS = ("rows_at", "rows_under", "rows_between")
-SHARED = (*LOOPS, "difference", "retract", name_of(1))  # know no modes
+SHARED = (*LOOPS, "difference", "retract", NAME)  # know no modes
 FLOW = "flow_"  # prefix of steps that switch nothing
-LEAVES = [*(("ptr", name) for name in ("x", "u", "p", "out")), ("i64", "mode")]
 
 
 def emit_hybrid(modes: Sequence[ModeDerivation]) -> str:
@@ -58,7 +57,7 @@ def emit_hybrid(modes: Sequence[ModeDerivation]) -> str:
                 for _, name, parameters in functions
                 if name not in SHARED and "ptr %x" in parameters  # others are linear algebra
             ),
-            *(_step(method, states, _most_guards(modes)) for method in steppers()),
+            *(_Step(method, states, _most_guards(modes)).text() for method in steppers()),
             _leaves(modes),
             _guards(modes, states),
             _reset(modes, states),
@@ -107,30 +106,25 @@ def _dispatched(name: str, parameters: str, states: int, modes: int) -> str:
 def _switches(mode: ModeDerivation, k: int) -> Iterator[str]:
     """Yield a mode's guards and resets, and how its constraints stop velocities."""
     d = mode.derivation
-    tape = d.binding.tape
-    given = {"x": d.state, "u": d.binding.inputs, "p": d.binding.parameters}
-    guards = [node for guard in mode.guards for node in guard]
-    yield emit_function(_in(k, "guard"), tape, given, guards)
-    for j, reset in enumerate(mode.resets):
-        yield emit_function(_in(k, f"reset{j}"), tape, given, reset)
-    yield emit_function(_in(k, "landed"), tape, given, mode.landed)
+    for name, nodes in mode.switches.items():
+        yield emit_function(_in(k, name), d.binding.tape, d.arguments, nodes)
 
 
 def _most_guards(modes: Sequence[ModeDerivation]) -> int:
-    return max(len(mode.guards) for mode in modes)
+    return max(len(mode.targets) for mode in modes)
 
 
 def _leaves(modes: Sequence[ModeDerivation]) -> str:
-    routine = Routine("leaves", LEAVES)
+    routine = Routine("leaves", RATE)
     seen = routine.array(1 + 3 * _most_guards(modes))
-    status = routine.line(f"call i32 @guards(ptr %x, ptr %u, ptr %p, ptr {seen}, i64 %mode)")
+    status = routine.call("@guards", "%x", "%u", "%p", seen)
     routine.store("%out", 0, routine.load(seen, 0))
     routine.give(status)
     return routine.text()
 
 
 def _guards(modes: Sequence[ModeDerivation], states: int) -> str:
-    routine = Routine("guards", LEAVES)
+    routine = Routine("guards", RATE)
     values = routine.at("%out", 1)
     current = _mode_of(routine, states)
     zero, far = literal(0.0), literal(1.0)
@@ -140,10 +134,9 @@ def _guards(modes: Sequence[ModeDerivation], states: int) -> str:
             routine.store(values, 3 * j + i, value)
     for k, mode in enumerate(modes):
         mark = routine.fork(routine.line(f"icmp eq i64 {current}, {k}"))
-        call = f"call i32 @{_in(k, 'guard')}(ptr %x, ptr %u, ptr %p, ptr {values}, i64 %mode)"
-        status = routine.line(call)
+        status = routine.call(f"@{_in(k, 'guards')}", "%x", "%u", "%p", values)
         found = zero
-        for j in reversed(range(len(mode.guards))):
+        for j in reversed(range(len(mode.targets))):
             until, rate, condition = (routine.load(values, 3 * j + i) for i in range(3))
             over = routine.line(f"fcmp ole double {until}, {zero}")
             falls = routine.line(f"fcmp olt double {rate}, {zero}")
@@ -159,10 +152,9 @@ def _guards(modes: Sequence[ModeDerivation], states: int) -> str:
 
 
 def _reset(modes: Sequence[ModeDerivation], states: int) -> str:
-    routine = Routine("reset", LEAVES)
+    routine = Routine("reset", RATE)
     which, after = routine.array(1), routine.array(states)
-    listing = "ptr %x, ptr %u, ptr %p"
-    asked = routine.line(f"call i32 @leaves({listing}, ptr {which}, i64 %mode)")
+    asked = routine.call("@leaves", "%x", "%u", "%p", which)
     chosen = routine.line(f"fptosi double {routine.load(which, 0)} to i64")
     current = _mode_of(routine, states)
     for k, mode in enumerate(modes):
@@ -170,20 +162,13 @@ def _reset(modes: Sequence[ModeDerivation], states: int) -> str:
             here = routine.line(f"icmp eq i64 {current}, {k}")
             this = routine.line(f"icmp eq i64 {chosen}, {j + 1}")
             mark = routine.fork(routine.line(f"and i1 {here}, {this}"))
-            call = f"call i32 @{_in(k, f'reset{j}')}({listing}, ptr {after}, i64 %mode)"
-            changed = routine.line(call)
-            call = f"call i32 @{_in(target, 'landed')}(ptr {after}, ptr %u, ptr %p, ptr %out"
-            landed = routine.line(f"{call}, i64 %mode)")
+            changed = routine.call(f"@{_in(k, f'reset{j}')}", "%x", "%u", "%p", after)
+            landed = routine.call(f"@{_in(target, 'landed')}", after, "%u", "%p", "%out")
             routine.give(routine.line(f"or i32 {changed}, {landed}"))
             routine.join(mark)
     routine.copy("%x", "%out", states)
     routine.give(asked)
     return routine.text()
-
-
-def _step(method: str, states: int, guards: int) -> str:
-    """Return a step that switches modes on its way."""
-    return _Step(method, states, guards).text()
 
 
 class _Step:
@@ -206,8 +191,7 @@ class _Step:
         routine.copy("%x", begin, self._states)
         with routine.loop(0, MAX_SWITCHES):
             with routine.when(self._left(begin, self._here)):
-                call = f"call i32 @reset(ptr {begin}, ptr %u, ptr %p, ptr {end}, i64 %mode)"
-                self._note(routine.line(call))
+                self._note(routine.call("@reset", begin, "%u", "%p", end))
                 routine.copy(end, begin, self._states)
             length = routine.get("double", self._rest)
             self._flow(length, end)
@@ -234,8 +218,7 @@ class _Step:
         return self._routine.line(f"xor i1 {condition}, true")
 
     def _note(self, failed: Register) -> None:
-        so_far = self._routine.get("i32", self._status)
-        self._routine.put("i32", self._status, self._routine.line(f"or i32 {so_far}, {failed}"))
+        self._routine.merge(self._status, failed)
 
     def _flow(self, length: Register, to: Register) -> None:
         """Make a step in one mode."""
@@ -244,8 +227,7 @@ class _Step:
 
     def _left(self, state: Register, values: Register) -> Register:
         """Return whether a transition takes place at a state; its guards are written."""
-        call = f"call i32 @guards(ptr {state}, ptr %u, ptr %p, ptr {values}, i64 %mode)"
-        self._note(self._routine.line(call))
+        self._note(self._routine.call("@guards", state, "%u", "%p", values))
         found = self._routine.load(values, 0)
         return self._routine.line(f"fcmp ogt double {found}, {literal(0.0)}")
 
@@ -257,7 +239,7 @@ class _Step:
         """Make a length the upper end of the interval where a condition holds, else the lower."""
         a, b = (self._routine.get("double", cell) for cell in (self._low, self._high))
         for cell, pair in ((self._high, (middle, b)), (self._low, (a, middle))):
-            self._routine.put("double", cell, self._routine.line(_select(down, *pair)))
+            self._routine.put("double", cell, self._routine.select(down, *pair))
 
     def _shorten(self, over: Register) -> None:
         """Shorten the step to its first transition: at its end, or where a guard is least."""
@@ -300,10 +282,6 @@ class _Step:
             self._left(self._end, self._there)
         with routine.when(self._not(over)):
             routine.put("double", self._high, length)
-
-
-def _select(condition: Register, one: Register, other: Register) -> str:
-    return f"select i1 {condition}, double {one}, double {other}"
 
 
 def _returns(routine: Routine, here: Register, there: Register, j: int, span: Register) -> Register:

@@ -6,23 +6,22 @@ onto the constraints and unit spheres, where the machine has any.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
-from kinolab.dynamics.codegen.llvm import Register, Routine, literal
+from kinolab.dynamics.codegen.llvm import Register, Routine, in_lanes, literal
 from kinolab.dynamics.codegen.methods import METHODS, Method
 from kinolab.dynamics.codegen.trigonometry import sine_and_cosine
-from kinolab.numerics.manifolds.state_parts import UnitSphere
+from kinolab.numerics.manifolds.state_parts import UnitSphere, spheres_of
+
+if TYPE_CHECKING:  # what derives a machine: one that is in the cache needs none of it
+    from kinolab.dynamics.derivation.derivation import Derivation
 
 SMALL_TURN = 1e-8  # [rad^2] of half a turn, squared: sin(a)/a is 1 - a^2/6 to rounding
 
 POINTERS = [("ptr", "x"), ("ptr", "u"), ("ptr", "p")]
 LANES = 4  # results at once: as many as the widest registers of most processors have room for
+RATE = [*POINTERS, ("ptr", "out"), ("i64", "mode")]
 STEP = [*POINTERS, ("double", "h"), ("ptr", "out"), ("i64", "substeps"), ("i64", "mode")]
-
-
-def in_lanes(lanes: int = LANES) -> str:
-    """Return the end of the name of a function that computes so many results at once."""
-    return "" if lanes == 1 else "_lanes"
 
 
 def steppers() -> tuple[str, ...]:
@@ -30,45 +29,28 @@ def steppers() -> tuple[str, ...]:
     return tuple(f"step_{name}" for name in METHODS)
 
 
-def emit_integrators(
-    states: int,
-    inputs: int,
-    *,
-    projects: bool,
-    spheres: Sequence[UnitSphere] = (),
-    lanes: int = 1,
-) -> list[str]:
-    """Return one function per integration method; in lanes, per explicit one.
-
-    Args:
-        states: Length of x.
-        inputs: Length of u.
-        projects: Whether states are moved back onto constraints and unit spheres.
-        spheres: The parts of x that are unit vectors.
-        lanes: Of results at once.
-    """
+def emit_integrators(derivation: Derivation, lanes: int = 1) -> list[str]:
+    """Return one function per integration method; in lanes, per explicit one."""
     return [
-        _emit_step(method, (states, inputs), projects, spheres, lanes)
+        _emit_step(method, derivation, lanes)
         for method in METHODS.values()
         if lanes == 1 or not method.implicit
     ]
 
 
-def _emit_step(
-    method: Method,
-    sizes: tuple[int, int],
-    projects: bool,
-    spheres: Sequence[UnitSphere],
-    lanes: int,
-) -> str:
+def _emit_step(method: Method, d: Derivation, lanes: int) -> str:
     """Return a step of a method; with ``geodesic``, along great circles where x is on a sphere."""
-    routine, size = Routine(f"step_{method.name}{in_lanes(lanes)}", STEP, lanes=lanes), sizes[0]
+    routine = Routine(f"step_{method.name}{in_lanes(lanes)}", STEP, lanes=lanes)
+    size, inputs = len(d.state), len(d.binding.inputs)
     at, total, begin, *k = (routine.array(size) for _ in range(3 + method.stages))
     status = routine.cell("i32", "0")
-    h = _substep(routine)
+    count = routine.line("sitofp i64 %substeps to double")
+    h = routine.div(routine.spread("%h"), routine.spread(count))
     routine.copy("%x", begin, size)
     with routine.loop(0, "%substeps"):
-        solve = _factored(routine, sizes, h, method.gamma, begin, status) if method.implicit else ""
+        solve = ""
+        if method.implicit:
+            solve = _factored(routine, (size, inputs), h, method.gamma, begin, status)
         routine.copy(begin, total, size)
         for i, (stage, weight) in enumerate(zip(k, method.b, strict=True)):
             source = begin
@@ -77,16 +59,21 @@ def _emit_step(
                     factor = routine.mul(h, routine.constant(share))
                     _axpy(routine, size, factor, former, source, at)
                     source = at
-            _call_f(routine, source, stage, status)
+            failed = routine.call(f"@f{in_lanes(lanes)}", source, "%u", "%p", stage, noinline=True)
+            routine.merge(status, failed)
             for former, share in zip(k, method.c[i] if method.c else (), strict=False):
                 if share:
                     _axpy(routine, size, routine.constant(share), former, stage, stage)
             if solve:
                 routine.do(f"{solve}, ptr {stage})")
             _axpy(routine, size, routine.mul(h, routine.constant(weight)), stage, total, total)
-        for part in spheres if method.geodesic else ():
+        for part in spheres_of(d.parts) if method.geodesic else ():
             _turn(routine, part, h, k[0], begin, total)
-        _land(routine, size, total, begin, status, projects)
+        if d.projection:  # twice: the second Newton step reaches rounding
+            for places in ((total, "%p", begin), (begin, "%p", total)):
+                failed = routine.call(f"@project{in_lanes(lanes)}", *places, noinline=True)
+                routine.merge(status, failed)
+        routine.copy(total, begin, size)
     routine.copy(begin, "%out", size)
     routine.give(routine.get("i32", status))
     return routine.text()
@@ -104,8 +91,7 @@ def _factored(
     size, inputs = sizes
     jacobian = routine.array(size * (size + inputs))
     matrix, pivots = routine.array(size * size), routine.array(size)
-    call = f"call i32 @jacobian(ptr {begin}, ptr %u, ptr %p, ptr {jacobian}, i64 %mode)"
-    _merge(routine, status, routine.line(call))
+    routine.merge(status, routine.call("@jacobian", begin, "%u", "%p", jacobian))
     fraction = routine.mul(h, literal(-gamma))
     with routine.loop(0, size) as i, routine.loop(0, size) as j:
         column = routine.integer("add", routine.integer("mul", j, size), i)
@@ -115,7 +101,7 @@ def _factored(
         scaled = routine.mul(fraction, routine.load(jacobian, column))
         routine.store(matrix, row, routine.add(one, scaled))
     singular = routine.line(f"call i32 @lu_factor(ptr {matrix}, ptr {pivots}, i64 {size})")
-    _merge(routine, status, singular)
+    routine.merge(status, singular)
     return f"call void @lu_solve(ptr {matrix}, ptr {pivots}, i64 {size}"
 
 
@@ -150,41 +136,6 @@ def _axpy(
         routine.store(target, i, routine.add(routine.load(b, i), product))
 
 
-def _call_f(routine: Routine, x: Register, target: Register, status: Register) -> None:
-    """Emit a call of f that stays one: f rounds alike wherever it is called from."""
-    suffix = in_lanes(routine.lanes)
-    call = f"call i32 @f{suffix}(ptr {x}, ptr %u, ptr %p, ptr {target}, i64 %mode) noinline"
-    _merge(routine, status, routine.line(call))
-
-
-def _merge(routine: Routine, status: Register, failed: Register) -> None:
-    so_far = routine.get("i32", status)
-    routine.put("i32", status, routine.line(f"or i32 {so_far}, {failed}"))
-
-
-def _substep(routine: Routine) -> str:
-    """Return how long a substep is."""
-    count = routine.line("sitofp i64 %substeps to double")
-    return routine.div(routine.spread("%h"), routine.spread(count))
-
-
-def _land(
-    routine: Routine,
-    states: int,
-    total: Register,
-    target: Register,
-    status: Register,
-    projects: bool,
-) -> None:
-    """Write where a substep leads, projected twice: the second Newton step reaches rounding."""
-    if projects:
-        for source, landed in ((total, target), (target, total)):
-            name = "project" + in_lanes(routine.lanes)
-            call = f"call i32 @{name}(ptr {source}, ptr %p, ptr {landed}, i64 %mode) noinline"
-            _merge(routine, status, routine.line(call))
-    routine.copy(total, target, states)
-
-
 def emit_linear_algebra() -> list[str]:
     """Return Gaussian elimination with row pivoting, and substitution.
 
@@ -212,8 +163,7 @@ def _emit_lu_factor() -> str:
         row = r.get("i64", where)
         r.store("%pivots", k, r.line(f"sitofp i64 {row} to double"))
         usable = r.line(f"fcmp ogt double {r.get('double', best)}, {literal(1e-300)}")
-        failed = r.line(f"select i1 {usable}, i32 0, i32 1")
-        _merge(r, status, failed)
+        r.merge(status, r.line(f"select i1 {usable}, i32 0, i32 1"))
         with r.loop(0, "%n") as j:
             upper, lower = _entry(r, k, j), _entry(r, row, j)
             a, b = r.load("%A", upper), r.load("%A", lower)

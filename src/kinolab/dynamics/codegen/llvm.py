@@ -21,6 +21,11 @@ def literal(value: float) -> str:
     return f"0x{struct.unpack('<Q', struct.pack('<d', value))[0]:016X}"
 
 
+def in_lanes(lanes: int) -> str:
+    """Return the end of the name of a function that computes so many results at once."""
+    return "" if lanes == 1 else "_lanes"
+
+
 def intrinsic(name: str, lanes: int) -> str:
     """Return LLVM's name of one of its functions of doubles."""
     return f"llvm.{name}.f64" if lanes == 1 else f"llvm.{name}.v{lanes}f64"
@@ -175,6 +180,19 @@ class Routine:
             done = self.line(f"call double @{name}(double {own})")
             result = self.line(f"insertelement {self.number} {result}, double {done}, i32 {lane}")
         return result
+
+    def call(self, function: str, *arrays: Register, noinline: bool = False) -> Register:
+        """Return the status of a function of arrays and the mode, such as ``@f``.
+
+        One that is not inlined rounds alike wherever it is called from.
+        """
+        listing = ", ".join(f"ptr {array}" for array in arrays)
+        return self.line(f"call i32 {function}({listing}, i64 %mode){' noinline' * noinline}")
+
+    def merge(self, status: Register, failed: Register) -> None:
+        """Add a status to that of several calls, which is a variable."""
+        so_far = self.get("i32", status)
+        self.put("i32", status, self.line(f"or i32 {so_far}, {failed}"))
 
     def integer(self, operation: str, a: Index, b: Index) -> Register:
         """Return an operation on 64-bit integers, such as ``add`` or ``mul``."""

@@ -20,7 +20,8 @@ from kinolab.dynamics.codegen.compiled_functions import (
     PREFIX,
     SWITCHES,
 )
-from kinolab.dynamics.codegen.integrators import in_lanes, steppers
+from kinolab.dynamics.codegen.integrators import LANES, steppers
+from kinolab.dynamics.codegen.llvm import in_lanes
 from kinolab.dynamics.codegen.llvm_jit import link
 from kinolab.dynamics.codegen.methods import METHODS
 from kinolab.dynamics.machine_facts import QuasiVelocityFacts
@@ -30,8 +31,15 @@ STATUS, POINTER, INTEGER = ctypes.c_int32, ctypes.c_void_p, ctypes.c_int64
 STEP = ctypes.CFUNCTYPE(  # step(x, u, p, h, out, substeps, mode)
     STATUS, *(POINTER,) * 3, ctypes.c_double, POINTER, INTEGER, INTEGER
 )
-SPACE = ("rows_between", "difference", "retract")
-FUNCTIONS = ("rows_at", "rows_under", "tangent", "frames_tangent", *SPACE)
+FUNCTIONS = (
+    "rows_at",
+    "rows_under",
+    "tangent",
+    "frames_tangent",
+    "rows_between",
+    "difference",
+    "retract",
+)
 UNSOLVABLE = ("f", *NEED_CHART)  # have no result where they fail
 
 
@@ -76,7 +84,7 @@ class MachineCode:
         self._closed = {name: PREFIX + name for name in twice}
         own = SWITCHES if switches else ()
         explicit = (f"step_{name}" for name, method in METHODS.items() if not method.implicit)
-        self._in_lanes = [name + in_lanes() for name in ("f", *explicit) if facts["lanes"]]
+        self._in_lanes = [name + in_lanes(LANES) for name in ("f", *explicit) if facts["lanes"]]
         names = {*self.sizes, *FUNCTIONS, *steps, *own, *self._closed.values(), *self._in_lanes}
         self._library = link(code, names)
 
@@ -86,7 +94,7 @@ class MachineCode:
 
     def in_lanes(self, method: str) -> tuple[int, int]:
         """Return the addresses of step and f of LANES states at once, 0 where there are none."""
-        names = [name + in_lanes() for name in (f"step_{method}", "f")]
+        names = [name + in_lanes(LANES) for name in (f"step_{method}", "f")]
         if not self._in_lanes or names[0] not in self._in_lanes:
             return 0, 0
         step, f = map(self._library.address, names)

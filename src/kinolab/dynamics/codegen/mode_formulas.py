@@ -39,24 +39,15 @@ class ModeFormulas:
     @classmethod
     def of(cls, d: Derivation) -> ModeFormulas:
         """Return what a derivation holds of them."""
-        operations = d.binding.tape.operations
+        tape, speeds = d.binding.tape, (*d.point_speeds, *d.cable_speeds)
         state, inputs, parameters = (
-            tuple(operations[node].label for node in nodes)
-            for nodes in (d.state, d.binding.inputs, d.binding.parameters)
+            tuple(tape.operations[node].label for node in nodes) for nodes in d.arguments.values()
         )
-        tape, places = d.binding.tape, (*d.frames, *d.cables)
-        signs = [
-            operations[node].operands[0]
-            for node in tape.needed(places)
-            if operations[node].name == "sign"
-        ]
-        speeds, requirements, velocities, frames, changes = (
-            Formulas.of(tape, nodes)
-            for nodes in (
-                (*d.point_speeds, *d.cable_speeds), d.requirements, d.velocities, d.frames, signs
-            )
-        )  # fmt: skip
-        return cls(state, inputs, parameters, speeds, requirements, velocities, frames, changes)
+        placing = (tape.operations[node] for node in tape.needed((*d.frames, *d.cables)))
+        signs = [operation.operands[0] for operation in placing if operation.name == "sign"]
+        formulas = (speeds, d.requirements, d.velocities, d.frames, signs)
+        kept = (Formulas.of(tape, nodes) for nodes in formulas)
+        return cls(state, inputs, parameters, *kept)
 
 
 FORMULAS: Kind[tuple[ModeFormulas, ...]] = pickled("formulas", tuple)  # of all modes, by a key

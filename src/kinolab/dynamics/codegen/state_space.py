@@ -57,12 +57,11 @@ class StateSpace:
 
     Args:
         parts: That follow each other in a state.
-        rows: Address of the loop of a function over pairs of states.
-        difference: Address of ``difference``.
-        retract: Address of ``retract``.
-        owner: What owns the machine code at these addresses; it lives as long as the space.
+        address: Returns that of a compiled function; what it belongs to owns the machine code, and
+            lives as long as the space.
 
     Attributes:
+        nx: Number of entries of a state.
         owners: The part of each entry, length nx.
         spheres: The parts that are unit vectors.
         rotations: Those of them that are attitudes.
@@ -70,27 +69,19 @@ class StateSpace:
         turns: Whether each entry is an angle on the circle or of a unit vector, shape (nx,).
     """
 
-    def __init__(
-        self,
-        parts: Sequence[Part],
-        *,
-        rows: int,
-        difference: int,
-        retract: int,
-        owner: object,
-    ) -> None:
+    def __init__(self, parts: Sequence[Part], address: Callable[[str], int]) -> None:
         self.parts, self.spheres = tuple(parts), spheres_of(parts)
         self.owners = [part for part in parts for _ in range(part.size)]
         self.rotations = tuple(part for part in self.spheres if part.antipodal)
         self.circular = np.array([isinstance(part, Circle) for part in self.owners], dtype=bool)
-        self._owner = owner
+        self.nx, self._address = len(self.circular), address
         self.turns = self.circular.copy()
         for part in self.spheres:
             self.turns[part.own] = True
         pointer, number = ctypes.c_void_p, ctypes.c_int64
         kind = ctypes.CFUNCTYPE(number, *(pointer,) * 5, *(number,) * 3)
-        self._rows: Callable[..., int] = kind(rows)
-        self._addresses = {"rows": rows, "difference": difference, "retract": retract}
+        self._rows: Callable[..., int] = kind(address("rows_between"))
+        self._addresses = {name: address(name) for name in ("difference", "retract")}
         self._turn: Array = np.where(self.circular, TURN, 0.0)
 
     def limited(self, circular: NDArray[np.bool_]) -> StateSpace:
@@ -105,17 +96,7 @@ class StateSpace:
             else part
             for part in self.parts
         ]
-        return StateSpace(parts, **self._addresses, owner=self._owner)
-
-    @property
-    def nx(self) -> int:
-        """Number of entries of a state."""
-        return len(self.circular)
-
-    @property
-    def dimension(self) -> int:
-        """Of the space as a manifold: an attitude has three."""
-        return self.nx - len(self.spheres)
+        return StateSpace(parts, self._address)
 
     def difference(self, x0: ArrayLike, x1: ArrayLike) -> Array:
         """Return what leads from x0 to x1, the short way round, shape (..., nx).

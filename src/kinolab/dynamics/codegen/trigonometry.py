@@ -12,7 +12,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from kinolab.dynamics.codegen.llvm import Register, Routine
+from kinolab.dynamics.codegen.llvm import Register, Routine, in_lanes
+
+NAME = "sine_and_cosine"  # of the function that computes both
 
 # pi/2 in three parts; the first two have so few bits that 2^20 times them is exact.
 HALF_PI = (1.57079632673412561417e0, 6.07710050630396597660e-11, 2.02226624879595063154e-21)
@@ -38,15 +40,11 @@ COSINE = (
 )
 
 
-def name_of(lanes: int) -> str:
-    """Return the name of the function that computes both."""
-    return "sine_and_cosine" if lanes == 1 else "sine_and_cosine_lanes"
-
-
 def sine_and_cosine(routine: Routine, angle: Register) -> tuple[Register, Register]:
     """Emit sine and cosine of an angle in [rad], to 2 units in the last place."""
     pair = _pair(routine.number)
-    both = routine.line(f"call {pair} @{name_of(routine.lanes)}({routine.number} {angle})")
+    name = NAME + in_lanes(routine.lanes)
+    both = routine.line(f"call {pair} @{name}({routine.number} {angle})")
     sine, cosine = (routine.line(f"extractvalue {pair} {both}, {k}") for k in range(2))
     return sine, cosine
 
@@ -55,7 +53,7 @@ def emit_sine_and_cosine(lanes: int) -> str:
     """Return the function that ``sine_and_cosine`` calls; compilers inline it."""
     number = Routine("", [], lanes=lanes).number
     routine = Routine(
-        name_of(lanes), [(number, "angle")], result=_pair(number), private=True,
+        NAME + in_lanes(lanes), [(number, "angle")], result=_pair(number), private=True,
         lanes=lanes, inlined=True,
     )  # fmt: skip
     quadrant, r = _reduced(routine, "%angle")

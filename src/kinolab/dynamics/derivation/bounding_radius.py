@@ -32,19 +32,11 @@ def bounding_radius(shape: Shape) -> BoundingRadius:
     edges, rounding = shape.span()
     half = tuple(exact(edge) / sympy.Integer(2) for edge in edges if edge != 0)
     own = shape.symmetric.replace("z", shape.axis) if shape.symmetric != "xyz" else "xyz"
-    axes = "".join(axis for axis in _axes_through(shape.at) if axis in own)
+    off = {axis for axis, entry in zip("xyz", shape.at, strict=True) if not is_zero(entry)}
+    axes = "".join(axis for axis in "xyz" if axis in own and off <= {axis})  # through its centre
     core = half[0] if len(half) == 1 else _norm(half)
     return BoundingRadius(core + exact(rounding) + _norm(shape.at), axes)
 
 
 def _norm(vector: tuple[Scalar, ...]) -> sympy.Expr:
     return sympy.sqrt(sum(exact(component) ** 2 for component in vector))
-
-
-def _axes_through(at: tuple[Scalar, Scalar, Scalar]) -> str:
-    """Return the body axes that pass through a point."""
-    return "".join(
-        axis
-        for axis in "xyz"
-        if all(is_zero(c) for name, c in zip("xyz", at, strict=True) if name != axis)
-    )

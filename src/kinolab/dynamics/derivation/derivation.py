@@ -109,6 +109,11 @@ class Derivation:
     guards: tuple[Node, ...]
     chart_guards: tuple[Node, ...]
 
+    @property
+    def arguments(self) -> dict[str, tuple[Node, ...]]:
+        """What functions of a state take: x, u and p."""
+        return {"x": self.state, "u": self.binding.inputs, "p": self.binding.parameters}
+
 
 def derive(system: Mechanism, *, idle_inputs: bool = False) -> Derivation:
     """Derive a machine's equations of motion.

@@ -8,11 +8,13 @@ of 0, 1 and sin^2 + cos^2 are applied as nodes are created; nothing else is simp
 from __future__ import annotations
 
 import math
+import operator
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
-from typing import NamedTuple, Protocol, TypeAlias
+from typing import Any, NamedTuple, Protocol, TypeAlias, TypeVar
 
 Node: TypeAlias = int
+T = TypeVar("T")
 
 UNARY: dict[str, Callable[[float], float]] = {
     "sin": math.sin,
@@ -28,6 +30,10 @@ UNARY: dict[str, Callable[[float], float]] = {
 }
 
 
+ARITHMETIC: dict[str, Callable[..., Any]] = {
+    **{"add": operator.add, "sub": operator.sub, "mul": operator.mul},
+    **{"div": operator.truediv, "neg": operator.neg},
+}
 MAX_EXPANDED_POWER = 64  # exponent up to which a power is expanded into products
 
 
@@ -264,15 +270,30 @@ class ExpressionGraph:
 
     def evaluate(self, outputs: Sequence[Node], values: Mapping[str, float]) -> list[float]:
         """Evaluate outputs in Python; slow, for decisions made once per machine."""
-        memo: dict[Node, float] = {}
-        for node in self.needed(outputs):
+
+        def leaf(node: Node) -> float:
             operation = self.operations[node]
-            if operation.name == "const":
-                memo[node] = operation.value
-            elif operation.name == "variable":
-                memo[node] = values[operation.label]
-            else:
-                memo[node] = _apply(operation.name, [memo[o] for o in operation.operands])
+            return values[operation.label] if operation.name == "variable" else operation.value
+
+        return self.folded(outputs, leaf, UNARY | ARITHMETIC | {"fmax": max})
+
+    def folded(
+        self,
+        outputs: Sequence[Node],
+        leaf: Callable[[Node], T],
+        functions: Mapping[str, Callable[..., T]],
+    ) -> list[T]:
+        """Return what outputs are in anything that has the operations.
+
+        Args:
+            outputs: The nodes.
+            leaf: Returns what the node of a constant or a variable is.
+            functions: The operations by their names.
+        """
+        memo: dict[Node, T] = {}
+        for node in self.needed(outputs):
+            name, operands, *_ = self.operations[node]
+            memo[node] = functions[name](*(memo[o] for o in operands)) if operands else leaf(node)
         return [memo[output] for output in outputs]
 
     def _node(self, operation: Operation) -> Node:
@@ -373,22 +394,3 @@ class ExpressionGraph:
             case "sign":
                 return self.zero
         raise ArithmeticError(f"{name} has no derivative")
-
-
-def _apply(name: str, values: list[float]) -> float:
-    if name in UNARY:
-        return UNARY[name](values[0])
-    match name:
-        case "neg":
-            return -values[0]
-        case "add":
-            return values[0] + values[1]
-        case "sub":
-            return values[0] - values[1]
-        case "mul":
-            return values[0] * values[1]
-        case "div":
-            return values[0] / values[1]
-        case "fmax":
-            return max(values)
-    raise ArithmeticError(f"unknown operation {name}")

@@ -99,7 +99,7 @@ class Kinematics:
         """Express a point, or a direction that translations do not move, in other axes."""
         for motion in reversed(own.after(seen_from)):
             if not isinstance(motion, Translation):
-                vector = self._forward(motion, vector)
+                vector = self._back(motion, vector, 1)
             elif moved:
                 vector = self.vectors.add(self._arm(motion), vector)
         for motion in seen_from.after(own):
@@ -201,17 +201,14 @@ class Kinematics:
         push = vectors.vector(tape.derivative(values, self._pushed))
         return speed, vectors.add(bend, push)
 
-    def _forward(self, motion: Rotation | Orientation, vector: Vector) -> Vector:
-        """Rotate a vector by a motion: from the axes after it to those before."""
+    def _back(self, motion: Rotation | Orientation, vector: Vector, sign: int = -1) -> Vector:
+        """Rotate a vector by a motion's inverse, to the axes after it; by the motion for 1."""
         if isinstance(motion, Rotation):
-            return self.vectors.turn(motion.axis, self.lower(motion.angle), vector, 1)
-        return self.vectors.transform(self._matrix(motion), vector)
-
-    def _back(self, motion: Rotation | Orientation, vector: Vector) -> Vector:
-        """Rotate a vector by a motion's inverse: from the axes before it to those after."""
-        if isinstance(motion, Rotation):
-            return self.vectors.turn(motion.axis, self.lower(motion.angle), vector, -1)
-        return self.vectors.transform(self.vectors.transpose(self._matrix(motion)), vector)
+            return self.vectors.turn(motion.axis, self.lower(motion.angle), vector, sign)
+        matrix = self._matrix(motion)
+        return self.vectors.transform(
+            matrix if sign > 0 else self.vectors.transpose(matrix), vector
+        )
 
     def _matrix(self, motion: Orientation) -> Matrix3:
         entries = attitude_matrix(motion.attitude)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import cache
 from typing import TypeAlias
 
 from kinolab.dynamics.derivation.expression_graph import ExpressionGraph, Node
@@ -182,8 +183,26 @@ def _solve_by_cofactors(
     tape: ExpressionGraph, A: Matrix, columns: Matrix, guards: Guards, source: Matrix
 ) -> list[list[Node]]:
     size = len(A)
-    minors: dict[tuple[tuple[int, ...], tuple[int, ...]], Node] = {}
-    cofactors = [[_cofactor(tape, A, i, j, minors) for j in range(size)] for i in range(size)]
+
+    @cache
+    def minor(rows: tuple[int, ...], columns: tuple[int, ...]) -> Node:
+        """Return a minor by Laplace expansion along its first row."""
+        if not rows:
+            return tape.one
+        total = tape.zero
+        for k, column in enumerate(columns):
+            entry = A[rows[0]][column]
+            if entry != tape.zero:
+                rest = columns[:k] + columns[k + 1 :]
+                fraction = tape.mul(entry, minor(rows[1:], rest))
+                total = tape.sub(total, fraction) if k % 2 else tape.add(total, fraction)
+        return total
+
+    def cofactor(i: int, j: int) -> Node:
+        found = minor(*(tuple(m for m in range(size) if m != k) for k in (i, j)))
+        return tape.neg(found) if (i + j) % 2 else found
+
+    cofactors = [[cofactor(i, j) for j in range(size)] for i in range(size)]
     determinant = tape.dot(A[0], cofactors[0])
     if determinant == tape.zero:
         raise ZeroDivisionError("the constraints do not determine these velocities")
@@ -195,41 +214,6 @@ def _solve_by_cofactors(
         ]
         for column in columns
     ]
-
-
-def _cofactor(
-    tape: ExpressionGraph,
-    A: Matrix,
-    i: int,
-    j: int,
-    minors: dict[tuple[tuple[int, ...], tuple[int, ...]], Node],
-) -> Node:
-    rows = tuple(k for k in range(len(A)) if k != i)
-    columns = tuple(k for k in range(len(A)) if k != j)
-    minor = _minor(tape, A, rows, columns, minors)
-    return tape.neg(minor) if (i + j) % 2 else minor
-
-
-def _minor(
-    tape: ExpressionGraph,
-    A: Matrix,
-    rows: tuple[int, ...],
-    columns: tuple[int, ...],
-    minors: dict[tuple[tuple[int, ...], tuple[int, ...]], Node],
-) -> Node:
-    """Return a minor by Laplace expansion along its first row, memoized."""
-    if not rows:
-        return tape.one
-    if (rows, columns) not in minors:
-        total = tape.zero
-        for k, column in enumerate(columns):
-            entry = A[rows[0]][column]
-            if entry != tape.zero:
-                rest = columns[:k] + columns[k + 1 :]
-                fraction = tape.mul(entry, _minor(tape, A, rows[1:], rest, minors))
-                total = tape.sub(total, fraction) if k % 2 else tape.add(total, fraction)
-        minors[rows, columns] = total
-    return minors[rows, columns]
 
 
 def _guard_determinant(

@@ -64,10 +64,6 @@ class Vectors:
         )
         return x, y, z
 
-    def norm(self, vector: Vector) -> Node:
-        """Return the length of a vector."""
-        return self.tape.unary("sqrt", self.dot(vector, vector))
-
     def transform(self, matrix: Matrix3, vector: Vector) -> Vector:
         """Return the product of a matrix and a vector."""
         return self.vector([self.dot(row, vector) for row in matrix])

@@ -11,7 +11,6 @@ from kinolab.dynamics.codegen.exports import Function
 from kinolab.dynamics.derivation.expression_graph import Node
 from kinolab.dynamics.derivation.symbol_table import SymbolTable
 from kinolab.dynamics.language.expressions import exact
-from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.language.shapes import Shape, ShapeKind
 from kinolab.dynamics.language.shapes.hulls import hull_surface
 
@@ -31,9 +30,9 @@ class BodySizes:
     function: Function
 
 
-def body_sizes(system: Mechanism, binding: SymbolTable) -> BodySizes:
+def body_sizes(binding: SymbolTable) -> BodySizes:
     """Return the shapes of all bodies with their dimensions as nodes."""
-    outputs = list[Node]()
+    outputs, system = list[Node](), binding.system
     facts = [
         [
             _fact(shape, binding, outputs) | _hull(sized)

@@ -27,7 +27,6 @@ from kinolab.dynamics.derivation.velocity_coordinates import (
     feasible_values,
     unconstrained_coordinates,
 )
-from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.numerics.arrays import Array
 
 RESIDUAL_TOLERANCE = 1e-8  # relative residual of a covector
@@ -51,15 +50,16 @@ class ConstraintForces:
     functions: tuple[Function, ...]
 
 
-def constraint_forces(system: Mechanism, derivation: Derivation) -> ConstraintForces:
+def constraint_forces(derivation: Derivation) -> ConstraintForces:
     """Find the bodies that constraints act on; none for a kinematic machine."""
     binding = derivation.binding
-    rows = _rows(system, derivation)
+    rows = _rows(derivation)
     if not rows:
         return ConstraintForces([], ())
-    states = _states(system, binding)
+    kinematics = Kinematics(binding, unconstrained_coordinates(binding))
+    states = [kinematics(body.frame) for body in binding.system.bodies]
     twists = [_twist(binding, state) for state in states]
-    held = _held(system, binding, rows, states, twists)
+    held = _held(binding, rows, states, twists)
     bodies = sorted({body for body, _ in held if body is not None})
     facts = [
         {
@@ -79,19 +79,14 @@ def constraint_forces(system: Mechanism, derivation: Derivation) -> ConstraintFo
     )
 
 
-def _rows(system: Mechanism, derivation: Derivation) -> list[ConstraintRow]:
+def _rows(derivation: Derivation) -> list[ConstraintRow]:
     """Return the rows of the constraints whose forces a model lists first, in that order."""
     if not derivation.constraint_forces:
         return []
     rows = constraint_rows(derivation.binding)
-    if system.velocities == "all":
+    if derivation.binding.system.velocities == "all":
         return rows
     return [row for row in rows if row.name not in derivation.redundant]
-
-
-def _states(system: Mechanism, binding: SymbolTable) -> list[FrameState]:
-    kinematics = Kinematics(binding, unconstrained_coordinates(binding))
-    return [kinematics(body.frame) for body in system.bodies]
 
 
 def _twist(binding: SymbolTable, state: FrameState) -> list[Node]:
@@ -108,14 +103,13 @@ def _twist(binding: SymbolTable, state: FrameState) -> list[Node]:
 
 
 def _held(
-    system: Mechanism,
     binding: SymbolTable,
     rows: Sequence[ConstraintRow],
     states: Sequence[FrameState],
     twists: Sequence[Sequence[Node]],
 ) -> list[tuple[int | None, bool]]:
     """Return, per row, the body it acts on and whether the force may act at ground level."""
-    size = len(binding.tangent)
+    size, bodies = len(binding.tangent), binding.system.bodies
     nodes = [
         *(entry for row in rows for entry in row.covector),
         *(entry for twist in twists for entry in twist),
@@ -126,13 +120,13 @@ def _held(
         flat = np.array(binding.tape.evaluate(nodes, values))
         w, J, p = np.split(flat, np.cumsum([len(rows) * size, len(twists) * TWIST * size]))
         samples.append((w.reshape(-1, size), J.reshape(-1, TWIST, size), p.reshape(-1, 3)))
-    order = sorted(range(len(states)), key=lambda b: not system.bodies[b].touches_ground)
+    order = sorted(range(len(states)), key=lambda b: not bodies[b].touches_ground)
     found: list[tuple[int | None, bool]] = []
     for r in range(len(rows)):
         body = next((b for b in order if all(_decides(J[b], w[r]) for w, J, _ in samples)), None)
         lowered = (
             body is not None
-            and system.bodies[body].touches_ground
+            and bodies[body].touches_ground
             and all(_may_lie_on_ground(J[body], w[r], p[body]) for w, J, p in samples)
         )
         found.append((body, lowered))

@@ -13,7 +13,6 @@ from kinolab.dynamics.javascript.constraint_forces import constraint_forces
 from kinolab.dynamics.javascript.facts import as_json, facts_of
 from kinolab.dynamics.javascript.functions import emit_function
 from kinolab.dynamics.language.feedback import Feedback
-from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.mode_derivations import ModeDerivation, derive_modes
 from kinolab.dynamics.model import Model
 
@@ -32,16 +31,13 @@ def emitted_module(model: Model, runtime: str, *, implicit: bool) -> str:
         result = f"return switching([{machines}]);"
     else:
         d = derive(system)
-        functions = _of_machine(d, model, implicit)
-        result = _assembled(model, system, d, [*functions])
+        result = _assembled(model, d, [*_of_machine(d, model, implicit)])
     return "\n".join(["(() => {", '"use strict";', runtime, result, "})()"])
 
 
-def _assembled(
-    model: Model, machine: Mechanism, d: Derivation, functions: Sequence[Function], **facts: Any
-) -> str:
+def _assembled(model: Model, d: Derivation, functions: Sequence[Function], **facts: Any) -> str:
     """Return statements that return a machine: its functions and what is known of it."""
-    holding, shapes = constraint_forces(machine, d), body_sizes(machine, d.binding)
+    holding, shapes = constraint_forces(d), body_sizes(d.binding)
     functions = [*functions, *holding.functions, shapes.function]
     sizes = {function.name: len(function.outputs) for function in functions}
     facts |= facts_of(model, d) | {
@@ -60,35 +56,21 @@ def _assembled(
 
 def _mode(model: Model, mode: ModeDerivation, *, implicit: bool) -> str:
     """Return the machine of one mode as an expression, with what ends the mode."""
-    functions = [*_of_machine(mode.derivation, model, implicit), *_switches(mode)]
-    places = _places(model.system, mode.machine)
-    text = _assembled(
-        model, mode.machine, mode.derivation, functions, targets=mode.targets, places=places
-    )
+    d = mode.derivation
+    switches = (Function(name, d.arguments, nodes) for name, nodes in mode.switches.items())
+    functions = [*_of_machine(d, model, implicit), *switches]
+    names = [c.name for c in model.system.all_constraints]
+    places = [names.index(c.name) for c in d.binding.system.constraints]
+    text = _assembled(model, d, functions, targets=mode.targets, places=places)
     return f"(() => {{\n{text}\n}})()"
-
-
-def _places(system: Mechanism, machine: Mechanism) -> list[int]:
-    """Return where among the constraints of all modes those of one are."""
-    names = [c.name for c in system.all_constraints]
-    return [names.index(c.name) for c in machine.constraints]
-
-
-def _switches(mode: ModeDerivation) -> Iterator[Function]:
-    """Yield the guards of a mode's transitions, their resets, and what landing in it does."""
-    binding = mode.derivation.binding
-    arguments = {"x": mode.derivation.state, "u": binding.inputs, "p": binding.parameters}
-    yield Function("guards", arguments, [node for guard in mode.guards for node in guard])
-    for k, reset in enumerate(mode.resets):
-        yield Function(f"reset{k}", arguments, reset)
-    yield Function("landed", arguments, mode.landed)
 
 
 def _of_machine(derivation: Derivation, model: Model, implicit: bool) -> Iterator[Function]:
     """Yield the machine's functions with nonempty results, and its feedback law."""
     yield from (f for f in outputs_of(derivation) if f.name in EMITTED and f.outputs)
     if implicit:
-        yield tangent_of(derivation)
+        f = Function("tangent", derivation.arguments, derivation.derivative)
+        yield tangent_of(derivation.binding.tape, f)
     law = model.system.feedback
     if isinstance(law, Feedback):
-        yield law_of(derivation, model.system, law)
+        yield law_of(derivation, law)

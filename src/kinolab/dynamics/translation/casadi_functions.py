@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 from kinolab.dynamics.codegen.exports import Function
-from kinolab.dynamics.derivation.expression_graph import ExpressionGraph, Node
+from kinolab.dynamics.derivation.expression_graph import (
+    ARITHMETIC,
+    UNARY,
+    ExpressionGraph,
+    Node,
+)
 from kinolab.dynamics.model import Model
-from kinolab.dynamics.translation.translated import ARITHMETIC, translated
+from kinolab.dynamics.translation.translated import translated
 from kinolab.lazy import library_of
 
 
@@ -81,23 +85,16 @@ def _made(casadi: Any, graph: ExpressionGraph, function: Function) -> tuple[list
     arguments = {
         name: casadi.SX.sym(name, len(nodes)) for name, nodes in function.arguments.items()
     }
-    values: dict[Node, Any] = {
+    entries: dict[Node, Any] = {
         node: arguments[name][k]
         for name, nodes in function.arguments.items()
         for k, node in enumerate(nodes)
     }
-    for node in graph.needed(function.outputs):
-        if node not in values:
-            values[node] = _value(casadi, graph, node, values)
-    results = casadi.vertcat(*(values[node] for node in function.outputs))
-    return list(arguments.values()), [results]
 
+    def leaf(node: Node) -> Any:
+        return entries[node] if node in entries else casadi.SX(graph.operations[node].value)
 
-def _value(casadi: Any, graph: ExpressionGraph, node: Node, values: Mapping[Node, Any]) -> Any:
-    operation = graph.operations[node]
-    given = [values[operand] for operand in operation.operands]
-    if operation.name == "const":
-        return casadi.SX(operation.value)
     # fmax, sin, …: CasADi has the names of C
-    function = ARITHMETIC.get(operation.name) or getattr(casadi, operation.name)
-    return function(*given)
+    functions = {name: getattr(casadi, name) for name in (*UNARY, "fmax")} | ARITHMETIC
+    results = casadi.vertcat(*graph.folded(function.outputs, leaf, functions))
+    return list(arguments.values()), [results]

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections import Counter
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import sympy
 
+from kinolab.dynamics.analysis.fields.to_sympy import FUNCTIONS
 from kinolab.dynamics.analysis.trim import symbols_of_state
 from kinolab.dynamics.derivation.expression_graph import ExpressionGraph, Node
 from kinolab.dynamics.model import Model
-from kinolab.dynamics.translation.translated import ARITHMETIC, translated
-
-OTHER_NAMES = {"fabs": "Abs", "fmax": "Max"}  # of SymPy; sin, sqrt, sign, …: as in C
+from kinolab.dynamics.translation.translated import translated
 
 
 @dataclass(frozen=True, repr=False)
@@ -71,7 +71,8 @@ def sympy_model(model: Model) -> SympyModel:
         for node, symbol in zip(nodes, symbols[name], strict=True)
     }
     needed = graph.needed(function.outputs)
-    used = _uses(graph, needed, function.outputs)
+    used = Counter(function.outputs)
+    used.update(operand for node in needed for operand in graph.operations[node].operands)
     replacements: list[tuple[sympy.Symbol, sympy.Expr]] = []
     for node in needed:
         if node in text:
@@ -87,21 +88,10 @@ def sympy_model(model: Model) -> SympyModel:
     return SympyModel(x, u, p, tuple(replacements), f, values)
 
 
-def _uses(
-    graph: ExpressionGraph, needed: Sequence[Node], outputs: Sequence[Node]
-) -> dict[Node, int]:
-    """Return how often each node is asked for."""
-    count = dict.fromkeys((*needed, *outputs), 0)
-    for node in (*(k for n in needed for k in graph.operations[n].operands), *outputs):
-        count[node] = count.get(node, 0) + 1
-    return count
-
-
 def _expression(graph: ExpressionGraph, node: Node, known: Mapping[Node, sympy.Expr]) -> sympy.Expr:
     operation = graph.operations[node]
     given = [known[operand] for operand in operation.operands]
     if operation.name == "const":
         whole = operation.value.is_integer()
         return sympy.Integer(int(operation.value)) if whole else sympy.Float(operation.value)
-    name = OTHER_NAMES.get(operation.name, operation.name)
-    return (ARITHMETIC.get(name) or getattr(sympy, name))(*given)
+    return FUNCTIONS[operation.name](*given)

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import operator
-from collections.abc import Callable, Mapping
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from kinolab.dynamics.codegen.exports import Function, outputs_of
 from kinolab.dynamics.derivation.derivation import derive
@@ -12,13 +10,6 @@ from kinolab.dynamics.derivation.expression_graph import ExpressionGraph
 from kinolab.dynamics.model import Model
 from kinolab.errors import InputError, Mistake
 
-ARITHMETIC: Mapping[str, Callable[..., Any]] = {
-    "add": operator.add,
-    "sub": operator.sub,
-    "mul": operator.mul,
-    "div": operator.truediv,
-    "neg": operator.neg,
-}
 TRANSLATED = ("f", "frames", "energy", "project")
 
 

@@ -89,8 +89,7 @@ class BracketFiltration:
             exact: Whether to use rational arithmetic.
         """
         values = dict(fields.values) | dict(point)
-        convert = rational if exact else _rounded
-        values = {name: convert(name, value) for name, value in values.items()}
+        values = {n: rational(n, value) if exact else float(value) for n, value in values.items()}
         return cls.of(fields, values, degree, Rationals() if exact else Floats(), held=held)
 
     @classmethod
@@ -151,10 +150,6 @@ def work_for(fields: VectorFields, degree: int) -> int:
         count *= generators
         total += 4 * count * n * n * work_of(n, degree - k)
     return total
-
-
-def _rounded(_: str, value: Any) -> float:
-    return float(value)
 
 
 def _base(name: str, jet: Jet) -> Bracket:

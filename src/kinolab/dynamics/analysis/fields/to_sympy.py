@@ -6,26 +6,14 @@ from collections.abc import Mapping, Sequence
 
 import sympy
 
-from kinolab.dynamics.derivation.expression_graph import ExpressionGraph, Node
+from kinolab.dynamics.derivation import lowering
+from kinolab.dynamics.derivation.expression_graph import ARITHMETIC, ExpressionGraph, Node
 from kinolab.dynamics.language.expressions import as_written
 
 FUNCTIONS = {
-    "sin": sympy.sin,
-    "cos": sympy.cos,
-    "tan": sympy.tan,
-    "exp": sympy.exp,
-    "log": sympy.log,
-    "sqrt": sympy.sqrt,
-    "tanh": sympy.tanh,
-    "atan": sympy.atan,
-    "fabs": sympy.Abs,
-    "sign": sympy.sign,
-    "fmax": sympy.Max,
-    "neg": lambda a: -a,
-    "add": lambda a, b: a + b,
-    "sub": lambda a, b: a - b,
-    "mul": lambda a, b: a * b,
-    "div": lambda a, b: a / b,
+    **{name: function for function, name in lowering.FUNCTIONS.items()},
+    **ARITHMETIC,
+    **{"sqrt": sympy.sqrt, "fmax": sympy.Max},
 }
 
 
@@ -39,13 +27,10 @@ def to_sympy(
         outputs: Nodes to convert.
         symbols: Symbols of the variables, by label.
     """
-    memo: dict[Node, sympy.Expr] = {}
-    for node in tape.needed(outputs):
+
+    def leaf(node: Node) -> sympy.Expr:
         operation = tape.operations[node]
-        if operation.name == "const":
-            memo[node] = as_written(operation.value)
-        elif operation.name == "variable":
-            memo[node] = symbols[operation.label]
-        else:
-            memo[node] = FUNCTIONS[operation.name](*(memo[o] for o in operation.operands))
-    return [memo[output] for output in outputs]
+        constant = operation.name == "const"
+        return as_written(operation.value) if constant else symbols[operation.label]
+
+    return tape.folded(outputs, leaf, FUNCTIONS)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import operator
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -56,18 +58,21 @@ class _Evaluation:
         self.places = {node: k for k, node in enumerate(variables)}
 
     def __call__(self, outputs: Sequence[Node]) -> Jet:
-        memo: dict[Node, Any] = {}
-        for node in self.tape.needed(outputs):
-            operation = self.tape.operations[node]
-            if operation.name == "const":
-                memo[node] = self.numbers.constant(operation.value)
-            elif operation.name == "variable":
-                memo[node] = self._variable(node, self.values[operation.label])
-            else:
-                memo[node] = self._apply(operation.name, [memo[o] for o in operation.operands])
-        return np.array([self._whole(memo[output]) for output in outputs])
+        functions: dict[str, Callable[..., Any]] = {
+            **{name: partial(self._function, name) for name in UNARY},
+            **{"neg": operator.neg, "add": self._sum, "mul": self._product},
+            "sub": lambda a, b: self._sum(a, -b),
+            "div": lambda a, b: self._product(a, self._reciprocal(b)),
+            "fmax": self._larger,
+        }
+        found = self.tape.folded(outputs, self._leaf, functions)
+        return np.array([self._whole(value) for value in found])
 
-    def _variable(self, node: Node, value: Any) -> Any:
+    def _leaf(self, node: Node) -> Any:
+        operation = self.tape.operations[node]
+        if operation.name == "const":
+            return self.numbers.constant(operation.value)
+        value = self.values[operation.label]
         if node not in self.places:
             return value
         jet = self._whole(value)
@@ -83,21 +88,9 @@ class _Evaluation:
         jet[0] = value
         return jet
 
-    def _apply(self, name: str, values: list[Any]) -> Any:
-        match name:
-            case "neg":
-                return -values[0]
-            case "add" | "sub":
-                return self._sum(values[0], values[1] if name == "add" else -values[1])
-            case "mul":
-                return self._product(*values)
-            case "div":
-                return self._product(values[0], self._reciprocal(values[1]))
-            case "fmax":
-                first = [v[0] if isinstance(v, np.ndarray) else v for v in values]
-                return values[0] if first[0] >= first[1] else values[1]
-        assert name in UNARY, name
-        return self._function(name, values[0])
+    def _larger(self, a: Any, b: Any) -> Any:
+        one, other = (value[0] if isinstance(value, np.ndarray) else value for value in (a, b))
+        return a if one >= other else b
 
     def _sum(self, a: Any, b: Any) -> Any:
         if isinstance(a, np.ndarray) != isinstance(b, np.ndarray):

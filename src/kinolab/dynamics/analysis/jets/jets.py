@@ -8,7 +8,6 @@ Source: Griewank, Walther, Evaluating Derivatives, 2nd ed., 2008, chapter 13.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import combinations_with_replacement
@@ -76,7 +75,12 @@ def work_of(variables: int, order: int) -> int:
 @lru_cache(maxsize=32)
 def jet_space(variables: int, order: int) -> JetSpace:
     """Return the space of jets of an order in some variables, cached."""
-    monomials = [m for d in range(order + 1) for m in _monomials(variables, d)]
+    # each as its variables in order: x0 x0 x2 is (0, 0, 2)
+    monomials = [
+        monomial
+        for degree in range(order + 1)
+        for monomial in combinations_with_replacement(range(variables), degree)
+    ]
     place = {monomial: k for k, monomial in enumerate(monomials)}
     pairs = sorted(
         (place[_times(a, b)], i, j)
@@ -96,11 +100,6 @@ def jet_space(variables: int, order: int) -> JetSpace:
         raised=np.array(raised, dtype=np.int64).reshape(variables, len(low)),
         powers=np.array(powers, dtype=np.int64).reshape(variables, len(low)),
     )
-
-
-def _monomials(variables: int, degree: int) -> Sequence[tuple[int, ...]]:
-    """Return the monomials of a degree, each as its variables in order: x0 x0 x2 is (0, 0, 2)."""
-    return list(combinations_with_replacement(range(variables), degree))
 
 
 def _times(a: tuple[int, ...], b: tuple[int, ...]) -> tuple[int, ...]:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
-from fractions import Fraction
 from typing import Any, TypeAlias
 
 import numpy as np
+import sympy
 from numpy.typing import NDArray
+from sympy.polys.matrices import DomainMatrix
 
 Vectors: TypeAlias = NDArray[Any]  # one per row, of floats or Fractions; shape (count, n)
 
@@ -47,11 +47,12 @@ def rank_of(
     Source: Golub, Van Loan, Matrix Computations, 4th ed., section 5.5.
     """
     if vectors.dtype == object:
-        return Rank(len(pivots_of(vectors)))
+        rows = [[sympy.QQ(x.numerator, x.denominator) for x in row] for row in vectors]
+        return Rank(DomainMatrix(rows, vectors.shape, sympy.QQ).rank())
     if not vectors.size or not np.abs(vectors).max():
         return Rank(0)
-    rows, columns = scales_of(np.abs(vectors) if sizes is None else sizes)
-    values = np.linalg.svd(vectors / rows / columns, compute_uv=False)
+    heights, widths = scales_of(np.abs(vectors) if sizes is None else sizes)
+    values = np.linalg.svd(vectors / heights / widths, compute_uv=False)
     shares = values / values[0]
     count = int((shares > tolerance).sum())
     ignored = float(shares[count]) if count < len(shares) else 0.0
@@ -76,26 +77,6 @@ def scales_of(sizes: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[
 
 def _positive(values: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.where(values > 0, values, 1.0)
-
-
-def pivots_of(vectors: Vectors) -> list[int]:
-    """Return the indices of vectors independent of those before them, by exact elimination."""
-    reduced: list[tuple[int, list[Fraction]]] = []
-    found = []
-    for k, vector in enumerate(vectors):
-        rest = list(vector)
-        for lead, row in reduced:
-            if rest[lead] != 0:
-                rest = _minus(rest, row, rest[lead])
-        lead = next((i for i, entry in enumerate(rest) if entry != 0), -1)
-        if lead >= 0:
-            reduced.append((lead, [entry / rest[lead] for entry in rest]))
-            found.append(k)
-    return found
-
-
-def _minus(vector: Sequence[Fraction], row: Sequence[Fraction], factor: Fraction) -> list[Fraction]:
-    return [a - factor * b for a, b in zip(vector, row, strict=True)]
 
 
 def reduced_rows(

@@ -6,6 +6,7 @@ Source: Griewank, Walther, Evaluating Derivatives, 2nd ed., 2008, section 13.2.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Any, TypeAlias
 
 Number: TypeAlias = Any  # a float, a fractions.Fraction
@@ -52,17 +53,13 @@ def _sqrt(at: Number, order: int, function: Function) -> list[Number]:
     return found
 
 
-def _from_square(name: str, sign: int) -> Callable[[Number, int, Function], list[Number]]:
-    """Return the recurrence of y' = 1 + sign y^2: tan (1) and tanh (-1)."""
-
-    def rule(at: Number, order: int, function: Function) -> list[Number]:
-        y = [function(name, at)]
-        for k in range(order):
-            square = sum(y[i] * y[k - i] for i in range(k + 1))
-            y.append(((1 if k == 0 else 0) + sign * square) / (k + 1))
-        return y
-
-    return rule
+def _from_square(name: str, sign: int, at: Number, order: int, function: Function) -> list[Number]:
+    """Return what the recurrence of y' = 1 + sign y^2 gives: tan (1) and tanh (-1)."""
+    y = [function(name, at)]
+    for k in range(order):
+        square = sum(y[i] * y[k - i] for i in range(k + 1))
+        y.append(((1 if k == 0 else 0) + sign * square) / (k + 1))
+    return y
 
 
 def _atan(at: Number, order: int, function: Function) -> list[Number]:
@@ -77,23 +74,10 @@ def _atan(at: Number, order: int, function: Function) -> list[Number]:
     return [function("atan", at), *(c / (k + 1) for k, c in enumerate(slope))]
 
 
-def _fabs(at: Number, order: int, function: Function) -> list[Number]:
-    return [abs(at), function("sign", at), *[0 * at] * order][: order + 1]
-
-
-def _sign(at: Number, order: int, function: Function) -> list[Number]:
-    return [function("sign", at), *[0 * at] * order]
-
-
 RULES: Mapping[str, Callable[[Number, int, Function], list[Number]]] = {
-    "sin": lambda at, order, function: _waves("sin", at, order, function),
-    "cos": lambda at, order, function: _waves("cos", at, order, function),
-    "tan": _from_square("tan", 1),
-    "tanh": _from_square("tanh", -1),
-    "exp": _exp,
-    "log": _log,
-    "sqrt": _sqrt,
-    "atan": _atan,
-    "fabs": _fabs,
-    "sign": _sign,
+    **{name: partial(_waves, name) for name in ("sin", "cos")},
+    **{"tan": partial(_from_square, "tan", 1), "tanh": partial(_from_square, "tanh", -1)},
+    **{"exp": _exp, "log": _log, "sqrt": _sqrt, "atan": _atan},
+    "fabs": lambda at, order, sign: [abs(at), sign("sign", at), *[0 * at] * order][: order + 1],
+    "sign": lambda at, order, sign: [sign("sign", at), *[0 * at] * order],
 }
