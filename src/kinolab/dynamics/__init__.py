@@ -13,23 +13,27 @@ from kinolab.lazy import lazy_package
 if TYPE_CHECKING:
     from kinolab.dynamics.analysis.decoupling_fields import DecouplingFields as DecouplingFields
     from kinolab.dynamics.analysis.decoupling_fields import decoupling_fields as decoupling_fields
-    from kinolab.dynamics.analysis.fields import Filtration as Filtration
-    from kinolab.dynamics.analysis.fields import InvolutiveClosure as InvolutiveClosure
-    from kinolab.dynamics.analysis.fields import LinearControllability as LinearControllability
-    from kinolab.dynamics.analysis.fields import SmallTime as SmallTime
-    from kinolab.dynamics.analysis.fields import SmallTimeVerdict as SmallTimeVerdict
-    from kinolab.dynamics.analysis.fields import VectorField as VectorField
-    from kinolab.dynamics.analysis.fields import VectorFields as VectorFields
-    from kinolab.dynamics.analysis.fields import allowed_motions as allowed_motions
-    from kinolab.dynamics.analysis.fields import filtration as filtration
-    from kinolab.dynamics.analysis.fields import growth_vector as growth_vector
-    from kinolab.dynamics.analysis.fields import involutive_closure as involutive_closure
-    from kinolab.dynamics.analysis.fields import lie_bracket as lie_bracket
-    from kinolab.dynamics.analysis.fields import linear_controllability as linear_controllability
-    from kinolab.dynamics.analysis.fields import (
+    from kinolab.dynamics.analysis.fields.brackets import VectorField as VectorField
+    from kinolab.dynamics.analysis.fields.brackets import lie_bracket as lie_bracket
+    from kinolab.dynamics.analysis.fields.growth_vectors import Filtration as Filtration
+    from kinolab.dynamics.analysis.fields.growth_vectors import filtration as filtration
+    from kinolab.dynamics.analysis.fields.growth_vectors import growth_vector as growth_vector
+    from kinolab.dynamics.analysis.fields.involutive import InvolutiveClosure as InvolutiveClosure
+    from kinolab.dynamics.analysis.fields.involutive import involutive_closure as involutive_closure
+    from kinolab.dynamics.analysis.fields.linear_controllability import (
+        LinearControllability as LinearControllability,
+    )
+    from kinolab.dynamics.analysis.fields.linear_controllability import (
+        linear_controllability as linear_controllability,
+    )
+    from kinolab.dynamics.analysis.fields.small_time import SmallTime as SmallTime
+    from kinolab.dynamics.analysis.fields.small_time import SmallTimeVerdict as SmallTimeVerdict
+    from kinolab.dynamics.analysis.fields.small_time import (
         small_time_controllability as small_time_controllability,
     )
-    from kinolab.dynamics.analysis.fields import vector_fields as vector_fields
+    from kinolab.dynamics.analysis.fields.system_fields import allowed_motions as allowed_motions
+    from kinolab.dynamics.analysis.fields.system_fields import vector_fields as vector_fields
+    from kinolab.dynamics.analysis.fields.vector_fields import VectorFields as VectorFields
     from kinolab.dynamics.analysis.least_dissipation import LeastDissipation as LeastDissipation
     from kinolab.dynamics.analysis.least_dissipation import least_dissipation as least_dissipation
     from kinolab.dynamics.analysis.trim import StateFunctions as StateFunctions

@@ -6,12 +6,9 @@ from collections.abc import Iterator
 
 from kinolab.analyze.describe.at_rest import AtRest
 from kinolab.analyze.describe.description import Description
-from kinolab.dynamics.analysis.fields import (
-    LinearControllability,
-    SmallTime,
-    SmallTimeVerdict,
-    word_text,
-)
+from kinolab.dynamics.analysis.fields.growth_vectors import word_text
+from kinolab.dynamics.analysis.fields.linear_controllability import LinearControllability
+from kinolab.dynamics.analysis.fields.small_time import SmallTime, SmallTimeVerdict
 from kinolab.dynamics.lagrange.printing import one_line
 from kinolab.dynamics.language.inputs import Input, bounds_of
 

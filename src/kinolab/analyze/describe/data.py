@@ -9,7 +9,8 @@ from kinolab.analyze.describe.at_rest import AtRest
 from kinolab.analyze.describe.controllability import sentences
 from kinolab.analyze.describe.decoupling import Decoupling
 from kinolab.analyze.describe.description import Description
-from kinolab.dynamics.analysis.fields import LinearControllability, SmallTimeVerdict
+from kinolab.dynamics.analysis.fields.linear_controllability import LinearControllability
+from kinolab.dynamics.analysis.fields.small_time import SmallTimeVerdict
 from kinolab.dynamics.language.inputs import Input, bounds_of
 
 

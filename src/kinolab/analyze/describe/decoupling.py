@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from kinolab.dynamics import System
 from kinolab.dynamics.analysis.decoupling_fields import decoupling_fields
-from kinolab.dynamics.analysis.fields import filtration
+from kinolab.dynamics.analysis.fields.growth_vectors import filtration
 from kinolab.errors import InputError
 
 MAX_NAMED = 4  # fields that a sentence names; more are counted

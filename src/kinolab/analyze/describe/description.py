@@ -13,13 +13,9 @@ from kinolab.analyze.describe.sizes import BodySize, body_sizes
 from kinolab.analyze.describe.states import StateStorage, state_storage
 from kinolab.analyze.describe.topology import dimension_of, space_of
 from kinolab.dynamics import Model, System, VectorFields
-from kinolab.dynamics.analysis.fields import (
-    Filtration,
-    InvolutiveClosure,
-    filtration,
-    involutive_closure,
-    vector_fields,
-)
+from kinolab.dynamics.analysis.fields.growth_vectors import Filtration, filtration
+from kinolab.dynamics.analysis.fields.involutive import InvolutiveClosure, involutive_closure
+from kinolab.dynamics.analysis.fields.system_fields import vector_fields
 from kinolab.dynamics.derivation.derivation import is_kinematic
 from kinolab.dynamics.derivation.singularity import singularity_of
 from kinolab.dynamics.derivation.symbol_table import SymbolTable

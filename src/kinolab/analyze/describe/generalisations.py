@@ -44,12 +44,15 @@ def generalisations_of(
         potential: Whether its potential energy differs between configurations.
         switching: Names of the transitions between the modes of which this is one.
     """
+    inputs, parts = len(system.inputs), len(mechanisms(system))
+    more = f"{freedom}, and the upright rolling disk has {SIMPLEST}"
+    apart = f"{parts} that no body, constraint or force joins" if parts > 1 else "one mechanism"
     return (
         _internal(system, freedom - pushes, freedom, potential),
-        _inputs(system),
-        _freedom(freedom),
+        Generalisation("more than two inputs", inputs > SIMPLEST, _counted(inputs, "input")),
+        Generalisation("more degrees of freedom", freedom > SIMPLEST, more),
         _feedback(system),
-        _several(system),
+        Generalisation("several mechanisms", parts > 1, apart),
         _transitions(system, switching),
     )
 
@@ -68,28 +71,12 @@ def _internal(system: System, left: int, freedom: int, potential: bool) -> Gener
     return Generalisation("internal dynamics or potential energy", bool(shown), why)
 
 
-def _inputs(system: System) -> Generalisation:
-    count = len(system.inputs)
-    return Generalisation("more than two inputs", count > SIMPLEST, _counted(count, "input"))
-
-
-def _freedom(freedom: int) -> Generalisation:
-    why = f"{freedom}, and the upright rolling disk has {SIMPLEST}"
-    return Generalisation("more degrees of freedom", freedom > SIMPLEST, why)
-
-
 def _feedback(system: System) -> Generalisation:
     why = "its inputs are set directly"
     if system.feedback is not None:
         followed = ", ".join(entry.name for entry in system.feedback.references)
         why = f"a controller sets its inputs; it follows {followed}"
     return Generalisation("feedback", system.feedback is not None, why)
-
-
-def _several(system: System) -> Generalisation:
-    count = len(mechanisms(system))
-    why = f"{count} that no body, constraint or force joins" if count > 1 else "one mechanism"
-    return Generalisation("several mechanisms", count > 1, why)
 
 
 def _transitions(system: System, switching: Sequence[str]) -> Generalisation:

@@ -22,7 +22,6 @@ from kinolab.analyze.diagnose.state_clearance import clearance_sentences, larges
 from kinolab.analyze.diagnose.verification_summary import verification_sentences
 from kinolab.arguments import require_fit
 from kinolab.errors import InputError, Mistake
-from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 from kinolab.problem.goal_entries import GoalEntry, goal_entries
 from kinolab.problem.goal_states import GoalStates, goal_states
@@ -158,7 +157,9 @@ def diagnose(
     if max_iterations is not None and max_iterations < 1:
         what = f"{max_iterations} is no number of iterations."
         raise InputError([Mistake("diagnose max_iterations", what, "Give 1 or more.")])
-    _require_settings(settings)
+    if wrong := [name for name in SOLVE_ARGUMENTS if name in settings]:
+        what = "it is an argument of solve."
+        raise InputError([Mistake(f"diagnose {n}", what, SOLVE_ARGUMENTS[n]) for n in wrong])
     begun, worked = time.monotonic(), time.thread_time()
     say = progress or (lambda _: None)
     say("looking at start and goal")
@@ -174,24 +175,11 @@ def diagnose(
     return replace(found, sentences=sentences, seconds=time.monotonic() - begun)
 
 
-def _require_settings(settings: Mapping[str, Any]) -> None:
-    """Require that nothing is given but settings of a planner.
-
-    Raises:
-        InputError: If an argument of ``solve`` is among them.
-    """
-    wrong = [
-        Mistake(f"diagnose {name}", "it is an argument of solve.", SOLVE_ARGUMENTS[name])
-        for name in SOLVE_ARGUMENTS
-        if name in settings
-    ]
-    if wrong:
-        raise InputError(wrong)
-
-
 def _described(problem: PlanningTask, plan: PlanResult, goals: GoalStates) -> Diagnosis:
     """Return the findings that need no search."""
-    checker = problem.checker()
+    checker, stored = problem.checker(), [np.empty((0, problem.model.nx))]
+    stored += [] if plan.graph is None else [plan.graph.x]
+    stored += [] if plan.trajectory is None else [plan.trajectory.x]
     end = problem.start if plan.trajectory is None else plan.trajectory.x[-1]
     return Diagnosis(
         sentences=(),
@@ -201,19 +189,12 @@ def _described(problem: PlanningTask, plan: PlanResult, goals: GoalStates) -> Di
         goal_clearance=largest_clearance(problem, goals.inside, checker),
         start_held=start_holding(problem),
         goal_held=best_static_holding(problem, goals.inside),
-        stiffness=stiffness(problem, _visited(problem, plan)),
+        stiffness=stiffness(problem, np.concatenate(stored)),
         unreached=unreached_directions(problem),
         retries=(),
         passage=None,
         seconds=0.0,
     )
-
-
-def _visited(problem: PlanningTask, plan: PlanResult) -> Array:
-    """Return the stored states of a search, shape (n, nx)."""
-    kept = [plan.graph.x] if plan.graph is not None else []
-    kept += [plan.trajectory.x] if plan.trajectory is not None else []
-    return np.concatenate([np.empty((0, problem.model.nx)), *kept])
 
 
 def _passage(problem: PlanningTask, goals: GoalStates, say: Say) -> Passage | None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -26,7 +26,8 @@ def motion_per_coordinate(problem: PlanningTask, states: Sequence[Array]) -> Arr
         problem: The machine and its goal.
         states: Where it is evaluated, in addition to random configurations.
     """
-    samples = [*states, *_drawn(problem)]
+    generator = np.random.default_rng(0)
+    samples = [*states, *(problem.sample(generator) for _ in range(RANDOM_STATES))]
     far = np.zeros(problem.model.nx)
     for i in range(problem.model.nq):
         far[i] = max(_moved(problem, x, i) for x in samples)
@@ -36,12 +37,6 @@ def motion_per_coordinate(problem: PlanningTask, states: Sequence[Array]) -> Arr
     wanted = [i for i in problem.goal.entries if i < problem.model.nq]
     far[wanted] = np.maximum(far[wanted], MIN_GOAL_MOTION)
     return far
-
-
-def _drawn(problem: PlanningTask) -> Iterator[Array]:
-    generator = np.random.default_rng(0)
-    for _ in range(RANDOM_STATES):
-        yield problem.sample(generator)
 
 
 def _moved(problem: PlanningTask, x: Array, i: int) -> float:

@@ -9,14 +9,15 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 import numpy as np
+import scipy
 
+from kinolab.dynamics.analysis.fields.linear_controllability import reachable_subspace
 from kinolab.errors import KinolabError
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 
 RANDOM_STATES = 12  # random samples; a direction unreached at all of them is never reached
 RANK_TOLERANCE = 1e-7  # of the largest singular value: smaller ones count as zero
-TINY = 1e-300  # avoids division by zero
 # component of a unit vector beyond which it stands for one velocity alone
 SINGLE_VELOCITY_COMPONENT = 0.999
 MIN_COMPONENT = 1e-3  # smaller components are left out of a direction
@@ -34,7 +35,7 @@ def unreached_directions(problem: PlanningTask) -> tuple[dict[str, float], ...]:
     parts = [part for part in parts if part.size]
     if not rates or not parts:
         return ()
-    missing = _complement(np.concatenate(parts, axis=1))
+    missing = scipy.linalg.null_space(np.concatenate(parts, axis=1).T, RANK_TOLERANCE)
     return tuple(
         {
             names[i]: float(value)
@@ -74,26 +75,4 @@ def _reached(problem: PlanningTask, x: Array, u: Array) -> Array:
     A, B = A * scales / scales[:, None], B * strength / scales[:, None]
     if not (np.isfinite(A).all() and np.isfinite(B).all()):
         return np.zeros((model.nx, 0))
-    A /= max(float(np.linalg.norm(A)), TINY)  # scaling A does not change the subspace
-    basis = _basis(B / max(float(np.linalg.norm(B)), TINY))
-    for _ in range(model.nx):
-        larger = _basis(np.concatenate([basis, A @ basis], axis=1))
-        if larger.shape[1] == basis.shape[1]:
-            break
-        basis = larger
-    return basis
-
-
-def _basis(columns: Array) -> Array:
-    """Return an orthonormal basis of the column space."""
-    left, sizes, _ = np.linalg.svd(columns, full_matrices=False)
-    basis: Array = left[:, sizes > RANK_TOLERANCE * sizes.max(initial=TINY)]
-    return basis
-
-
-def _complement(columns: Array) -> Array:
-    """Return an orthonormal basis of the orthogonal complement of the column space."""
-    left, sizes, _ = np.linalg.svd(columns)
-    rank = int((sizes > RANK_TOLERANCE * sizes.max(initial=TINY)).sum())
-    basis: Array = left[:, rank:]
-    return basis
+    return reachable_subspace(A, B, RANK_TOLERANCE)

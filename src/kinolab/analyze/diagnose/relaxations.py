@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from kinolab.dynamics import Model
 from kinolab.problem import PlanningTask
 from kinolab.problem.goal import Goal
 from kinolab.search import AbstractPlanner
@@ -45,7 +44,8 @@ def relaxations(problem: PlanningTask, planner: AbstractPlanner) -> Iterator[Rel
     If steps are unstable, only changes of the integration are meaningful.
     """
     if stiffness(problem) is not None:
-        yield _implicit(problem)
+        words = "with --set integration.method=rosenbrock"  # for stiff machines
+        yield Relaxation("method", words, _integrated(problem, method="rosenbrock"), {})
         yield _finer_steps(problem, planner)
         return
     if problem.world.obstacles:
@@ -55,10 +55,10 @@ def relaxations(problem: PlanningTask, planner: AbstractPlanner) -> Iterator[Rel
     yield Relaxation(
         "tolerance", f"with {TOLERANCE_FACTOR:g} times the goal's tolerances", wider, {}
     )
-    stronger = replace(problem, model=_stronger_inputs(problem.model))
-    yield Relaxation(
-        "limits", f"with {INPUT_LIMIT_FACTOR:g} times the inputs' limits", stronger, {}
-    )
+    strong = copy(problem.model)
+    strong.control_bounds = INPUT_LIMIT_FACTOR * strong.control_bounds  # one-sided ones remain so
+    words = f"with {INPUT_LIMIT_FACTOR:g} times the inputs' limits"
+    yield Relaxation("limits", words, replace(problem, model=strong), {})
     longest = getattr(planner, "max_steps", None)
     if longest is not None:
         longer = {"max_steps": DURATION_FACTOR * longest}
@@ -66,12 +66,6 @@ def relaxations(problem: PlanningTask, planner: AbstractPlanner) -> Iterator[Rel
         yield Relaxation("longer controls", words, problem, longer)
     if problem.scenario.integration.truth == "continuous":
         yield _finer_steps(problem, planner)
-
-
-def _implicit(problem: PlanningTask) -> Relaxation:
-    """Return the problem with the method for stiff machines."""
-    words = "with --set integration.method=rosenbrock"
-    return Relaxation("method", words, _integrated(problem, method="rosenbrock"), {})
 
 
 def _wider_goal(goal: Goal) -> Goal:
@@ -86,13 +80,6 @@ def _wider_goal(goal: Goal) -> Goal:
 
 def _turn(tolerance: float) -> float:
     return min(TOLERANCE_FACTOR * tolerance, np.pi)
-
-
-def _stronger_inputs(model: Model) -> Model:
-    """Return the model with wider input limits; one-sided limits stay one-sided."""
-    strong = copy(model)
-    strong.control_bounds = INPUT_LIMIT_FACTOR * model.control_bounds
-    return strong
 
 
 def _finer_steps(problem: PlanningTask, planner: AbstractPlanner) -> Relaxation:

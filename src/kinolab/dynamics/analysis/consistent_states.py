@@ -150,7 +150,7 @@ class _LoopClosure:
             near = self._near(q, np.clip(begin, *limits.T), limits)
             if near is not None:
                 found.append(near)
-        return min(found, key=lambda near: self._apart(near, q), default=None)
+        return min(found, key=lambda near: np.linalg.norm((near - q) / self._scales), default=None)
 
     def _near(self, q: Array, begin: Array, limits: Array) -> Array | None:
         """Return a locally nearest configuration, by SQP from an initial guess.
@@ -193,9 +193,6 @@ class _LoopClosure:
         """Remove whole turns between two configurations, for unlimited angles."""
         free = self._plant.circular[: len(q)] & ~np.isfinite(limits).any(axis=1)
         return near - np.where(free, whole_turns(near - q), 0.0)
-
-    def _apart(self, near: Array, q: Array) -> float:
-        return float(np.linalg.norm((near - q) / self._scales))
 
     def _missing(self, q: Array) -> Array:
         lengths = [q[part.own] @ q[part.own] - 1.0 for part in self._plant.space.spheres]

@@ -20,8 +20,9 @@ import numpy as np
 import sympy
 
 from kinolab.arguments import checked
-from kinolab.dynamics.analysis.fields import VectorFields, vector_fields
+from kinolab.dynamics.analysis.fields.system_fields import vector_fields
 from kinolab.dynamics.analysis.fields.to_sympy import to_sympy
+from kinolab.dynamics.analysis.fields.vector_fields import VectorFields
 from kinolab.dynamics.derivation.derivation import Derivation, derive
 from kinolab.dynamics.derivation.expression_graph import Node
 from kinolab.dynamics.derivation.symbol_table import SymbolTable

@@ -168,15 +168,19 @@ class _Design:
         """Yield the equilibrium at every grid point, each warm-started from the previous one."""
         near: Trim | None = None
         for place in np.ndindex(*shape):
-            values = [axis.values[i] for axis, i in zip(self._axes, place, strict=True)]
-            symbols = [entry.symbol for entry in self._regulator.references]
-            numbers = dict(zip(symbols, values, strict=True))
+            numbers = self._numbers(place)
             fixed = [(z, float(wanted.subs(numbers))) for z, wanted in self._about.items()]
             try:
                 near = trim(self._model, self._watched, fixed, start=near)
             except KinolabError as error:
                 raise InputError([Mistake(self._where, f"{error} ({_said(numbers)}).")]) from error
             yield place, near
+
+    def _numbers(self, place: tuple[int, ...]) -> dict[sympy.Symbol, float]:
+        """Return the references at a grid point."""
+        values = [axis.values[i] for axis, i in zip(self._axes, place, strict=True)]
+        symbols = [entry.symbol for entry in self._regulator.references]
+        return dict(zip(symbols, values, strict=True))
 
     def _at(self, place: tuple[int, ...], at: Trim) -> tuple[Array, Array, Array]:
         """Return inputs, tracked values and gain at one equilibrium."""
@@ -187,9 +191,7 @@ class _Design:
         try:
             gain = lqr(A, B, *self._weights())
         except KinolabError as error:
-            values = [axis.values[i] for axis, i in zip(self._axes, place, strict=True)]
-            names = [entry.symbol for entry in self._regulator.references]
-            what = f"{error} ({_said(dict(zip(names, values, strict=True)))})."
+            what = f"{error} ({_said(self._numbers(place))})."
             remedy = "Track less, or choose other limits of the references."
             raise InputError([Mistake(self._where, what, remedy)]) from error
         return at.u, self._watched.values(at.x), gain

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
+from functools import partial
 from typing import TypeAlias
 
 import sympy
@@ -42,11 +43,8 @@ def _has_sums(expression: sympy.Expr) -> bool:
 
 def grouped(expression: sympy.Expr) -> sympy.Expr:
     """Collect terms by common rates, accelerations, inputs or forces."""
-    return _bracketed(expression, _moves, inner=lambda e: _bracketed(e, _is_function, inner=_same))
-
-
-def _same(expression: sympy.Expr) -> sympy.Expr:
-    return expression
+    functions = partial(_bracketed, belongs=lambda base: bool(base.is_Function), inner=lambda e: e)
+    return _bracketed(expression, _moves, inner=functions)
 
 
 def _bracketed(
@@ -73,10 +71,6 @@ def _moves(base: sympy.Expr) -> bool:
     """Whether a factor is a rate, acceleration, input or constraint force."""
     kinds = (*MOTIONS, InputSymbol)
     return isinstance(base, kinds) or type(base) is sympy.Symbol
-
-
-def _is_function(base: sympy.Expr) -> bool:
-    return bool(base.is_Function)
 
 
 def _common(terms: Sequence[sympy.Expr]) -> sympy.Expr:

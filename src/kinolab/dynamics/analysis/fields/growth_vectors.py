@@ -123,7 +123,9 @@ def filtration(
     if at is None:
         return regular
     point = complete_point(fields, at)
-    _check_smooth(fields, point)
+    if has_kink(fields, point):
+        what = "the vector fields have a kink at this state, and no brackets."
+        raise InputError([Mistake("growth vector", what, "Choose a state beside it, or none.")])
     degree = max(len(regular.growth), 1)
     while True:
         ranks = spans(point, degree, exact=exact)
@@ -131,12 +133,6 @@ def filtration(
         if enough or degree == MAX_DEGREE or work_for(fields, degree + 1) > work:
             return _made(fields, ranks, regular.complete and enough)
         degree += 1
-
-
-def _check_smooth(fields: VectorFields, point: Mapping[str, Any]) -> None:
-    if has_kink(fields, point):
-        what = "the vector fields have a kink at this state, and no brackets."
-        raise InputError([Mistake("growth vector", what, "Choose a state beside it, or none.")])
 
 
 def _regular(

@@ -121,8 +121,11 @@ def linear_controllability(
     reached = reachable_subspace(A, B, tolerance)
     normals = np.array([row[kept] * scales for row in normals_at(model, state)])
     normals = normals.reshape(-1, len(kept))
-    rest = _complement(reached, normals)
-    rows = reduced_rows(_upright(rest.T / scales))
+    left, values, _ = np.linalg.svd(np.hstack([reached, normals.T]), full_matrices=True)
+    rest = left[:, int((values > RANK_TOLERANCE).sum()) :]  # orthonormal, the complement of both
+    rows = rest.T / scales
+    largest = np.abs(rows).max(axis=1, keepdims=True, initial=0.0)
+    rows = reduced_rows(rows / np.where(largest > 0, largest, 1.0))
     return LinearControllability(
         rank=reached.shape[1],
         dimension=len(kept) - len(normals),
@@ -149,18 +152,11 @@ def normals_at(model: Model, x: Array) -> Iterator[Array]:
         except KeyError:
             continue  # it depends on an input
         if row.name in closed:
-            yield _on_configuration(model, binding, covector, values)
+            normal = np.zeros(model.nx)
+            normal[: model.nq] = covector @ np.linalg.pinv(flow_matrix(binding, values))
+            yield normal
         if system.velocities == "all":
             yield np.concatenate([np.zeros(model.nq), covector, np.zeros(len(system.states))])
-
-
-def _on_configuration(
-    model: Model, binding: SymbolTable, covector: Array, values: dict[str, float]
-) -> Array:
-    """Convert a covector on velocities to one on state entries."""
-    row = np.zeros(model.nx)
-    row[: model.nq] = covector @ np.linalg.pinv(flow_matrix(binding, values))
-    return row
 
 
 def flow_matrix(binding: SymbolTable, values: dict[str, float]) -> Array:
@@ -169,18 +165,6 @@ def flow_matrix(binding: SymbolTable, values: dict[str, float]) -> Array:
     columns = [tape.derivative(binding.flow_rows, {v: tape.one}) for v in binding.tangent]
     flat = tape.evaluate([node for column in columns for node in column], values)
     return np.reshape(flat, (len(columns), -1)).T
-
-
-def _complement(reached: Array, normals: Array) -> Array:
-    """Return an orthonormal basis of the complement of both, shape (n, rest)."""
-    both = np.hstack([reached, normals.T])
-    left, values, _ = np.linalg.svd(both, full_matrices=True)
-    return np.asarray(left[:, int((values > RANK_TOLERANCE).sum()) :])
-
-
-def _upright(rows: Array) -> Array:
-    largest = np.abs(rows).max(axis=1, keepdims=True, initial=0.0)
-    return np.asarray(rows / np.where(largest > 0, largest, 1.0))
 
 
 def _kept(model: Model, without: Collection[str]) -> list[int]:

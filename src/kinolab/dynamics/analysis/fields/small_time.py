@@ -118,14 +118,16 @@ def small_time_controllability(
     """
     point = complete_point(fields, at)
     held = held or {}
-    if any(not _inside(held.get(name, 0.0), span) for name, span in (limits or {}).items()):
+    spans = (limits or {}).items()
+    if not all(lower < held.get(name, 0.0) < upper for name, (lower, upper) in spans):
         return SmallTimeVerdict(SmallTime.ONE_SIDED)
     if not filtration(fields, tolerance=tolerance, work=work).full_or_unknown:
         return SmallTimeVerdict(SmallTime.UNREACHABLE)
     local = BracketFiltration.at(fields, point, 2, held=held, exact=exact)
     if local.drift is not None and not _rests(local.drift):
         return SmallTimeVerdict(SmallTime.MOVING, 1)
-    if local.drift is not None and not exact and _linear(fields, local):
+    linearised = local.drift is not None and not exact
+    if linearised and _reached(fields, local).shape[1] == fields.dimension:
         return SmallTimeVerdict(SmallTime.LINEAR, 2)
     if has_kink(fields, point):
         return SmallTimeVerdict(SmallTime.KINKED)
@@ -175,11 +177,6 @@ def _rests(drift: Bracket) -> bool:
     return bool((np.abs(drift.vector) <= REST_TOLERANCE * drift.spread[:, 0].max()).all())
 
 
-def _linear(fields: VectorFields, layers: BracketFiltration) -> bool:
-    """Return whether the linearisation about the state is controllable."""
-    return bool(_reached(fields, layers).shape[1] == fields.dimension)
-
-
 def _reached(fields: VectorFields, layers: BracketFiltration) -> Array:
     """Return an orthonormal basis of what the linearisation reaches, shape (states, rank)."""
     assert layers.drift is not None
@@ -204,7 +201,3 @@ def _one_way(
     reached = _reached(fields, local)
     missed = bad.vector - reached @ (reached.T @ bad.vector)
     return bool(np.linalg.norm(missed) > ONE_WAY_TOLERANCE * np.linalg.norm(bad.vector))
-
-
-def _inside(value: float, span: tuple[float, float]) -> bool:
-    return span[0] < value < span[1]

@@ -11,7 +11,7 @@ import numpy as np
 from kinolab.arguments import checked
 from kinolab.dynamics.analysis.fields.vector_fields import VectorFields, first
 from kinolab.dynamics.derivation.derivation import Derivation, derive
-from kinolab.dynamics.derivation.expression_graph import ExpressionGraph, Node
+from kinolab.dynamics.derivation.expression_graph import Node
 from kinolab.dynamics.derivation.symbol_table import SymbolTable
 from kinolab.dynamics.derivation.symbolic_solve import Guards
 from kinolab.dynamics.derivation.velocity_coordinates import (
@@ -85,7 +85,8 @@ def allowed_motions(system: Mechanism) -> VectorFields:
         InputError: If the constraints depend on inputs or auxiliary states, or no fixed choice of
             independent velocities serves.
     """
-    system = _with_own_velocities(system)
+    if system.velocities == "all":
+        system = system.changed(velocities=None)  # kinolab chooses independent ones
     binding = SymbolTable.of(system)
     chart = velocity_coordinates(binding, Guards())
     return VectorFields(
@@ -93,7 +94,7 @@ def allowed_motions(system: Mechanism) -> VectorFields:
         tape=binding.tape,
         state=binding.configuration,
         drift=(binding.tape.zero,) * len(binding.configuration),
-        inputs=_motions(system, binding, chart),
+        inputs=_motions(binding, chart),
         values=system.parameter_values,
         dimension=len(binding.tangent),
         constants=system.parameters,
@@ -158,21 +159,10 @@ def _within_limits(system: Mechanism, point: Mapping[str, float]) -> dict[str, f
     return moved
 
 
-def _with_own_velocities(system: Mechanism) -> Mechanism:
-    """Return the machine with independent velocities chosen by kinolab, where all are states."""
-    if system.velocities != "all":
-        return system
-    return system.changed(velocities=None)
-
-
-def _motions(
-    system: Mechanism, binding: SymbolTable, chart: VelocityCoordinates
-) -> dict[str, tuple[Node, ...]]:
+def _motions(binding: SymbolTable, chart: VelocityCoordinates) -> dict[str, tuple[Node, ...]]:
     """Return the motions of velocity coordinates as fields on configurations, by name."""
-    moving = zip(chart.states, chart.directions, strict=True)
-    columns = {_label(binding.tape, node): d for node, d in moving}
-    columns |= {_label(binding.tape, node): d for node, d in chart.input_directions.items()}
-    moves = {name: binding.flow(direction) for name, direction in columns.items()}
+    columns = dict(zip(chart.states, chart.directions, strict=True)) | chart.input_directions
+    moves = {binding.tape.operations[n].label: binding.flow(d) for n, d in columns.items()}
     found = {
         name: tuple(move[node] for node in binding.configuration) for name, move in moves.items()
     }
@@ -180,9 +170,6 @@ def _motions(
     for name, components in found.items():
         if any(binding.tape.depends_on(node) - allowed for node in components):
             what = "its constraints depend on inputs or on more than the configuration."
-            raise InputError([Mistake(f"system {system.name!r}", what, f"See {name}.")])
+            where = f"system {binding.system.name!r}"
+            raise InputError([Mistake(where, what, f"See {name}.")])
     return found
-
-
-def _label(tape: ExpressionGraph, node: Node) -> str:
-    return tape.operations[node].label
