@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from kinolab.analyze.execute import Conditions, Execution, Executor
+from kinolab.analyze.execute.conditions import Conditions
+from kinolab.analyze.execute.execution import Execution, Executor
 from kinolab.problem import PlanningTask
 from kinolab.trajectory import Trajectory
 

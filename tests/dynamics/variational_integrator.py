@@ -366,7 +366,7 @@ class _VariationalStep:
         u, w = vectors.vector(quaternion[:3]), quaternion[3]
         return [
             *vectors.add(u, vectors.scale(w, a), vectors.cross(u, a)),
-            tape.sub(w, vectors.dot(u, a)),
+            tape.sub(w, tape.dot(u, a)),
         ]
 
     def _straight_momenta(self, force: Node, mean: Node) -> tuple[list[Node], list[Node]]:
@@ -380,7 +380,7 @@ class _VariationalStep:
         tape, vectors = self.tape, self.vectors
         a, mu = self._turn(at), vectors.vector(mean)
         half = vectors.scale(tape.mul(tape.constant(0.5), self.h), vectors.vector(force))
-        stretch = tape.add(tape.one, vectors.dot(a, a))
+        stretch = tape.add(tape.one, tape.dot(a, a))
         P = vectors.add(vectors.scale(stretch, mu), vectors.cross(a, half))
         before = self._rotated(a, vectors.sub(P, half))
         back = vectors.scale(tape.constant(-1.0), a)
@@ -390,7 +390,7 @@ class _VariationalStep:
         """Return s v = v + 2 (a x v + a x (a x v)) / (1 + a.a), Rodrigues' formula."""
         tape, vectors = self.tape, self.vectors
         swept = vectors.cross(a, vector)
-        fraction = tape.div(tape.constant(2.0), tape.add(tape.one, vectors.dot(a, a)))
+        fraction = tape.div(tape.constant(2.0), tape.add(tape.one, tape.dot(a, a)))
         return vectors.add(
             vector, vectors.scale(fraction, vectors.add(swept, vectors.cross(a, swept)))
         )

@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 
 import kinolab
 from kinolab import systems
-from kinolab.analyze.execute import Conditions
+from kinolab.analyze.execute.conditions import Conditions
 from kinolab.dynamics.machine_facts import facts_of
 from kinolab.loading import build_problem, find_scenario
 from kinolab.numerics.manifolds.state_parts import RealLine

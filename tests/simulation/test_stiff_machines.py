@@ -11,7 +11,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import kinolab
-from kinolab.analyze.execute import Conditions
+from kinolab.analyze.execute.conditions import Conditions
 from kinolab.cli import run
 from kinolab.dynamics.codegen.methods import METHODS
 from kinolab.problem import PlanningTask

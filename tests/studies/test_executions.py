@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from kinolab.analyze.execute import Conditions
+from kinolab.analyze.execute.conditions import Conditions
 from kinolab.runs import read_run
 from kinolab.studies import executions
 from kinolab.studies.engine import AbstractEngine, LocalEngine

@@ -15,7 +15,7 @@ from scipy.integrate import solve_ivp
 
 import kinolab
 from kinolab import systems
-from kinolab.analyze.execute import Conditions
+from kinolab.analyze.execute.conditions import Conditions
 from kinolab.dynamics import LeastDissipation, least_dissipation
 from tests.conftest import Solved
 from tests.executions import execute

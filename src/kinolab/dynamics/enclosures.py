@@ -6,12 +6,11 @@ Formulas of a machine are kept on disk as data since it was compiled, so that th
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
 
-from kinolab.dynamics.codegen.mode_formulas import FORMULAS, ModeFormulas
+from kinolab.dynamics.codegen.mode_formulas import ModeFormulas
 from kinolab.dynamics.derivation.formulas import Formulas
 from kinolab.dynamics.model import Model
 from kinolab.numerics import intervals
@@ -21,9 +20,6 @@ from kinolab.numerics.intervals import IntervalArray
 # Forces of constraints are solutions of linear equations. Of many of them, intervals that are
 # computed like numbers are of no use: each operation makes them wider.
 MOST_OPERATIONS = 1000
-
-# Plans are verified again and again while they are improved; what was read for a machine stays.
-_read: WeakKeyDictionary[Model, tuple[ModeFormulas, ...]] = WeakKeyDictionary()
 
 
 class Enclosures:
@@ -35,9 +31,7 @@ class Enclosures:
 
     def __init__(self, model: Model) -> None:
         self._model = model.plant
-        if self._model not in _read:
-            _read[self._model] = _kept(self._model)
-        self._modes = _read[self._model]
+        self._modes = self._model.formulas
 
     def speed(self, x: IntervalArray, u: Array) -> Array:
         """Return bounds on the speed of all points, in [m/s], shape (m,); infinite at a jump.
@@ -120,14 +114,3 @@ class Enclosures:
         values |= zip(mode.inputs, map(intervals.point, u[rows].T), strict=True)
         ends = zip(x.low[rows].T, x.high[rows].T, strict=True)
         return values | dict(zip(mode.state, (IntervalArray(*pair) for pair in ends), strict=False))
-
-
-def _kept(model: Model) -> tuple[ModeFormulas, ...]:
-    """Return the formulas of every mode from the disk, derived where they are not there."""
-
-    def made() -> tuple[ModeFormulas, ...]:
-        from kinolab.dynamics.codegen.derived_code import derivations_of
-
-        return tuple(map(ModeFormulas.of, derivations_of(model.system)))
-
-    return FORMULAS.get([model.key], made)

@@ -13,7 +13,7 @@ from kinolab.arguments import require_fit
 from kinolab.dynamics.codegen.cache import Compiled, key_of
 from kinolab.dynamics.codegen.compiled_functions import CHATTERS, SINGULAR
 from kinolab.dynamics.codegen.machine_code import MachineCode, bound
-from kinolab.dynamics.codegen.mode_formulas import FORMULAS
+from kinolab.dynamics.codegen.mode_formulas import FORMULAS, ModeFormulas
 from kinolab.dynamics.codegen.state_space import StateSpace
 from kinolab.dynamics.machine_facts import (
     CoordinateFacts,
@@ -211,6 +211,20 @@ class Model:
         from kinolab.dynamics.language.json.machine_file import files_of
 
         return files_of(self.system)
+
+    @cached_property
+    def formulas(self) -> tuple[ModeFormulas, ...]:
+        """What boxes of states are enclosed by, of each mode; derived where it is not on the disk.
+
+        Plans are verified again and again while they are improved, so it stays.
+        """
+
+        def made() -> tuple[ModeFormulas, ...]:
+            from kinolab.dynamics.codegen.derived_code import derivations_of
+
+            return tuple(map(ModeFormulas.of, derivations_of(self.system)))
+
+        return FORMULAS.get([self.key], made)
 
     @cached_property
     def system(self) -> Mechanism:

@@ -17,8 +17,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from kinolab.dynamics.language.inputs import Limit
-    from kinolab.dynamics.translation.casadi_functions import CasadiFunctions
-    from kinolab.dynamics.translation.sympy_model import SympyModel
+    from kinolab.dynamics.translation import CasadiFunctions, SympyModel
 
 
 class System(Mechanism):
@@ -52,7 +51,7 @@ class System(Mechanism):
         Raises:
             InputError: If the machine has modes or feedback.
         """
-        from kinolab.dynamics.translation.c_source import c_source
+        from kinolab.dynamics.translation import c_source
 
         return c_source(self.model())
 
@@ -62,7 +61,7 @@ class System(Mechanism):
         Raises:
             InputError: If the machine has modes or feedback, or CasADi is not installed.
         """
-        from kinolab.dynamics.translation.casadi_functions import casadi_functions
+        from kinolab.dynamics.translation import casadi_functions
 
         return casadi_functions(self.model())
 
@@ -72,7 +71,7 @@ class System(Mechanism):
         Raises:
             InputError: If the machine has modes or feedback.
         """
-        from kinolab.dynamics.translation.sympy_model import sympy_model
+        from kinolab.dynamics.translation import sympy_model
 
         return sympy_model(self.model())
 
@@ -90,7 +89,7 @@ class System(Mechanism):
             InputError: If python-control is not installed, or a shape does not fit.
             SingularError: Where the equations of motion have no unique solution.
         """
-        from kinolab.dynamics.translation.python_control import control_system
+        from kinolab.dynamics.translation import control_system
 
         return control_system(self.model(), x, u, **parameters)
 

@@ -11,7 +11,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar
 
-from kinolab.analyze.execute import Conditions, Execution, ExecutionRun, Executor
+from kinolab.analyze.execute.conditions import Conditions
+from kinolab.analyze.execute.execution import Execution, ExecutionRun, Executor
 from kinolab.concurrency.cancel import CancellationToken, never_cancelled
 from kinolab.errors import KinolabError
 from kinolab.files import whole_file

@@ -235,7 +235,8 @@ def _failures(notebook: Any) -> Iterator[str]:
 
 def _project(what: str) -> Report:
     """Grade a scenario by the points at the top of this file."""
-    from kinolab.analyze.describe import describe, in_each_mode
+    from kinolab.analyze.describe.description import describe
+    from kinolab.analyze.describe.each_mode import in_each_mode
     from kinolab.analyze.examine import examine
     from kinolab.dynamics import System
     from kinolab.loading import find_scenario, find_system, load

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from kinolab import systems
-from kinolab.analyze.describe import describe, described_as_text
 from kinolab.analyze.describe.conserved import conserved_momenta, cyclic_coordinates_of
+from kinolab.analyze.describe.description import describe
+from kinolab.analyze.describe.description_text import described_as_text
 from kinolab.dynamics import Body, Box, System, Torque, angle, length, move, rot_y, toward
 
 

@@ -10,13 +10,10 @@ import numpy as np
 import pytest
 
 from kinolab import cli, systems
-from kinolab.analyze.describe import (
-    Description,
-    describe,
-    described_as_text,
-    description_to_json,
-)
 from kinolab.analyze.describe.at_rest import held_state
+from kinolab.analyze.describe.data import description_to_json
+from kinolab.analyze.describe.description import Description, describe
+from kinolab.analyze.describe.description_text import described_as_text
 from kinolab.analyze.describe.topology import mechanisms, space_of
 from kinolab.dynamics import Body, SmallTime, System, angle, move, rot_z, toward
 from tests import registered

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 import kinolab
-from kinolab.analyze.execute import Conditions, Tracker
+from kinolab.analyze.execute.conditions import Conditions
+from kinolab.analyze.execute.tracker import Tracker
 from kinolab.cli import run
 from kinolab.dynamics import (
     Body,

@@ -13,7 +13,8 @@ import pytest
 import kinolab
 from kinolab import planners
 from kinolab.analyze.diagnose.diagnosis import Diagnosis
-from kinolab.analyze.execute import Conditions, execution_to_json
+from kinolab.analyze.execute.conditions import Conditions
+from kinolab.analyze.execute.tube_plot import execution_to_json
 from kinolab.cli.manual.run_files import files_page
 from kinolab.cli.manual.sections import sections_of
 from kinolab.problem import PlanningTask

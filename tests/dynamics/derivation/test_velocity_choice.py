@@ -8,7 +8,8 @@ import sympy
 from scipy.integrate import solve_ivp
 
 from kinolab import systems
-from kinolab.analyze.describe import describe, described_as_text
+from kinolab.analyze.describe.description import describe
+from kinolab.analyze.describe.description_text import described_as_text
 from kinolab.analyze.examine import examine
 from kinolab.dynamics import (
     Body,

@@ -9,7 +9,7 @@ import sympy
 
 from kinolab import systems
 from kinolab.dynamics import rate
-from kinolab.dynamics.translation.sympy_model import SympyModel
+from kinolab.dynamics.translation import SympyModel
 from kinolab.errors import InputError
 from kinolab.numerics.arrays import Array
 from tests.dynamics.translation.test_translation import AGREE, MACHINES, agree, instants

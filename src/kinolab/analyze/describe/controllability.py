@@ -10,7 +10,7 @@ from kinolab.dynamics.analysis.fields.growth_vectors import word_text
 from kinolab.dynamics.analysis.fields.linear_controllability import LinearControllability
 from kinolab.dynamics.analysis.fields.small_time import SmallTime, SmallTimeVerdict
 from kinolab.dynamics.lagrange.printing import one_line
-from kinolab.dynamics.language.inputs import Input, bounds_of
+from kinolab.dynamics.language.inputs import bounds_of
 
 ROUNDING = 1e-9  # of a state or input: smaller deviations are not reported
 MAX_NAMED = 4  # directions or values that a sentence names; more are counted
@@ -23,7 +23,9 @@ def sentences(found: Description) -> Iterator[str]:
         yield from found.decoupling.sentences()
     yield _states(found)
     for rest in found.rests:
-        yield from _about_rest(rest)
+        yield f"Near {_place(rest)}: {_linear(rest.linear)}"
+        if rest.small_time is not None:
+            yield f"{rest.small_time.outcome.value}{_decided_by(rest.small_time)}"
 
 
 def _configurations(found: Description) -> Iterator[str]:
@@ -49,22 +51,17 @@ def _configurations(found: Description) -> Iterator[str]:
 
 def _followed(found: Description) -> str:
     """Say which paths can be followed if every admissible motion is actuated."""
-    one_way = [entry for entry in found.inputs if not _both_ways(entry)]
+    limits = [(entry, *bounds_of(entry)) for entry in found.inputs]
+    one_way = [
+        f"{entry.name} one way only ({lower:g} to {upper:g} {entry.unit})"
+        for entry, lower, upper in limits
+        if not lower < 0 < upper
+    ]
     if one_way:
-        limits = [bounds_of(entry) for entry in one_way]
-        named = (
-            f"{entry.name} one way only ({lower:g} to {upper:g} {entry.unit})"
-            for entry, (lower, upper) in zip(one_way, limits, strict=True)
-        )
-        return f", {', '.join(named)}"
+        return f", {', '.join(one_way)}"
     if found.potential:
         return ", so it can follow any path made of such motions along which they are strong enough"
     return ", so it can follow any path made of such motions if it moves slowly enough"
-
-
-def _both_ways(entry: Input) -> bool:
-    lower, upper = bounds_of(entry)
-    return lower < 0 < upper
 
 
 def _states(found: Description) -> str:
@@ -81,12 +78,6 @@ def _states(found: Description) -> str:
         lost = f"{whole - spanned.rank} are out of reach (it is not accessible)"
         return begin + f"{lost}; something never changes, whatever the inputs do."
     return begin + "more may be spanned by longer brackets."
-
-
-def _about_rest(rest: AtRest) -> Iterator[str]:
-    yield f"Near {_place(rest)}: {_linear(rest.linear)}"
-    if rest.small_time is not None:
-        yield f"{rest.small_time.outcome.value}{_decided_by(rest.small_time)}"
 
 
 def _place(rest: AtRest) -> str:

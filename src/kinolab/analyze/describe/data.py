@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import asdict
 from typing import Any
 
-from kinolab.analyze.describe.at_rest import AtRest
 from kinolab.analyze.describe.controllability import sentences
 from kinolab.analyze.describe.decoupling import Decoupling
 from kinolab.analyze.describe.description import Description
@@ -44,7 +43,15 @@ def description_to_json(found: Description) -> dict[str, Any]:
             "complete": found.accessible.complete,
             "inputs_are_states": found.prolonged,
         },
-        "rests": [_rest(rest) for rest in found.rests],
+        "rests": [
+            {
+                "state": rest.state,
+                "held": rest.held,
+                "linear": _linear(rest.linear),
+                "small_time": _small_time(rest.small_time),
+            }
+            for rest in found.rests
+        ],
         "controllability": list(sentences(found)),
         "modes": [asdict(mode) for mode in found.generalisations],
         "left_out": list(found.left_out),
@@ -68,15 +75,6 @@ def _input(entry: Input) -> dict[str, Any]:
     lower, upper = bounds_of(entry)
     kind = type(entry).__name__.lower()
     return {"name": entry.name, "kind": kind, "unit": entry.unit, "limits": [lower, upper]}
-
-
-def _rest(rest: AtRest) -> dict[str, Any]:
-    return {
-        "state": rest.state,
-        "held": rest.held,
-        "linear": _linear(rest.linear),
-        "small_time": _small_time(rest.small_time),
-    }
 
 
 def _linear(linear: LinearControllability) -> dict[str, Any]:

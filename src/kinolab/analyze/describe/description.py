@@ -132,7 +132,10 @@ def describe(system: System, *, switching: Sequence[str] = ()) -> Description:
             stored=model.nx,
             redundant=model.redundant,
         ),
-        velocities=tuple(_velocities(model)),
+        velocities=(
+            *((entry.name, entry.direction) for entry in model.quasi_velocities),
+            *((model.rate_names[i], "rate of a coordinate") for i in model.independent),
+        ),
         singular="" if (found := singularity_of(system)) is None else found.sentence,
         constraints=tuple(_kinds(system, closure)),
         inputs=system.inputs,
@@ -177,14 +180,6 @@ def _freedom(system: System, closure: InvolutiveClosure | None) -> int:
     binding = SymbolTable.of(system)
     kept, _ = independent_rows(binding, constraint_rows(binding))
     return dimension_of(system) - len(kept)
-
-
-def _velocities(model: Model) -> Iterator[tuple[str, str]]:
-    """Yield the independent velocities with what each is."""
-    for entry in model.quasi_velocities:
-        yield entry.name, entry.direction
-    for i in model.independent:
-        yield model.rate_names[i], "rate of a coordinate"
 
 
 def _kinds(system: System, closure: InvolutiveClosure | None) -> Iterator[ConstraintKind]:

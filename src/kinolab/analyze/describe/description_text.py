@@ -21,7 +21,9 @@ def described_as_text(found: Description) -> str:
 
 def _lines(found: Description) -> Iterator[str]:
     yield found.name
-    yield f"  configuration space: {found.space}, dimension {found.dimension}{_left(found)}"
+    left, space = found.states.positions, f"{found.space}, dimension {found.dimension}"
+    space += f" ({left} under its holonomic constraints)" if left < found.dimension else ""
+    yield f"  configuration space: {space}"
     yield f"  degrees of freedom: {found.freedom}, states: {found.states.dimension}"
     yield f"    {found.states.parts()}"
     if found.states.storage():
@@ -62,12 +64,6 @@ def _watched(found: Description) -> Iterator[str]:
     pairs = "; ".join(f"{a} and {b}" for a, b in found.watched)
     text = f"pairs that must not touch: {pairs or 'none; bodies may pass through each other'}"
     yield from wrap(text, LINE_WIDTH, initial_indent="  ", subsequent_indent="    ")
-
-
-def _left(found: Description) -> str:
-    """Return the dimension left by holonomic constraints, if there are any."""
-    left = found.states.positions
-    return f" ({left} under its holonomic constraints)" if left < found.dimension else ""
 
 
 def _group(title: str, rows: Sequence[Sequence[str]]) -> Iterator[str]:

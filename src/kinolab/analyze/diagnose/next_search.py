@@ -23,14 +23,11 @@ def next_search_sentence(problem: PlanningTask, plan: PlanResult) -> str:
     most = section.max_iterations
     if most is not None and plan.iterations >= most:
         longer += f" --max-iterations {LONGER * most}"
-    other = f"--planner {Auto.name}, in which {_members(' and ')} take turns with shooting"
+    members = [member.name for member in MEMBERS]
+    other = f"--planner {Auto.name}, in which {' and '.join(members)} take turns with shooting"
     if plan.planner == Auto.name:
-        other = f"--planner {_members(' or ')}, which then has all of the time"
+        other = f"--planner {' or '.join(members)}, which then has all of the time"
     return (
         f"Nothing that was looked at rules a plan out: search longer than {seconds:.2g} s "
         f"({longer}), or with another planner ({other})."
     )
-
-
-def _members(between: str) -> str:
-    return between.join(member.name for member in MEMBERS)

@@ -31,7 +31,12 @@ def unreached_directions(problem: PlanningTask) -> tuple[dict[str, float], ...]:
     """
     names = problem.model.state_names
     rates = list(range(problem.model.nq, problem.model.nq + problem.model.nv))
-    parts = [_reached(problem, x, u)[rates] for x, u in _drawn(problem)]
+    generator, model = np.random.default_rng(0), problem.model
+    parts = []
+    for _ in range(RANDOM_STATES):
+        x = model.project(problem.sample(generator))
+        u = np.asarray(generator.uniform(*model.control_bounds.T))
+        parts.append(_reached(problem, x, u)[rates])
     parts = [part for part in parts if part.size]
     if not rates or not parts:
         return ()
@@ -53,15 +58,6 @@ def unreached_sentences(directions: Sequence[dict[str, float]]) -> Iterator[str]
         if abs(direction[name]) < SINGLE_VELOCITY_COMPONENT:
             name = " ".join(f"{value:+.2g} {key}" for key, value in direction.items())
         yield f"No input ever changes {name}."
-
-
-def _drawn(problem: PlanningTask) -> Iterator[tuple[Array, Array]]:
-    """Yield states within the limits and inputs within theirs."""
-    generator, model = np.random.default_rng(0), problem.model
-    for _ in range(RANDOM_STATES):
-        x = problem.sample(generator)
-        u = np.asarray(generator.uniform(*model.control_bounds.T))
-        yield model.project(x), u
 
 
 def _reached(problem: PlanningTask, x: Array, u: Array) -> Array:

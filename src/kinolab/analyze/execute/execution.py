@@ -121,22 +121,63 @@ class Executor:
         self._plan = unwrapped(problem, trajectory)
         self._tracker = Tracker.along(problem, self._plan, large=large)
         self._surveillance = CollisionMonitor(problem)
+        spans = np.diff(self._plan.t)
+        later = math.ceil(SETTLING_FRACTION * self._plan.duration / spans[-1])
+        self._enough = 1.0 / (1.0 - problem.scenario.goal.reserve)
+        self._first = math.floor((1.0 - SETTLING_FRACTION) * len(spans))
+        self._spans = [*spans.tolist(), *[float(spans[-1])] * later]
 
     def run(self, k: int) -> ExecutionRun:
         """Return the result of run k, counted from 0; without its path from the 1000th on.
 
+        A perturbed machine steps until the goal is reached around the plan's end, or time runs out.
+
         Raises:
             InputError: If no machine has such parameters.
         """
-        made = _Run(
-            self._problem,
-            self._plan,
-            self._tracker,
-            self._surveillance,
-            self._conditions,
-            np.random.default_rng([self._seed, k]),
-        ).result()
+        generator = np.random.default_rng([self._seed, k])
+        built = self._conditions.machine(self._problem.system, generator)
+        parameters = built.parameter_values
+        step = ReferenceStep(self._problem, parameters)
+        states, nearest = [self._plan.x[0]], math.inf
+        outcome: Outcome = "missed"
+        try:
+            for i, span in enumerate(self._spans):
+                states.append(step(states[-1], self._acting(i, states[-1], generator), span))
+                if i + 1 >= self._first:
+                    excess = self._surveillance.goal_excess(states[-1], parameters)
+                    nearest = min(nearest, excess)
+                if nearest <= self._enough:
+                    outcome = "reached"
+                    break
+        except KinolabError:
+            outcome = "lost"
+        x = np.array(states)
+        fault = self._surveillance.first_fault(x, built)
+        if fault is not None:
+            last, outcome = fault
+            x = x[: last + 1]
+        made = ExecutionRun(outcome, x, nearest, self._off(x), parameters, len(x) - 1)
         return made if k < KEPT else made.ending
+
+    def _acting(self, i: int, x: Array, generator: np.random.Generator) -> Array:
+        """Return the plant's inputs in step i, which the nominal controller finds at a state."""
+        problem, model = self._problem, self._problem.whole or self._problem.model
+        seen = self._conditions.measured(problem, x, generator)
+        tracked = self._conditions.tracked
+        wanted = self._tracker.inputs(i, seen) if tracked else self._tracker.planned(i)
+        acting = model.plant_inputs(seen, wanted)
+        return self._conditions.disturbed(model.plant, acting, generator)
+
+    def _off(self, x: Array) -> Array:
+        """Return the largest weighted deviation of each state from the planned one, (n,)."""
+        planned = self._plan.x
+        deviations = [
+            np.abs(self._tracker.deviation(planned[min(k, len(planned) - 1)], state))
+            for k, state in enumerate(x)
+        ]
+        off: Array = (np.array(deviations) * self._problem.weights).max(axis=1)
+        return off
 
     def tally(
         self, runs: Iterable[ExecutionRun], told: Callable[[int], None] = lambda _: None
@@ -156,70 +197,3 @@ class Executor:
             worst = max(worst, run.deviation)
             told(k + 1)
         return Execution(self._conditions, self._seed, tuple(kept), dict(counts), worst)
-
-
-class _Run:
-    """One perturbed machine that follows a plan."""
-
-    def __init__(
-        self,
-        problem: PlanningTask,
-        trajectory: Trajectory,
-        tracker: Tracker,
-        surveillance: CollisionMonitor,
-        conditions: Conditions,
-        generator: np.random.Generator,
-    ) -> None:
-        self._problem, self._plan, self._tracker = problem, trajectory, tracker
-        self._model, self._surveillance = problem.whole or problem.model, surveillance
-        self._conditions, self._generator = conditions, generator
-        self._built = conditions.machine(problem.system, generator)
-        self._parameters = self._built.parameter_values
-        self._step = ReferenceStep(problem, self._parameters)
-        spans = np.diff(trajectory.t)
-        later = math.ceil(SETTLING_FRACTION * trajectory.duration / spans[-1])
-        self._enough = 1.0 / (1.0 - problem.scenario.goal.reserve)
-        self._first = math.floor((1.0 - SETTLING_FRACTION) * len(spans))
-        self._spans = [*spans.tolist(), *[float(spans[-1])] * later]
-
-    def result(self) -> ExecutionRun:
-        """Step until the goal is reached around the plan's end, or time runs out."""
-        states, nearest = [self._plan.x[0]], math.inf
-        outcome: Outcome = "missed"
-        try:
-            for k, span in enumerate(self._spans):
-                states.append(self._moved(k, states[-1], span))
-                if k + 1 >= self._first:
-                    excess = self._surveillance.goal_excess(states[-1], self._parameters)
-                    nearest = min(nearest, excess)
-                if nearest <= self._enough:
-                    outcome = "reached"
-                    break
-        except KinolabError:
-            outcome = "lost"
-        x = np.array(states)
-        fault = self._surveillance.first_fault(x, self._built)
-        if fault is not None:
-            last, outcome = fault
-            x = x[: last + 1]
-        return ExecutionRun(outcome, x, nearest, self._off(x), self._parameters, len(x) - 1)
-
-    def _moved(self, k: int, x: Array, span: float) -> Array:
-        """Return the state after a step of the actual machine under the nominal controller."""
-        problem, model = self._problem, self._model
-        seen = self._conditions.measured(problem, x, self._generator)
-        wanted = (
-            self._tracker.inputs(k, seen) if self._conditions.tracked else self._tracker.planned(k)
-        )
-        acting = model.plant_inputs(seen, wanted)
-        held = self._conditions.disturbed(model.plant, acting, self._generator)
-        return self._step(x, held, span)
-
-    def _off(self, x: Array) -> Array:
-        planned = self._plan.x
-        deviations = [
-            np.abs(self._tracker.deviation(planned[min(k, len(planned) - 1)], state))
-            for k, state in enumerate(x)
-        ]
-        off: Array = (np.array(deviations) * self._problem.weights).max(axis=1)
-        return off

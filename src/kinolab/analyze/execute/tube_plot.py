@@ -46,18 +46,12 @@ def tube_png(problem: PlanningTask, plan: Trajectory, execution: Execution, titl
     left, right = figure.subplots(1, 2, width_ratios=[3, 2])
     _paths(left, problem, plan, execution)
     _deviations(right, plan, execution)
-    figure.suptitle(f"{title}: {_said(execution)}", parse_math=False, usetex=False)
+    c, reached = execution.conditions, f"{execution.reached} of {execution.total} reached the goal"
+    varied = f"parameters ±{c.parameters:.0%}, noise {c.noise:.1%}, disturbance {c.disturbance:.1%}"
+    figure.suptitle(f"{title}: {reached} ({varied})", parse_math=False, usetex=False)
     out = io.BytesIO()
     figure.savefig(out, format="png", dpi=110)
     return out.getvalue()
-
-
-def _said(execution: Execution) -> str:
-    c = execution.conditions
-    return (
-        f"{execution.reached} of {execution.total} reached the goal "
-        f"(parameters ±{c.parameters:.0%}, noise {c.noise:.1%}, disturbance {c.disturbance:.1%})"
-    )
 
 
 def _paths(axes: Axes, problem: PlanningTask, plan: Trajectory, execution: Execution) -> None:

@@ -83,7 +83,8 @@ def command(
     and execution.png in FOLDER. They are the same however many do the work;
     up to 500 runs are done by one process, unless --jobs says otherwise.
     """
-    from kinolab.analyze.execute import Conditions, execution_to_json, tube_png
+    from kinolab.analyze.execute.conditions import Conditions
+    from kinolab.analyze.execute.tube_plot import execution_to_json, tube_png
     from kinolab.errors import printable
     from kinolab.files import write_whole
     from kinolab.runs import read_run

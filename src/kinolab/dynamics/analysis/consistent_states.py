@@ -172,7 +172,9 @@ class _LoopClosure:
                 },
                 options={"ftol": 1e-14, "maxiter": 200},
             )
-            near = self._turned_back(self._closed(result.x * sizes), q, limits)
+            near = self._closed(result.x * sizes)
+            free = self._plant.circular[: len(q)] & ~np.isfinite(limits).any(axis=1)
+            near -= np.where(free, whole_turns(near - q), 0.0)  # of unlimited angles
             held = np.abs(self._missing(near)).max() <= CONSTRAINT_TOLERANCE
         except (ArithmeticError, ValueError, np.linalg.LinAlgError):
             return None  # the expressions are undefined there
@@ -188,11 +190,6 @@ class _LoopClosure:
             rows = self._rows(q) * self._scales
             q = q - self._scales * (np.linalg.pinv(rows, rcond=1e-12) @ self._missing(q))
         return q
-
-    def _turned_back(self, near: Array, q: Array, limits: Array) -> Array:
-        """Remove whole turns between two configurations, for unlimited angles."""
-        free = self._plant.circular[: len(q)] & ~np.isfinite(limits).any(axis=1)
-        return near - np.where(free, whole_turns(near - q), 0.0)
 
     def _missing(self, q: Array) -> Array:
         lengths = [q[part.own] @ q[part.own] - 1.0 for part in self._plant.space.spheres]

@@ -128,7 +128,7 @@ class _Decoupling:
         self._count = len(derivation.quasi) + len(derivation.independent)
         first = len(whole.symbols) - self._count
         self._q, self._v = whole.state[:first], whole.state[first:]
-        self._first = first
+        self._first, self._drift = first, whole.drift[first:]
         rates = tangent_symbols(system)
         self._symbols = (
             *(entry.velocity for entry in derivation.quasi),
@@ -187,7 +187,7 @@ class _Decoupling:
 
     def _moved(self, flow: Sequence[Node]) -> tuple[str, ...]:
         """Name the coordinates that change at rates (nq,) anywhere."""
-        values = np.array([self._values(flow, point) for point in self._points])
+        values = np.array([self._tape.evaluate(flow, point) for point in self._points])
         rates = iter((np.abs(values) > SAME).any(axis=0).tolist())
         return tuple(
             coordinate.name
@@ -214,7 +214,7 @@ class _Decoupling:
         Those are taken whose determinant, rows of unit size, stays the largest over the points.
         """
         flat = [node for row in self._effect for node in row]
-        A = np.array([self._values(flat, point) for point in self._points])
+        A = np.array([self._tape.evaluate(flat, point) for point in self._points])
         A = A.reshape(len(self._points), self._count, -1)
         sizes = np.abs(A).max(axis=(0, 2), initial=1e-300)
         A = A / sizes[:, None] / np.abs(A / sizes[:, None]).max(axis=(0, 1), initial=1e-300)
@@ -245,10 +245,6 @@ class _Decoupling:
         if not self._vanishes(self._left_over(pull)):
             what = "gravity or springs push it where no input does"
             raise _refusal(self._system, what)
-
-    @property
-    def _drift(self) -> tuple[Node, ...]:
-        return self._whole.drift[self._first :]
 
     # The quadratic forms
 
@@ -374,7 +370,7 @@ class _Decoupling:
                     yield "", self._unit(only)
                 return
             root = tape.sub(tape.mul(b, b), tape.mul(a, c))
-            sizes = np.array([self._values([root, tape.mul(b, b)], p) for p in self._points])
+            sizes = np.array([self._tape.evaluate([root, tape.mul(b, b)], p) for p in self._points])
             if (sizes[:, 0] < -SAME * np.abs(sizes).max()).any():
                 return
             if np.abs(sizes[:, 0]).max() <= SAME * np.abs(sizes).max():
@@ -388,7 +384,7 @@ class _Decoupling:
     def _unit(self, root: tuple[Node, Node]) -> tuple[Node, Node]:
         """Scale a direction so that its squares add up to 1; one that never turns is constant."""
         tape = self._tape
-        values = np.array([self._values(root, point) for point in self._points])
+        values = np.array([self._tape.evaluate(root, point) for point in self._points])
         with np.errstate(divide="ignore", invalid="ignore"):
             values *= np.sign(values[:, 1:]) / np.linalg.norm(values, axis=1)[:, None]
         if (np.ptp(values, axis=0) <= SAME).all():
@@ -402,14 +398,11 @@ class _Decoupling:
 
     # Numbers
 
-    def _values(self, nodes: Sequence[Node], point: Mapping[str, float]) -> list[float]:
-        return self._tape.evaluate(nodes, point)
-
     def _vanishes(self, sums: Sequence[tuple[Node, ...]]) -> bool:
         """Say whether sums of terms vanish at all sampled configurations, up to rounding."""
         for point in self._points:
             for terms in sums:
-                values = np.array(self._values(terms, point))
+                values = np.array(self._tape.evaluate(terms, point))
                 size = np.abs(values).max(initial=0.0)
                 if abs(values.sum()) > SAME * max(size, NOTHING):
                     return False

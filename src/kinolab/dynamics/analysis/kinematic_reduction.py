@@ -38,7 +38,18 @@ def kinematic_reduction(system: Mechanism, limits: Sequence[Limit]) -> Mechanism
     named = zip(velocities, limits, strict=True)
     made = Mechanism(
         system.name,
-        bodies=[without_mass(body) for body in system.bodies],
+        bodies=[
+            Body(
+                body.name,
+                body.frame,
+                shape=body.shapes,
+                touches_ground=body.touches_ground,
+                color=body.color,
+                whirl=body.whirl,
+                drawn=body.drawn,
+            )
+            for body in system.bodies
+        ],
         constraints=system.constraints,
         inputs=[
             Rate(f"{name}_given", on=velocity, limit=limit) for (name, velocity), limit in named
@@ -49,16 +60,3 @@ def kinematic_reduction(system: Mechanism, limits: Sequence[Limit]) -> Mechanism
     )
     left = {parameter.name for parameter in made.parameters}  # those of masses and forces are gone
     return made.with_parameters(**{name: x for name, x in system.values if name in left})
-
-
-def without_mass(body: Body) -> Body:
-    """Return a body of the same shape and place, without mass."""
-    return Body(
-        body.name,
-        body.frame,
-        shape=body.shapes,
-        touches_ground=body.touches_ground,
-        color=body.color,
-        whirl=body.whirl,
-        drawn=body.drawn,
-    )

@@ -15,7 +15,6 @@ from kinolab.dynamics.codegen.exports import Function, tangent_of
 from kinolab.dynamics.codegen.integrators import RATE, STEP, steppers
 from kinolab.dynamics.codegen.llvm import Register, Routine
 from kinolab.dynamics.derivation.derivation import Derivation
-from kinolab.dynamics.derivation.expression_graph import ExpressionGraph, Node
 from kinolab.dynamics.derivation.lowering import Lowering
 from kinolab.dynamics.language.feedback import Feedback
 from kinolab.dynamics.language.inputs import bounds_of
@@ -68,14 +67,10 @@ def law_of(derivation: Derivation, feedback: Feedback) -> Function:
             what = f"the law of {entry.name} rests on a velocity that inputs decide."
             remedy = "Use coordinates, independent rates and references in it."
             raise InputError([Mistake(f"system {system.name!r} feedback", what, remedy)])
-        nodes.append(_between(tape, node, *bounds_of(entry)))
+        lower_limit, upper_limit = bounds_of(entry)
+        above = tape.maximum(node, tape.constant(lower_limit))
+        nodes.append(tape.neg(tape.maximum(tape.neg(above), tape.constant(-upper_limit))))
     return Function("law", {**derivation.arguments, "u": references}, nodes)
-
-
-def _between(tape: ExpressionGraph, node: Node, lower: float, upper: float) -> Node:
-    """Return a node cut at two limits."""
-    above = tape.maximum(node, tape.constant(lower))
-    return tape.neg(tape.maximum(tape.neg(above), tape.constant(-upper)))
 
 
 def _emit_closed(name: str, parameters: list[tuple[str, str]], inputs: int) -> str:

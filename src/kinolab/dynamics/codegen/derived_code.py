@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from typing import Any
 
@@ -44,11 +43,10 @@ def derived_code(
     """
     if system.modes:
         modes = derive_modes(system)
-        d, text = modes[0].derivation, emit_hybrid(modes)
         keep(tuple(ModeFormulas.of(mode.derivation) for mode in modes))
         redundant = {name: None for mode in modes for name in mode.derivation.redundant}
-        facts = {**_facts(d), "redundant": tuple(redundant), "lanes": False}
-        return facts, compiled(text)
+        facts = _facts(modes[0].derivation) | {"redundant": tuple(redundant), "lanes": False}
+        return facts, compiled(emit_hybrid(modes))
     d = derive(system)
     facts = _facts(d)
     lanes = law is None and facts["operations"] <= MOST_IN_LANES
@@ -68,13 +66,6 @@ def _facts(d: Derivation) -> dict[str, Any]:
     facts: dict[str, Any] = {"sizes": sizes, "independent": d.independent, "redundant": d.redundant}
     facts["operations"] = operations_of(d)
     facts["quasi"] = [
-        {
-            "name": v.name,
-            "unit": v.unit,
-            "speed": v.speed if math.isfinite(v.speed) else None,
-            "scale": v.scale,
-            "direction": v.direction or str(v.velocity),
-        }
-        for v in d.quasi
+        (v.name, v.unit, v.speed, v.scale, v.direction or str(v.velocity)) for v in d.quasi
     ]
     return facts

@@ -169,22 +169,17 @@ def _status(routine: Routine, results: Sequence[str], guards: Sequence[str]) -> 
         total = routine.line(f"fadd {routine.number} {total}, {vanishing}")
     finite = routine.compare("oeq", total, zero)
     positive = [routine.compare("ogt", guard, zero) for guard in guards]
-    if routine.lanes > 1:
-        return _failed_lanes(routine, [finite, *positive])
+    if routine.lanes > 1:  # bits that are set for lanes in which a condition does not hold
+        good = finite
+        for condition in positive:
+            good = routine.line(f"and {routine.truth} {good}, {condition}")
+        bits = routine.line(f"bitcast {routine.truth} {good} to i{routine.lanes}")
+        bad = routine.line(f"xor i{routine.lanes} {bits}, -1")
+        return routine.line(f"zext i{routine.lanes} {bad} to i32")
     status = routine.line(f"select i1 {finite}, i32 0, i32 {NOT_FINITE}")
     for holds in positive:
         status = routine.line(f"select i1 {holds}, i32 {status}, i32 {SINGULAR}")
     return status
-
-
-def _failed_lanes(routine: Routine, conditions: Sequence[Register]) -> Register:
-    """Return bits that are set for lanes in which a condition does not hold."""
-    good, *others = conditions
-    for condition in others:
-        good = routine.line(f"and {routine.truth} {good}, {condition}")
-    bits = routine.line(f"bitcast {routine.truth} {good} to i{routine.lanes}")
-    bad = routine.line(f"xor i{routine.lanes} {bits}, -1")
-    return routine.line(f"zext i{routine.lanes} {bad} to i32")
 
 
 def declarations() -> list[str]:

@@ -6,9 +6,8 @@ What each function takes, ``emission`` says. A status of 0 means that it worked.
 from __future__ import annotations
 
 import ctypes
-import math
 from collections.abc import Callable, Sequence
-from functools import cached_property, partial
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -76,7 +75,7 @@ class MachineCode:
         self.sizes: dict[str, int] = facts["sizes"]
         self.operations: int = facts["operations"]
         self.independent: tuple[int, ...] = tuple(facts["independent"])
-        self.quasi = tuple(_quasi_velocity(**entry) for entry in facts["quasi"])
+        self.quasi = tuple(QuasiVelocityFacts(*entry) for entry in facts["quasi"])
         self.redundant: tuple[str, ...] = tuple(facts["redundant"])
         steps = steppers()
         self.methods = tuple(METHODS)
@@ -87,6 +86,12 @@ class MachineCode:
         self._in_lanes = [name + in_lanes(LANES) for name in ("f", *explicit) if facts["lanes"]]
         names = {*self.sizes, *FUNCTIONS, *steps, *own, *self._closed.values(), *self._in_lanes}
         self._library = link(code, names)
+        # over rows of states, and over rows of states and inputs
+        self._loops = [
+            ctypes.CFUNCTYPE(INTEGER, *(POINTER,) * pointers, *(INTEGER,) * 3)(self.address(name))
+            for name, pointers in (("rows_at", 4), ("rows_under", 5))
+        ]
+        self._steppers = {method: STEP(self.address(f"step_{method}")) for method in self.methods}
 
     def address(self, name: str) -> int:
         """Return the address of a C function, the closed loop's where there is feedback."""
@@ -143,18 +148,6 @@ class MachineCode:
                 return k, status
         return -1, 0
 
-    @cached_property
-    def _loops(self) -> list[Callable[..., int]]:
-        """Loops of a function over rows of states, and over rows of states and inputs."""
-        return [
-            ctypes.CFUNCTYPE(INTEGER, *(POINTER,) * pointers, *(INTEGER,) * 3)(self.address(name))
-            for name, pointers in (("rows_at", 4), ("rows_under", 5))
-        ]
-
-    @cached_property
-    def _steppers(self) -> dict[str, Callable[..., int]]:
-        return {method: STEP(self.address(f"step_{method}")) for method in self.methods}
-
 
 def bound(address: int, *arrays: Any) -> Callable[[], int]:
     """Return a C function with its arguments bound: each call returns the status.
@@ -171,8 +164,3 @@ def bound(address: int, *arrays: Any) -> Callable[[], int]:
 
 def _pointer(array: Array) -> int:
     return int(array.ctypes.data)
-
-
-def _quasi_velocity(*, speed: float | None, **facts: Any) -> QuasiVelocityFacts:
-    """Return the facts of a quasi-velocity; JSON has no infinity, so an absent limit is none."""
-    return QuasiVelocityFacts(speed=math.inf if speed is None else speed, **facts)

@@ -58,7 +58,8 @@ def emit_sine_and_cosine(lanes: int) -> str:
     )  # fmt: skip
     quadrant, r = _reduced(routine, "%angle")
     square = routine.mul(r, r)
-    short = _sine(routine, r, square), _cosine(routine, square)
+    sine = routine.mul(routine.mul(square, r), _polynomial(routine, SINE, square))
+    short = routine.add(r, sine), _cosine(routine, square)
     even = routine.line(f"icmp eq {_bits(routine)} {_masked(routine, quadrant, 1)}, "
                         f"{_integer(routine, 0)}")  # fmt: skip
     after = routine.line(f"add {_bits(routine)} {quadrant}, {_integer(routine, 1)}")
@@ -66,7 +67,10 @@ def emit_sine_and_cosine(lanes: int) -> str:
         _signed(routine, routine.select(even, *short), quadrant),
         _signed(routine, routine.select(even, *short[::-1]), after),
     ]
-    _give(routine, _asked_of_library_where_far(routine, near))
+    pair, both = _pair(number), "poison"
+    for k, value in enumerate(_asked_of_library_where_far(routine, near)):
+        both = routine.line(f"insertvalue {pair} {both}, {number} {value}, {k}")
+    routine.give(both)
     return routine.text()
 
 
@@ -79,11 +83,6 @@ def _reduced(routine: Routine, angle: Register) -> tuple[Register, Register]:
     for part in HALF_PI:
         angle = routine.sub(angle, routine.mul(turns, routine.constant(part)))
     return quadrant, angle
-
-
-def _sine(routine: Routine, r: Register, square: Register) -> Register:
-    cube = routine.mul(square, r)
-    return routine.add(r, routine.mul(cube, _polynomial(routine, SINE, square)))
 
 
 def _cosine(routine: Routine, square: Register) -> Register:
@@ -131,13 +130,6 @@ def _asked_of_library_where_far(routine: Routine, near: Sequence[Register]) -> l
             known = routine.intrinsic(name, "%angle")
             routine.put(routine.number, cell, routine.select(far, known, value))
     return [routine.get(routine.number, cell) for cell in cells]
-
-
-def _give(routine: Routine, values: Sequence[Register]) -> None:
-    pair, both = _pair(routine.number), "poison"
-    for k, value in enumerate(values):
-        both = routine.line(f"insertvalue {pair} {both}, {routine.number} {value}, {k}")
-    routine.give(both)
 
 
 def _pair(number: str) -> str:

@@ -169,7 +169,8 @@ class _Derivation:
     def result(self, *, idle_inputs: bool) -> Derivation:
         """Return all nodes."""
         binding, chart = self.binding, self.chart
-        accelerations = self._accelerations()
+        solve = self._accelerations_by_multipliers if self.multipliers else self._accelerations
+        accelerations = solve() if self.states else []
         kinetics = self._along(chart)
         actual = binding.at(chart.velocities)
         changes = [binding.lower(entry.derivative) for entry in self.system.states]
@@ -195,7 +196,12 @@ class _Derivation:
             velocities=chart.velocities,
             flow=flow,
             projection=self._projection(),
-            frames=tuple(node for pose in poses for node in _rows_of(pose)),
+            frames=tuple(
+                node
+                for pose in poses
+                for row, entry in zip(pose.rotation, pose.position, strict=True)
+                for node in (*row, entry)
+            ),
             cables=tuple(node for pair in ends for end in pair for node in end.position),
             point_speeds=tuple(
                 _point_speed(binding, body.shapes, pose)
@@ -221,14 +227,6 @@ class _Derivation:
         return NewtonEuler(Kinematics(self.binding, replace(chart, **changes)))
 
     def _accelerations(self) -> list[Node]:
-        """Return the derivatives of the independent velocities."""
-        if not self.chart.states:
-            return []
-        if self.multipliers:
-            return self._accelerations_by_multipliers()
-        return self._reduced_accelerations()
-
-    def _reduced_accelerations(self) -> list[Node]:
         """Solve M_ff v_dot_f = F_f for given driven accelerations."""
         tape, chart = self.tape, self.chart
         free = [k for k in range(len(chart.states)) if k not in chart.driven]
@@ -481,11 +479,6 @@ def _remedy_for(system: Mechanism, coordinates: Sequence[str]) -> str:
     if len(moved) == 1:
         return f"Give {moved[0]!r} a mass or an inertia."
     return f"Give one of {', '.join(map(repr, moved))} a mass or an inertia."
-
-
-def _rows_of(state: FrameState) -> list[Node]:
-    rows = zip(state.rotation, state.position, strict=True)
-    return [node for row, coordinate in rows for node in (*row, coordinate)]
 
 
 def _point_speed(binding: SymbolTable, shapes: Sequence[object], state: FrameState) -> Node:

@@ -370,27 +370,17 @@ class ExpressionGraph:
 
     def _unary_rule(self, name: str, node: Node, a: Node, da: Node) -> Node:
         square = self.mul(node, node)
-        match name:
-            case "neg":
-                return self.neg(da)
-            case "sin":
-                return self.mul(self.unary("cos", a), da)
-            case "cos":
-                return self.neg(self.mul(self.unary("sin", a), da))
-            case "tan":
-                return self.mul(self.add(self.one, square), da)
-            case "exp":
-                return self.mul(node, da)
-            case "log":
-                return self.div(da, a)
-            case "sqrt":
-                return self.div(da, self.add(node, node))
-            case "tanh":
-                return self.mul(self.sub(self.one, square), da)
-            case "atan":
-                return self.div(da, self.add(self.one, self.mul(a, a)))
-            case "fabs":
-                return self.mul(self.unary("sign", a), da)  # 0 at the kink, the mean of both slopes
-            case "sign":
-                return self.zero
-        raise ArithmeticError(f"{name} has no derivative")
+        rules: dict[str, Callable[[], Node]] = {
+            "neg": lambda: self.neg(da),
+            "sin": lambda: self.mul(self.unary("cos", a), da),
+            "cos": lambda: self.neg(self.mul(self.unary("sin", a), da)),
+            "tan": lambda: self.mul(self.add(self.one, square), da),
+            "exp": lambda: self.mul(node, da),
+            "log": lambda: self.div(da, a),
+            "sqrt": lambda: self.div(da, self.add(node, node)),
+            "tanh": lambda: self.mul(self.sub(self.one, square), da),
+            "atan": lambda: self.div(da, self.add(self.one, self.mul(a, a))),
+            "fabs": lambda: self.mul(self.unary("sign", a), da),  # 0 at the kink, the mean slope
+            "sign": lambda: self.zero,
+        }
+        return rules[name]()

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from functools import partial
 
-import sympy
-
 from kinolab.dynamics.derivation.expression_graph import Node
 from kinolab.dynamics.derivation.kinematics import FrameState, Kinematics, Twist
 from kinolab.dynamics.derivation.projected_forces import ProjectedForces, power
@@ -59,7 +57,9 @@ class NewtonEuler:
         """Return -dV/dq along each direction: weight, and the forces of potentials."""
         total = [self.binding.tape.zero] * self._count
         for body in self._bodies:
-            self._forces.apply(total, body.frame, Twist(self._weight(body), self._vectors.zero))
+            field = self._forces.seen(body.frame, self._gravity())
+            weight = self._vectors.scale(self.binding.lower(body.mass), field)
+            self._forces.apply(total, body.frame, Twist(weight, self._vectors.zero))
         for energy in potentials(self.system):
             self._forces.descend(total, energy)
         return total
@@ -77,20 +77,17 @@ class NewtonEuler:
 
     def energy(self) -> tuple[Node, Node]:
         """Return kinetic and potential energy."""
-        tape, lower, vectors = self.binding.tape, self.binding.lower, self._vectors
+        tape, lower = self.binding.tape, self.binding.lower
         kinetic, potential = tape.zero, tape.zero
         for body in self._bodies:
             state = self.kinematics(body.frame)
             momentum = self._momentum(body, state.velocity)
             kinetic = tape.add(kinetic, power(self._vectors, momentum, state.velocity))
-            fall = vectors.dot(self._gravity(), state.position)
+            fall = tape.dot(self._gravity(), state.position)
             potential = tape.sub(potential, tape.mul(lower(body.mass), fall))
         for energy in potentials(self.system):
             potential = tape.add(potential, self._forces.value(energy))
         return tape.mul(tape.constant(0.5), kinetic), potential
-
-    def _lower(self, components: Sequence[sympy.Expr]) -> Vector:
-        return self._vectors.vector([self.binding.lower(component) for component in components])
 
     def _gravity(self) -> Vector:
         """Return gravity in world axes, in [m/s^2]."""
@@ -99,10 +96,6 @@ class NewtonEuler:
             return self._vectors.zero
         down = self._vectors.vector([tape.constant(component) for component in field.down])
         return self._vectors.scale(self.binding.lower(field.strength), down)
-
-    def _weight(self, body: Body) -> Vector:
-        field = self._forces.seen(body.frame, self._gravity())
-        return self._vectors.scale(self.binding.lower(body.mass), field)
 
     def _momentum(self, body: Body, twist: Twist) -> Twist:
         """Return linear and angular momentum, added mass included."""
@@ -119,8 +112,8 @@ class NewtonEuler:
         )
 
     def _inertia(self, body: Body) -> Matrix3:
-        entries = body.inertia_matrix
-        a, b, c = (self._lower([entries[i, j] for j in range(3)]) for i in range(3))
+        entries, lower = body.inertia_matrix, self.binding.lower
+        a, b, c = (self._vectors.vector([lower(entries[i, j]) for j in range(3)]) for i in range(3))
         return a, b, c
 
     def _fluid_momentum(self, body: Body, twist: Twist) -> Twist:

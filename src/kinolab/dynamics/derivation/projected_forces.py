@@ -101,7 +101,7 @@ class ProjectedForces:
         """Return the time derivative of a function of coordinates and places."""
         flow = self._binding.flow(self._kinematics.motions.velocities)
         speeds = (
-            self._vectors.dot(slope, self._kinematics(frame).velocity.linear)
+            self._tape.dot(slope, self._kinematics(frame).velocity.linear)
             for frame, slope in self._by_places(position)
         )
         return self._tape.sum([*speeds, *self._slopes(position, [flow])])
@@ -134,5 +134,5 @@ class ProjectedForces:
 
 def power(vectors: Vectors, wrench: Twist, twist: Twist) -> Node:
     """Return the power of a force and a torque on what moves with a twist."""
-    linear = vectors.dot(wrench.linear, twist.linear)
-    return vectors.tape.add(linear, vectors.dot(wrench.angular, twist.angular))
+    linear = vectors.tape.dot(wrench.linear, twist.linear)
+    return vectors.tape.add(linear, vectors.tape.dot(wrench.angular, twist.angular))

@@ -206,7 +206,12 @@ def _solve_by_cofactors(
     determinant = tape.dot(A[0], cofactors[0])
     if determinant == tape.zero:
         raise ZeroDivisionError("the constraints do not determine these velocities")
-    _guard_determinant(tape, source, determinant, guards)
+    # det^2 above a fraction of the product of squared row norms (Hadamard's bound)
+    bound = tape.one
+    for row in source:
+        bound = tape.mul(bound, tape.dot(row, row))
+    square = tape.mul(determinant, determinant)
+    guards.require(tape, tape.sub(square, tape.mul(tape.constant(SINGULAR_FLOOR**2), bound)))
     return [
         [
             tape.div(tape.dot((cofactors[i][j] for i in range(size)), column), determinant)
@@ -214,14 +219,3 @@ def _solve_by_cofactors(
         ]
         for column in columns
     ]
-
-
-def _guard_determinant(
-    tape: ExpressionGraph, rows: Matrix, determinant: Node, guards: Guards
-) -> None:
-    """Require det^2 above a fraction of the product of squared row norms (Hadamard's bound)."""
-    bound = tape.one
-    for row in rows:
-        bound = tape.mul(bound, tape.dot(row, row))
-    square = tape.mul(determinant, determinant)
-    guards.require(tape, tape.sub(square, tape.mul(tape.constant(SINGULAR_FLOOR**2), bound)))

@@ -51,10 +51,6 @@ class Vectors:
         """Return a multiple of a vector."""
         return self.vector([self.tape.mul(factor, component) for component in vector])
 
-    def dot(self, a: Vector, b: Vector) -> Node:
-        """Return the scalar product."""
-        return self.tape.dot(a, b)
-
     def cross(self, a: Vector, b: Vector) -> Vector:
         """Return the cross product a x b."""
         tape = self.tape
@@ -66,7 +62,7 @@ class Vectors:
 
     def transform(self, matrix: Matrix3, vector: Vector) -> Vector:
         """Return the product of a matrix and a vector."""
-        return self.vector([self.dot(row, vector) for row in matrix])
+        return self.vector([self.tape.dot(row, vector) for row in matrix])
 
     def transpose(self, matrix: Matrix3) -> Matrix3:
         """Return the transposed matrix."""

@@ -86,9 +86,8 @@ def choose_velocities(
     if samples.shape[2] <= samples.shape[1] or system.closures:  # no choice, or loops decide on it
         return VelocityChoice(dependent)
     places = SampledConstraints.of(binding)
-    found = None
-    if places.singular(rows, dependent) is not None:
-        found = _quasi(rows, places, free, dependent)
+    regular = places.singular(rows, dependent) is None
+    found = None if regular else _quasi(rows, places, free, dependent)
     return found or VelocityChoice(dependent)
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -15,23 +14,15 @@ from kinolab.dynamics.language.shapes import Shape, ShapeKind
 from kinolab.dynamics.language.shapes.hulls import hull_surface
 
 
-@dataclass(frozen=True)
-class BodySizes:
-    """Shapes of all bodies and a function for their dimensions.
+def body_sizes(binding: SymbolTable) -> tuple[list[list[dict[str, Any]]], Function]:
+    """Return the shapes of all bodies, and a function for their dimensions.
 
-    Attributes:
-        facts: Per body and shape: kind, axis of symmetry if any, names of its dimensions, and the
-            offsets of dimensions and position among the results; and the surface of a hull, which
-            follows no parameter.
-        function: ``shapes(p)``: dimensions in [m], and position in the body's frame in [m].
+    Returns:
+        Facts per body and shape: kind, axis of symmetry if any, names of its dimensions, and the
+        offsets of dimensions and position among the results; and the surface of a hull, which
+        follows no parameter. Then ``shapes(p)``: dimensions in [m], and position in the body's
+        frame in [m].
     """
-
-    facts: list[list[dict[str, Any]]]
-    function: Function
-
-
-def body_sizes(binding: SymbolTable) -> BodySizes:
-    """Return the shapes of all bodies with their dimensions as nodes."""
     outputs, system = list[Node](), binding.system
     facts = [
         [
@@ -40,7 +31,7 @@ def body_sizes(binding: SymbolTable) -> BodySizes:
         ]
         for body in system.bodies
     ]
-    return BodySizes(facts, Function("shapes", {"p": binding.parameters}, outputs))
+    return facts, Function("shapes", {"p": binding.parameters}, outputs)
 
 
 def _fact(shape: Shape, binding: SymbolTable, outputs: list[Node]) -> dict[str, Any]:

@@ -11,7 +11,6 @@ Source: Murray, Li, Sastry, A Mathematical Introduction to Robotic Manipulation,
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -35,27 +34,19 @@ MOMENT_LENGTH = 100.0  # [m]; of equivalent wrenches the one with less force is 
 # others add reactions implicit in the coordinates, such as the ground's support
 
 
-@dataclass(frozen=True)
-class ConstraintForces:
-    """The bodies that a machine's constraints act on.
+def constraint_forces(derivation: Derivation) -> tuple[list[dict[str, Any]], list[Function]]:
+    """Find the bodies that constraints act on; none for a kinematic machine.
 
-    Attributes:
-        facts: Per constraint with a force: its name, the index of the body it acts on (None where
-            no single body explains it), the offset of that body's twist in ``twists``, and
-            whether its force can be taken to act at ground level.
-        functions: ``covectors``, one row w per constraint, and ``twists``, six rows of J per body.
+    Returns:
+        Facts per constraint with a force: its name, the index of the body it acts on (None where no
+        single body explains it), the offset of that body's twist in ``twists``, and whether its
+        force can be taken to act at ground level; and functions: ``covectors``, one row w per
+        constraint, and ``twists``, six rows of J per body.
     """
-
-    facts: list[dict[str, Any]]
-    functions: tuple[Function, ...]
-
-
-def constraint_forces(derivation: Derivation) -> ConstraintForces:
-    """Find the bodies that constraints act on; none for a kinematic machine."""
     binding = derivation.binding
     rows = _rows(derivation)
     if not rows:
-        return ConstraintForces([], ())
+        return [], []
     kinematics = Kinematics(binding, unconstrained_coordinates(binding))
     states = [kinematics(body.frame) for body in binding.system.bodies]
     twists = [_twist(binding, state) for state in states]
@@ -73,10 +64,10 @@ def constraint_forces(derivation: Derivation) -> ConstraintForces:
     arguments = {"x": derivation.state, "p": binding.parameters}
     covectors = [entry for row in rows for entry in row.covector]
     chosen = [entry for body in bodies for entry in twists[body]]
-    return ConstraintForces(
-        facts,
-        (Function("covectors", arguments, covectors), Function("twists", arguments, chosen)),
-    )
+    return facts, [
+        Function("covectors", arguments, covectors),
+        Function("twists", arguments, chosen),
+    ]
 
 
 def _rows(derivation: Derivation) -> list[ConstraintRow]:

@@ -37,14 +37,11 @@ def emitted_module(model: Model, runtime: str, *, implicit: bool) -> str:
 
 def _assembled(model: Model, d: Derivation, functions: Sequence[Function], **facts: Any) -> str:
     """Return statements that return a machine: its functions and what is known of it."""
-    holding, shapes = constraint_forces(d), body_sizes(d.binding)
-    functions = [*functions, *holding.functions, shapes.function]
+    (constraints, holding), (shapes, dimensions) = constraint_forces(d), body_sizes(d.binding)
+    functions = [*functions, *holding, dimensions]
     sizes = {function.name: len(function.outputs) for function in functions}
-    facts |= facts_of(model, d) | {
-        "sizes": sizes,
-        "constraints": holding.facts,
-        "shapes": shapes.facts,
-    }
+    facts |= facts_of(model, d)
+    facts |= {"sizes": sizes, "constraints": constraints, "shapes": shapes}
     names = ", ".join(function.name for function in functions)
     return "\n".join(
         [

@@ -59,14 +59,10 @@ class _Body:
                     array, index = places[node]
                     self._name(node, f"{array}{index}", f"{array}[{index}]")
                 case _:
-                    self._work_out(node, operation, once=uses[node] == 1)
-
-    def _work_out(self, node: Node, operation: Operation, *, once: bool) -> None:
-        expression = _expression(operation, [self.text[operand] for operand in operation.operands])
-        if once and len(expression) <= MAX_EXPRESSION_LENGTH:
-            self.text[node] = expression
-        else:
-            self._name(node, f"v{node}", expression)
+                    operands = [self.text[operand] for operand in operation.operands]
+                    self.text[node] = expression = _expression(operation, operands)
+                    if uses[node] > 1 or len(expression) > MAX_EXPRESSION_LENGTH:
+                        self._name(node, f"v{node}", expression)
 
     def _name(self, node: Node, name: str, expression: str) -> None:
         self.lines.append(f"const {name} = {expression};")

@@ -94,12 +94,9 @@ class _Writing:
         """
         stated = exact(expression)
         if stated not in self._places:
-            self._places[stated] = self._written(self._instruction(stated))
+            self.instructions.append(self._instruction(stated))  # after those of its parts
+            self._places[stated] = len(self.instructions) - 1
         return self._places[stated]
-
-    def _written(self, instruction: Instruction) -> int:
-        self.instructions.append(instruction)
-        return len(self.instructions) - 1
 
     def _instruction(self, expression: sympy.Expr) -> Instruction:
         if expression.is_number:

@@ -72,8 +72,7 @@ class _Printer(_OrderedFactors, StrPrinter):  # type: ignore[misc]
     def _print_Symbol(self, expression: sympy.Symbol) -> str:
         return letter(expression.name)
 
-    def _print_MachineSymbol(self, expression: sympy.Symbol) -> str:
-        return letter(expression.name)
+    _print_MachineSymbol = _print_Symbol  # noqa: N815
 
     def _print_Float(self, expression: sympy.Float) -> str:
         return f"{float(expression):.{DIGITS}g}"

@@ -10,7 +10,6 @@ import sympy
 
 from kinolab.dynamics.analysis.fields.to_sympy import FUNCTIONS
 from kinolab.dynamics.analysis.trim import symbols_of_state
-from kinolab.dynamics.derivation.expression_graph import ExpressionGraph, Node
 from kinolab.dynamics.model import Model
 from kinolab.dynamics.translation.translated import translated
 
@@ -77,8 +76,13 @@ def sympy_model(model: Model) -> SympyModel:
     for node in needed:
         if node in text:
             continue
-        expression = _expression(graph, node, text)
-        if used[node] > 1 and graph.operations[node].operands:
+        operation = graph.operations[node]
+        if operation.name == "const":
+            whole = operation.value.is_integer()
+            text[node] = (sympy.Integer if whole else sympy.Float)(operation.value)
+            continue
+        expression = FUNCTIONS[operation.name](*(text[operand] for operand in operation.operands))
+        if used[node] > 1:
             symbol = sympy.Symbol(f"v{len(replacements)}", real=True)
             replacements.append((symbol, expression))
             expression = symbol
@@ -86,12 +90,3 @@ def sympy_model(model: Model) -> SympyModel:
     f = sympy.Matrix([text[node] for node in function.outputs])
     values = {symbol: system.parameter_values[symbol.name] for symbol in p}
     return SympyModel(x, u, p, tuple(replacements), f, values)
-
-
-def _expression(graph: ExpressionGraph, node: Node, known: Mapping[Node, sympy.Expr]) -> sympy.Expr:
-    operation = graph.operations[node]
-    given = [known[operand] for operand in operation.operands]
-    if operation.name == "const":
-        whole = operation.value.is_integer()
-        return sympy.Integer(int(operation.value)) if whole else sympy.Float(operation.value)
-    return FUNCTIONS[operation.name](*given)

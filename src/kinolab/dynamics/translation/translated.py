@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 from kinolab.dynamics.codegen.exports import Function, outputs_of
 from kinolab.dynamics.derivation.derivation import derive
 from kinolab.dynamics.derivation.expression_graph import ExpressionGraph
@@ -13,15 +11,10 @@ from kinolab.errors import InputError, Mistake
 TRANSLATED = ("f", "frames", "energy", "project")
 
 
-class Translated(NamedTuple):
-    """Functions of a machine and the graph of their expressions."""
+def translated(model: Model) -> tuple[ExpressionGraph, dict[str, Function]]:
+    """Return the graph of a machine's expressions, and the functions that are translated, by name.
 
-    graph: ExpressionGraph
-    functions: dict[str, Function]  # ``project`` only where steps leave the constraints
-
-
-def translated(model: Model) -> Translated:
-    """Return what is translated of a machine.
+    There is ``project`` only where steps leave the constraints.
 
     Raises:
         InputError: If it has modes, whose transitions are no functions of a state, or feedback.
@@ -33,4 +26,4 @@ def translated(model: Model) -> Translated:
         raise InputError([Mistake(f"system {model.machine.name!r}", what, remedy)])
     derivation = derive(model.system)
     functions = {f.name: f for f in outputs_of(derivation) if f.name in TRANSLATED and f.outputs}
-    return Translated(derivation.binding.tape, functions)
+    return derivation.binding.tape, functions

@@ -16,12 +16,10 @@ from kinolab.cli.terminal import echo_json, say
 @json_option
 def command(what: str, as_json: bool) -> int:
     """Say what WHAT is and whether it can be controlled."""
-    from kinolab.analyze.describe import (
-        describe,
-        described_as_text,
-        description_to_json,
-        in_each_mode,
-    )
+    from kinolab.analyze.describe.data import description_to_json
+    from kinolab.analyze.describe.description import describe
+    from kinolab.analyze.describe.description_text import described_as_text
+    from kinolab.analyze.describe.each_mode import in_each_mode
     from kinolab.loading import find_machine
 
     with redirect_stdout(sys.stderr):  # keep output of user code out of the result

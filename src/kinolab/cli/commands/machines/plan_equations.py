@@ -12,7 +12,7 @@ from kinolab.cli.terminal import say
 @click.option("--latex", is_flag=True, help="Print LaTeX.")
 def command(what: str, latex: bool) -> int:
     """Print the equations of motion of WHAT: a system, a scenario, or machine.py:function."""
-    from kinolab.analyze.describe import in_each_mode
+    from kinolab.analyze.describe.each_mode import in_each_mode
     from kinolab.loading import find_machine
 
     for title, machine in in_each_mode(find_machine(what)):

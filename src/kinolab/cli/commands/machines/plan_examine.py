@@ -12,7 +12,7 @@ from kinolab.cli.terminal import say
 @click.argument("what")
 def command(what: str) -> int:
     """Check the laws of mechanics on WHAT, and its steps, and say what is odd."""
-    from kinolab.analyze.describe import in_each_mode
+    from kinolab.analyze.describe.each_mode import in_each_mode
     from kinolab.analyze.examine import examine, modes_alone
     from kinolab.dynamics import System
     from kinolab.loading import find_scenario, find_system

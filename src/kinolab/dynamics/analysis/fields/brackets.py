@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import final
 
@@ -56,7 +56,15 @@ class VectorField:
         return VectorField(self.variables, [_tidied(c, deadline) for c in self.components])
 
     def __str__(self) -> str:
-        return "\n".join(_lines(self))
+        lengths = map(written_length, self.components)
+        written = (
+            one_line(component)
+            if length <= MAX_PRINTED
+            else f"an expression of length {length:.0e}"
+            for component, length in zip(self.components, lengths, strict=True)
+        )
+        pairs = zip(self.variables, written, strict=True)
+        return "\n".join(f"{one_line(x)}: {text}" for x, text in pairs)
 
 
 @checked
@@ -82,14 +90,3 @@ def _tidied(component: sympy.Expr, deadline: float) -> sympy.Expr:
         return component
     tried = sympy.trigsimp(sympy.cancel(sympy.expand(component)))
     return min(component, sympy.factor_terms(tried), key=lambda entry: entry.count_ops())
-
-
-def _lines(field: VectorField) -> Iterator[str]:
-    for x, component in zip(field.variables, field.components, strict=True):
-        length = written_length(component)
-        text = (
-            one_line(component)
-            if length <= MAX_PRINTED
-            else f"an expression of length {length:.0e}"
-        )
-        yield f"{one_line(x)}: {text}"

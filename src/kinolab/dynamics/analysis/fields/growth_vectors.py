@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -114,7 +114,12 @@ def filtration(
 
     def spans(point: Mapping[str, Any], degree: int, *, exact: bool) -> list[Rank]:
         layers = BracketFiltration.at(fields, point, degree, exact=exact)
-        return list(_ranks(layers, strong=strong, tolerance=tolerance))
+        found = [] if strong or layers.drift is None else [layers.drift]
+        ranks = []
+        for layer in layers:
+            found += layer
+            ranks.append(rank_of_brackets(found, tolerance))
+        return ranks
 
     if at is None and exact:
         points = [rational_point(fields, point) for point in fields.points]
@@ -158,13 +163,6 @@ def _made(fields: VectorFields, ranks: Sequence[Rank], complete: bool) -> Filtra
     values = [rank.value for rank in ranks]
     length = values.index(values[-1]) + 1
     return Filtration(tuple(values[:length]), fields.dimension, complete, tuple(ranks[:length]))
-
-
-def _ranks(layers: BracketFiltration, *, strong: bool, tolerance: float) -> Iterator[Rank]:
-    found: list[Bracket] = [] if strong or layers.drift is None else [layers.drift]
-    for layer in layers:
-        found += layer
-        yield rank_of_brackets(found, tolerance)
 
 
 def rank_of_brackets(brackets: Sequence[Bracket], tolerance: float = RANK_TOLERANCE) -> Rank:

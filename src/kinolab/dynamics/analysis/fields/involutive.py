@@ -105,7 +105,11 @@ def involutive_closure(system: Mechanism) -> InvolutiveClosure:
         growth=whole.growth,
         dimension=motions.dimension,
         integrable=tuple(integrable),
-        combinations=tuple(_combinations(shares, names)),
+        combinations=tuple(
+            combination_text(row, [f"'{name}'" for name in names])
+            for row in shares
+            if (row != 0).sum() > 1
+        ),
         integrals=_integrals(system, places, names, shares) if missing > positions else (),
         redundant=redundant,
         disguised=missing - positions,
@@ -167,13 +171,6 @@ class _Place:
     def covectors(self) -> Array:
         """The annihilator of the closure, in echelon form and unscaled."""
         return reduced_rows(self.missing / self.scale, COEFFICIENT_TOLERANCE)
-
-
-def _combinations(shares: Array, names: Sequence[str]) -> Iterator[str]:
-    """Yield integrable combinations of several constraints."""
-    for row in shares:
-        if (row != 0).sum() > 1:
-            yield combination_text(row, [f"'{name}'" for name in names])
 
 
 def _integrals(

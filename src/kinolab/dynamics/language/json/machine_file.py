@@ -92,7 +92,7 @@ def machine_to_json(system: Mechanism) -> str:
     """
     system = in_known_words(system, RECORDS.values())
     velocities = system.velocities
-    document = {
+    document: dict[str, Any] = {
         "format": FORMAT,
         "version": VERSION,
         "name": system.name,
@@ -112,7 +112,7 @@ def machine_to_json(system: Mechanism) -> str:
         **({} if system.flat is None else {"flat": _encode(system.flat)}),
         **({} if system.feedback is None else {"feedback": feedback_to_tree(system.feedback)}),
     }
-    return json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+    return _json(document)
 
 
 def machine_from_json(text: str, *, where: str = "machine.json") -> Mechanism:
@@ -162,10 +162,8 @@ def _with_shared(feedback: Feedback, law: Sequence[sympy.Expr]) -> dict[str, Any
     return encoded | {"law": short, "shared": shared}
 
 
-def feedback_to_json(feedback: Feedback | Regulator) -> str:
-    """Return a controller as JSON text."""
-    tree = feedback_to_tree(feedback)
-    return json.dumps(tree, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+def _json(document: dict[str, Any]) -> str:
+    return json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 
 
 def feedback_from_tree(system: Mechanism, tree: Mapping[str, Any]) -> Feedback | Regulator:
@@ -186,7 +184,7 @@ def files_of(system: Mechanism) -> dict[str, str]:
     """Return the texts that ``load_machine`` reads, by the files' names."""
     files = {MACHINE_FILE: machine_to_json(system.with_feedback(None))}
     if system.feedback is not None:
-        files[FEEDBACK_FILE] = feedback_to_json(system.feedback)
+        files[FEEDBACK_FILE] = _json(feedback_to_tree(system.feedback))
     return files
 
 

@@ -48,8 +48,9 @@ def size_mistakes(data: Any) -> Iterator[Mistake]:
     maxima = sum(isinstance(value, list) and value[:1] == ["max"] for value in _within(data))
     if maxima > MAX_MAXIMA:
         yield Mistake("", f"it holds {maxima} maxima; {MAX_MAXIMA} are the most.", "Take fewer.")
-    for tree in _expressions(data):
-        yield from _expression_mistakes(tree)
+    for value in _within(data):
+        if isinstance(value, dict) and "expression" in value:
+            yield from _expression_mistakes(value["expression"])
 
 
 def _expression_mistakes(tree: Any) -> Iterator[Mistake]:
@@ -76,13 +77,6 @@ def _within(data: Any) -> Iterator[Any]:
             left += [*value, *value.values()]
         elif isinstance(value, list):
             left += value
-
-
-def _expressions(data: Any) -> Iterator[Any]:
-    """Yield all expression trees."""
-    for value in _within(data):
-        if isinstance(value, dict) and "expression" in value:
-            yield value["expression"]
 
 
 def _nested(tree: Any, name: str = "") -> int:
