@@ -4,24 +4,33 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from collections.abc import Callable
 from importlib import import_module
+from pathlib import Path
+from typing import Any
 
 import pytest
 
 from kinolab.errors import InputError
-from kinolab.lazy import lazy_names, library_of
+from kinolab.lazy import lazy_package, library_of
 from tests.support import environment
 
 
-def test_a_name_is_imported_when_it_is_asked_for() -> None:
-    named = lazy_names(__name__, {"fractions": ("Fraction",)})
+@pytest.fixture
+def named(tmp_path: Path) -> Callable[[str], Any]:
+    """Return what asks a module, which stands for a package, for a name."""
+    (tmp_path / "own.py").write_text("from fractions import Fraction as Fraction\n")
+    return lazy_package(__name__, str(tmp_path / "own.py"))[1]
+
+
+def test_a_name_is_imported_when_it_is_asked_for(named: Callable[[str], Any]) -> None:
     assert named("Fraction") is import_module("fractions").Fraction
     assert vars(sys.modules[__name__])["Fraction"] is import_module("fractions").Fraction
 
 
-def test_an_unknown_name_is_no_attribute() -> None:
+def test_an_unknown_name_is_no_attribute(named: Callable[[str], Any]) -> None:
     with pytest.raises(AttributeError, match="has no attribute 'fraction'"):
-        lazy_names(__name__, {"fractions": ("Fraction",)})("fraction")
+        named("fraction")
 
 
 LATE = ("analyze.diagnose", "interchange", "show.view", "show.viewers", "testing", "trajopt")

@@ -10,7 +10,7 @@ from __future__ import annotations
 import inspect
 import math
 import sys
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping
 from functools import cache, wraps
 from numbers import Integral, Real
 from types import NoneType, UnionType
@@ -96,22 +96,21 @@ def _checking(function: Callable[..., Any], name: str, skipped: int) -> Callable
             return function(*args, **kwargs)  # Python reports missing and unknown arguments
         own = list(given.arguments)[:skipped]
         values = {key: value for key, value in given.arguments.items() if key not in own}
-        where = _called(name or _class_of(args[0]), values)
+        # a class's name: of the instance, or the class itself in ``__new__``
+        where = name or (args[0] if inspect.isclass(args[0]) else type(args[0])).__name__
+        if isinstance(called := values.get("name"), str):  # the user's name for the object
+            where = f"{where} {called!r}"
+        hints = _hints(function, bool(_of_sympy("Basic")))
         mistakes = [
             _mistake(f"{where} {key}", hint, value)
             for key, value in values.items()
-            if not _fits(hint := _hints(function).get(key, Any), value)
+            if not _fits(hint := hints.get(key, Any), value)
         ]
         if mistakes:
             raise InputError(mistakes)
         return function(*args, **kwargs)
 
     return wrapper
-
-
-def _class_of(made: object) -> str:
-    """Return the name of the class called: the instance's, or the class itself in ``__new__``."""
-    return made.__name__ if inspect.isclass(made) else type(made).__name__
 
 
 class _NotImported:
@@ -127,12 +126,8 @@ def _of_sympy(name: str) -> tuple[Any, ...]:
     return () if found is None else (found,)
 
 
-def _hints(function: Callable[..., Any]) -> dict[str, Any]:
-    return _resolved(function, bool(_of_sympy("Basic")))
-
-
 @cache
-def _resolved(function: Callable[..., Any], symbolic: bool) -> dict[str, Any]:
+def _hints(function: Callable[..., Any], symbolic: bool) -> dict[str, Any]:
     own = {"sympy": sys.modules["sympy"] if symbolic else _NotImported()}
     hints = get_type_hints(function, localns=own)
     variadic = (inspect.Parameter.VAR_KEYWORD, inspect.Parameter.VAR_POSITIONAL)
@@ -144,17 +139,6 @@ def _resolved(function: Callable[..., Any], symbolic: bool) -> dict[str, Any]:
     }
 
 
-def _called(name: str, values: Mapping[str, Any]) -> str:
-    """Name the call, with the user's name for the object."""
-    own = values.get("name")
-    return f"{name} {own!r}" if isinstance(own, str) else name
-
-
-def _shown(value: Any) -> str:
-    text = repr(value)
-    return text if len(text) <= 60 else f"a {type(value).__name__}"
-
-
 def _mistake(where: str, hint: Any, value: Any) -> Mistake:
     """Describe the mismatch; in a collection, the entry at fault."""
     inner = get_args(hint)
@@ -163,7 +147,8 @@ def _mistake(where: str, hint: Any, value: Any) -> Mistake:
         k, wrong = next((k, entry) for k, entry in entries if not _fits(inner[0], entry))
         return _mistake(f"{where} entry {k}", inner[0], wrong)
     phrases = " or ".join(dict.fromkeys(_phrases(hint)))
-    return Mistake(where, f"it is {_shown(value)}.", f"Give {phrases}.")
+    shown = text if len(text := repr(value)) <= 60 else f"a {type(value).__name__}"
+    return Mistake(where, f"it is {shown}.", f"Give {phrases}.")
 
 
 def _is_collection_of(hint: Any) -> bool:
@@ -181,7 +166,7 @@ def _fits(hint: Any, value: Any) -> bool:
     origin, inner = get_origin(hint), get_args(hint)
     if hint is Any:
         return True
-    if hint == ArrayLike:
+    if hint == ArrayLike or np.ndarray in (hint, origin):
         return _is_array(value)
     if origin in (Union, UnionType):
         symbolic = any(inspect.isclass(a) and issubclass(a, _of_sympy("Basic")) for a in inner)
@@ -191,9 +176,10 @@ def _fits(hint: Any, value: Any) -> bool:
     if origin is Literal:
         return isinstance(value, type(inner[0]))  # unknown names have an error of their own
     if origin is tuple:
-        return _fits_tuple(inner, value)
-    if origin is np.ndarray or hint is np.ndarray:
-        return _is_array(value)
+        if isinstance(value, tuple) and inner[1:] == (Ellipsis,):
+            inner = inner[:1] * len(value)
+        sized = isinstance(value, tuple) and len(value) == len(inner)
+        return sized and all(map(_fits, inner, value))
     if origin is not None and issubclass(origin, Mapping):
         return isinstance(value, Mapping) and all(
             _fits(inner[0], key) and _fits(inner[1], entry) for key, entry in value.items()
@@ -201,14 +187,6 @@ def _fits(hint: Any, value: Any) -> bool:
     if _is_collection_of(hint):
         return _is_collection(value) and all(_fits(inner[0], entry) for entry in value)
     return _fits_class(hint, value)
-
-
-def _fits_tuple(inner: Sequence[Any], value: Any) -> bool:
-    if not isinstance(value, tuple):
-        return False
-    if len(inner) == 2 and inner[1] is Ellipsis:
-        return all(_fits(inner[0], entry) for entry in value)
-    return len(value) == len(inner) and all(map(_fits, inner, value))
 
 
 def _fits_class(hint: Any, value: Any) -> bool:
@@ -246,7 +224,7 @@ def _is_array(value: Any) -> bool:
 def _phrases(hint: Any) -> Iterator[str]:
     """Yield descriptions of an annotation, in words."""
     origin, inner = get_origin(hint), get_args(hint)
-    if hint == ArrayLike:
+    if hint == ArrayLike or origin is np.ndarray:
         yield PHRASES["ndarray"]
     elif origin in (Union, UnionType):
         for argument in inner:
@@ -258,8 +236,6 @@ def _phrases(hint: Any) -> Iterator[str]:
         words = [" or ".join(dict.fromkeys(_phrases(argument))) for argument in inner]
         alike = len(set(words)) == 1
         yield f"a tuple of {len(words)}, each {words[0]}" if alike else f"({', '.join(words)})"
-    elif origin is np.ndarray:
-        yield PHRASES["ndarray"]
     elif origin is not None and issubclass(origin, Mapping):
         yield "a table"
     elif origin is not None:

@@ -5,8 +5,9 @@ Scenarios check values against it, ``plan list planners`` and the documentation 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import Field, dataclass, field, fields
+import operator
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
 KINDS: Mapping[type, str] = {
@@ -53,15 +54,15 @@ class Setting:
             return "true or false"
         if self.lowest is not None and self.highest is not None:
             return f"{_plain(self.lowest)} to {_plain(self.highest)}"
-        return ", ".join(f"{words} {_plain(end)}" for words, end in self._ends())
+        return ", ".join(f"{words} {_plain(end)}" for words, end, _ in self._ends())
 
     def misfit(self, value: Any) -> tuple[str, str] | None:
         """Return what is wrong with a value and what would work; None if it is valid."""
         if not self.accepts(value):
             remedy = f"Give a {self.kind}, such as the default {self.default!r}."
             return f"{value!r} does not fit.", remedy
-        if not self._reaches(value):
-            wanted = ", ".join(f"{words} {end}" for words, end in self._ends())
+        if not all(fits(value, end) for _, end, fits in self._ends()):
+            wanted = ", ".join(f"{words} {end}" for words, end, _ in self._ends())
             return f"{value!r} is out of range.", f"Give {wanted}."
         return None
 
@@ -73,17 +74,14 @@ class Setting:
             return isinstance(value, int | float)
         return isinstance(value, type(self.default))
 
-    def _ends(self) -> list[tuple[str, float]]:
-        """Return the finite limits, each with the words before it."""
-        ends = (("more than", self.above), ("at least", self.lowest), ("at most", self.highest))
-        return [(words, end) for words, end in ends if end is not None]
-
-    def _reaches(self, value: Any) -> bool:
-        return (
-            (self.above is None or value > self.above)
-            and (self.lowest is None or value >= self.lowest)
-            and (self.highest is None or value <= self.highest)
+    def _ends(self) -> list[tuple[str, float, Callable[[Any, Any], bool]]]:
+        """Return the finite limits, each with the words before it, and what keeps it."""
+        ends = (
+            ("more than", self.above, operator.gt),
+            ("at least", self.lowest, operator.ge),
+            ("at most", self.highest, operator.le),
         )
+        return [(words, end, fits) for words, end, fits in ends if end is not None]
 
 
 def setting(
@@ -105,8 +103,8 @@ def setting(
         unit: Such as "m"; left out if dimensionless.
         meaning: A sentence for ``plan list planners``.
     """
-    told = {"lowest": lowest, "highest": highest, "above": above, "unit": unit, "meaning": meaning}
-    return field(default=default, metadata=told)
+    told = Setting("", default, lowest, highest, above, unit, meaning)
+    return field(default=default, metadata={"setting": told})
 
 
 def with_default(default: Any, planner: type, name: str) -> Any:
@@ -127,16 +125,14 @@ def settings_of(planner: type) -> tuple[Setting, ...]:
     A field declared without ``setting`` has a name and a default, but no limits; one declared
     without a default, which is no setting, has ``dataclasses.MISSING``.
     """
-    return tuple(_read(entry) for entry in fields(planner))
-
-
-def _read(entry: Field[Any]) -> Setting:
-    known = ("lowest", "highest", "above", "unit", "meaning")
-    told = {key: entry.metadata[key] for key in known if key in entry.metadata}
-    default: Any = entry.default
-    if entry.type in (float, "float") and type(default) is int:
-        default = float(default)  # "x: float = 5" takes 5.5 too
-    return Setting(entry.name, default, **told)
+    found = []
+    for entry in fields(planner):
+        default: Any = entry.default
+        if entry.type in (float, "float") and type(default) is int:
+            default = float(default)  # "x: float = 5" takes 5.5 too
+        declared = entry.metadata.get("setting", Setting("", None))
+        found.append(replace(declared, name=entry.name, default=default))
+    return tuple(found)
 
 
 def _plain(number: float) -> str:

@@ -75,41 +75,37 @@ class Kind(Generic[T]):
 
     def get(self, content: Iterable[str | bytes], make: Callable[[], T]) -> T:
         """Return what all of some content determines, made only where it is not on disk."""
-        path = self.path(content)
-        found = self._read(path)
+        content = tuple(content)
+        found = self.find(content)
         if found is None:
             found = make()
-            self._write(path, found)
+            self.keep(content, found)
         return found
 
     def find(self, content: Iterable[str | bytes]) -> T | None:
         """Return what was kept for some content; None where there is nothing, or it is damaged."""
-        return self._read(self.path(content))
-
-    def keep(self, content: Iterable[str | bytes], made: T) -> None:
-        """Keep what some content determines."""
-        self._write(self.path(content), made)
-
-    def path(self, content: Iterable[str | bytes]) -> Path:
-        """Return where an entry is."""
-        return folder() / f"{digest_of(code_in(*self.made_by), *content)}.{self.name}"
-
-    def _read(self, path: Path) -> T | None:
-        content = read_sealed(path, self.magic)
-        if content is None:
+        path = self.path(content)
+        kept = read_sealed(path, self.magic)
+        if kept is None:
             return None
         if self.most is not None:
             touch(path)
         try:
-            return self.unpack(content)
+            return self.unpack(kept)
         except Exception:
             discard(path, "was damaged")
             return None
 
-    def _write(self, path: Path, made: T) -> None:
+    def keep(self, content: Iterable[str | bytes], made: T) -> None:
+        """Keep what some content determines."""
+        path = self.path(content)
         write_sealed(path, self.magic, self.pack(made))
         if self.most is not None:
             keep_last_used(path, self.most)
+
+    def path(self, content: Iterable[str | bytes]) -> Path:
+        """Return where an entry is."""
+        return folder() / f"{digest_of(code_in(*self.made_by), *content)}.{self.name}"
 
 
 def pack_arrays(arrays: Iterable[ArrayLike]) -> bytes:
