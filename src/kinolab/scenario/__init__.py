@@ -1,71 +1,38 @@
 """What a scenario file says: its schema, how it is read, checked and written."""
 
-from kinolab.scenario.file_lookup import builtin_scenarios, read_text, scenario_path
-from kinolab.scenario.issues import Issue, Origin, Override
-from kinolab.scenario.load import (
-    check_changed,
-    load_scenario,
-    read_scenario,
-    scenario_from,
-    sound,
-)
-from kinolab.scenario.locations import mistake_at, place_at
-from kinolab.scenario.names import check_angles, check_names
-from kinolab.scenario.overrides import apply_changes, apply_overrides, override_place
-from kinolab.scenario.planner_keys import argument_mistakes, shared_settings
-from kinolab.scenario.rules import PLANNER_KEYS
-from kinolab.scenario.schema import (
-    DirectionGoal,
-    GoalSection,
-    IntegrationSection,
-    KeepOut,
-    ObstacleEntry,
-    PlannerSection,
-    PointGoal,
-    RenderSection,
-    Scenario,
-    SystemSection,
-    WorldSection,
-    axis_vector,
-)
-from kinolab.scenario.values import Effort, improvement_seconds
-from kinolab.scenario.write import write_scenario
-
-__all__ = [
-    "PLANNER_KEYS",
-    "DirectionGoal",
-    "Effort",
-    "GoalSection",
-    "IntegrationSection",
-    "Issue",
-    "KeepOut",
-    "ObstacleEntry",
-    "Origin",
-    "Override",
-    "PlannerSection",
-    "PointGoal",
-    "RenderSection",
-    "Scenario",
-    "SystemSection",
-    "WorldSection",
-    "apply_changes",
-    "apply_overrides",
-    "argument_mistakes",
-    "axis_vector",
-    "builtin_scenarios",
-    "check_angles",
-    "check_changed",
-    "check_names",
-    "improvement_seconds",
-    "load_scenario",
-    "mistake_at",
-    "override_place",
-    "place_at",
-    "read_scenario",
-    "read_text",
-    "scenario_from",
-    "scenario_path",
-    "shared_settings",
-    "sound",
-    "write_scenario",
-]
+from kinolab.scenario.file_lookup import builtin_scenarios as builtin_scenarios
+from kinolab.scenario.file_lookup import read_text as read_text
+from kinolab.scenario.file_lookup import scenario_path as scenario_path
+from kinolab.scenario.issues import Issue as Issue
+from kinolab.scenario.issues import Origin as Origin
+from kinolab.scenario.issues import Override as Override
+from kinolab.scenario.load import check_changed as check_changed
+from kinolab.scenario.load import load_scenario as load_scenario
+from kinolab.scenario.load import read_scenario as read_scenario
+from kinolab.scenario.load import scenario_from as scenario_from
+from kinolab.scenario.load import sound as sound
+from kinolab.scenario.locations import mistake_at as mistake_at
+from kinolab.scenario.locations import place_at as place_at
+from kinolab.scenario.names import check_angles as check_angles
+from kinolab.scenario.names import check_names as check_names
+from kinolab.scenario.overrides import apply_changes as apply_changes
+from kinolab.scenario.overrides import apply_overrides as apply_overrides
+from kinolab.scenario.overrides import override_place as override_place
+from kinolab.scenario.planner_keys import argument_mistakes as argument_mistakes
+from kinolab.scenario.planner_keys import shared_settings as shared_settings
+from kinolab.scenario.rules import PLANNER_KEYS as PLANNER_KEYS
+from kinolab.scenario.schema import DirectionGoal as DirectionGoal
+from kinolab.scenario.schema import GoalSection as GoalSection
+from kinolab.scenario.schema import IntegrationSection as IntegrationSection
+from kinolab.scenario.schema import KeepOut as KeepOut
+from kinolab.scenario.schema import ObstacleEntry as ObstacleEntry
+from kinolab.scenario.schema import PlannerSection as PlannerSection
+from kinolab.scenario.schema import PointGoal as PointGoal
+from kinolab.scenario.schema import RenderSection as RenderSection
+from kinolab.scenario.schema import Scenario as Scenario
+from kinolab.scenario.schema import SystemSection as SystemSection
+from kinolab.scenario.schema import WorldSection as WorldSection
+from kinolab.scenario.schema import axis_vector as axis_vector
+from kinolab.scenario.values import Effort as Effort
+from kinolab.scenario.values import improvement_seconds as improvement_seconds
+from kinolab.scenario.write import write_scenario as write_scenario

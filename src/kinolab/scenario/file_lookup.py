@@ -28,14 +28,11 @@ def builtin_scenarios() -> dict[str, Path]:
 
 def scenario_path(source: str | Path) -> Path:
     """Return the file that a path or the name of a built-in scenario means."""
-    if isinstance(source, Path) or _looks_like_path(source):
-        return Path(source)
-    return builtin_scenarios().get(source, Path(source))
-
-
-def _looks_like_path(text: str) -> bool:
     separators = {"/", os.sep, os.altsep or "/"}
-    return text.endswith(ENDINGS) or any(separator in text for separator in separators)
+    named = isinstance(source, str) and not source.endswith(ENDINGS)
+    if named and not separators.intersection(str(source)):
+        return builtin_scenarios().get(str(source), Path(source))
+    return Path(source)
 
 
 def read_text(path: Path) -> str:
@@ -57,7 +54,12 @@ def read_text(path: Path) -> str:
         raise InputError(
             [Mistake(where, "the file is larger than 1 MB.", "Keep meshes in files of their own.")]
         )
-    return _decoded(content, path.name)
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = content.count(b"\n", 0, error.start) + 1
+        what, remedy = "this is not UTF-8 text.", "Save the file as UTF-8."
+        raise InputError([Mistake(f"{path.name} line {line}", what, remedy)]) from None
 
 
 def _no_file(path: Path, where: str) -> Mistake:
@@ -88,13 +90,3 @@ def _neighbours(path: Path) -> list[str]:
 def _suggestion(name: str, known: Sequence[str]) -> str:
     close = difflib.get_close_matches(name, known, n=1, cutoff=0.5)
     return f"Did you mean {close[0]!r}?" if close else ""
-
-
-def _decoded(content: bytes, label: str) -> str:
-    try:
-        return content.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        line = content.count(b"\n", 0, error.start) + 1
-        raise InputError(
-            [Mistake(f"{label} line {line}", "this is not UTF-8 text.", "Save the file as UTF-8.")]
-        ) from None

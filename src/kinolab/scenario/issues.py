@@ -20,10 +20,6 @@ class Issue:
     what: str
     remedy: str = ""
 
-    def below(self, prefix: KeyPath) -> Issue:
-        """The same finding, seen from further up in the document."""
-        return Issue(prefix + self.path, self.what, self.remedy)
-
 
 @dataclass(frozen=True)
 class Override:

@@ -68,7 +68,12 @@ def read_scenario(
     if path.suffix == ".py" or python_reference(str(source)):
         remedy = f'A scenario names it, [system] file = "{path.name}"; `plan new` writes both.'
         raise InputError([Mistake(str(source), "this is Python code, not a scenario.", remedy)])
-    document = _parse(path, read_text(path))
+    text = read_text(path)
+    if not text.strip():
+        raise InputError([Mistake(path.name, "the file is empty.", _BEGINNING)])
+    document = toml_document(text, path.name, "Draw the obstacles as one mesh.")
+    if not document:
+        raise InputError([Mistake(path.name, "the file holds no keys.", _BEGINNING)])
     return check_document(document, path, overrides=overrides)
 
 
@@ -137,25 +142,13 @@ def _in_reading_order(issues: list[Issue], document: dict[str, Any]) -> list[Iss
         holder: Any = document
         order = []
         for part in issue.path:
-            keys: list[Any] = list(holder if isinstance(holder, dict) else range(_length(holder)))
+            several = range(len(holder)) if isinstance(holder, list) else ()
+            keys: list[Any] = list(holder if isinstance(holder, dict) else several)
             order.append(keys.index(part) if part in keys else len(keys))
             holder = holder[part] if part in keys else None
         return order
 
     return sorted(issues, key=places)
-
-
-def _length(value: object) -> int:
-    return len(value) if isinstance(value, list) else 0
-
-
-def _parse(path: Path, text: str) -> dict[str, Any]:
-    if not text.strip():
-        raise InputError([Mistake(path.name, "the file is empty.", _BEGINNING)])
-    document = toml_document(text, path.name, "Draw the obstacles as one mesh.")
-    if not document:
-        raise InputError([Mistake(path.name, "the file holds no keys.", _BEGINNING)])
-    return document
 
 
 def toml_document(text: str, label: str, fewer: str) -> dict[str, Any]:

@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import inspect
-from typing import Annotated, Any, Literal, get_args, get_origin
+from collections.abc import Sequence
+from typing import Annotated, Any, Literal, TypeVar, get_args, get_origin
 
 from pydantic import BaseModel
+from pydantic.fields import FieldInfo
 
 from kinolab.errors import Mistake
 from kinolab.scenario.issues import Issue, KeyPath, Origin
 from kinolab.scenario.schema import Scenario, Section
 from kinolab.scenario.toml_text import key_text, shortened, value_text
 from kinolab.scenario.values import Wanted
+
+M = TypeVar("M", bound=BaseModel)
 
 TABLE_LISTS: tuple[KeyPath, ...] = (
     ("world", "obstacle"),
@@ -67,13 +71,19 @@ def section_at(path: KeyPath) -> type[Section] | None:
     section: type[Section] | None = Scenario
     for key in path:
         if section is not None and not isinstance(key, int):
-            section = _model_in(_fields(section).get(key))
+            field = fields_of(section).get(key)
+            section = model_in(field.annotation, Section) if field else None
     return section
 
 
 def keys_of(section: type[Section]) -> list[str]:
     """The keys of a table as TOML spells them."""
-    return list(_fields(section))
+    return list(fields_of(section))
+
+
+def fields_of(model: type[BaseModel]) -> dict[str, FieldInfo]:
+    """The fields of a table, by their keys in TOML."""
+    return {field.alias or name: field for name, field in model.model_fields.items()}
 
 
 def wanted_at(path: KeyPath) -> str:
@@ -82,55 +92,38 @@ def wanted_at(path: KeyPath) -> str:
     for length in range(len(keys), 0, -1):
         section, key = section_at(tuple(keys[: length - 1])), keys[length - 1]
         if section is not None:
-            return _wanted(section, key)
-    return ""
-
-
-def _wanted(section: type[Section], key: str) -> str:
-    if key not in _fields(section):
+            break
+    else:
+        return ""
+    field = fields_of(section).get(key)
+    if field is None:
         return section.free.phrase if section.free else ""
-    phrase = _phrase(_fields(section)[key]) or _fallback(_fields(section)[key])
-    name = "schema_version" if key == "schema" else key
-    default = section.model_fields[name].default
+    truth = bool in (field.annotation, *get_args(field.annotation))
+    phrase = _phrase(field.annotation, field.metadata) or ("true or false" if truth else "a table")
+    default = field.default
     plain = isinstance(default, bool | int | float | str | tuple) and default not in ("", ())
     return f"{phrase} (default {value_text(default)})" if plain else phrase
 
 
-def _fields(section: type[Section]) -> dict[str, Any]:
-    """The annotation of every key, by its name in TOML."""
-    return {
-        field.alias or name: Annotated[(field.annotation, *field.metadata)]
-        if field.metadata
-        else field.annotation
-        for name, field in section.model_fields.items()
-    }
-
-
-def _phrase(annotation: Any) -> str:
-    """Find the outermost and latest :class:`Wanted` in an annotation."""
+def _phrase(annotation: Any, notes: Sequence[Any] = ()) -> str:
+    """Find the outermost and latest :class:`Wanted` in an annotation, and in notes on it."""
+    if phrases := [note.phrase for note in notes if isinstance(note, Wanted)]:
+        return phrases[-1]
     if get_origin(annotation) is Annotated:
-        phrases = [item.phrase for item in get_args(annotation)[1:] if isinstance(item, Wanted)]
-        return phrases[-1] if phrases else _phrase(get_args(annotation)[0])
+        return _phrase(get_args(annotation)[0], get_args(annotation)[1:])
     if get_origin(annotation) is Literal:
-        return _choices(get_args(annotation))
+        *others, last = map(value_text, get_args(annotation))
+        return f"{', '.join(others)} or {last}" if others else last
     inner = (_phrase(argument) for argument in get_args(annotation)[::-1])
     return next(filter(None, inner), "")
 
 
-def _choices(options: tuple[object, ...]) -> str:
-    *others, last = (value_text(option) for option in options)
-    return f"{', '.join(others)} or {last}" if others else last
-
-
-def _fallback(annotation: Any) -> str:
-    return "true or false" if bool in (annotation, *get_args(annotation)) else "a table"
-
-
-def _model_in(annotation: Any) -> type[Section] | None:
-    if inspect.isclass(annotation) and issubclass(annotation, BaseModel):
-        return annotation  # type: ignore[return-value]
-    models = (_model_in(argument) for argument in get_args(annotation))
-    return next((model for model in models if model is not None), None)
+def model_in(annotation: Any, base: type[M]) -> type[M] | None:
+    """Return the first model of a kind that an annotation names, such as of a list's entries."""
+    if inspect.isclass(annotation) and issubclass(annotation, base):
+        return annotation
+    models = (model_in(argument, base) for argument in get_args(annotation))
+    return next(filter(None, models), None)
 
 
 def _dotted(path: KeyPath) -> str:

@@ -21,6 +21,7 @@ PREDICATES = {
     "int_parsing_size": "is too large",
     "string_type": "is not text in quotes",
     "string_too_short": "is empty",
+    "string_pattern_mismatch": "is not a colour",
     "string_unicode": "is not Unicode text",
     "bool_type": "is neither true nor false",
     "finite_number": "is not finite",
@@ -50,7 +51,9 @@ def _issue(line: ErrorDetails, document: Mapping[str, object]) -> Issue:
     if line["type"] == "extra_forbidden" or axis:
         return _unknown(path, _value(document, path))
     if line["type"] == "missing" and isinstance(path[-1], str):
-        return _missing(path)
+        is_section = section_at(path) is not None
+        remedy = _how_to_write(path) if is_section else f"Give {wanted_at(path)}."
+        return Issue(path, f"the {'section' if is_section else 'key'} is missing.", remedy)
     if line["type"] == "missing":
         path = path[:-1]
     return _misfit(path, _predicate(line, _value(document, path)), _value(document, path))
@@ -83,12 +86,6 @@ def _unknown(path: KeyPath, value: object) -> Issue:
         return unknown_key(path, key, WORLD_AXES, "axis")
     is_section = len(path) == 1 and isinstance(value, dict | list)
     return unknown_key(path, key, keys_of(parent or Scenario), "section" if is_section else "key")
-
-
-def _missing(path: KeyPath) -> Issue:
-    kind = "section" if section_at(path) is not None else "key"
-    remedy = _how_to_write(path) if kind == "section" else f"Give {wanted_at(path)}."
-    return Issue(path, f"the {kind} is missing.", remedy)
 
 
 def _how_to_write(path: KeyPath) -> str:

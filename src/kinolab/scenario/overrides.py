@@ -150,16 +150,15 @@ def _put(document: dict[str, Any], keys: Sequence[str], value: Any) -> tuple[Key
             holder[step] = value
         elif isinstance(holder, list):
             holder = holder[int(step)]
-        elif step not in holder and _means_entry(path, keys[len(path)]):
+        elif (  # a number counts entries, but in ``[start]`` and the like, where it is a name
+            step not in holder
+            and keys[len(path)].isdigit()
+            and (len(path) > 1 or path[0] == "keep_out")
+        ):
             holder = []  # has no entries, which the next step tells
         else:
             holder = holder.setdefault(step, {})
     return tuple(path), before
-
-
-def _means_entry(path: Sequence[str | int], next_key: str) -> bool:
-    """Whether a number after ``path`` counts entries; in ``[start]`` and the like it is a name."""
-    return next_key.isdigit() and (len(path) > 1 or path[0] == "keep_out")
 
 
 def _step(holder: object, key: str, path: Sequence[str | int]) -> str | int:

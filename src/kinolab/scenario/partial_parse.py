@@ -32,7 +32,8 @@ def parse_partially(
         return None
     broken = [issue.path for issue in issues]
     system = rest.get("system")
-    unknown = not isinstance(system, dict) or ("system",) in broken or _source(broken)
+    sources = (("system",), ("system", "name"), ("system", "file"))
+    unknown = not isinstance(system, dict) or any(path in sources for path in broken)
     rest |= {"schema": 1, "title": "untitled", "system": {"name": "unknown"} if unknown else system}
     for path in sorted(broken, key=len, reverse=True):
         _take_out(rest, path)
@@ -48,10 +49,6 @@ def parse_partially(
             scenario = scenario.model_copy(update={"system": nameless})
         return scenario.located(origin)
     return None
-
-
-def _source(broken: Iterable[KeyPath]) -> bool:
-    return any(path in (("system", "name"), ("system", "file")) for path in broken)
 
 
 def _take_out(document: dict[str, Any], path: KeyPath) -> None:

@@ -19,8 +19,17 @@ _LIMITS = {"gt": "above", "ge": "lowest", "le": "highest"}  # as pydantic and se
 
 def shared_settings() -> tuple[Setting, ...]:
     """Return what every planner's section may say besides its name, read from the schema."""
-    keys = PlannerSection.model_fields.items()
-    return tuple(_setting(name, key) for name, key in keys if name != "name")
+    found = []
+    for name, key in PlannerSection.model_fields.items():
+        if name == "name":
+            continue
+        told: dict[str, Any] = {}
+        for note in _notes(key):
+            if isinstance(note, Meaning):
+                told |= {"meaning": note.sentence, "unit": note.unit}
+            told |= {_LIMITS[end]: getattr(note, end) for end in _LIMITS if hasattr(note, end)}
+        found.append(Setting(name, key.default, **told))
+    return tuple(found)
 
 
 def argument_mistakes(call: str, given: Mapping[str, tuple[str, object]]) -> Iterator[Mistake]:
@@ -34,15 +43,6 @@ def argument_mistakes(call: str, given: Mapping[str, tuple[str, object]]) -> Ite
         document = {"schema": 1, "title": "-", "system": {"name": "-"}, "planner": {key: value}}
         for mistake in check_document(document, Path())[1]:
             yield Mistake(f"{call} {argument}", mistake.what, mistake.remedy)
-
-
-def _setting(name: str, key: FieldInfo) -> Setting:
-    told: dict[str, Any] = {}
-    for note in _notes(key):
-        if isinstance(note, Meaning):
-            told |= {"meaning": note.sentence, "unit": note.unit}
-        told |= {_LIMITS[end]: getattr(note, end) for end in _LIMITS if hasattr(note, end)}
-    return Setting(name, key.default, **told)
 
 
 def _notes(annotation: object) -> Iterator[object]:

@@ -7,6 +7,8 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+from typing import Literal, get_args
 
 from kinolab.dynamics.codegen.methods import METHODS, Method, add_method
 from kinolab.errors import InputError, unknown_name
@@ -15,7 +17,8 @@ from kinolab.scenario.toml_text import shortened, string_text
 from kinolab.scenario.values import ROBOT_ONLY
 
 SYSTEM_KINDS = ("name", "file")
-OBSTACLE_KINDS = ("mesh", "box", "sphere", "cylinder")
+ObstacleKind = Literal["mesh", "box", "sphere", "cylinder"]
+OBSTACLE_KINDS: tuple[ObstacleKind, ...] = get_args(ObstacleKind)
 MESH_ONLY = ("scale", "up", "solid", "simplify")
 PLANNER_KEYS = ("name", "time_limit", "max_iterations", "seed", "improve")
 
@@ -27,18 +30,15 @@ def document_issues(document: Mapping[str, object]) -> list[Issue]:
     )
     entries = world.get("obstacle")
     obstacles = [_table(entry) for entry in entries] if isinstance(entries, list) else []
+    found: list[tuple[KeyPath, list[Issue]]] = [
+        (("system",), system_issues(system, system.get("file")) if "system" in document else []),
+        *((("world", "obstacle", k), obstacle_issues(one)) for k, one in enumerate(obstacles)),
+        (("world", "obstacle"), name_issues([one.get("name") for one in obstacles])),
+        (("integration",), integration_issues(integration)),
+        (("planner",), planner_issues(planner)),
+    ]
     return [
-        *_below(
-            ("system",), system_issues(system, system.get("file")) if "system" in document else []
-        ),
-        *(
-            issue.below(("world", "obstacle", place))
-            for place, obstacle in enumerate(obstacles)
-            for issue in obstacle_issues(obstacle)
-        ),
-        *_below(("world", "obstacle"), name_issues([entry.get("name") for entry in obstacles])),
-        *_below(("integration",), integration_issues(integration)),
-        *_below(("planner",), planner_issues(planner)),
+        replace(issue, path=prefix + issue.path) for prefix, issues in found for issue in issues
     ]
 
 
@@ -125,10 +125,6 @@ def _exactly_one(given: Iterable[str], kinds: Sequence[str], purpose: str) -> li
         return [Issue((), f"none of {listing} is given.", f"Give {purpose}.")]
     both = f"{', '.join(present[:-1])} and {present[-1]}"
     return [Issue((present[-1],), f"{both} are given together.", f"Keep one of {listing}.")]
-
-
-def _below(prefix: KeyPath, issues: Iterable[Issue]) -> list[Issue]:
-    return [issue.below(prefix) for issue in issues]
 
 
 def _table(value: object) -> dict[str, object]:

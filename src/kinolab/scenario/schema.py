@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from pathlib import Path, PurePosixPath
-from typing import Annotated, Any, ClassVar, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self, TypeVar
 
 from pydantic import (
     AfterValidator,
@@ -16,7 +16,6 @@ from pydantic import (
     ConfigDict,
     Field,
     PrivateAttr,
-    field_validator,
     model_validator,
 )
 from pydantic_core import PydanticCustomError
@@ -77,6 +76,10 @@ TOLERANCE = 0.1  # of every goal that does not give its own
 RULE_ERROR = "kinolab_rule"  # the type of errors that several keys make together
 
 
+T = TypeVar("T")
+Tables = Annotated[tuple[T, ...], Field(strict=False)]  # lists in TOML; what is inside stays strict
+
+
 class Section(BaseModel):
     """What all sections share: strict types, finite numbers, no unknown keys, no changes."""
 
@@ -125,13 +128,9 @@ class ObstacleEntry(Section):
         return tuple(rgb_of(text) for text in given)
 
     @property
-    def kind(self) -> Literal["mesh", "box", "sphere", "cylinder"]:
+    def kind(self) -> rules.ObstacleKind:
         """Which of the shapes was given."""
-        if self.mesh is not None:
-            return "mesh"
-        if self.box is not None:
-            return "box"
-        return "sphere" if self.sphere is not None else "cylinder"
+        return next(kind for kind in rules.OBSTACLE_KINDS if getattr(self, kind) is not None)
 
     @model_validator(mode="after")
     def _one_shape(self) -> Self:
@@ -170,15 +169,11 @@ class WorldSection(Section):
         Wanted(f"a distance from 0 to {LARGEST_CLEARANCE:g} [m]"),
     ] = 0.0  # that plans keep from every obstacle
     obstacle: Annotated[
-        tuple[ObstacleEntry, ...],
-        Field(strict=False, max_length=MOST_OBSTACLES),
+        Tables[ObstacleEntry],
+        Field(max_length=MOST_OBSTACLES),
+        AfterValidator(_named),
         Wanted(f"a list of at most {MOST_OBSTACLES} [[world.obstacle]] tables"),
     ] = ()
-
-    @field_validator("obstacle", mode="after")
-    @classmethod
-    def _names(cls, obstacles: tuple[ObstacleEntry, ...]) -> tuple[ObstacleEntry, ...]:
-        return _named(obstacles)
 
 
 class PointGoal(Section):
@@ -212,14 +207,8 @@ class GoalSection(Section):
     reserve: Annotated[
         float, Field(ge=0, lt=1, allow_inf_nan=False), Wanted("a share, 0 or more, below 1")
     ] = 0.0  # of every tolerance: what a plan leaves to those who carry it out
-    point: Annotated[
-        tuple[PointGoal, ...], Field(strict=False), Wanted("a list of [[goal.point]] tables")
-    ] = ()
-    direction: Annotated[
-        tuple[DirectionGoal, ...],
-        Field(strict=False),
-        Wanted("a list of [[goal.direction]] tables"),
-    ] = ()
+    point: Annotated[Tables[PointGoal], Wanted("a list of [[goal.point]] tables")] = ()
+    direction: Annotated[Tables[DirectionGoal], Wanted("a list of [[goal.direction]] tables")] = ()
 
     def tolerance_of(self, name: str) -> float:
         """The tolerance of a coordinate or rate, in its own unit."""
@@ -348,9 +337,7 @@ class Scenario(Section):
     metric: dict[str, NotNegative] = {}
     start: dict[str, Coordinate] = {}
     goal: GoalSection = Field(default_factory=GoalSection)
-    keep_out: Annotated[
-        tuple[KeepOut, ...], Field(strict=False), Wanted("a list of [[keep_out]] tables")
-    ] = ()
+    keep_out: Annotated[Tables[KeepOut], Wanted("a list of [[keep_out]] tables")] = ()
     integration: IntegrationSection = Field(default_factory=IntegrationSection)
     planner: PlannerSection = Field(default_factory=PlannerSection)
     render: RenderSection = Field(default_factory=RenderSection)

@@ -33,7 +33,8 @@ def key_text(key: str) -> str:
 
 def string_text(text: str) -> str:
     """Write a basic string; everything that cannot stand in one is escaped."""
-    return f'"{_MUST_ESCAPE.sub(_escape, text)}"'
+    escaped = _MUST_ESCAPE.sub(lambda c: _SHORT.get(c[0], f"\\u{ord(c[0]):04x}"), text)
+    return f'"{escaped}"'
 
 
 def value_text(value: object) -> str:
@@ -61,11 +62,6 @@ def shown(value: object) -> str:
 def shortened(text: str, limit: int = 60) -> str:
     """Cut a text that would drown the message that quotes it."""
     return text if len(text) <= limit else f"{text[:limit]}…"
-
-
-def _escape(match: re.Match[str]) -> str:
-    character = match.group()
-    return _SHORT.get(character, f"\\u{ord(character):04x}")
 
 
 def has_too_many(document: object) -> bool:

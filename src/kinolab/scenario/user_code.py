@@ -76,7 +76,7 @@ def blamed(
     file: Path | None = None,
     *,
     remedy: str = "",
-    passing: type[Exception] | tuple[()] = KinolabError,
+    passing: tuple[type[Exception], ...] = (KinolabError,),
 ) -> Iterator[None]:
     """Turn what a user's code raises into a mistake that names the line.
 
@@ -91,13 +91,11 @@ def blamed(
     Raises:
         InputError: For everything else, but for a lack of memory.
     """
+    own = (MemoryError, KeyboardInterrupt, GeneratorExit)
+    kept: tuple[type[BaseException], ...] = (*own, *passing)
     try:
         yield
-    except MemoryError:
-        raise
-    except passing:
-        raise
-    except (KeyboardInterrupt, GeneratorExit):
+    except kept:
         raise
     except BaseException as error:
         words = " ".join(f"{type(error).__name__}: {error}".split())
@@ -111,10 +109,7 @@ def _place(error: BaseException, file: Path | None) -> str:
     lines = [(Path(frame.filename), frame.lineno) for frame in frames]
     if isinstance(error, SyntaxError) and error.filename:
         lines.append((Path(error.filename), error.lineno))
-    if file is not None:
-        lines = [(path, line) for path, line in lines if path == file]
-    else:
-        lines = [(path, line) for path, line in lines if _is_a_users(path)]
+    lines = [at for at in lines if (at[0] == file if file is not None else _is_a_users(at[0]))]
     if not lines:
         return ""
     path, line = lines[-1]

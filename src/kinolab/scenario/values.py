@@ -6,7 +6,6 @@ Types are strict: a whole number may stand where a number is meant, text and boo
 from __future__ import annotations
 
 import math
-import re
 from dataclasses import dataclass
 from pathlib import PurePosixPath, PureWindowsPath
 from typing import Annotated, Any, Literal
@@ -81,12 +80,6 @@ def _exactly_int(value: object) -> object:
     return value
 
 
-def _world_axis(name: str) -> str:
-    if name not in WORLD_AXES:
-        raise refusal("is no axis of the world")
-    return name
-
-
 def _line(text: str) -> str:
     if flaw := flaw_of(text):
         raise refusal(flaw)
@@ -100,7 +93,7 @@ def _title(text: str) -> str:
 
 
 def _mesh_path(text: str) -> str:
-    if not _stays_below(text):
+    if not _is_relative(text) or ".." in PurePosixPath(text).parts:
         raise refusal("does not lead to a file below the scenario's folder")
     if PurePosixPath(text).suffix.lower() not in MESH_FORMATS:
         raise refusal("is not a mesh format that kinolab reads")
@@ -133,10 +126,6 @@ def _is_relative(text: str) -> bool:
     return not (windows.drive or windows.root or "\\" in text or "\0" in text)
 
 
-def _stays_below(text: str) -> bool:
-    return _is_relative(text) and ".." not in PurePosixPath(text).parts
-
-
 def plain_setting(value: object, depth: int = 0) -> Any:
     """Check one of a planner's own settings: a finite TOML value, lists as tuples."""
     if depth > SETTING_DEPTH:
@@ -152,12 +141,6 @@ def plain_setting(value: object, depth: int = 0) -> Any:
     if not isinstance(value, bool | int | float | str):
         raise refusal("is not something a planner can use")
     return value
-
-
-def _color_name(text: str) -> str:
-    if COLOR.fullmatch(text) is None:
-        raise refusal("is not a colour")
-    return text
 
 
 def rgb_of(text: str) -> tuple[float, float, float]:
@@ -176,20 +159,9 @@ def _number_or_angle(value: object, number: ValidatorFunctionWrapHandler) -> obj
     return angle
 
 
-COLOR = re.compile("#[0-9a-fA-F]{6}")
-
-
-# The branch of a union is chosen first, so that a mistake is told about that branch alone.
-def _number_or_list(value: object) -> str:
-    return LIST_TAG if isinstance(value, list | tuple) else NUMBER_TAG
-
-
-def _number_or_table(value: object) -> str:
-    return TABLE_TAG if isinstance(value, dict) else NUMBER_TAG
-
-
-def _number_or_name(value: object) -> str:
-    return NAME_TAG if isinstance(value, str) else NUMBER_TAG
+def _either(default: str, kinds: Any, tag: str) -> Discriminator:
+    """Choose a union's branch first, so that a mistake is told about that branch alone."""
+    return Discriminator(lambda value: tag if isinstance(value, kinds) else default)
 
 
 def improvement_seconds(effort: float | Literal["auto"]) -> float:
@@ -197,10 +169,9 @@ def improvement_seconds(effort: float | Literal["auto"]) -> float:
     return USUAL_IMPROVEMENT if effort == "auto" else effort
 
 
-def _name_or_list(value: object) -> str:
-    return LIST_TAG if isinstance(value, list | tuple) else NAME_TAG
-
-
+_NUMBER_OR_NAME = _either(NUMBER_TAG, str, NAME_TAG)
+_NUMBER_OR_LIST = _either(NUMBER_TAG, (list, tuple), LIST_TAG)
+_NAME_OR_LIST = _either(NAME_TAG, (list, tuple), LIST_TAG)
 _List = Field(strict=False)  # TOML has lists where Python has tuples; the entries stay strict
 
 SchemaVersion = Annotated[
@@ -212,9 +183,7 @@ Text = Annotated[
     str, Field(min_length=1), AfterValidator(_title), Wanted("a line of text in quotes")
 ]
 Name = Annotated[str, Field(min_length=1), AfterValidator(_line), Wanted("a name in quotes")]
-BodyName = Annotated[
-    str, Field(min_length=1), AfterValidator(_line), Wanted("the name of a body in quotes")
-]
+BodyName = Annotated[Name, Wanted("the name of a body in quotes")]
 PlannerName = Annotated[
     str,
     Field(min_length=1),
@@ -232,7 +201,7 @@ MeshPath = Annotated[
     Wanted(f'a relative path such as "meshes/maze.stl" ({", ".join(MESH_FORMATS)})'),
 ]
 
-ColorName = Annotated[str, AfterValidator(_color_name), Wanted('a colour such as "#c8553d"')]
+ColorName = Annotated[str, Field(pattern="^#[0-9a-fA-F]{6}$"), Wanted('a colour such as "#c8553d"')]
 Number = Annotated[float, Wanted("a number")]
 NumberOrAngle = Annotated[
     float, WrapValidator(_number_or_angle), Wanted(f"a number, or an angle such as {EXAMPLES}")
@@ -242,7 +211,7 @@ NotNegative = Annotated[float, Field(ge=0), Wanted("a number that is not negativ
 Seconds = Annotated[float, Field(gt=0), Wanted("a positive number [s]")]
 Effort = Annotated[
     Annotated[float, Field(ge=0), Tag(NUMBER_TAG)] | Annotated[Literal["auto"], Tag(NAME_TAG)],
-    Discriminator(_number_or_name),
+    _NUMBER_OR_NAME,
     Wanted('a number that is not negative [s], or "auto"'),
 ]
 Metres = Annotated[float, Field(gt=0), Wanted("a positive number [m]")]
@@ -316,14 +285,14 @@ PictureSize = Annotated[
 COORDINATE = f"a number, an angle such as {EXAMPLES}, or four numbers x, y, z, w for a rotation"
 Coordinate = Annotated[
     Annotated[NumberOrAngle, Tag(NUMBER_TAG)] | Annotated[Quaternion, Tag(LIST_TAG)],
-    Discriminator(_number_or_list),
+    _NUMBER_OR_LIST,
     Wanted(COORDINATE),
 ]
 LEAST_TOLERANCE = 1e-12  # of a goal: what is smaller is rounding
 Tolerance = Annotated[
     Annotated[float, Field(ge=LEAST_TOLERANCE), Tag(NUMBER_TAG)]
     | Annotated[dict[str, Annotated[NumberOrAngle, Field(ge=LEAST_TOLERANCE)]], Tag(TABLE_TAG)],
-    Discriminator(_number_or_table),
+    _either(NUMBER_TAG, dict, TABLE_TAG),
     Wanted(
         f"a number of at least {LEAST_TOLERANCE:g}, or a table with one such number for each name"
     ),
@@ -339,25 +308,25 @@ DirectionTolerance = Annotated[
 Scale = Annotated[
     Annotated[Positive, Tag(NUMBER_TAG)]
     | Annotated[tuple[Positive, Positive, Positive], _List, Tag(LIST_TAG)],
-    Discriminator(_number_or_list),
+    _NUMBER_OR_LIST,
     Wanted("a positive number, or a list of three of them"),
 ]
 ColorNames = Annotated[
     Annotated[ColorName, Tag(NAME_TAG)]
     | Annotated[tuple[ColorName, ...], _List, Field(min_length=1), Tag(LIST_TAG)],
-    Discriminator(_name_or_list),
+    _NAME_OR_LIST,
     Wanted('a colour such as "#c8553d", or a list of them'),
 ]
 CutHeight = Annotated[
     Annotated[float, Tag(NUMBER_TAG)] | Annotated[Literal["way"], Tag(NAME_TAG)],
-    Discriminator(_number_or_name),
+    _NUMBER_OR_NAME,
     Wanted('a height [m], or "way"'),
 ]
 WORLD_AXES = ("x", "y", "z")
-WorldAxis = Annotated[str, AfterValidator(_world_axis)]
+WorldAxis = Annotated[str, Field(pattern="^[xyz]$")]
 AxisName = Literal["x", "y", "z", "-x", "-y", "-z"]
 Axis = Annotated[
     Annotated[AxisName, Tag(NAME_TAG)] | Annotated[Direction, Tag(LIST_TAG)],
-    Discriminator(_name_or_list),
+    _NAME_OR_LIST,
     Wanted('"x", "y", "z", "-x", "-y", "-z", or a list of three numbers that are not all zero'),
 ]

@@ -36,20 +36,17 @@ def _blocks(path: str, value: object) -> Iterator[str]:
 
 
 def _entries(value: object) -> list[tuple[str, object]]:
-    """The keys of a section or table as TOML spells them, and their values."""
+    """The keys of a section or table that have something to say, as TOML spells them."""
     if isinstance(value, Mapping):
         return list(value.items())
     assert isinstance(value, Section)
-    fields = type(value).model_fields
-    known = [(field.alias or name, getattr(value, name)) for name, field in fields.items()]
-    return [*(value.model_extra or {}).items(), *(entry for entry in known if _said(value, *entry))]
-
-
-def _said(section: Section, key: str, value: object) -> bool:
-    """Whether a key has something to say: no absent option, no empty list of tables."""
-    if isinstance(section, ObstacleEntry) and section.mesh is None and key in MESH_ONLY:
-        return False
-    return value is not None and value != ()
+    meshless = isinstance(value, ObstacleEntry) and value.mesh is None
+    known = [
+        (field.alias or name, held)
+        for name, field in type(value).model_fields.items()
+        if (held := getattr(value, name)) not in (None, ()) and not (meshless and name in MESH_ONLY)
+    ]
+    return [*(value.model_extra or {}).items(), *known]
 
 
 def _is_section(value: object) -> bool:

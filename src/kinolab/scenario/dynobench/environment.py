@@ -69,12 +69,20 @@ class _EnvironmentReader:
         robot = self._robot(top.get("robots"))
         machine = self._machine(robot.get("type"))
         world = self._world(top.get("environment"), machine)
+        kept: dict[str, Any] = {}  # the keys that are the same in all environments of a machine
+        if machine is not None:
+            kept = {
+                "system": {"name": str(robot["type"].value)},
+                "metric": dict(machine.weights),
+                "integration": {"method": "euler", "step": machine.step, "truth": "discrete"},
+                "render": {"view": machine.view},
+            }
         return {
             "schema": 1,
             "title": f"{self._name(top.get('name'))[:80]} (dynobench)",
             **world,
             **self._ends(robot, machine),
-            **({} if machine is None else _kept(str(robot["type"].value), machine)),
+            **kept,
         }
 
     def _name(self, name: Entry | None) -> str:
@@ -101,8 +109,7 @@ class _EnvironmentReader:
         if isinstance(kind.value, str) and kind.value in MACHINES:
             return MACHINES[kind.value]
         name = kind.value if isinstance(kind.value, str) else "this"
-        unknown = unknown_name("robot type", name[:60], known=sorted(MACHINES))
-        self._wrong(kind, unknown.what, unknown.remedy)
+        self._unknown(kind, "robot type", name, sorted(MACHINES))
         return None
 
     def _world(self, world: Entry | None, machine: KnownMachine | None) -> dict[str, Any]:
@@ -110,7 +117,9 @@ class _EnvironmentReader:
         if world is None:
             return {}
         table = self._table(world, ("min", "max"), ("obstacles",))
-        size = machine.dimension if machine else _length(table.get("min"))
+        least = table["min"].value if "min" in table else None
+        known = isinstance(least, list) and len(least) == 3  # of a machine that is not
+        size = machine.dimension if machine else 3 if known else 2
         axes = "xyz"[:size]
         ends = [self._numbers(table.get(key), axes) for key in ("min", "max")]
         for i, (lower, upper) in enumerate(zip(*ends, strict=False)):
@@ -137,8 +146,7 @@ class _EnvironmentReader:
         centre = self._numbers(table.get("center"), axes)
         kind = table.get("type")
         if kind is not None and kind.value not in ("box", "sphere"):
-            unknown = unknown_name("obstacle type", str(kind.value)[:60], known=("box", "sphere"))
-            self._wrong(kind, unknown.what, unknown.remedy)
+            self._unknown(kind, "obstacle type", str(kind.value), ("box", "sphere"))
         if kind is None or kind.value not in ("box", "sphere"):
             return {}
         named = [f"size along {axis}" for axis in axes] if kind.value == "box" else ["radius"]
@@ -163,7 +171,12 @@ class _EnvironmentReader:
             if ROTATION in found[key] and not any(found[key][ROTATION]):
                 self._wrong(robot[key], "its quaternion is zero.", "[0, 0, 0, 1] is not turned.")
         if machine is not None and "goal" in found:
-            found["goal"] |= _goal_region(machine)
+            whole = {ROTATION: 2.0}  # goals measure a turn's whole angle, the benchmark half of it
+            tolerance = {
+                name: whole.get(name, 1.0) * GOAL_TOLERANCE / weight
+                for name, weight in machine.weights.items()
+            }
+            found["goal"] |= {"tolerance": tolerance, "norm": "sum"}  # what deviations add up to
         return found
 
     def _table(
@@ -176,8 +189,7 @@ class _EnvironmentReader:
             return {}
         for key, value in entry.value.items():
             if key not in known:
-                unknown = unknown_name("key", key, known=known)
-                self._wrong(value, unknown.what, unknown.remedy)
+                self._unknown(value, "key", key, known)
         for key in required:
             if key not in entry.value:
                 self._wrong(entry, f"{key} is missing.", f"Give {', '.join(required)}.")
@@ -191,7 +203,12 @@ class _EnvironmentReader:
         if not isinstance(entry.value, list):
             self._wrong(entry, "this is no list.", f"Give [{wanted}].")
             return []
-        bad = [item for item in entry.value if not _is_number(item.value)]
+        bad = [
+            item
+            for item in entry.value
+            if isinstance(item.value, bool)
+            or not (isinstance(item.value, int | float) and math.isfinite(item.value))
+        ]
         for item in bad:
             shown = f"{item.value!r}"[:60] if not isinstance(item.value, dict | list) else "this"
             self._wrong(item, f"{shown} is no finite number.")
@@ -202,29 +219,13 @@ class _EnvironmentReader:
             return [float(item.value) for item in entry.value]  # type: ignore[arg-type]
         return []
 
+    def _unknown(self, entry: Entry, kind: str, name: str, known: Sequence[str]) -> None:
+        unknown = unknown_name(kind, name[:60], known=known)
+        self._wrong(entry, unknown.what, unknown.remedy)
+
     def _wrong(self, entry: Entry, what: str, remedy: str = "") -> None:
         where = f"{self._label} line {entry.line} {entry.path}".rstrip()
         self._mistakes.append((entry.line, Mistake(where, what, remedy)))
-
-
-def _kept(name: str, machine: KnownMachine) -> dict[str, Any]:
-    """Return the keys that are the same in all environments of a machine."""
-    return {
-        "system": {"name": name},
-        "metric": dict(machine.weights),
-        "integration": {"method": "euler", "step": machine.step, "truth": "discrete"},
-        "render": {"view": machine.view},
-    }
-
-
-def _goal_region(machine: KnownMachine) -> dict[str, Any]:
-    """Return what a goal's deviations may add up to."""
-    whole = {ROTATION: 2.0}  # goals measure the whole angle of a turn, the benchmark half of it
-    tolerance = {
-        name: whole.get(name, 1.0) * GOAL_TOLERANCE / weight
-        for name, weight in machine.weights.items()
-    }
-    return {"tolerance": tolerance, "norm": "sum"}
 
 
 def _named(machine: KnownMachine, numbers: Sequence[float]) -> dict[str, Any]:
@@ -234,13 +235,3 @@ def _named(machine: KnownMachine, numbers: Sequence[float]) -> dict[str, Any]:
         name: [rest.pop(0) for _ in range(4)] if name == ROTATION else rest.pop(0)
         for name in machine.weights
     }
-
-
-def _length(entry: Entry | None) -> int:
-    """Return the dimension of a world whose machine is not known."""
-    known = entry is not None and isinstance(entry.value, list) and len(entry.value) == 3
-    return 3 if known else 2
-
-
-def _is_number(value: object) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)

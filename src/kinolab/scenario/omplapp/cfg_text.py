@@ -90,9 +90,22 @@ class CfgFile:
             return None
         if value.text in known:
             return value.text
-        unknown = unknown_name(kind, shortened(printable(value.text)), known=sorted(known))
-        self.wrong(value, unknown.what, unknown.remedy)
+        self.unknown(value, kind, value.text, sorted(known))
         return None
+
+    def unknown(self, at: CfgValue, kind: str, name: str, known: Sequence[str]) -> None:
+        """Add that nothing of a kind has a name."""
+        mistake = unknown_name(kind, shortened(printable(name)), known=known)
+        self.wrong(at, mistake.what, mistake.remedy)
+
+    def add(self, section: str, value: CfgValue) -> None:
+        """Add a value to its section; one that stands there already is a mistake."""
+        first = self.lines.setdefault((section, value.key), value.line)
+        if first != value.line and section != REPEATED:
+            what = f"{shortened(printable(value.key))} stands in line {first} already."
+            self.wrong(value, what, "Keep one of them.")
+            return
+        self.sections.setdefault(section, []).append(value)
 
 
 def cfg_file(text: str, label: str, sections: Sequence[str]) -> CfgFile:
@@ -117,36 +130,21 @@ def cfg_file(text: str, label: str, sections: Sequence[str]) -> CfgFile:
         line = "" if whole.lstrip().startswith(";") else whole.partition("#")[0].strip()
         if not line:
             continue
-        if line[0] == "[" and line[-1] == "]":
-            section = line[1:-1].strip()
-            _check_section(file, CfgValue(f"[{section}]", "", number), section, sections)
-            continue
         key, equals, value = (part.strip() for part in line.partition("="))
         entry = CfgValue(key, value, number)
-        if not equals or not key:
+        heading = line[0] == "[" and line[-1] == "]"
+        if heading:
+            section = line[1:-1].strip()
+            entry = CfgValue(f"[{section}]", "", number)
+        elif not equals or not key:
             what = f"{shortened(printable(line))!r} is no key = value."
             file.wrong(CfgValue("", line, number), what)
             continue
-        if not section:  # the key begins with it
-            name, _, key = key.partition(".")
-            _check_section(file, entry, name, sections)
-            _add(file, name, CfgValue(key, value, number))
-            continue
-        _add(file, section, entry)
+        name, _, rest = (
+            (section, "", key) if section or heading else key.partition(".")
+        )  # which begins it
+        if (heading or not section) and name not in sections:
+            file.unknown(entry, "section", name, sections)
+        if not heading:
+            file.add(name, CfgValue(rest, value, number))
     return file
-
-
-def _check_section(file: CfgFile, at: CfgValue, name: str, known: Sequence[str]) -> None:
-    if name not in known:
-        unknown = unknown_name("section", shortened(printable(name)), known=known)
-        file.wrong(at, unknown.what, unknown.remedy)
-
-
-def _add(file: CfgFile, section: str, value: CfgValue) -> None:
-    """Add a value to its section; one that stands there already is a mistake."""
-    first = file.lines.setdefault((section, value.key), value.line)
-    if first != value.line and section != REPEATED:
-        what = f"{shortened(printable(value.key))} stands in line {first} already."
-        file.wrong(value, what, "Keep one of them.")
-        return
-    file.sections.setdefault(section, []).append(value)

@@ -70,18 +70,15 @@ def wanted_planner(file: CfgFile) -> WantedPlanner:
     unused = [setting for setting in named[only] if setting not in (GOAL_BIAS, "name")]
     if GOAL_BIAS in named[only]:
         if SAME[only] in BIASED:
-            keys[GOAL_BIAS] = _share(file, named[only][GOAL_BIAS])
+            share = file.number(named[only][GOAL_BIAS])
+            if share is not None and not 0.0 <= share <= 1.0:
+                what = f"{share:g} is no probability."
+                file.wrong(named[only][GOAL_BIAS], what, "Give a number from 0 to 1.")
+            keys[GOAL_BIAS] = share or 0.0
         else:
             unused.append(GOAL_BIAS)
     notes = [f"{SAME[only]} has no setting {', '.join(unused)}."] if unused else []
     return WantedPlanner(keys, tuple(notes))
-
-
-def _share(file: CfgFile, value: CfgValue) -> float:
-    share = file.number(value)
-    if share is not None and not 0.0 <= share <= 1.0:
-        file.wrong(value, f"{share:g} is no probability.", "Give a number from 0 to 1.")
-    return share or 0.0
 
 
 def _told(named: list[str]) -> Iterator[str]:
