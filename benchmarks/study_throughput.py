@@ -98,10 +98,15 @@ def searches(options: argparse.Namespace) -> tuple[list[WorkOrder], ProblemFiles
     return found, files
 
 
+def size(files: ProblemFiles) -> int:
+    """Return the size of all files, in bytes."""
+    return sum(map(len, files.files.values()))
+
+
 def sizes() -> Iterator[str]:
     """Yield table rows of what travels."""
     all_files = {name: files_of(load(name)) for name in builtin_scenarios()}
-    ordered = sorted(all_files.items(), key=lambda item: item[1].size)
+    ordered = sorted(all_files.items(), key=lambda item: size(item[1]))
     name, files = ordered[len(ordered) // 2]
     order = SearchOrder(0, files.key, seed=1)
     with tempfile.TemporaryDirectory() as root, LocalEngine(1, Path(root)) as engine:
@@ -109,9 +114,9 @@ def sizes() -> Iterator[str]:
         (answer,) = engine.answers(iter([order]))
     yield f"| an order | {len(pickle.dumps(order))} |"
     yield f"| an answer ({name}) | {len(pickle.dumps(answer))} |"
-    yield f"| files of the smallest scenario ({ordered[0][0]}) | {ordered[0][1].size} |"
-    yield f"| files of the median scenario ({name}) | {files.size} |"
-    yield f"| files of the largest scenario ({ordered[-1][0]}) | {ordered[-1][1].size} |"
+    yield f"| files of the smallest scenario ({ordered[0][0]}) | {size(ordered[0][1])} |"
+    yield f"| files of the median scenario ({name}) | {size(files)} |"
+    yield f"| files of the largest scenario ({ordered[-1][0]}) | {size(ordered[-1][1])} |"
 
 
 def main() -> int:

@@ -18,6 +18,13 @@ PARQUET = "results.parquet"
 NEED = "studies are written with pyarrow"
 Row = Mapping[str, Any]
 OBJECTS = ("settings", "fixed", "statistics", "versions")  # texts that are JSON
+KINDS = {  # of columns, as Arrow names them
+    "text": "string",
+    "whole": "int64",
+    "number": "double",
+    "truth": "bool",
+    "pairs": "list of 2 doubles each",
+}
 ALWAYS = ("index", "scenario", "planner", "seed", "status", "solved")  # never null
 
 
@@ -27,7 +34,7 @@ class Column:
 
     Attributes:
         name: Its name.
-        kind: ``text``, ``whole``, ``number``, ``truth`` or ``pairs`` (a list of two numbers each).
+        kind: One of ``KINDS``; ``pairs`` is a list of two numbers each.
         meaning: A phrase; with its unit.
         timed: Whether it may differ when the same run is made again.
     """
@@ -99,8 +106,12 @@ def _holds(column: Column, value: object) -> bool:
         case _ if value is None:
             return True
         case "text":
-            sound = isinstance(value, str) and (value.isascii() or not is_broken(value))
-            return sound and (column.name not in OBJECTS or _is_object(str(value)))
+            if not isinstance(value, str) or (not value.isascii() and is_broken(value)):
+                return False
+            try:
+                return column.name not in OBJECTS or isinstance(json_of(value), dict)
+            except (ValueError, RecursionError):
+                return False
         case "whole":
             return isinstance(value, int) and not isinstance(value, bool) and abs(value) < 2**63
         case "number":
@@ -120,23 +131,11 @@ def _is_number(value: object) -> bool:
     return isinstance(value, float) and math.isfinite(value)
 
 
-def _is_object(text: str) -> bool:
-    try:
-        return isinstance(json_of(text), dict)
-    except (ValueError, RecursionError):
-        return False
-
-
 def table_of(rows: Iterable[Row]) -> Any:
     """Return rows as a table of pyarrow, in the order of the study."""
     pa = library_of("bench", "pyarrow", NEED)
-    types = {
-        "text": pa.string(),
-        "whole": pa.int64(),
-        "number": pa.float64(),
-        "truth": pa.bool_(),
-        "pairs": pa.list_(pa.list_(pa.float64(), 2)),
-    }
+    pairs = pa.list_(pa.list_(pa.float64(), 2))
+    types = {k: pairs if k == "pairs" else pa.type_for_alias(name) for k, name in KINDS.items()}
     ordered = sorted(rows, key=lambda row: row["index"])
     fields = [
         pa.field(c.name, types[c.kind], metadata={"meaning": c.meaning.encode()}) for c in COLUMNS

@@ -150,20 +150,10 @@ def median(values: Array) -> Interval:
 
     Source: David and Nagaraja, Order Statistics, 2003, section 7.1.
     """
-    n = len(values)
-    if not n:
+    if not len(values):
         return Interval(math.nan, math.nan, math.nan)
-    ordered = np.sort(values)
-    low = int(stats.binom.ppf((1.0 - CONFIDENCE) / 2.0, n, 0.5))
-    with np.errstate(invalid="ignore"):
-        middle = ordered[n // 2] if n % 2 else _mean(ordered[n // 2 - 1], ordered[n // 2])
-    if not low:
-        return Interval(float(middle), math.nan, math.nan)
-    return Interval(float(middle), float(ordered[low - 1]), float(ordered[n - low]))
-
-
-def _mean(one: float, two: float) -> float:
-    return math.inf if math.isinf(two) else (one + two) / 2.0
+    found = stats.quantile_test(values, p=0.5).confidence_interval(CONFIDENCE)
+    return Interval(float(np.median(values)), float(found.low), float(found.high))
 
 
 def comparisons(groups: Sequence[Group]) -> list[Comparison]:
@@ -207,8 +197,8 @@ def _ranks(one: Array, two: Array) -> tuple[float, float]:
 
 
 def _ratio(one: Array, two: Array) -> Interval:
-    value = _divided(median(one).value, median(two).value)
-    if math.isnan(value):
+    above, below = median(one).value, median(two).value
+    if not (math.isfinite(above) and math.isfinite(below) and below > 0.0):
         return Interval(math.nan, math.nan, math.nan)
     generator = np.random.default_rng(1)
     drawn = [
@@ -217,11 +207,7 @@ def _ratio(one: Array, two: Array) -> Interval:
     ]
     with np.errstate(over="ignore"):
         low, high = np.percentile(drawn[0] / drawn[1], [2.5, 97.5])
-    return Interval(value, float(low), math.inf if high > 1e100 else float(high))
-
-
-def _divided(one: float, two: float) -> float:
-    return one / two if math.isfinite(one) and math.isfinite(two) and two > 0.0 else math.nan
+    return Interval(above / below, float(low), math.inf if high > 1e100 else float(high))
 
 
 def corrected(made: Sequence[Comparison]) -> list[Comparison]:

@@ -11,8 +11,7 @@ import logging
 import re
 import threading
 import time
-from collections.abc import Callable, Iterable
-from concurrent.futures import Executor
+from collections.abc import Iterable
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any, final
 
@@ -20,7 +19,6 @@ from kinolab.errors import InputError, Mistake
 from kinolab.lazy import library_of
 from kinolab.studies.engine import AbstractEngine, EngineLostError
 from kinolab.studies.hardware import computer
-from kinolab.studies.orders import Answer, WorkOrder
 from kinolab.studies.problem_files import ProblemFiles
 
 if TYPE_CHECKING:
@@ -63,10 +61,10 @@ class DaskEngine(AbstractEngine):
         try:
             self._client: Client = self._connected(address)
             self.workers = self._checked()
-            from kinolab.studies.files_plugin import FilesPlugin
+            from kinolab.studies.files_plugin import FilesPlugin, do_order
 
             self._client.register_plugin(FilesPlugin(tuple(files), self._cluster is not None))
-            self._futures: Executor = self._client.get_executor(pure=False)
+            self.executor, self.work = self._client.get_executor(pure=False), do_order
         except BaseException:
             self.close()
             raise
@@ -130,15 +128,6 @@ class DaskEngine(AbstractEngine):
         if mistakes:
             raise InputError(mistakes)
         return threads
-
-    @property
-    def _executor(self) -> Executor:
-        return self._futures
-
-    def _work(self) -> Callable[[WorkOrder], Answer]:
-        from kinolab.studies.files_plugin import do_order
-
-        return do_order
 
     def require(self) -> None:
         """Make sure that the scheduler is there.

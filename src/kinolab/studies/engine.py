@@ -12,10 +12,11 @@ from pathlib import Path
 from typing import Self, TypeAlias, final
 
 from kinolab.concurrency.cancel import CancellationToken, never_cancelled
+from kinolab.concurrency.starting import WorkingProcess
 from kinolab.errors import KinolabError
 from kinolab.studies.orders import Answer, WorkOrder, failure
 from kinolab.studies.problem_files import ProblemFiles
-from kinolab.studies.worker_process import FORKS, WorkerLostError, WorkerProcess
+from kinolab.studies.worker_process import FORKS, MODULE, WorkerLostError, answer_of
 
 AHEAD = 3  # orders per worker that are on their way or done
 TRIES = 10  # of one order whose workers are lost
@@ -33,20 +34,15 @@ class AbstractEngine(ABC):
 
     Attributes:
         workers: Their number.
+        executor: What calls a function elsewhere.
+        work: The function that does an order, where it is called.
         hurried: Whether somebody waits for the end, so that ``close`` may not take long.
     """
 
     workers: int
+    executor: Executor
+    work: Callable[[WorkOrder], Answer]
     hurried: bool = False
-
-    @property
-    @abstractmethod
-    def _executor(self) -> Executor:
-        """What calls a function elsewhere."""
-
-    @abstractmethod
-    def _work(self) -> Callable[[WorkOrder], Answer]:
-        """Return the function that does an order, where it is called."""
 
     @abstractmethod
     def close(self) -> None:
@@ -79,14 +75,15 @@ class AbstractEngine(ABC):
         Raises:
             EngineLostError: If the engine has ended.
         """
-        work, open_now = self._work(), dict[Future[Answer], tuple[WorkOrder, int]]()
+        open_now = dict[Future[Answer], tuple[WorkOrder, int]]()
         again = deque[tuple[WorkOrder, int]]()
         coming = ((order, 1) for order in orders)
         while not stop():
             self.require()
             room = max(0, AHEAD * self.workers - len(open_now))
-            for order, tried in [*_taken(again, room), *islice(coming, max(0, room - len(again)))]:
-                open_now[self._executor.submit(work, order)] = order, tried
+            lost = [again.popleft() for _ in range(min(room, len(again)))]
+            for order, tried in [*lost, *islice(coming, room - len(lost))]:
+                open_now[self.executor.submit(self.work, order)] = order, tried
             if not open_now:
                 return
             for future in wait(open_now, POLL, FIRST_COMPLETED).done:
@@ -113,12 +110,6 @@ MakeEngine: TypeAlias = Callable[[Iterable[ProblemFiles], Path], AbstractEngine]
 """Makes an engine, from the files that orders need and a folder for them."""
 
 
-def _taken(queue: deque[tuple[WorkOrder, int]], most: int) -> Iterator[tuple[WorkOrder, int]]:
-    while queue and most > 0:
-        most -= 1
-        yield queue.popleft()
-
-
 @final
 class LocalEngine(AbstractEngine):
     """Processes on this computer.
@@ -129,22 +120,15 @@ class LocalEngine(AbstractEngine):
     """
 
     def __init__(self, workers: int, root: Path) -> None:
-        self.workers, self._root = workers, root
-        self._pool = ThreadPoolExecutor(workers, thread_name_prefix="runs")
-        self._crew = WorkerProcesses(root)
-
-    @property
-    def _executor(self) -> Executor:
-        return self._pool
-
-    def _work(self) -> Callable[[WorkOrder], Answer]:
-        return self._crew.answer
+        self.workers, self._crew = workers, WorkerProcesses(root)
+        self.executor = ThreadPoolExecutor(workers, thread_name_prefix="runs")
+        self.work = self._crew.answer
 
     def close(self) -> None:
         """End all workers, whatever they do."""
-        self._pool.shutdown(wait=False, cancel_futures=True)
+        self.executor.shutdown(wait=False, cancel_futures=True)
         self._crew.close()
-        self._pool.shutdown(wait=True)
+        self.executor.shutdown(wait=True)
 
 
 class WorkerProcesses:
@@ -156,7 +140,7 @@ class WorkerProcesses:
 
     def __init__(self, root: Path) -> None:
         self._root, self._lock = root, threading.Lock()
-        self._of_thread: dict[int, WorkerProcess] = {}
+        self._of_thread: dict[int, WorkingProcess] = {}
         self._closed = False
 
     def answer(self, order: WorkOrder) -> Answer:
@@ -170,10 +154,10 @@ class WorkerProcesses:
             if self._closed:
                 raise WorkerLostError("the engine is closed")
             if own not in self._of_thread:
-                self._of_thread[own] = WorkerProcess()
+                self._of_thread[own] = WorkingProcess(MODULE)
             process = self._of_thread[own]
         try:
-            answer = process.answer(order, self._root)
+            answer = answer_of(process, order, self._root)
         except WorkerLostError:
             self._drop(own, process)
             raise
@@ -181,16 +165,16 @@ class WorkerProcesses:
             self._drop(own, process)
         return answer
 
-    def _drop(self, thread: int, process: WorkerProcess) -> None:
+    def _drop(self, thread: int, process: WorkingProcess) -> None:
         with self._lock:
             if self._of_thread.get(thread) is process:
                 del self._of_thread[thread]
-                process.close()
+                process.end()
 
     def close(self) -> None:
         """End all processes."""
         with self._lock:
             self._closed = True
             for process in self._of_thread.values():
-                process.close()
+                process.end()
             self._of_thread.clear()

@@ -102,7 +102,7 @@ def expanded(study: Study, root: Path) -> StudyRuns:
     for number, case in enumerate(study.cases, start=1):
         where = f"{study.path.name} [[case]] {number}" if study.case else study.path.name
         seeds = _seeds(case)
-        points = list(_points(case))
+        points = _points(case)
         chosen: Sequence[str | NamedPlanner | None] = case.planners or [None]
         for source, planner in itertools.product(case.scenarios or [], chosen):
             one = NamedPlanner(name=planner) if isinstance(planner, str) else planner
@@ -153,13 +153,12 @@ def _seeds(case: Case) -> Sequence[int]:
     return case.seeds if isinstance(case.seeds, list) else range(1, (case.seeds or 1) + 1)
 
 
-def _points(case: Case) -> Iterator[tuple[tuple[str, Any], ...]]:
-    """Yield all settings of a case: the grid of its sweep times the points of its sequence."""
+def _points(case: Case) -> list[tuple[tuple[str, Any], ...]]:
+    """Return all settings of a case: the grid of its sweep times the points of its sequence."""
     sweep = case.sweep or {}
     grid = [tuple(zip(sweep, values, strict=True)) for values in itertools.product(*sweep.values())]
     sequence = list(sobol_points(case.sobol)) if case.sobol else [()]
-    for point, further in itertools.product(grid, sequence):
-        yield (*point, *further)
+    return [(*point, *further) for point, further in itertools.product(grid, sequence)]
 
 
 def sobol_points(sobol: Sobol) -> Iterator[tuple[tuple[str, float | int], ...]]:

@@ -12,10 +12,11 @@ import re
 import tempfile
 import warnings
 from collections import defaultdict
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import redirect_stdout
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
@@ -28,19 +29,28 @@ STATUSES = (
     *("solved", "approximate", "local_minimum", "not_found", "verification_failed", "interrupted"),
     *("error", "crashed", "killed", "out_of_memory", "cpu_limit", "memory_limit"),
 )
-PROPERTIES: tuple[tuple[str, str], ...] = (  # of a run, as OMPL names them where it has them
-    ("time", "REAL"),
-    ("solved", "BOOLEAN"),
-    ("approximate solution", "BOOLEAN"),
-    ("solution length", "REAL"),
-    ("solution difference", "REAL"),
-    ("solution clearance", "REAL"),
-    ("solution segments", "INTEGER"),
-    ("iterations", "INTEGER"),
-    ("memory", "REAL"),
-    ("cpu time", "REAL"),
-    ("seed", "INTEGER"),
-    ("status", "ENUM"),
+PROPERTIES: tuple[tuple[str, str, Callable[[Row], float | int | None]], ...] = (
+    # of a run, as OMPL names them where it has them, with their values; None where there is none
+    ("time", "REAL", itemgetter("search")),
+    ("solved", "BOOLEAN", lambda row: int(row["status"] == "solved")),
+    (
+        "approximate solution",
+        "BOOLEAN",
+        lambda row: int(row["status"] in ("approximate", "local_minimum")),
+    ),
+    ("solution length", "REAL", itemgetter("duration")),
+    ("solution difference", "REAL", itemgetter("goal_distance")),
+    ("solution clearance", "REAL", itemgetter("clearance")),
+    ("solution segments", "INTEGER", itemgetter("steps")),
+    ("iterations", "INTEGER", itemgetter("iterations")),
+    ("memory", "REAL", itemgetter("memory")),
+    ("cpu time", "REAL", itemgetter("cpu")),
+    ("seed", "INTEGER", itemgetter("seed")),
+    (
+        "status",
+        "ENUM",
+        lambda row: STATUSES.index(row["status"]) if row["status"] in STATUSES else None,
+    ),
 )
 
 
@@ -59,14 +69,9 @@ class Experiment:
     limits: tuple[float, float]
 
     @property
-    def all_rows(self) -> list[Row]:
-        """The rows of all planners."""
-        return [row for own in self.rows.values() for row in own]
-
-    @property
     def facts(self) -> dict[str, Any]:
         """What stands once for all runs."""
-        rows = self.all_rows
+        rows = [row for own in self.rows.values() for row in own]
         began = [row["began"] for row in rows if row["began"] is not None] or [0.0]
         first, last = min(began), max(began)
         known = next((row for row in rows if row["computer"]), rows[0])
@@ -136,31 +141,8 @@ def _word(text: str) -> str:
     return re.sub(r"\s+", "_", _line(text)) or "_"
 
 
-def values_of(row: Row) -> list[float | int | None]:
-    """Return the values of PROPERTIES for a row; None where there is none."""
-    status = row["status"]
-    return [
-        row["search"],
-        int(status == "solved"),
-        int(status in ("approximate", "local_minimum")),
-        row["duration"],
-        row["goal_distance"],
-        row["clearance"],
-        row["steps"],
-        row["iterations"],
-        row["memory"],
-        row["cpu"],
-        row["seed"],
-        STATUSES.index(status) if status in STATUSES else None,
-    ]
-
-
-def log_text(experiment: Experiment) -> str:
-    """Return an experiment as a log that OMPL's own script reads."""
-    return "\n".join(_log_lines(experiment)) + "\n"
-
-
 def _log_lines(experiment: Experiment) -> Iterator[str]:
+    """Yield the lines of a log that OMPL's own script reads."""
     facts = experiment.facts
     name, _, version = facts["version"].partition(" ")
     yield f"{name} version {version}"
@@ -184,9 +166,10 @@ def _log_lines(experiment: Experiment) -> Iterator[str]:
         yield f"{len(settings)} common properties"
         yield from settings
         yield f"{len(PROPERTIES)} properties for each run"
-        yield from (f"{name} {kind}" for name, kind in PROPERTIES)
+        yield from (f"{name} {kind}" for name, kind, _ in PROPERTIES)
         yield f"{len(rows)} runs"
-        yield from ("; ".join([*map(_cell, values_of(row)), ""]) for row in rows)
+        for row in rows:
+            yield "".join(f"{_cell(value(row))}; " for *_, value in PROPERTIES)
         yield "2 progress properties for each run"
         yield from ("time REAL", "best cost REAL")
         yield f"{len(rows)} runs"
@@ -221,7 +204,7 @@ def write_logs(folder: Path, found: Sequence[Experiment]) -> list[Path]:
         path = folder / LOGS / f"{name}.log"
         if path in paths:  # another one whose name differs in what file names do not have
             path = folder / LOGS / f"{name}.{len(paths) + 1}.log"
-        write_whole(path, utf_8(log_text(one)))
+        write_whole(path, utf_8("\n".join([*_log_lines(one), ""])))
         paths.append(path)
     for old in {*(folder / LOGS).glob("*.log")}.difference(paths):  # of rows before
         old.unlink()

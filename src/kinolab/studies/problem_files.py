@@ -40,11 +40,6 @@ class ProblemFiles:
             digest.update(content)
         return digest.hexdigest()[:32]
 
-    @property
-    def size(self) -> int:
-        """Of all files, in bytes."""
-        return sum(map(len, self.files.values()))
-
     def written(self, root: Path) -> Path:
         """Write the files into a folder of their own below ``root`` unless exactly they are there.
 

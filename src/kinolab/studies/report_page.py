@@ -7,7 +7,7 @@ import io
 import json
 import math
 import re
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -100,9 +100,10 @@ def markdown_of(
         LEGEND,
         *map(_plain, _messages(rows)),
     ]
+    planners = Counter((group.scenario, group.computer) for group in groups)
     if pairs:
         parts += [_markdown(comparison_table(pairs)), COMPARED]
-    elif _too_many(groups):
+    elif max(planners.values(), default=0) > MOST_COMPARED:
         parts.append(TOO_MANY)
     return "\n\n".join(parts) + "\n"
 
@@ -191,13 +192,6 @@ def _told_by_cases(study: Study) -> Iterator[str]:
         if told:
             named = "; ".join(f"{key} = {value_text(value)}" for key, value in told.items())
             yield f"Set for {', '.join(case.scenarios or [])}: {named}."
-
-
-def _too_many(groups: Sequence[Group]) -> bool:
-    """Whether a scenario has too many planners to compare them in pairs."""
-    return (
-        max(Counter((g.scenario, g.computer) for g in groups).values(), default=0) > MOST_COMPARED
-    )
 
 
 def _messages(rows: Sequence[Row]) -> Iterator[str]:
@@ -386,41 +380,40 @@ def _boxes(axes: Axes, values: Sequence[Any], groups: Sequence[Group], label: st
 
 def _swept_numbers(groups: Sequence[Group]) -> list[str]:
     """Return the keys whose values are numbers, of which there are several."""
-    found: dict[str, set[float]] = {}
+    found: dict[str, set[float]] = defaultdict(set)
     for group in groups:
         for row in group.rows:
-            for key, value in json.loads(row["settings"] or "{}").items():
-                if _is_number(value):
-                    found.setdefault(key, set()).add(value)
+            for key, value in _swept(row).items():
+                found[key].add(value)
     return [key for key, values in found.items() if len(values) > 2]
 
 
-def _is_number(value: object) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool)
+def _swept(row: Row) -> dict[str, float]:
+    """Return the numbers that were swept, by key."""
+    swept = json.loads(row["settings"] or "{}").items()
+    return {key: v for key, v in swept if isinstance(v, int | float) and not isinstance(v, bool)}
 
 
 def _against(groups: Sequence[Group], key: str) -> Figure:
     figure = _new_figure((7.0, 3.4))
     axes = figure.subplots()
     rows = [
-        row
+        (row["planner"], bool(row["solved"]), _swept(row)[key], row["search"])
         for group in groups
         for row in group.rows
-        if row["search"] is not None and _is_number(json.loads(row["settings"] or "{}").get(key))
+        if row["search"] is not None and key in _swept(row)
     ]
-    for k, planner in enumerate(dict.fromkeys(row["planner"] for row in rows)):
+    for k, planner in enumerate(dict.fromkeys(row[0] for row in rows)):
         for solved, marker in ((True, "o"), (False, "x")):
-            own = [r for r in rows if r["planner"] == planner and bool(r["solved"]) is solved]
-            x = [json.loads(row["settings"])[key] for row in own]
-            axes.plot(
-                x, [row["search"] for row in own], marker, color=f"C{k}", markersize=4, alpha=0.6
-            )
+            own = [row[2:] for row in rows if row[:2] == (planner, solved)]
+            x, y = zip(*own, strict=True) if own else ((), ())
+            axes.plot(x, y, marker, color=f"C{k}", markersize=4, alpha=0.6)
         axes.plot([], [], "o", color=f"C{k}", label=_label(planner))
-    if not all(row["solved"] for row in rows):
+    if not all(row[1] for row in rows):
         axes.plot([], [], "x", color=INK, label="not solved")
     if rows:
         _log(axes, "y")
-        swept = [json.loads(row["settings"])[key] for row in rows]
+        swept = [row[2] for row in rows]
         if min(swept) > 0.0 and max(swept) > WIDE * min(swept):
             _log(axes, "x")
     axes.set(xlabel=_label(key), ylabel="search [s]")

@@ -15,12 +15,14 @@ from kinolab.concurrency.cancel import CancellationToken, never_cancelled
 from kinolab.concurrency.processors import processors
 from kinolab.errors import InputError, Mistake
 from kinolab.files import write_whole
-from kinolab.studies.columns import COLUMNS
+from kinolab.lazy import library_of
+from kinolab.studies.columns import COLUMNS, NEED
 from kinolab.studies.engine import AbstractEngine, LocalEngine, MakeEngine
 from kinolab.studies.expansion import RunSpec, StudyRuns, expanded
 from kinolab.studies.journal import ROWS, Journal, read_rows
 from kinolab.studies.orders import Answer, SearchOrder, as_told
 from kinolab.studies.study_file import Study
+from kinolab.studies.worker_process import FORKS
 
 SCENARIOS = "scenarios"  # folder of the files that runs are made from
 STUDY = "study.toml"
@@ -70,9 +72,6 @@ class StudyFolder:
     """
 
     def __init__(self, study: Study, folder: Path, *, resume: bool = False) -> None:
-        from kinolab.lazy import library_of
-        from kinolab.studies.columns import NEED
-
         library_of("bench", "pyarrow", NEED)
         _require_limits(study)
         self.study, self.folder = study, folder
@@ -212,9 +211,6 @@ def _require_limits(study: Study) -> None:
     Raises:
         InputError: If processes cannot be watched.
     """
-    from kinolab.lazy import library_of
-    from kinolab.studies.worker_process import FORKS
-
     if study.limits.cpu is None and study.limits.memory is None:
         return
     if not FORKS:

@@ -6,7 +6,7 @@ import math
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Annotated, Any, Literal, get_args
+from typing import Annotated, Any, Literal
 
 from pydantic import (
     AfterValidator,
@@ -22,6 +22,7 @@ from pydantic_core import ErrorDetails
 from kinolab.errors import InputError, Mistake, unknown_name
 from kinolab.scenario.file_lookup import read_text
 from kinolab.scenario.load import toml_document
+from kinolab.scenario.locations import fields_of, model_in
 from kinolab.scenario.toml_text import key_text, shown
 
 MOST_SEEDS = 1_000_000
@@ -60,40 +61,39 @@ Value = bool | int | float | str | Holder
 class Table(BaseModel):
     """What all tables share: strict types, finite numbers, no unknown keys, no changes."""
 
-    model_config = ConfigDict(strict=True, extra="forbid", frozen=True, allow_inf_nan=False)
+    model_config = ConfigDict(
+        strict=True,
+        extra="forbid",
+        frozen=True,
+        allow_inf_nan=False,
+        use_attribute_docstrings=True,
+    )
 
 
 class Limits(Table):
     """``[limits]``: of each run; what is left out is not limited, or as the scenario says."""
 
-    search: Annotated[
-        Positive | None,
-        Field(description="Processor time of a search, in s, above 0; else the scenario's limit."),
-    ] = None
-    iterations: Annotated[
-        Annotated[int, Field(gt=0, le=MOST_SEED)] | None,
-        Field(description="Iterations of a search, 1 or more; else the scenario's limit."),
-    ] = None
-    cpu: Annotated[
-        Positive | None, Field(description="Processor time of a run, in s, above 0; it ends there.")
-    ] = None
-    memory: Annotated[
-        Positive | None, Field(description="Memory of a run, in MB, above 0; it ends there.")
-    ] = None
+    search: Positive | None = None
+    """Processor time of a search, in s, above 0; else the scenario's limit."""
+    iterations: Annotated[int, Field(gt=0, le=MOST_SEED)] | None = None
+    """Iterations of a search, 1 or more; else the scenario's limit."""
+    cpu: Positive | None = None
+    """Processor time of a run, in s, above 0; it ends there."""
+    memory: Positive | None = None
+    """Memory of a run, in MB, above 0; it ends there."""
 
 
 class Range(Table):
     """Between which values a Sobol sequence varies a key."""
 
-    low: Annotated[float, Field(alias="from", description="Lowest value.")]
-    high: Annotated[float, Field(alias="to", description="Highest value.")]
-    scale: Annotated[
-        Literal["linear", "log"],
-        Field(description='"linear" or "log": how values are spread between them.'),
-    ] = "linear"
-    whole: Annotated[
-        bool, Field(description="true or false: whether values are rounded to whole numbers.")
-    ] = False
+    low: float = Field(alias="from")
+    """Lowest value."""
+    high: float = Field(alias="to")
+    """Highest value."""
+    scale: Literal["linear", "log"] = "linear"
+    """"linear" or "log": how values are spread between them."""
+    whole: bool = False
+    """true or false: whether values are rounded to whole numbers."""
 
     @model_validator(mode="after")
     def _sensible(self) -> Range:
@@ -109,81 +109,64 @@ class Range(Table):
 class Sobol(Table):
     """``[sobol]``: points of a Sobol sequence in the ranges of several keys."""
 
-    points: Annotated[
-        int, Field(gt=0, le=MOST_POINTS, description="How many; a power of 2 is best.")
-    ]
-    seed: Annotated[int, Field(ge=0, description="Of the scrambling.")] = 1
-    ranges: Annotated[
-        dict[str, Range],
-        Field(min_length=1, max_length=MOST_KEYS, description="By key, { from = …, to = … }."),
-    ]
+    points: int = Field(gt=0, le=MOST_POINTS)
+    """How many; a power of 2 is best."""
+    seed: int = Field(default=1, ge=0)
+    """Of the scrambling."""
+    ranges: dict[str, Range] = Field(min_length=1, max_length=MOST_KEYS)
+    """By key, { from = …, to = … }."""
 
 
 class NamedPlanner(Table):
     """A planner with settings and a label of its own."""
 
-    name: Annotated[str, Field(min_length=1, description="A planner's name, or file.py:Class.")]
-    label: Annotated[
-        str, Field(max_length=100, description="What tables call it; its name when left out.")
-    ] = ""
-    settings: Annotated[dict[str, Value], Field(description="Keys of [planner] and values.")] = {}
+    name: str = Field(min_length=1)
+    """A planner's name, or file.py:Class."""
+    label: str = Field(default="", max_length=100)
+    """What tables call it; its name when left out."""
+    settings: dict[str, Value] = {}
+    """Keys of [planner] and values."""
 
 
 class Case(Table):
     """Scenarios, planners and seeds that are combined with each other."""
 
-    scenarios: Annotated[
-        list[str] | None,
-        Field(
-            min_length=1, description="Built-in names, or paths from the study's folder; required."
-        ),
-    ] = None
-    planners: Annotated[
-        list[str | NamedPlanner] | None,
-        Field(
-            min_length=1, description="Names or { name, label, settings }; else the scenario's own."
-        ),
-    ] = None
-    seeds: Annotated[
+    scenarios: list[str] | None = Field(default=None, min_length=1)
+    """Built-in names, or paths from the study's folder; required."""
+    planners: list[str | NamedPlanner] | None = Field(default=None, min_length=1)
+    """Names or { name, label, settings }; else the scenario's own."""
+    seeds: (
         Annotated[int, Field(gt=0, le=MOST_SEEDS)]
         | Annotated[list[Annotated[int, Field(ge=0, le=MOST_SEED)]], Field(min_length=1)]
-        | None,
-        Field(description=f"How many, from 1 on, up to {MOST_SEEDS}, or a list; else 1."),
-    ] = None
-    improve: Annotated[
-        bool | None,
-        Field(description="true or false: whether motions are made exact and shorter; else false."),
-    ] = None
-    check: Annotated[
-        bool | None,
-        Field(description="true or false: whether solved runs are checked from files; else false."),
-    ] = None
-    settings: Annotated[
-        dict[str, Value] | None, Field(description="Values by a scenario's dotted keys.")
-    ] = None
-    sweep: Annotated[
-        dict[str, Annotated[list[Value], Field(min_length=1)]] | None,
-        Field(
-            max_length=MOST_KEYS,
-            description="Lists of values by dotted key; all combinations are run.",
-        ),
-    ] = None
-    sobol: Annotated[Sobol | None, Field(description="Ranges by dotted key, and points.")] = None
+        | None
+    ) = Field(
+        default=None, description=f"How many, from 1 on, up to {MOST_SEEDS}, or a list; else 1."
+    )
+    improve: bool | None = None
+    """true or false: whether motions are made exact and shorter; else false."""
+    check: bool | None = None
+    """true or false: whether solved runs are checked from files; else false."""
+    settings: dict[str, Value] | None = None
+    """Values by a scenario's dotted keys."""
+    sweep: dict[str, Annotated[list[Value], Field(min_length=1)]] | None = Field(
+        default=None, max_length=MOST_KEYS
+    )
+    """Lists of values by dotted key; all combinations are run."""
+    sobol: Sobol | None = None
+    """Ranges by dotted key, and points."""
 
 
 class Study(Case):
     """A study: what all cases share, and the cases, if there are several."""
 
-    schema_version: Annotated[
-        Literal[1], Field(alias="schema", description="The number 1, of this format; required.")
-    ]
-    title: Annotated[
-        str, Field(min_length=1, description="What the study asks, in a line; required.")
-    ]
-    limits: Annotated[Limits, Field(description="Of each run.")] = Limits()
-    case: Annotated[
-        list[Case], Field(description="[[case]]: further combinations, with keys of their own.")
-    ] = []
+    schema_version: Literal[1] = Field(alias="schema")
+    """The number 1, of this format; required."""
+    title: str = Field(min_length=1)
+    """What the study asks, in a line; required."""
+    limits: Limits = Limits()
+    """Of each run."""
+    case: list[Case] = []
+    """[[case]]: further combinations, with keys of their own."""
     _path: Path = PrivateAttr(default=Path("study.toml"))
 
     @property
@@ -207,7 +190,10 @@ def read_study(path: Path) -> Study:
     Raises:
         InputError: With every mistake that can be found without its scenarios.
     """
-    document = _document(read_text(path), path)
+    document = toml_document(read_text(path), path.name, "Write [sobol] or several studies.")
+    if "system" in document:
+        what = "this is a scenario, not a study."
+        raise InputError([Mistake(path.name, what, f"`plan {path}` plans it.")])
     mistakes = []
     try:
         study = Study.model_validate(document)
@@ -224,19 +210,6 @@ def read_study(path: Path) -> Study:
     return study
 
 
-def _document(text: str, path: Path) -> dict[str, Any]:
-    """Return what a file holds.
-
-    Raises:
-        InputError: If it is not TOML, or not a study.
-    """
-    document = toml_document(text, path.name, "Write [sobol] or several studies.")
-    if "system" in document:
-        what = "this is a scenario, not a study."
-        raise InputError([Mistake(path.name, what, f"`plan {path}` plans it.")])
-    return document
-
-
 def _misplaced(document: Mapping[str, Any], path: Path) -> Iterator[Mistake]:
     """Yield what cannot be left out, and keys that stand where others belong.
 
@@ -251,7 +224,9 @@ def _misplaced(document: Mapping[str, Any], path: Path) -> Iterator[Mistake]:
             yield Mistake(where, "no scenarios are named.", 'Write scenarios = ["…"].')
         swept = [*_keys(told.get("sweep")), *_keys(_table(told.get("sobol")).get("ranges"))]
         for key in [*_keys(told.get("settings")), *swept, *_planner_keys(told.get("planners"))]:
-            if remedy := NAMED_ELSEWHERE.get(_plain(key)):
+            # without the quotes and spaces that TOML allows around parts of a key
+            plain = ".".join(part.strip(" \t\"'") for part in key.split("."))
+            if remedy := NAMED_ELSEWHERE.get(plain):
                 yield Mistake(f"{where} {key_text(key)}", "this is not set here.", remedy)
         for key, count in sorted(Counter(swept).items()):
             if count > 1:
@@ -280,11 +255,6 @@ def _planner_keys(planners: object) -> list[str]:
     return [f"planner.{key}" for one in tables for key in _keys(one.get("settings"))]
 
 
-def _plain(key: str) -> str:
-    """Return a dotted key without the quotes and spaces that TOML allows around its parts."""
-    return ".".join(part.strip(" \t\"'") for part in key.split("."))
-
-
 def _told(error: ValidationError) -> list[ErrorDetails]:
     """Return what pydantic found; of a value that may be of several kinds only what is nearest.
 
@@ -301,7 +271,7 @@ def _mistake(line: ErrorDetails, path: Path) -> Mistake:
     keys, model, about = _place(line["loc"])
     where = f"{path.name} {_written(keys)}".rstrip()
     if line["type"] == "extra_forbidden":
-        known = sorted(field.alias or name for name, field in model.model_fields.items())
+        known = sorted(fields_of(model))
         unknown = unknown_name("key", str(keys[-1]), known=known)
         return Mistake(where, unknown.what, unknown.remedy)
     if line["type"] == "missing":
@@ -317,24 +287,18 @@ def _place(location: tuple[int | str, ...]) -> tuple[list[int | str], type[Table
     model: type[Table] = Study
     about = ""
     for part in location:
-        fields = {field.alias or name: field for name, field in model.model_fields.items()}
+        fields = fields_of(model)
         if isinstance(part, int):
             keys.append(part)
         elif part in fields:
             keys.append(part)
             about = fields[part].description or about
-            model = _model_in(fields[part].annotation) or model
+            model = model_in(fields[part].annotation, Table) or model
         elif not part.startswith(("function-", "constrained-", "list[", "dict[")) and part not in (
             *("int", "float", "str", "bool", "NamedPlanner"),
         ):
             keys.append(part)
     return keys, model, about
-
-
-def _model_in(annotation: Any) -> type[Table] | None:
-    if isinstance(annotation, type) and issubclass(annotation, Table):
-        return annotation
-    return next(filter(None, map(_model_in, get_args(annotation))), None)
 
 
 def _written(keys: list[int | str]) -> str:

@@ -40,35 +40,25 @@ class Killed:
     reason: str
 
 
-class WorkerProcess:
-    """The process, as seen by the one that starts it; it is started when it is needed."""
+def answer_of(worker: WorkingProcess, order: WorkOrder, root: Path) -> Answer:
+    """Have a process that runs this module do an order.
 
-    def __init__(self) -> None:
-        self._worker = WorkingProcess(MODULE)
+    Args:
+        worker: The process.
+        order: The order.
+        root: Folder below which its files are.
 
-    def answer(self, order: WorkOrder, root: Path) -> Answer:
-        """Have an order done.
-
-        Args:
-            order: The order.
-            root: Folder below which its files are.
-
-        Raises:
-            WorkerLostError: If the process, or the run in it, was killed.
-        """
-        try:
-            self._worker.connection.send((order, root))
-            answer = self._worker.connection.recv()
-        except (EOFError, OSError) as error:
-            raise WorkerLostError("its process has ended") from error
-        if isinstance(answer, Killed):
-            raise WorkerLostError(answer.reason)
-        found: Answer = answer
-        return found
-
-    def close(self) -> None:
-        """End it, whatever it does."""
-        self._worker.end()
+    Raises:
+        WorkerLostError: If the process, or the run in it, was killed.
+    """
+    try:
+        worker.connection.send((order, root))
+        answer: Answer | Killed = worker.connection.recv()
+    except (EOFError, OSError) as error:
+        raise WorkerLostError("its process has ended") from error
+    if isinstance(answer, Killed):
+        raise WorkerLostError(answer.reason)
+    return answer
 
 
 def work(connection: Connection) -> None:
