@@ -1,7 +1,9 @@
-"""Built-in machines: one file each, named like its function."""
+"""Built-in machines: a file each, or for a family of them, whose functions have their names."""
 
 from __future__ import annotations
 
+import re
+from collections.abc import Callable
 from functools import cache
 from importlib import import_module, resources
 from typing import TYPE_CHECKING
@@ -11,13 +13,24 @@ from kinolab.errors import UnknownNameError
 if TYPE_CHECKING:
     from kinolab.dynamics import System
 
+_MACHINE = re.compile(r"^def ([a-z]\w*)\(\) -> System:", re.MULTILINE)
+
+
+@cache
+def _homes() -> dict[str, str]:
+    """Return the module of every registered system: one with ``def name() -> System``."""
+    files = (entry for entry in resources.files(__name__).iterdir() if entry.name.endswith(".py"))
+    return {
+        name: entry.name.removesuffix(".py")
+        for entry in files
+        for name in _MACHINE.findall(entry.read_text(encoding="utf-8"))
+    }
+
 
 @cache
 def names() -> tuple[str, ...]:
-    """Return the name of every registered system; a file in this folder registers itself."""
-    files = (entry.name for entry in resources.files(__name__).iterdir())
-    stems = (name.removesuffix(".py") for name in files if name.endswith(".py"))
-    return tuple(sorted(stem for stem in stems if not stem.startswith("_")))
+    """Return the name of every registered system; a file in this folder registers its own."""
+    return tuple(sorted(_homes()))
 
 
 def get(name: str, **parameters: float) -> System:
@@ -36,11 +49,14 @@ def get(name: str, **parameters: float) -> System:
 @cache
 def _described(name: str) -> System:
     """Describe a system once: the panda's meshes take a second and a half."""
-    system: System = getattr(import_module(f"{__name__}.{name}"), name)()
-    return system
+    return _maker(name)()
+
+
+def _maker(name: str) -> Callable[[], System]:
+    made: Callable[[], System] = getattr(import_module(f"{__name__}.{_homes()[name]}"), name)
+    return made
 
 
 def summary(name: str) -> str:
     """Return the first line of a system's docstring."""
-    factory = getattr(import_module(f"{__name__}.{name}"), name)
-    return (factory.__doc__ or "").strip().partition("\n")[0]
+    return (_maker(name).__doc__ or "").strip().partition("\n")[0]

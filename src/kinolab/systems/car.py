@@ -24,6 +24,7 @@ from kinolab.dynamics import (
 
 TRACK = 1.5  # [m] between left and right wheels
 WHEEL = 0.3  # [m] radius of the shapes; the rolling radius is the parameter R
+WHEELS = [Disk(WHEEL, thickness=0.2, axis="y", at=(0, side, 0)) for side in (TRACK / 2, -TRACK / 2)]
 
 
 def car() -> System:
@@ -53,10 +54,10 @@ def car() -> System:
         "rear axle",
         rear @ rot_y(phi),
         inertia=(I_w / 2, I_w, I_w / 2),
-        shape=_wheels(),
+        shape=WHEELS,
         touches_ground=True,
     )
-    steering = Body("front wheels", front, inertia=J_s, shape=_wheels(), touches_ground=True)
+    steering = Body("front wheels", front, inertia=J_s, shape=WHEELS, touches_ground=True)
     V = velocity(rear)
     return System(
         "car",
@@ -74,10 +75,3 @@ def car() -> System:
         velocities=[delta, phi],
         flat=PlaneCurves(x, y, psi, steered=((delta, sympy.atan(L * CURVATURE)),)),
     )
-
-
-def _wheels() -> tuple[Disk, Disk]:
-    left, right = (
-        Disk(WHEEL, thickness=0.2, axis="y", at=(0, side, 0)) for side in (TRACK / 2, -TRACK / 2)
-    )
-    return left, right

@@ -38,7 +38,8 @@ def diff_drive() -> System:
     r, b = parameter("r", RADIUS, "m"), parameter("b", TRACK, "m")
     I_w, c_w = parameter("I_w", 0.005, "kg m^2"), parameter("c_w", 0.08, "N m s/rad")
     x, y, psi = length("x"), length("y"), angle("psi")  # middle of the axle, heading
-    phi_l, phi_r = angle("phi_l", speed=8.0), angle("phi_r", speed=8.0)
+    phi_l, phi_r = angle("phi_l", speed=8.0), angle("phi_r", speed=8.0)  # [rad/s] of the wheels
+    # The axle's frame: moved over the ground and turned about the vertical.
     axle = move(x, y, r) @ rot_z(psi)
     hull = (
         Box(0.40, 0.26, 0.16, at=(-0.03, 0, 0.08)),
@@ -48,6 +49,7 @@ def diff_drive() -> System:
     robot = Body("robot", axle, mass=m, inertia=I_z - I_w, shape=hull, touches_ground=True)
     left = _wheel("left wheel", axle @ move(0, b / 2) @ rot_y(phi_l), I_w)
     right = _wheel("right wheel", axle @ move(0, -b / 2) @ rot_y(phi_r), I_w)
+    # Constraints on velocities: the axle does not slip sideways, and both wheels roll.
     V = velocity(axle)
     turning = b / 2 * V.wz
     return System(
@@ -63,8 +65,8 @@ def diff_drive() -> System:
             Torque("right", on=right, about=axle.y, limit=0.6),
         ],
         efforts=[Viscous(rate(phi_l), c_w), Viscous(rate(phi_r), c_w)],
-        velocities=[phi_l, phi_r],
-        flat=PlaneCurves(x, y, psi),
+        velocities=[phi_l, phi_r],  # the independent ones
+        flat=PlaneCurves(x, y, psi),  # planners may steer it along plane curves
     )
 
 

@@ -55,10 +55,8 @@ def falling_disk() -> System:
         touches_ground=True,
     )
     V = velocity(track)
-    speed, turn = (
-        Reference("speed", limit=SPEED, unit="m/s"),
-        Reference("turn", limit=TURN, unit="rad/s"),
-    )
+    speed = Reference("speed", limit=SPEED, unit="m/s")
+    turn = Reference("turn", limit=TURN, unit="rad/s")
     law = Regulator(
         [speed, turn],
         tracked={theta: 0.2, rate(theta): 1.0, rate(psi): 2.0, rate(phi): 5.0},

@@ -27,6 +27,7 @@ THICK = 0.011  # [m] radius of a link
 LOW, MIDDLE, HIGH = 0.10, 0.13, 0.16  # [m] heights at which links pass each other
 BENT, APART = 0.1, 0.2  # least sines required of elbows and between the forearms
 ORANGE, STEEL, DARK = (0.85, 0.4, 0.1), (0.6, 0.62, 0.66), (0.2, 0.2, 0.22)
+MOTORS = [Cylinder(0.03, 0.085, at=(x, 0, 0.0425)) for x in (-LINK / 2, LINK / 2)]
 
 
 def five_bar() -> System:
@@ -52,9 +53,10 @@ def five_bar() -> System:
     forearms = [_forearm("left", left_fore, l, MIDDLE), _forearm("right", right_fore, l, HIGH)]
     tip = left_fore @ move(l)
     gap = (homogeneous(right_fore @ move(l)) - homogeneous(tip))[:2, 3]
+    base = Body("motors", move(0, 0, 0), shape=MOTORS, touches_ground=True, color=DARK)
     return System(
         "five_bar",
-        bodies=[_tool(tip), *upper, *forearms, _base()],
+        bodies=[_tool(tip), *upper, *forearms, base],
         gravity=toward("-z", parameter("g", 9.81, "m/s^2")),
         constraints=[
             closed(gap[0], "the forearms meet along x"),
@@ -108,9 +110,3 @@ def _tool(tip: Frame) -> Body:
     inertia = (m * 0.18**2 / 12, m * 0.18**2 / 12, m * 0.01**2 / 2)
     shape = Cylinder(0.01, 0.18)
     return Body("tool", tip @ move(0, 0, 0.10), mass=m, inertia=inertia, shape=shape, color=DARK)
-
-
-def _base() -> Body:
-    """Return the base: two fixed motors."""
-    motors = tuple(Cylinder(0.03, 0.085, at=(x, 0, 0.0425)) for x in (-LINK / 2, LINK / 2))
-    return Body("motors", move(0, 0, 0), shape=motors, touches_ground=True, color=DARK)

@@ -29,6 +29,22 @@ MAST, BOOM, FIN = 0.235, 0.91, 0.08  # [m] of the shapes; the dynamics use h, l_
 MAIN, TAIL = 0.775, 0.13  # [m] radii of the rotors
 WHIRL = 11.0  # [rad/s] in animations, slow enough to be visible; really 167 rad/s
 DARK = (0.25, 0.27, 0.31)
+AIRFRAME: tuple[Shape, ...] = (
+    Capsule(0.13, 0.35, axis="x", at=(0.08, 0, -0.03)),
+    Cylinder(0.03, 0.75, axis="x", at=(-0.53, 0, 0.03)),
+    Cylinder(0.018, MAST, at=(0, 0, MAST / 2)),
+    Box(0.12, 0.012, 0.22, at=(-0.87, 0, 0.06)),  # the fin
+    Box(0.09, 0.3, 0.012, at=(-0.68, 0, 0.04)),  # the stabiliser
+    *(  # the skids
+        part
+        for y in (0.14, -0.14)
+        for part in (
+            Capsule(0.012, 0.5, axis="x", at=(0.05, y, -0.24)),
+            Box(0.02, 0.02, 0.12, at=(0.15, 0.8 * y, -0.18)),
+            Box(0.02, 0.02, 0.12, at=(-0.05, 0.8 * y, -0.18)),
+        )
+    ),
+)
 
 
 def helicopter() -> System:
@@ -53,7 +69,7 @@ def helicopter() -> System:
     x, y, z = length("x", speed=6.0), length("y", speed=6.0), length("z", speed=4.0)
     R = rotation("R", speed=4.0)
     airframe = move(x, y, z) @ orient(R)
-    fuselage = Body("fuselage", airframe, mass=m, inertia=(Ixx, Iyy, Izz), shape=_airframe())
+    fuselage = Body("fuselage", airframe, mass=m, inertia=(Ixx, Iyy, Izz), shape=AIRFRAME)
     hub = airframe @ move(0, 0, MAST)
     tail = airframe @ move(-BOOM, 0.05, FIN) @ rot_x(-sympy.pi / 2)
     rotors = [
@@ -101,23 +117,3 @@ def _tail_rotor(fuselage: Body, thrust: Control) -> Wrench:
     """Thrust to the left at the end of the boom."""
     l_t, h_t = parameter("l_t", BOOM, "m"), parameter("h_t", FIN, "m")
     return Wrench(on=fuselage, force=(0, thrust.symbol, 0), at=(-l_t, 0, h_t))
-
-
-def _airframe() -> tuple[Shape, ...]:
-    skids = [
-        part
-        for y in (0.14, -0.14)
-        for part in (
-            Capsule(0.012, 0.5, axis="x", at=(0.05, y, -0.24)),
-            Box(0.02, 0.02, 0.12, at=(0.15, 0.8 * y, -0.18)),
-            Box(0.02, 0.02, 0.12, at=(-0.05, 0.8 * y, -0.18)),
-        )
-    ]
-    return (
-        Capsule(0.13, 0.35, axis="x", at=(0.08, 0, -0.03)),
-        Cylinder(0.03, 0.75, axis="x", at=(-0.53, 0, 0.03)),
-        Cylinder(0.018, MAST, at=(0, 0, MAST / 2)),
-        Box(0.12, 0.012, 0.22, at=(-0.87, 0, 0.06)),  # the fin
-        Box(0.09, 0.3, 0.012, at=(-0.68, 0, 0.04)),  # the stabiliser
-        *skids,
-    )

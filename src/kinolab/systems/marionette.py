@@ -33,6 +33,10 @@ LEAD = 0.388  # [m] by which the strings of hands and knees draw the torso ahead
 STRIDE, LIFT = 1.6, 0.4  # [m] of a step: along the stage, and by which its knee is lifted
 HAND, BEND = (0.0, 3.0), (0.0, 1.0)  # [m] by which strings of hands and knees are reeled in
 REEL = 0.25  # [m] radius
+CROSS = (  # of wood, that the puppeteer holds
+    Box(6.0, 0.3, 0.2, at=(2.5, 0, 0.1)),
+    *(Box(0.3, 2 * aside + 0.3, 0.2, at=(ahead, 0, 0.1)) for ahead, aside in SPINDLES.values()),
+)
 
 
 def marionette() -> System:
@@ -69,7 +73,7 @@ def marionette() -> System:
         "marionette",
         bodies=[
             *puppet.bodies,
-            _control_bar(bar),
+            Body("control bar", bar, mass=5.0, shape=CROSS, color=BROWN),
             *(_reel(name, spindles[name], lift) for name, lift in lifts.items()),
         ],
         gravity=toward("-z", parameter("g", 9.81, "m/s^2")),
@@ -140,15 +144,6 @@ def _strings(
         )
         for name, spindle in spindles.items()
     ]
-
-
-def _control_bar(bar: Frame) -> Body:
-    """Return the cross of wood that the puppeteer holds."""
-    beam = Box(6.0, 0.3, 0.2, at=(2.5, 0, 0.1))
-    arms = tuple(
-        Box(0.3, 2 * aside + 0.3, 0.2, at=(ahead, 0, 0.1)) for ahead, aside in SPINDLES.values()
-    )
-    return Body("control bar", bar, mass=5.0, shape=(beam, *arms), color=BROWN)
 
 
 def _reel(name: str, spindle: Frame, lift: Coordinate) -> Body:

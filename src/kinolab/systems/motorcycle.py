@@ -34,6 +34,32 @@ WHEEL, TYRE = 0.3, 0.14  # [m] radius of the shapes (where it rolls, R) and widt
 RAKE = 0.4  # [rad] of the drawn fork; the model's steering axis is upright
 RED, LEATHER = (0.78, 0.1, 0.12), (0.2, 0.25, 0.4)
 RUBBER, STEEL = (0.13, 0.13, 0.15), (0.6, 0.62, 0.65)
+FRAME = (  # tank, seat and fairing, about the centre of mass
+    Capsule(0.13, 0.35, axis="x", at=(0.12, 0, 0.17)),
+    Box(0.75, 0.2, 0.1, at=(-0.4, 0, 0.14)),
+    Box(0.12, 0.3, 0.3, at=(0.46, 0, 0.3)),
+)
+ENGINE = (  # engine, swing arm and exhaust, about the centre of mass
+    Box(0.5, 0.3, 0.34, at=(0, 0, -0.2)),
+    Box(0.6, 0.24, 0.05, at=(-0.42, 0, WHEEL - HEIGHT)),
+    Cylinder(0.05, 0.7, axis="x", at=(-0.35, -0.17, -0.27)),
+)
+FORK = (  # two tubes and a handlebar, about the front wheel's centre and along the fork
+    *(Cylinder(0.025, 0.6, at=(0, side, 0.3)) for side in (-0.1, 0.1)),
+    Cylinder(0.018, 0.72, axis="y", at=(-0.05, 0, 0.62)),
+)
+RIDER = (  # trunk, head, arms and thighs, about the saddle and along the trunk
+    Capsule(0.14, 0.34, at=(0, 0, 0.27)),
+    Sphere(0.13, at=(0.03, 0, 0.68)),
+    *(
+        shape
+        for side in (-0.19, 0.19)
+        for shape in (
+            Capsule(0.045, 0.42, axis="x", at=(0.27, side, 0.45)),
+            Capsule(0.07, 0.32, axis="x", at=(0.18, side, -0.02)),
+        )
+    ),
+)
 
 
 def motorcycle() -> System:
@@ -63,21 +89,19 @@ def motorcycle() -> System:
     head = plane @ move(b, 0, R) @ rot_y(-RAKE) @ rot_z(delta)
     saddle = plane @ move(AHEAD - 0.2, 0, HEIGHT + 0.2) @ rot_y(0.6)
     tyre = leaning_wheel(R, TYRE, LEAN)
-    frame = Body("frame", plane @ move(c, 0, p), mass=m, shape=_frame(), color=RED)
+    frame = Body("frame", plane @ move(c, 0, p), mass=m, shape=FRAME, color=RED)
     wheels = [
         Body(name, g @ rot_y(phi), shape=tyre, touches_ground=True, color=RUBBER)
         for name, g in (("rear wheel", hub), ("front wheel", front_hub))
     ]
     drawn = [
-        Body("engine", plane @ move(c, 0, p), shape=_engine(), color=STEEL),
-        Body("fork", head, shape=_fork(), color=STEEL),
-        Body("rider", saddle, shape=_rider(), color=LEATHER),
+        Body("engine", plane @ move(c, 0, p), shape=ENGINE, color=STEEL),
+        Body("fork", head, shape=FORK, color=STEEL),
+        Body("rider", saddle, shape=RIDER, color=LEATHER),
     ]
     V = velocity(rear)
-    speed, lean = (
-        Reference("speed", limit=SPEED, unit="m/s"),
-        Reference("lean", limit=LEANS, unit="rad"),
-    )
+    speed = Reference("speed", limit=SPEED, unit="m/s")
+    lean = Reference("lean", limit=LEANS, unit="rad")
     rider = Regulator(
         [speed, lean],
         tracked={alpha: 0.3, rate(alpha): 1.0, delta: 0.1, rate(delta): 0.5, rate(phi): 30.0},
@@ -101,40 +125,3 @@ def motorcycle() -> System:
         velocities=[alpha, delta, phi],
         feedback=rider,
     )
-
-
-def _frame() -> tuple[Capsule | Box, ...]:
-    """Return tank, seat and fairing, about the centre of mass."""
-    return (
-        Capsule(0.13, 0.35, axis="x", at=(0.12, 0, 0.17)),
-        Box(0.75, 0.2, 0.1, at=(-0.4, 0, 0.14)),
-        Box(0.12, 0.3, 0.3, at=(0.46, 0, 0.3)),
-    )
-
-
-def _engine() -> tuple[Box | Cylinder, ...]:
-    """Return engine, swing arm and exhaust, about the centre of mass."""
-    return (
-        Box(0.5, 0.3, 0.34, at=(0, 0, -0.2)),
-        Box(0.6, 0.24, 0.05, at=(-0.42, 0, WHEEL - HEIGHT)),
-        Cylinder(0.05, 0.7, axis="x", at=(-0.35, -0.17, -0.27)),
-    )
-
-
-def _fork() -> tuple[Cylinder, ...]:
-    """Return two tubes and a handlebar, about the front wheel's centre and along the fork."""
-    tubes = tuple(Cylinder(0.025, 0.6, at=(0, side, 0.3)) for side in (-0.1, 0.1))
-    return (*tubes, Cylinder(0.018, 0.72, axis="y", at=(-0.05, 0, 0.62)))
-
-
-def _rider() -> tuple[Capsule | Sphere, ...]:
-    """Return trunk, head, arms and thighs, about the saddle and along the trunk."""
-    limbs = (
-        shape
-        for side in (-0.19, 0.19)
-        for shape in (
-            Capsule(0.045, 0.42, axis="x", at=(0.27, side, 0.45)),
-            Capsule(0.07, 0.32, axis="x", at=(0.18, side, -0.02)),
-        )
-    )
-    return (Capsule(0.14, 0.34, at=(0, 0, 0.27)), Sphere(0.13, at=(0.03, 0, 0.68)), *limbs)

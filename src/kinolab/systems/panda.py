@@ -68,6 +68,7 @@ SHAPES: tuple[tuple[Shape, ...], ...] = (  # around the robot's own surface, to 
     (Capsule(0.05, 0.08, at=(0, 0, -0.03)), Capsule(0.062, 0.07, axis="y", at=(0.07, 0.02, 0.005))),
     (Capsule(0.045, 0.1, at=(0, 0, 0.035)), Capsule(0.045, 0.02, at=(0.045, 0.045, 0.08))),
 )
+BASE = (Cylinder(0.08, 0.14, at=(0, 0, 0.07)), Box(0.12, 0.14, 0.1, at=(-0.09, 0, 0.05)))
 GRIP = 0.1034  # [m] from the hand's flange to between the finger tips
 PITCH = pi / 4  # of the can between the fingers: the hand comes from above
 WHITE, DARK, RED = (0.93, 0.93, 0.92), (0.25, 0.26, 0.28), (0.75, 0.13, 0.11)
@@ -111,7 +112,8 @@ def panda() -> System:
     ]
     flange = frames[-1] @ move(0, 0, 0.107) @ rot_z(-pi / 4)
     masses = links[1::2]
-    bodies = [_can(flange), *_hand(flange), *links, _base()]
+    base = Body("base", WORLD, shape=BASE, touches_ground=True, color=WHITE)
+    bodies = [_can(flange), *_hand(flange), *links, base]
     g = parameter("g", 9.81, "m/s^2")
     set_points = [
         Reference(f"{c.name}_set", limit=v, unit="rad/s")
@@ -196,14 +198,3 @@ def _hand(flange: Frame) -> list[Body]:
              color=DARK),
         Body("hand mass", flange @ move(*centre), mass=mass, inertia=inertia),
     ]  # fmt: skip
-
-
-def _base() -> Body:
-    foot = Cylinder(0.08, 0.14, at=(0, 0, 0.07))
-    return Body(
-        "base",
-        WORLD,
-        shape=[foot, Box(0.12, 0.14, 0.1, at=(-0.09, 0, 0.05))],
-        touches_ground=True,
-        color=WHITE,
-    )

@@ -24,6 +24,7 @@ from kinolab.dynamics import (
 HALF = 0.2  # [m] half wheelbase of the shapes; the dynamics use the parameter l
 WHEEL = 0.04  # [m] radius of the wheels
 HEIGHT = 0.1  # [m] of the board above the ground
+AXLE = Cylinder(0.012, 0.16, axis="y", at=(0, 0, WHEEL - HEIGHT))
 
 
 def snakeboard() -> System:
@@ -58,12 +59,12 @@ def snakeboard() -> System:
     bar = (Cylinder(0.02, 0.3, at=(0, 0, 0.17)), Box(0.06, 0.4, 0.06, at=(0, 0, 0.32)))
     rotor = Body("rotor", board @ rot_z(psi), inertia=J_r, shape=bar)
     trucks = (
-        Body("back truck", back, inertia=J_w - I_s / 2, shape=_axle()),
+        Body("back truck", back, inertia=J_w - I_s / 2, shape=AXLE),
         Body(
             "front truck",
             front,
             inertia=J_w,
-            shape=(_axle(), *_wheels(WHEEL - HEIGHT)),
+            shape=(AXLE, *_wheels(WHEEL - HEIGHT)),
             touches_ground=True,
         ),
     )
@@ -96,10 +97,6 @@ def snakeboard() -> System:
         ],
         velocities=[psi, phi, s],
     )
-
-
-def _axle() -> Cylinder:
-    return Cylinder(0.012, 0.16, axis="y", at=(0, 0, WHEEL - HEIGHT))
 
 
 def _wheels(z: float = 0.0) -> tuple[Disk, Disk]:

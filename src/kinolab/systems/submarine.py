@@ -33,6 +33,14 @@ from kinolab.errors import InputError, Mistake
 ROUND = 1e-6  # relative difference of squared semi-axes below which a section is a circle
 SLENDERNESS = 5.0  # half length over radius of the hull
 HALF_LENGTH = 1.0  # [m] of the shape; the dynamics use the parameter a
+RADIUS = HALF_LENGTH / SLENDERNESS  # [m] of the shape
+HULL = (
+    Capsule(RADIUS, 2 * (HALF_LENGTH - RADIUS), axis="x"),
+    Box(0.3, 0.08, 0.2, at=(0.15, 0, 0.25)),  # the sail
+    Box(0.15, 0.7, 0.02, at=(-0.85, 0, 0)),  # stern planes
+    Box(0.15, 0.02, 0.7, at=(-0.85, 0, 0)),  # rudder
+    Cylinder(0.12, 0.08, axis="x", at=(-1.02, 0, 0)),  # the thruster
+)
 
 
 def submarine() -> System:
@@ -60,7 +68,7 @@ def submarine() -> System:
         mass=m,
         inertia=(about_x, about_y, about_y),
         added_mass=(k1 * m, k2 * m, k3 * m, k44 * about_x, k55 * about_y, k66 * about_y),
-        shape=_shape(),
+        shape=HULL,
     )
     return System(
         "submarine",
@@ -136,15 +144,4 @@ def _drag(boat: Body, V: BodyVelocity) -> Wrench:
         on=boat,
         force=(against(V.x, d_u, d_uu), against(V.y, d_v, d_vv), against(V.z, d_v, d_vv)),
         torque=(against(V.wx, d_p, 0), against(V.wy, d_q, d_qq), against(V.wz, d_q, d_qq)),
-    )
-
-
-def _shape() -> tuple[Capsule | Box | Cylinder, ...]:
-    radius = HALF_LENGTH / SLENDERNESS
-    return (
-        Capsule(radius, 2 * (HALF_LENGTH - radius), axis="x"),
-        Box(0.3, 0.08, 0.2, at=(0.15, 0, 0.25)),  # the sail
-        Box(0.15, 0.7, 0.02, at=(-0.85, 0, 0)),  # stern planes
-        Box(0.15, 0.02, 0.7, at=(-0.85, 0, 0)),  # rudder
-        Cylinder(0.12, 0.08, axis="x", at=(-1.02, 0, 0)),  # the thruster
     )

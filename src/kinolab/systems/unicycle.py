@@ -33,6 +33,13 @@ WHEEL, HEIGHT, TOP = 0.1, 0.14, 0.26  # [m] of the shapes; the dynamics use R, h
 HULL = (0.09, 0.07, 0.06)  # [m] edges of the body
 RING = 0.075  # [m] radius of the reaction wheel
 SPEED, LEANS = (0.0, 1.5), 0.2  # [m/s], [rad] limits of its references
+BODY = (  # a box, a fork down to the axle, two arms up to the reaction wheel
+    Box(*HULL),
+    *(Box(0.02, 0.006, 0.17, at=(0, side, -0.07)) for side in (-0.022, 0.022)),
+    *(Box(0.006, 0.02, 0.12, at=(side, 0, 0.075)) for side in (-0.016, 0.016)),
+    Cylinder(0.008, 0.05, axis="y", at=(0, 0, -HEIGHT)),
+    Cylinder(0.008, 0.04, axis="x", at=(0, 0, TOP - HEIGHT)),
+)
 
 
 def unicycle() -> System:
@@ -52,11 +59,8 @@ def unicycle() -> System:
     Source: Langius, de Callafon, Dynamic modeling of a moment exchange unicycle robot, ICINCO
     2010; Geist, Fiene, Tashiro, Jia, Trimpe, The Wheelbot, IEEE RA-L 7(4), 2022.
     """
-    m_w, R, g = (
-        parameter("m_w", 0.6, "kg"),
-        parameter("R", WHEEL, "m"),
-        parameter("g", 9.81, "m/s^2"),
-    )
+    m_w, R = parameter("m_w", 0.6, "kg"), parameter("R", WHEEL, "m")
+    g = parameter("g", 9.81, "m/s^2")
     m_b, h = parameter("m_b", 1.0, "kg"), parameter("h", HEIGHT, "m")  # h above the axle
     m_r, l = parameter("m_r", 0.35, "kg"), parameter("l", TOP, "m")  # noqa: E741  # l above it too
     I_r = parameter("I_r", 1.5e-3, "kg m^2")  # of the reaction wheel about its axis
@@ -77,7 +81,7 @@ def unicycle() -> System:
         shape=leaning_wheel(R, 0.026, LEAN),
         touches_ground=True,
     )
-    body = Body("body", pitched @ move(0, 0, h), mass=m_b, inertia=_cuboid(m_b), shape=_hull())
+    body = Body("body", pitched @ move(0, 0, h), mass=m_b, inertia=_cuboid(m_b), shape=BODY)
     flywheel = Body(
         "reaction wheel",
         pitched @ move(0, 0, l) @ rot_x(gamma),
@@ -97,10 +101,8 @@ def unicycle() -> System:
         tilting=I_y + m_b * h**2 + I_r / 2 + m_r * l**2,
         weight=second * g,
     )
-    speed, lean = (
-        Reference("speed", limit=SPEED, unit="m/s"),
-        Reference("lean", limit=LEANS, unit="rad"),
-    )
+    speed = Reference("speed", limit=SPEED, unit="m/s")
+    lean = Reference("lean", limit=LEANS, unit="rad")
     law = {
         "drive": ahead.torque(alpha, rate(phi) - speed.symbol / R),
         "react": aside.torque(theta, lean.symbol),
@@ -124,14 +126,3 @@ def _cuboid(mass: sympy.Expr) -> tuple[sympy.Expr, sympy.Expr, sympy.Expr]:
     """Return the moments of inertia of the body about its centre."""
     a, b, c = (sympy.Float(edge) ** 2 / 12 for edge in HULL)
     return mass * (b + c), mass * (a + c), mass * (a + b)
-
-
-def _hull() -> tuple[Box | Cylinder, ...]:
-    """Return the body: a box, a fork down to the axle, two arms up to the reaction wheel."""
-    legs = tuple(Box(0.02, 0.006, 0.17, at=(0, side, -0.07)) for side in (-0.022, 0.022))
-    arms = tuple(Box(0.006, 0.02, 0.12, at=(side, 0, 0.075)) for side in (-0.016, 0.016))
-    axles = (
-        Cylinder(0.008, 0.05, axis="y", at=(0, 0, -HEIGHT)),
-        Cylinder(0.008, 0.04, axis="x", at=(0, 0, TOP - HEIGHT)),
-    )
-    return (Box(*HULL), *legs, *arms, *axles)

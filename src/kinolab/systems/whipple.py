@@ -40,6 +40,24 @@ FRONT = 1.1  # [rad] largest lean of the front wheel, steered about a tilted axi
 TYRE = 0.03  # [m]
 BLUE, CLOTH = (0.1, 0.3, 0.6), (0.55, 0.2, 0.2)
 STEEL, RUBBER = (0.6, 0.6, 0.6), (0.13, 0.13, 0.15)
+FORK = (  # with the handlebar, along the steering axis
+    *(Cylinder(0.015, 0.66, at=(0.02, side, 0.69)) for side in (-0.06, 0.06)),
+    Cylinder(0.018, 0.2, at=(0, 0, 1.0)),
+    Cylinder(0.015, 0.5, axis="y", at=(0, 0, 1.08)),
+)
+RIDER = (  # bent forward about the saddle
+    Capsule(0.13, 0.3, at=(0, 0, 0.24)),
+    Sphere(0.12, at=(0.03, 0, 0.66)),
+    *(
+        shape
+        for side in (-0.16, 0.16)
+        for shape in (
+            Capsule(0.04, 0.38, axis="x", at=(0.2, side, 0.4)),
+            Capsule(0.065, 0.36, axis="x", at=(0.18, side / 1.6, 0)),
+            Capsule(0.05, 0.38, at=(0.36, side / 1.6, -0.2)),
+        )
+    ),
+)
 
 
 def whipple() -> System:
@@ -54,11 +72,8 @@ def whipple() -> System:
     Source: Meijaard, Papadopoulos, Ruina, Schwab, Linearized dynamics equations for the balance
     and steer of a bicycle: a benchmark and review, Proc. R. Soc. A 463, 2007, table 1.
     """
-    w, c, lam = (
-        parameter("w", 1.02, "m"),
-        parameter("c", 0.08, "m"),
-        parameter("lam", math.pi / 10, "rad"),
-    )
+    w, c = parameter("w", 1.02, "m"), parameter("c", 0.08, "m")
+    lam = parameter("lam", math.pi / 10, "rad")
     r_R, r_F = parameter("r_R", 0.3, "m"), parameter("r_F", 0.35, "m")
     x, y, psi = length("x"), length("y"), angle("psi")  # rear contact, heading
     phi = angle("phi", -LEAN, LEAN, speed=4.0)
@@ -74,7 +89,11 @@ def whipple() -> System:
     ahead, above = -c * cos(lam) + r_F * sin(lam), c * sin(lam) + r_F * cos(lam)
     front_axle = fork @ move(ahead, 0, above)
     frame, handlebar = _frame(chassis, r_R), _handlebar(upright, w + c)
-    drawn = (_tubes(fork), _rider(chassis @ move(0.24, 0, 0.6) @ rot_y(0.5)))
+    saddle = chassis @ move(0.24, 0, 0.6) @ rot_y(0.5)
+    drawn = (
+        Body("fork", fork, shape=FORK, color=STEEL),
+        Body("rider", saddle, shape=RIDER, color=CLOTH),
+    )
     rear_wheel = _wheel("rear wheel", "R", axle @ rot_y(theta_R), r_R, (2.0, 0.0603, 0.12))
     front_wheel = _wheel("front wheel", "F", front_axle @ rot_y(theta_F), r_F, (3.0, 0.1405, 0.28))
     V = velocity(track)
@@ -167,27 +186,3 @@ def _moments(letter: str, *values: float) -> tuple[sympy.Expr, ...]:
         parameter(name, value, "kg m^2") for name, value in zip(names, values, strict=True)
     )
     return xx, yy, zz, sympy.Integer(0), -xz, sympy.Integer(0)
-
-
-def _tubes(fork: Frame) -> Body:
-    """Return the shape of handlebar and fork, along the steering axis."""
-    sides = tuple(Cylinder(0.015, 0.66, at=(0.02, side, 0.69)) for side in (-0.06, 0.06))
-    bar = Cylinder(0.015, 0.5, axis="y", at=(0, 0, 1.08))
-    return Body(
-        "fork", fork, shape=(*sides, Cylinder(0.018, 0.2, at=(0, 0, 1.0)), bar), color=STEEL
-    )
-
-
-def _rider(saddle: Frame) -> Body:
-    """Return the shape of the rider, bent forward about the saddle."""
-    limbs = (
-        shape
-        for side in (-0.16, 0.16)
-        for shape in (
-            Capsule(0.04, 0.38, axis="x", at=(0.2, side, 0.4)),
-            Capsule(0.065, 0.36, axis="x", at=(0.18, side / 1.6, 0)),
-            Capsule(0.05, 0.38, at=(0.36, side / 1.6, -0.2)),
-        )
-    )
-    trunk = (Capsule(0.13, 0.3, at=(0, 0, 0.24)), Sphere(0.12, at=(0.03, 0, 0.66)))
-    return Body("rider", saddle, shape=(*trunk, *limbs), color=CLOTH)
