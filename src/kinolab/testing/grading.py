@@ -19,6 +19,7 @@ from typing import Any
 
 from kinolab.arguments import require_fit
 from kinolab.errors import InputError, KinolabError, Mistake
+from kinolab.lazy import library_of
 from kinolab.problem import PlanningTask
 from kinolab.testing.answers_from_afar import judging, processes_with
 from kinolab.testing.exercises import RECORD, Mark, exercises, judged
@@ -128,15 +129,12 @@ def _whatever_happens(work: str | Path) -> Report:
 
 
 def _notebook(path: Path) -> Report:
-    try:
-        import nbformat
-        from nbclient.exceptions import CellTimeoutError, DeadKernelError
+    library_of("course", "nbclient", "notebooks are run by nbclient")
+    import nbformat
+    from nbclient.exceptions import CellTimeoutError, DeadKernelError
 
-        from kinolab.testing.notebook_client import client_of
-    except ImportError as error:
-        remedy = "Install them by pip install 'kinolab[course]'."
-        what = "notebooks are run by nbclient, which is absent."
-        raise InputError([Mistake("grade", what, remedy)]) from error
+    from kinolab.testing.notebook_client import client_of
+
     try:
         notebook: Any = nbformat.read(path, as_version=4)  # type: ignore[no-untyped-call]
     except Exception as error:  # nbformat's readers raise whatever the bytes provoke

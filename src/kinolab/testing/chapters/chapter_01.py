@@ -8,7 +8,6 @@ from math import cos, hypot, pi, sin
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from kinolab.testing.chapters import on_copies
 from kinolab.testing.judging import Exercise, require_values
 
 TORUS = [
@@ -73,6 +72,6 @@ def _shadow(d: float, r: float, length: float) -> float:
 
 EXERCISES = (
     Exercise("1.1", 2, lambda answer: require_values(answer, _distance, TORUS)),
-    Exercise("1.2", 2, lambda a: require_values(on_copies(a), _turned_by, _attitudes())),
+    Exercise("1.2", 2, lambda a: require_values(a, _turned_by, _attitudes())),
     Exercise("1.3", 3, lambda answer: require_values(answer, _shadow, SHADOWS)),
 )

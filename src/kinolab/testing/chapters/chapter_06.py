@@ -13,6 +13,11 @@ G, HEIGHT = 9.81, 9.0  # [m/s^2], [m] of the trolley
 LENGTH, RADIUS, MASS = 3.0, 0.25, 1.0  # [m], [m], [kg]
 ROLL, TORQUE = 12.0, 1.0  # [rad/s], [N m]
 VELOCITIES = [(1.0, 0.0, 0.3, 0.7), (0.4, -1.1, -0.6, 0.2), (-2.0, 0.5, 1.0, 1.5)]
+# [s] by the rate of the timing, which is 15/8 at most, and by its slope, 10/sqrt(3)
+SHORTEST = max(
+    LENGTH * 15.0 / 8.0 / (ROLL * RADIUS),
+    sqrt(1.5 * MASS * RADIUS * LENGTH * 10.0 / sqrt(3.0) / TORQUE),
+)
 LOADS = [(4.0, 2.0, 0.0, 0.0), (1.5, 3.0, 1.8, 0.4), (-2.0, 5.0, -2.5, -1.2)]
 
 
@@ -33,15 +38,8 @@ def _crane(X: float, Z: float, X2: float, Z2: float) -> list[float]:
     return [theta, rope, X - (HEIGHT - Z) * tan(theta)]
 
 
-def _shortest() -> float:
-    """The rate of the timing is 15/8 at most, its slope 10/sqrt(3)."""
-    by_rate = LENGTH * 15.0 / 8.0 / (ROLL * RADIUS)
-    by_torque = sqrt(1.5 * MASS * RADIUS * LENGTH * 10.0 / sqrt(3.0) / TORQUE)
-    return max(by_rate, by_torque)
-
-
 EXERCISES = (
     Exercise("6.1", 2, lambda answer: require_values(answer, _reversing, VELOCITIES)),
     Exercise("6.2", 3, lambda answer: require_values(answer, _crane, LOADS)),
-    Exercise("6.3", 2, lambda answer: require_number(answer, _shortest(), "s", THREE_DIGITS)),
+    Exercise("6.3", 2, lambda answer: require_number(answer, SHORTEST, "s", THREE_DIGITS)),
 )

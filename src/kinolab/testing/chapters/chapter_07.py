@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 from math import comb, pi
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from kinolab.testing.chapters import on_copies
 from kinolab.testing.judging import Exercise, require_values
 
 Array = NDArray[np.float64]
@@ -61,12 +59,8 @@ def _extended(state: tuple[float, float], target: tuple[float, float]) -> list[f
     return list(free[misses.index(min(misses))])
 
 
-def _extend(answer: Any) -> None:
-    require_values(answer, _extended, EXTEND_CASES)
-
-
 EXERCISES = (
-    Exercise("7.1", 2, lambda a: require_values(on_copies(a), _nearest, NEAREST_CASES)),
+    Exercise("7.1", 2, lambda a: require_values(a, _nearest, NEAREST_CASES)),
     Exercise("7.2", 2, lambda answer: require_values(answer, _failure, FAILURE_CASES)),
-    Exercise("7.3", 2, _extend),
+    Exercise("7.3", 2, lambda answer: require_values(answer, _extended, EXTEND_CASES)),
 )

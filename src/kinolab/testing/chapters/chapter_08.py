@@ -14,6 +14,8 @@ GAIN, REACH = 0.02, 0.6  # [m^3], [m] of its repulsion
 PLACES = [(0.0, 0.0), (1.3, 0.8), (2.4, 1.5), (2.0, 1.7), (3.2, 1.0), (4.0, -2.0)]
 POSES = [(0.0, 0.0, 1.0, 0.5, -0.3, 0.8), (0.4, 1.1, 0.0, 2.0, 1.0, -1.0), (2.0, -0.7, 3, 1, 0, 2)]
 STEP = 1e-5  # [rad]
+# [m], where the repulsion is 1: the real root of d^3 + gain / reach d = gain
+(GAP,) = (float(d.real) for d in np.roots([1.0, 0.0, 0.01 / 0.5, -0.01]) if abs(d.imag) < 1e-9)
 
 
 def _push(x: float, y: float) -> list[float]:
@@ -39,14 +41,8 @@ def _torques(q1: float, q2: float, *forces: float) -> list[float]:
     return [float(turned @ forces) / (2.0 * STEP) for turned in (by_first, by_second)]
 
 
-def _gap() -> float:
-    """The root of d^3 + gain / reach d = gain, where the repulsion is 1."""
-    found = np.roots([1.0, 0.0, 0.01 / 0.5, -0.01])
-    return float(found[np.abs(found.imag) < 1e-9][0].real)
-
-
 EXERCISES = (
     Exercise("8.1", 2, lambda answer: require_values(answer, _push, PLACES)),
     Exercise("8.2", 3, lambda answer: require_values(answer, _torques, POSES)),
-    Exercise("8.3", 2, lambda answer: require_number(answer, _gap(), "m", THREE_DIGITS)),
+    Exercise("8.3", 2, lambda answer: require_number(answer, GAP, "m", THREE_DIGITS)),
 )
