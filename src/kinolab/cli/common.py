@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
+
+from kinolab.errors import InputError
 
 if TYPE_CHECKING:
     from kinolab.cli.progress import Progress
@@ -28,6 +32,23 @@ set_option = click.option(
     metavar="KEY=VALUE",
     help="Change any key of the scenario; may be repeated.",
 )
+
+
+@contextmanager
+def as_typed(options: Mapping[str, str]) -> Iterator[None]:
+    """Report mistakes in overrides under the options that stand for them.
+
+    Args:
+        options: As they were typed, by override.
+    """
+    from kinolab.scenario import override_place
+
+    try:
+        yield
+    except InputError as error:
+        typed = {override_place(override): option for override, option in options.items()}
+        mistakes = (replace(m, where=typed.get(m.where, m.where)) for m in error.mistakes)
+        raise InputError(mistakes) from None
 
 
 def replaced(earlier: datetime | None) -> str:

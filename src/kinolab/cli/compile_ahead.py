@@ -49,14 +49,14 @@ def work(starter: Connection) -> None:
             part()
 
 
-def in_order() -> tuple[Callable[[], None], ...]:
+def in_order() -> tuple[Callable[[], object], ...]:
     """Return what to run, as a command with the default planner needs it.
 
     Left to the command is what it begins with: the grid of distances and the planner's first tree.
     """
-    from kinolab.cli.warm_up_parts import PARTS
+    from kinolab.cli.warm_up_parts import PARTS, simulated
 
-    return _second_tree, _true_motion, PARTS["optimisation"], PARTS["pictures"]
+    return _second_tree, simulated, PARTS["optimisation"], PARTS["pictures"]
 
 
 def _second_tree() -> None:
@@ -70,10 +70,3 @@ def _second_tree() -> None:
     tree = MEMBERS[-1]().extension(empty, search_state(empty, 1.0, 1))
     tree.grow(0)
     tree.begin()
-
-
-def _true_motion() -> None:
-    from kinolab.analyze.simulate import simulate
-    from kinolab.cli.warm_up_parts import DURATION, small_problem
-
-    simulate(small_problem(), DURATION)

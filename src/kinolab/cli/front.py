@@ -81,7 +81,9 @@ def execute(arguments: list[str]) -> int:
         say(shortened_quotes(told.getvalue().rstrip("\n")), err=True)
         return USAGE
     except KinolabError as error:
-        return _explain(error)
+        for line in str(error).splitlines():
+            say(f"error: {line}", err=True)
+        return error.exit_code
     except click.Abort:
         raise KeyboardInterrupt from None
     except MemoryError:
@@ -98,9 +100,3 @@ def execute(arguments: list[str]) -> int:
         say(traceback.format_exc(), err=True)
         print("error: this is a mistake in kinolab; please report it.", file=sys.stderr)
         return INTERNAL
-
-
-def _explain(error: KinolabError) -> int:
-    for line in str(error).splitlines():
-        say(f"error: {line}", err=True)
-    return error.exit_code

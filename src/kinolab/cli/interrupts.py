@@ -112,8 +112,14 @@ class Interrupts:
             raise KeyboardInterrupt
 
     def leave(self, exit_code: int = EXIT_CODE) -> NoReturn:
-        """Exit this process and all that it started, without unwinding the stack."""
-        _clear_up()
+        """Exit this process and all that it started, without unwinding the stack.
+
+        Half-written files are removed.
+        """
+        if processes := sys.modules.get("kinolab.concurrency.starting"):
+            processes.kill_all()
+        if files := sys.modules.get("kinolab.files"):
+            files.discard_drafts()
         os._exit(exit_code)
 
     def _arrive(self, *_: Any) -> None:
@@ -149,16 +155,6 @@ class Interrupts:
 
 
 INTERRUPTS = Interrupts()  # signals belong to the process
-
-
-def _clear_up() -> None:
-    """Kill all child processes, and remove half-written files."""
-    processes = sys.modules.get("kinolab.concurrency.starting")
-    if processes:
-        processes.kill_all()
-    files = sys.modules.get("kinolab.files")
-    if files:
-        files.discard_drafts()
 
 
 def _say_unless_interrupted(unraisable: sys.UnraisableHookArgs) -> None:

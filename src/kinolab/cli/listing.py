@@ -120,15 +120,11 @@ def indented(rows: Iterable[Sequence[str]]) -> list[str]:
     return [INDENT + line for line in columns(rows)]
 
 
-def setting_rows(settings: Iterable[Setting]) -> list[tuple[str, str, str, str, str]]:
-    """Return name, default, unit, range and meaning of settings."""
-    return [
-        (entry.name, _default(entry), entry.unit, entry.range, entry.meaning) for entry in settings
-    ]
-
-
-def _default(entry: Setting) -> str:
-    return "none" if entry.default is None else value_text(entry.default)
+def setting_rows(settings: Iterable[Setting]) -> Iterator[tuple[str, str, str, str, str]]:
+    """Yield name, default, unit, range and meaning of settings."""
+    for entry in settings:
+        default = "none" if entry.default is None else value_text(entry.default)
+        yield entry.name, default, entry.unit, entry.range, entry.meaning
 
 
 def columns(rows: Iterable[Sequence[str]]) -> list[str]:

@@ -6,7 +6,6 @@ import inspect
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any
 
 from kinolab import planners
 from kinolab.errors import InputError, KinolabError, UnknownNameError
@@ -68,13 +67,12 @@ def option_entries(wanted: Sequence[str] = ()) -> list[PlannerEntry]:
     for name in wanted:
         if name not in OPTIONS:
             raise UnknownNameError("option", name, known=OPTIONS)
-    return [_set_options(name, OPTIONS[name]) for name in wanted or OPTIONS]
-
-
-def _set_options(name: str, options: Any) -> PlannerEntry:
-    entry = _about(type(options), name, "")
-    own = (replace(item, default=getattr(options, item.name)) for item in entry.settings)
-    return replace(entry, settings=tuple(own))
+    found = []
+    for name in wanted or OPTIONS:
+        options, entry = OPTIONS[name], _about(type(OPTIONS[name]), name, "")
+        own = (replace(item, default=getattr(options, item.name)) for item in entry.settings)
+        found.append(replace(entry, settings=tuple(own)))
+    return found
 
 
 def _entries_of(name: str) -> Iterator[PlannerEntry]:
@@ -86,7 +84,8 @@ def _entries_of(name: str) -> Iterator[PlannerEntry]:
         origin = ", ".join(dict.fromkeys(map(plugins.package_of, registered)))
         yield _entry(name, origin, partial(plugins.class_of, registered, "", own))
     if name not in own and not registered:
-        yield _about(planners.get(name, where=""), name, _file_of(name))
+        file, _ = python_reference(name) or ("", "")
+        yield _about(planners.get(name, where=""), name, file)
 
 
 def _entry(name: str, origin: str, find: Callable[[], type[AbstractPlanner]]) -> PlannerEntry:
@@ -112,8 +111,3 @@ def _description(planner: type) -> str:
     """Return a class's own docstring, not the signature that dataclasses generate."""
     text = vars(planner).get("__doc__") or ""
     return "" if text.startswith(f"{planner.__name__}(") else inspect.cleandoc(text)
-
-
-def _file_of(name: str) -> str:
-    reference = python_reference(name)
-    return reference[0] if reference else ""

@@ -36,7 +36,7 @@ class Progress:
         ):
             return
         self._last, text = time.monotonic(), escaped(text)
-        end = "\n" if lasting else self._end
+        end = "\n" if lasting or not self._terminal else ""
         print(f"\r\033[K{text}" if self._terminal else text, end=end, file=sys.stderr)
         sys.stderr.flush()
 
@@ -54,10 +54,6 @@ class Progress:
         from kinolab.numerics.compiling import compilation, running
 
         return compilation(lambda done: self(running(done.functions, done.seconds), passing=True))
-
-    @property
-    def _end(self) -> str:
-        return "" if self._terminal else "\n"
 
     def close(self) -> None:
         """Clear the line on a terminal."""

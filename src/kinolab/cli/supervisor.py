@@ -45,9 +45,9 @@ def supervise() -> None:
     parent = os.getpid()
     while child := _forked():
         status = _status_of(child, heard)
-        crash = _crash_in(status)
-        if crash is None:
+        if status is None or not os.WIFSIGNALED(status) or os.WTERMSIG(status) not in CRASHES:
             _leave_like(status)
+        crash = signal.Signals(os.WTERMSIG(status))  # of native code
         again = bool(INTERRUPTS.shares_fate[0]) and not INTERRUPTS.after_crash
         _tell_of(crash, again)
         if not again:
@@ -101,13 +101,6 @@ def _status_of(child: int, heard: set[signal.Signals]) -> int | None:
             _raise_signal(number)  # until both are continued
             signal.pthread_sigmask(signal.SIG_BLOCK, {number})
             os.kill(child, signal.SIGCONT)
-
-
-def _crash_in(status: int | None) -> signal.Signals | None:
-    """Return the signal of native code that crashed, None if a process ended otherwise."""
-    if status is None or not os.WIFSIGNALED(status) or os.WTERMSIG(status) not in CRASHES:
-        return None
-    return signal.Signals(os.WTERMSIG(status))
 
 
 def _tell_of(crash: signal.Signals, again: bool) -> None:

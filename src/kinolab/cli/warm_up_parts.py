@@ -18,13 +18,13 @@ from kinolab import planners
 from kinolab.analyze.simulate import simulate
 from kinolab.errors import MissingPlannerError
 from kinolab.loading import build_problem
-from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 from kinolab.scenario import scenario_from
 from kinolab.search.tree import AbstractCompiledPlanner, search_state
 from kinolab.show.film.animation import animate
 from kinolab.simulation.resimulated_goal import resimulated_violation
 from kinolab.solve import make_planner
+from kinolab.trajectory import Trajectory
 from kinolab.trajopt import make_exact
 from kinolab.verification import verify
 from kinolab.world import World
@@ -72,6 +72,12 @@ def small_problem() -> PlanningTask:
     return replace(problem, world=World((mesh, *others), True, problem.world.bounds))
 
 
+def simulated() -> tuple[PlanningTask, Trajectory]:
+    """Return the small problem with a motion of its machine."""
+    problem = small_problem()
+    return problem, simulate(problem, DURATION)
+
+
 def compiled_planners() -> Iterator[str]:
     """Yield the names of kinolab's planners whose loops are compiled."""
     for name in planners.built_in():
@@ -93,31 +99,20 @@ def _planners() -> None:
 
 
 def _collision() -> None:
-    problem = small_problem()
+    problem, motion = simulated()
     distance_field(problem.world.obstacles, SAMPLE_RESOLUTION)  # may be cached on disk
-    verify(problem, simulate(problem, DURATION))
+    verify(problem, motion)
     checker = problem.checker()
     bound = ClearanceBound(collision_scene(problem.bodies, problem.world))
-    for x in (problem.start, *inside_obstacles(problem)):
+    inside = np.tile(problem.start, (len(problem.world.obstacles), 1))  # states of collision
+    inside[:, :2] = [obstacle.vertices.mean(axis=0)[:2] for obstacle in problem.world.obstacles]
+    for x in (problem.start, *inside):
         poses, ends = problem.placement(x)
         checker.contacts(poses, ends)
         checker.clearance(poses, ends)
         bound.within(poses, ends, 1.0)
     for obstacle in problem.world.obstacles:
         list(FclTiles(obstacle.vertices, obstacle.faces).near(np.zeros(6)))
-
-
-def inside_obstacles(problem: PlanningTask) -> Iterator[Array]:
-    """Yield states (nx,) at which the machine collides with an obstacle."""
-    for obstacle in problem.world.obstacles:
-        x = problem.start.copy()
-        x[:2] = obstacle.vertices.mean(axis=0)[:2]
-        yield x
-
-
-def _optimisation() -> None:
-    problem = small_problem()
-    make_exact(problem, simulate(problem, DURATION))
 
 
 def _potential_fields() -> None:
@@ -134,16 +129,11 @@ def _potential_fields() -> None:
         navigation_function(free, grid, np.ones(3), 1.0)
 
 
-def _pictures() -> None:
-    problem = small_problem()
-    animate(problem, simulate(problem, DURATION))
-
-
 # The longest part comes first, so that no processor idles at the end.
-PARTS: dict[str, Callable[[], None]] = {
+PARTS: dict[str, Callable[[], object]] = {
     "ways around obstacles": _potential_fields,
     "planners": _planners,
     "collision": _collision,
-    "pictures": _pictures,
-    "optimisation": _optimisation,
+    "pictures": lambda: animate(*simulated()),
+    "optimisation": lambda: make_exact(*simulated()),
 }

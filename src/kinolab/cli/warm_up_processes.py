@@ -62,7 +62,8 @@ def warm_up(
     """
     jobs = min(len(parts), jobs or processors())
     begun: dict[str, int] = {}
-    told = _in_turn(parts) if jobs <= 1 or sys.platform == "win32" else _at_once(parts, jobs)
+    alone = jobs <= 1 or sys.platform == "win32"
+    told = (_compiled(part, lambda _: None) for part in parts) if alone else _at_once(parts, jobs)
     for news in told:
         begun[news.part] = news.functions
         if news.failure:
@@ -71,11 +72,6 @@ def warm_up(
             yield news
         elif progress:
             progress(sum(begun.values()))
-
-
-def _in_turn(parts: Sequence[str]) -> Iterator[Warmed]:
-    for part in parts:
-        yield _compiled(part, lambda _: None)
 
 
 def _at_once(parts: Sequence[str], jobs: int) -> Iterator[Warmed]:

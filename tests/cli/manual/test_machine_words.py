@@ -11,11 +11,12 @@ import pytest
 import kinolab.dynamics
 from kinolab.cli.manual.machine_words import SOURCE, described
 from kinolab.cli.manual.sections import ManualSection, sections_of, source_of
+from tests.cli.manual.examples import examples_in
 
 SECTIONS = [s for s in sections_of(source_of(SOURCE)) if s.title]
 WORDS = sorted(kinolab.dynamics.__all__)
 WHOLE = next(s for s in SECTIONS if s.title == "A complete machine")
-FILE, SESSION, HEAD = WHOLE.examples("python")
+FILE, SESSION, HEAD = examples_in(WHOLE, "python")
 MADE_BY_OTHERS = {"Coordinate", "Filtration", "InvolutiveClosure", "SmallTime"}  # never called
 
 
@@ -27,7 +28,7 @@ def section_of(word: str) -> ManualSection:
 @pytest.mark.parametrize("word", WORDS)
 def test_every_word_has_an_example_that_uses_it(word: str) -> None:
     """If this fails for a new word: give it a heading and an example in manual/machines.md."""
-    examples = "".join(section_of(word).examples("python"))
+    examples = "".join(examples_in(section_of(word), "python"))
     assert re.search(rf"\b{word}\b", examples)
     assert "assert " in examples
 
@@ -52,7 +53,7 @@ def test_every_argument_is_explained(word: str) -> None:
 )
 def test_examples_are_true(section: ManualSection) -> None:
     """Each by itself, after the lines that the page begins with."""
-    for example in section.examples("python"):
+    for example in examples_in(section, "python"):
         exec(HEAD + example, {})
 
 
@@ -68,4 +69,4 @@ def test_the_complete_machine_is_short_and_needs_nothing_else() -> None:
 def test_a_word_without_an_example_would_be_noticed() -> None:
     bare = ManualSection(3, "Spring", "A spring.")
     assert "`between`: The two frames." in described(bare).text
-    assert bare.examples("python") == []
+    assert examples_in(bare, "python") == []

@@ -15,13 +15,14 @@ from kinolab import planners
 from kinolab.analyze.diagnose.diagnosis import Diagnosis
 from kinolab.analyze.execute.conditions import Conditions
 from kinolab.analyze.execute.tube_plot import execution_to_json
-from kinolab.cli.manual.run_files import files_page
+from kinolab.cli.manual.run_files import page as files_page
 from kinolab.cli.manual.sections import sections_of
 from kinolab.problem import PlanningTask
 from kinolab.runs.folder import MOTION_FORMATS, OPTIONAL
 from kinolab.runs.readme import README
 from kinolab.trajectory import Trajectory
 from kinolab.verification.checks import CHECKS
+from tests.cli.manual.examples import examples_in
 from tests.conftest import Finished, Solved
 from tests.executions import execute
 
@@ -135,7 +136,7 @@ def test_every_key_of_an_execution_is_on_the_page(short: Solved) -> None:
 
 def test_the_examples_read_a_run(maze_run: Finished, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(maze_run.folder)
-    examples = [e for section in SECTIONS.values() for e in section.examples("python")]
+    examples = [e for section in SECTIONS.values() for e in examples_in(section, "python")]
     assert len(examples) == 2
     for example in examples:
         exec(example, {})

@@ -18,15 +18,16 @@ from kinolab.scenario.issues import KeyPath
 from kinolab.scenario.locations import has_keys, section_at
 from kinolab.scenario.schema import Scenario, Section
 from kinolab.scenario.toml_text import value_text
+from tests.cli.manual.examples import examples_in
 from tests.support import ROOT
 
 SECTIONS = list(sections_of(source_of(SOURCE)))
-(COMPLETE,) = next(s for s in SECTIONS if s.title == "A complete scenario").examples("toml")
+(COMPLETE,) = examples_in(next(s for s in SECTIONS if s.title == "A complete scenario"), "toml")
 BY_PATH = {path: s for s in SECTIONS if (path := path_of(s)) is not None}
 EXAMPLES = [
     pytest.param(example, id=f"{section.title} {k + 1}")
     for section in BY_PATH.values()
-    for k, example in enumerate(section.examples("toml"))
+    for k, example in enumerate(examples_in(section, "toml"))
 ]
 
 
@@ -61,7 +62,7 @@ def test_every_key_has_a_meaning_and_an_example(path: KeyPath) -> None:
     if section is not Scenario:
         assert set(keys) == set(field_names(section))
     assert set(meanings(page)) - {FREE} == set(keys)
-    shown = set().union(*(keys_in(example, path) for example in page.examples("toml")))
+    shown = set().union(*(keys_in(example, path) for example in examples_in(page, "toml")))
     assert set(keys) <= shown
     assert (FREE in meanings(page)) == (section.free is not None)
     assert not section.free or shown - set(keys)
@@ -71,7 +72,7 @@ def test_every_key_has_a_meaning_and_an_example(path: KeyPath) -> None:
 def test_sections_of_names_alone_are_told_too(key: str) -> None:
     (page,) = (s for s in SECTIONS if s.title == f"[{key}]")
     assert set(meanings(page)) == {FREE}
-    assert any(keys_in(example, (key,)) for example in page.examples("toml"))
+    assert any(keys_in(example, (key,)) for example in examples_in(page, "toml"))
 
 
 def test_every_section_of_a_scenario_is_on_the_page() -> None:
@@ -109,7 +110,7 @@ def home(tmp_path: Path) -> Path:
     shutil.copy(ROOT / "scenarios/meshes/rolling_disk_maze.stl", tmp_path / "meshes/maze.stl")
     text = source_of(machine_words.SOURCE)
     whole = next(s for s in sections_of(text) if s.title == "A complete machine")
-    (tmp_path / "cart_pendulum.py").write_text(whole.examples("python")[0])
+    (tmp_path / "cart_pendulum.py").write_text(examples_in(whole, "python")[0])
     (tmp_path / "arm.urdf").write_text(ARM)
     return tmp_path
 

@@ -8,14 +8,14 @@ from pathlib import Path
 
 import pytest
 
-from kinolab.cli.manual.study_keys import studies_page
+from kinolab.cli.manual.study_keys import page
 from kinolab.studies import study_file
 from kinolab.studies.columns import COLUMNS
 from kinolab.studies.expansion import expanded
 from kinolab.studies.study_file import read_study
 from tests.support import ROOT
 
-PAGE = studies_page()
+PAGE = page()
 STUDIES = sorted((ROOT / "benchmarks" / "studies").glob("*.toml"))
 RUNS = {
     "durations": 19 * 10 + 18,

@@ -85,14 +85,18 @@ def command(
     """
     from kinolab.analyze.execute.conditions import Conditions
     from kinolab.analyze.execute.tube_plot import execution_to_json, tube_png
-    from kinolab.errors import printable
+    from kinolab.errors import InputError, printable
     from kinolab.files import write_whole
     from kinolab.runs import read_run
+    from kinolab.scenario.overrides import apply_overrides
     from kinolab.scenario.toml_text import shortened
     from kinolab.studies.executions import TABLE, execute_many
 
     progress = Progress(quiet)
-    conditions = Conditions(parameters, noise, disturbance, _values(built), not untracked)
+    values: dict[str, Any] = {}
+    if mistakes := apply_overrides(values, built)[1]:  # the machine itself validates the values
+        raise InputError(mistakes)
+    conditions = Conditions(parameters, noise, disturbance, values, not untracked)
     progress("reading the run and compiling the machine")
     run = read_run(folder)
 
@@ -126,15 +130,3 @@ def command(
     say(escaped(f"{folder}: {execution.reached} of {runs} reached the goal ({counts})"))
     say(f"  largest deviation from the plan: {execution.worst:.3g}, weighted")
     return 0
-
-
-def _values(texts: tuple[str, ...]) -> dict[str, Any]:
-    """Parse ``NAME=VALUE`` into values by name; the machine itself validates them."""
-    from kinolab.errors import InputError
-    from kinolab.scenario.overrides import apply_overrides
-
-    values: dict[str, Any] = {}
-    _, mistakes = apply_overrides(values, texts)
-    if mistakes:
-        raise InputError(mistakes)
-    return values

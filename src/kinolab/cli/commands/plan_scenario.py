@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import ExitStack, contextmanager, redirect_stdout
+import webbrowser
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, redirect_stdout
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,6 +16,7 @@ import click
 from kinolab.cli.common import (
     MAX_JOBS,
     PATH,
+    as_typed,
     film_process,
     quiet_option,
     replaced,
@@ -24,7 +26,6 @@ from kinolab.cli.common import (
 from kinolab.cli.compile_ahead import compiled_ahead
 from kinolab.cli.interrupts import EXIT_CODE as INTERRUPTED
 from kinolab.cli.interrupts import INTERRUPTS
-from kinolab.cli.live import live_page
 from kinolab.cli.progress import Progress
 from kinolab.cli.terminal import echo_json, escaped, say
 from kinolab.errors import InputError, Mistake
@@ -75,11 +76,6 @@ if TYPE_CHECKING:
 @quiet_option
 def command(
     scenario: str,
-    planner: str | None,
-    seed: int | None,
-    time_limit: float | None,
-    max_iterations: int | None,
-    roadmap: str | None,
     jobs: int,
     anytime: bool,
     no_optimize: bool,
@@ -91,8 +87,10 @@ def command(
     live: bool,
     no_browser: bool,
     quiet: bool,
+    **keys: Any,
 ) -> int:
     """Plan a scenario."""
+    from kinolab.api import load
     from kinolab.runs import PAGE, require_place, written_at
     from kinolab.solve.plan_summary import summary
 
@@ -101,16 +99,9 @@ def command(
 
     progress = Progress(quiet)
     progress("deriving and compiling the machine")
-    shortcuts = {
-        "planner.name": planner,
-        "planner.seed": seed,
-        "planner.time_limit": time_limit,
-        "planner.max_iterations": max_iterations,
-        "planner.roadmap": roadmap,
-    }
-    options = _overrides_of(scenario, shortcuts)
-    with _as_typed(options):
-        problem = _load(scenario, [*overrides, *options])
+    given = _overrides_of(scenario, keys)
+    with as_typed(given), redirect_stdout(sys.stderr):  # user code prints none of the result
+        problem = load(scenario, overrides=[*overrides, *given])
     folder = out or Path("runs") / problem.name
     require_place(folder)
     earlier = written_at(folder)
@@ -122,10 +113,12 @@ def command(
         compiled_ahead(),
         progress.compiling(),
         ExitStack() as opened,
-        live_page(problem, progress, live=live, browser=not no_browser) as (page, expected),
     ):
+        page, expected = (
+            _live_page(problem, progress, opened, not no_browser) if live else (None, False)
+        )
         film = None if no_animation else cache(lambda: opened.enter_context(film_process(progress)))
-        with _as_typed(options):
+        with as_typed(given):
             found, report = _search(
                 problem, folder, progress, page, film,
                 jobs=jobs, anytime=anytime, optimize=not no_optimize,
@@ -164,6 +157,19 @@ def command(
     return INTERRUPTED if INTERRUPTS.seen else found.exit_code
 
 
+def _live_page(
+    problem: PlanningTask, progress: Progress, opened: ExitStack, browser: bool
+) -> tuple[LivePage, bool]:
+    """Serve a page of the search until ``opened`` ends; say whether a browser was opened on it."""
+    from kinolab.show.view.live_page import LivePage
+
+    page = LivePage(problem, f"Searching for a plan: {problem.name}")
+    opened.enter_context(page.served())
+    opened.enter_context(progress.heard(page.say))
+    progress(f"live on {page.address}", lasting=True)
+    return page, browser and webbrowser.open(page.address)
+
+
 def _warnings(problem: PlanningTask, folder: Path) -> Iterator[str]:
     """Yield what one should know before a search, in sentences."""
     from kinolab.problem.warnings import problem_warnings
@@ -186,42 +192,18 @@ def _say(text: str) -> None:
         sys.stdout = open(os.devnull, "w")  # noqa: SIM115
 
 
-def _overrides_of(scenario: str, shortcuts: dict[str, Any]) -> dict[str, str]:
-    """Return what options stand for: keys of [planner] by the overrides that set them."""
+def _overrides_of(scenario: str, keys: dict[str, Any]) -> dict[str, str]:
+    """Return the overrides of [planner] that options stand for, each with its option."""
     from kinolab.scenario import scenario_path
     from kinolab.search.plugins import seen_from
 
-    if shortcuts["planner.name"]:  # a file is given relative to the working folder
-        folder = scenario_path(scenario).parent
-        shortcuts["planner.name"] = seen_from(folder, shortcuts["planner.name"])
-    return {f"{key}={value}": key for key, value in shortcuts.items() if value is not None}
-
-
-def _load(scenario: str, overrides: Sequence[str]) -> PlanningTask:
-    from kinolab.api import load
-
-    with redirect_stdout(sys.stderr):  # keep output of user code out of the result
-        return load(scenario, overrides=overrides)
-
-
-@contextmanager
-def _as_typed(options: Mapping[str, str]) -> Iterator[None]:
-    """Report mistakes in overrides that options stand for under the options' names."""
-    from kinolab.scenario import override_place
-
-    try:
-        yield
-    except InputError as error:
-        typed = {override_place(text): _option_of(key) for text, key in options.items()}
-        raise InputError(
-            Mistake(typed.get(m.where, m.where), m.what, m.remedy) for m in error.mistakes
-        ) from error
-
-
-def _option_of(key: str) -> str:
-    """Return the option that sets a key of [planner]."""
-    name = key.removeprefix("planner.").replace("_", "-")
-    return "--planner" if name == "name" else f"--{name}"
+    if keys["planner"]:  # a file is given relative to the working folder
+        keys["planner"] = seen_from(scenario_path(scenario).parent, keys["planner"])
+    return {
+        f"planner.{'name' if key == 'planner' else key}={value}": f"--{key.replace('_', '-')}"
+        for key, value in keys.items()
+        if value is not None
+    }
 
 
 def _search(

@@ -16,7 +16,7 @@ from kinolab.cli.interrupts import INTERRUPTS
 from kinolab.cli.progress import Progress
 from kinolab.cli.terminal import escaped, say
 from kinolab.errors import EndpointError, InputError, Mistake
-from kinolab.files import is_file_with
+from kinolab.files import is_file_with, utf_8, write_whole
 
 
 @click.command("view")
@@ -61,7 +61,6 @@ def command(
 
 def _page_of_run(folder: Path, progress: Progress) -> Path:
     """Return the page that is drawn from a run's files; a browser runs no other."""
-    from kinolab.files import utf_8, write_whole
     from kinolab.runs import PAGE, read_run
     from kinolab.show.page import page_html
     from kinolab.show.view import content_of, write_model

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from importlib import import_module
 
 from kinolab.cli.manual.sections import ManualSection, sections_of
 from kinolab.errors import UnknownNameError
@@ -18,42 +19,22 @@ class ManualPage:
 
     Attributes:
         file: Its name in docs/.
-        text: Returns it as Markdown.
+        module: Has the function ``page``; imported late, as each imports what it explains.
     """
 
     file: str
-    text: Callable[[], str]
+    module: str
 
-
-def _machines() -> str:
-    from kinolab.cli.manual.machine_words import machine_page  # each imports what it explains
-
-    return machine_page()
-
-
-def _scenarios() -> str:
-    from kinolab.cli.manual.scenario_keys import scenario_page
-
-    return scenario_page()
-
-
-def _files() -> str:
-    from kinolab.cli.manual.run_files import files_page
-
-    return files_page()
-
-
-def _studies() -> str:
-    from kinolab.cli.manual.study_keys import studies_page
-
-    return studies_page()
+    def text(self) -> str:
+        """Return it as Markdown."""
+        return str(import_module(f"{__name__}.{self.module}").page())
 
 
 PAGES: Mapping[str, ManualPage] = {
-    "machine": ManualPage("machines.md", _machines),
-    "scenario": ManualPage("scenarios.md", _scenarios),
-    "files": ManualPage("files.md", _files),
-    "study": ManualPage("benchmarking.md", _studies),
+    "machine": ManualPage("machines.md", "machine_words"),
+    "scenario": ManualPage("scenarios.md", "scenario_keys"),
+    "files": ManualPage("files.md", "run_files"),
+    "study": ManualPage("benchmarking.md", "study_keys"),
 }
 
 

@@ -19,17 +19,15 @@ def first_line(thing: Any) -> str:
 
 def methods(kind: type) -> dict[str, Any]:
     """Return the methods and properties of a class, inherited ones of kinolab included."""
-    found: dict[str, Any] = {}
-    for base in reversed(kind.__mro__):
-        if base.__module__.startswith("kinolab"):
-            found |= {
-                name: thing
-                for name, thing in vars(base).items()
-                if isinstance(thing, property | classmethod | staticmethod)
-                or inspect.isfunction(thing)
-                or hasattr(thing, "func")
-            }
-    return found
+    return {
+        name: thing
+        for base in reversed(kind.__mro__)
+        if base.__module__.startswith("kinolab")
+        for name, thing in vars(base).items()
+        if isinstance(thing, property | classmethod | staticmethod)
+        or inspect.isfunction(thing)
+        or hasattr(thing, "func")
+    }
 
 
 def members_of(kind: type) -> list[str]:

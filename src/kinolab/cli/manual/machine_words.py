@@ -19,7 +19,7 @@ MAX_MEMBERS = 16  # of a class that are listed here; of more the reference tells
 ARGUMENTS = ("Args:", "Attributes:")
 
 
-def machine_page() -> str:
+def page() -> str:
     """Return the page on machines."""
     sections = list(sections_of(source_of(SOURCE)))
     parts = [str(described(section)) for section in sections]
@@ -56,7 +56,9 @@ def facts(word: str) -> Iterator[str]:
     """Yield what the code says about a word: how it is written, what it takes, what it has."""
     thing = getattr(kinolab.dynamics, word)
     if inspect.isclass(thing) or inspect.isfunction(thing):
-        yield written(word, thing)
+        if not isinstance(thing, EnumMeta):  # its types are left to the docstring
+            text = f"`{signature(word, thing, inside=True)}`"
+            yield text if len(text) <= LINE + 2 else fill(text, LINE, subsequent_indent="  ")
         yield markdown(docstring(thing))
     elif get_args(thing):
         *others, last = (f"`{kind.__name__}`" for kind in get_args(thing))
@@ -68,14 +70,6 @@ def facts(word: str) -> Iterator[str]:
             yield f"Its methods are in [the reference](reference.md{link})."
         elif members:
             yield "**Members**\n\n" + "\n".join(members)
-
-
-def written(word: str, thing: Any) -> str:
-    """Return how a word is written, its types left to the docstring; of an enumeration nothing."""
-    if isinstance(thing, EnumMeta):
-        return ""
-    text = signature(word, thing, inside=True)
-    return f"`{text}`" if len(text) <= LINE else fill(f"`{text}`", LINE, subsequent_indent="  ")
 
 
 def docstring(thing: Any) -> str:

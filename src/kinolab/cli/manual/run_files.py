@@ -13,7 +13,7 @@ ATTRIBUTES = re.compile(r"^\{attributes of kinolab\.([\w.]+)\.(\w+)\}$", re.MULT
 ENTRY = re.compile(r"^    (\w+): (.*(?:\n     .*)*)", re.MULTILINE)
 
 
-def files_page() -> str:
+def page() -> str:
     """Return the page on the files of a run."""
     text = ATTRIBUTES.sub(lambda found: attributes(found[1], found[2]), source_of(SOURCE))
     return "\n".join(map(str, sections_of(text)))
@@ -27,10 +27,6 @@ def attributes(module: str, name: str) -> str:
     source = files("kinolab").joinpath(f"{module.replace('.', '/')}.py").read_text(encoding="utf-8")
     (kind,) = (n for n in ast.parse(source).body if isinstance(n, ast.ClassDef) and n.name == name)
     told = (ast.get_docstring(kind) or "").partition("Attributes:\n")[2]
+    told = re.sub(r"\bNone\b", "`null`", told.replace("``", "`"))  # as JSON has it
     entries = ENTRY.findall(re.split(r"\n\n(?=\S)", told)[0])
-    return table(("key", "content"), [(f"`{key}`", _plain(words)) for key, words in entries])
-
-
-def _plain(words: str) -> str:
-    """Return what a docstring says of an attribute as the report has it: in JSON None is null."""
-    return re.sub(r"\bNone\b", "`null`", " ".join(words.split()).replace("``", "`"))
+    return table(("key", "content"), [(f"`{k}`", " ".join(words.split())) for k, words in entries])

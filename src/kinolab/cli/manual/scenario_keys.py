@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from kinolab.cli.manual.sections import ManualSection, sections_of, source_of, table
 from kinolab.scenario import shared_settings
 from kinolab.scenario.issues import KeyPath
-from kinolab.scenario.locations import NAME_TABLES, keys_of, section_at, wanted_at
+from kinolab.scenario.locations import NAME_TABLES, fields_of, keys_of, section_at, wanted_at
 from kinolab.scenario.schema import Scenario
 
 SOURCE = "scenarios.md"
@@ -20,7 +20,7 @@ KEY = re.compile(r"^- `([^`]+)`: (.*(?:\n  .*)*)", re.MULTILINE)
 DEFAULT = re.compile(r"(.*?)(?: \(default (.*)\))?")
 
 
-def scenario_page() -> str:
+def page() -> str:
     """Return the page on scenarios."""
     return "\n".join(str(told(section)) for section in sections_of(source_of(SOURCE)))
 
@@ -74,6 +74,6 @@ def taken(path: KeyPath, key: str) -> tuple[str, str]:
     phrase, default = (found[1], f"`{found[2]}`" if found[2] else "") if found else ("", "")
     if (*path, key) in NAME_TABLES:
         phrase = f"a table, by name: {phrase}"
-    section, name = section_at(path), "schema_version" if key == "schema" else key
-    field = section.model_fields.get(name) if section else None
+    section = section_at(path)
+    field = fields_of(section).get(key) if section else None
     return phrase, "required" if field and field.is_required() else default

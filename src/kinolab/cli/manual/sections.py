@@ -30,12 +30,6 @@ class ManualSection:
         head = f"{'#' * self.level} {self.title}\n\n" if self.title else ""
         return f"{head}{self.text.strip()}".strip() + "\n"
 
-    def examples(self, language: str) -> list[str]:
-        """Return its examples in a language, in order."""
-        return re.findall(
-            rf"^{FENCE}{language}\n(.*?)^{FENCE}", self.text, re.DOTALL | re.MULTILINE
-        )
-
 
 def source_of(name: str) -> str:
     """Return the hand-written part of a page: prose and examples, as Markdown."""

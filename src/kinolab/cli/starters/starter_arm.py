@@ -53,12 +53,8 @@ def {name}() -> System:
     )
 '''
 
-SCENARIO = """schema = 1
-title = "An arm reaches over a shelf"
-
-[system]
-file = "{name}.py:{name}"
-
+TITLE = "An arm reaches over a shelf"
+SCENARIO = """
 [world]
 ground = "plane"
 

@@ -46,12 +46,8 @@ def {name}() -> System:
     )
 '''
 
-SCENARIO = """schema = 1
-title = "A drone flies over a wall"
-
-[system]
-file = "{name}.py:{name}"
-
+TITLE = "A drone flies over a wall"
+SCENARIO = """
 [world]
 bounds = {{ x = [0, 5], z = [0, 3] }}     # [m]
 ground = "plane"

@@ -53,12 +53,8 @@ def {name}() -> System:
     )
 '''
 
-SCENARIO = """schema = 1
-title = "A puck crosses an air table"
-
-[system]
-file = "{name}.py:{name}"               # Python code that kinolab runs
-parameters = {{ m = 0.5 }}                # [kg]
+TITLE = "A puck crosses an air table"
+SCENARIO = """parameters = {{ m = 0.5 }}                # [kg]
 
 [world]
 bounds = {{ x = [0, 3], y = [0, 2] }}     # [m]

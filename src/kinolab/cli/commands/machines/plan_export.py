@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
 from kinolab.cli.common import PATH
 from kinolab.cli.terminal import escaped, say
 from kinolab.errors import InputError, Mistake
-
-if TYPE_CHECKING:
-    from kinolab.dynamics import System
 
 OF_MACHINES = ("c", "mjcf", "urdf")
 OF_RUNS = ("csv", "npz", "parquet", "hdf5", "joint_trajectory", "path", "rosbag")
@@ -70,7 +66,14 @@ def _export_machine(what: str, folder: Path, form: str, *, partial: bool, plant:
     system = find_machine(what)
     if plant:
         system = system.with_feedback(None)
-    files = system.to_c() if form == "c" else _model(system, form, partial=partial)
+    if form == "c":
+        files = system.to_c()
+    else:
+        from kinolab.robots import mjcf_text, urdf_text
+        from kinolab.robots.kinematic_tree import usable_name
+
+        text = (mjcf_text if form == "mjcf" else urdf_text)(system, partial=partial)
+        files = {usable_name(system.name) + {"mjcf": ".xml", "urdf": ".urdf"}[form]: text}
     _make(folder)
     for name, text in files.items():
         write_whole(folder / name, utf_8(text))
@@ -81,17 +84,6 @@ def _export_machine(what: str, folder: Path, form: str, *, partial: bool, plant:
     elif form == "mjcf":
         say(escaped(f"python -m mujoco.viewer --mjcf={folder / next(iter(files))}"))
     return 0
-
-
-def _model(system: System, form: str, *, partial: bool) -> dict[str, str]:
-    """Return the file of a model by its name."""
-    from kinolab.robots import mjcf_text, urdf_text
-    from kinolab.robots.kinematic_tree import usable_name
-
-    name = usable_name(system.name)
-    if form == "mjcf":
-        return {f"{name}.xml": mjcf_text(system, partial=partial)}
-    return {f"{name}.urdf": urdf_text(system, partial=partial)}
 
 
 def _export_run(run_folder: Path, folder: Path, form: str | None) -> int:

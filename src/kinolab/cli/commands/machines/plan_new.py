@@ -10,6 +10,12 @@ from kinolab.cli.starters import starter_arm, starter_flyer, starter_puck, start
 from kinolab.cli.terminal import say
 from kinolab.errors import InputError, Mistake
 
+HEADING = """schema = 1
+title = "{title}"
+
+[system]
+file = "{name}.py:{name}"               # Python code that kinolab runs
+"""
 STARTERS = {
     "puck": starter_puck,
     "wheels": starter_wheels,
@@ -49,7 +55,8 @@ def write_starter(name: str, folder: Path, kind: str = "puck") -> list[Path]:
         remedy = "Use letters, digits and underscores, beginning with a letter."
         raise InputError([Mistake(repr(name), "this cannot be the name of a machine.", remedy)])
     starter = STARTERS[kind]
-    files = {folder / f"{name}.py": starter.MACHINE, folder / f"{name}.toml": starter.SCENARIO}
+    scenario = HEADING.replace("{title}", starter.TITLE) + starter.SCENARIO
+    files = {folder / f"{name}.py": starter.MACHINE, folder / f"{name}.toml": scenario}
     existing = [
         Mistake(str(path), "this file exists already.", "Choose another name.")
         for path in files

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
-from dataclasses import replace
 from pathlib import Path
 
 import click
 
 from kinolab.cli.common import (
     PATH,
+    as_typed,
     film_process,
     quiet_option,
     replaced,
@@ -20,7 +18,6 @@ from kinolab.cli.common import (
 from kinolab.cli.interrupts import INTERRUPTS
 from kinolab.cli.progress import Progress
 from kinolab.cli.terminal import say
-from kinolab.errors import InputError
 
 
 @click.command("simulate")
@@ -54,7 +51,7 @@ def command(
     progress = Progress(quiet)
     progress("deriving and compiling the machine")
     given = [*overrides, *(f"start.{entry}" for entry in start)]
-    with _as_typed(start):
+    with as_typed({f"start.{entry}": f"--start {entry}" for entry in start}):
         problem = build_problem(find_scenario(what, overrides=given), planning=False)
     trajectory = simulate(problem, duration, inputs)
     distance = problem.goal_distance(trajectory.x[-1])
@@ -75,16 +72,3 @@ def command(
     for sentence in drifting_constraints(problem, trajectory):
         say(f"warning: {sentence}", err=True)
     return moved.exit_code
-
-
-@contextmanager
-def _as_typed(start: Sequence[str]) -> Iterator[None]:
-    """Name mistakes in ``--start`` as they were typed; they are those of overrides."""
-    typed = {f"--set start.{entry}": f"--start {entry}" for entry in start}
-    try:
-        yield
-    except InputError as error:
-        raise InputError(
-            replace(mistake, where=typed.get(mistake.where, mistake.where))
-            for mistake in error.mistakes
-        ) from None
