@@ -11,7 +11,8 @@ import pytest
 
 from kinolab.dynamics.language.inputs import bounds_of
 from kinolab.errors import InputError
-from kinolab.robots import mjcf_fields, read_mjcf
+from kinolab.robots import read_mjcf
+from kinolab.robots.mjcf import mjcf_fields
 
 mujoco: Any = pytest.importorskip("mujoco")
 

@@ -14,11 +14,12 @@ import numpy as np
 import pytest
 
 from kinolab.errors import InputError
-from kinolab.robots import mjcf, read_mjcf, read_urdf, robot_machine, urdf
+from kinolab.robots import read_mjcf, read_urdf, robot_machine, urdf
 from kinolab.robots.compared import agreements, urdf_engines
 from kinolab.robots.compared.second_engine import AbstractSecondEngine
 from kinolab.robots.constant_frames import turned_about
 from kinolab.robots.kinematic_tree import KinematicTree, Mimicked, pose_of
+from kinolab.robots.mjcf import compiled_model, mjcf_file
 from tests.support import needs
 
 pytestmark = [needs("mujoco"), needs("yourdfpy")]
@@ -165,7 +166,7 @@ def test_a_mistake_of_the_reader_is_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, what: str
 ) -> None:
     text, change, named = MISTAKES[what]
-    read_wrongly(monkeypatch, mjcf, change)
+    read_wrongly(monkeypatch, mjcf_file, change)
     with pytest.raises(InputError, match=rf"^robot.xml joint '({named})': .* report it") as caught:
         read_mjcf(written(tmp_path, text), shapes=False)
     assert len(caught.value.mistakes) == 1
@@ -179,7 +180,7 @@ def test_what_is_read_as_it_stands_is_not_refused(tmp_path: Path, text: str) -> 
 
 
 def test_the_message_has_both_numbers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    read_wrongly(monkeypatch, mjcf, lambda tree: replace(tree, gravity=NONE))
+    read_wrongly(monkeypatch, mjcf_file, lambda tree: replace(tree, gravity=NONE))
     with pytest.raises(InputError) as caught:
         read_mjcf(written(tmp_path, FREE), shapes=False)
     assert re.search(r"in SI units, \S+ in MuJoCo, and \S+ in kinolab\.", str(caught.value))
@@ -225,7 +226,7 @@ def test_a_flag_that_is_not_applied_is_refused(
     flags = f'<option><flag {flag}="disable"/></option><worldbody>'
     file = written(tmp_path, TREE.replace("<worldbody>", flags))
     read_mjcf(file, shapes=False)
-    monkeypatch.setattr(mjcf, "apply_flags", not_at_all)
+    monkeypatch.setattr(compiled_model, "apply_flags", not_at_all)
     with pytest.raises(InputError, match="report it"):
         read_mjcf(file, shapes=False)
 
@@ -358,7 +359,7 @@ def test_what_mujoco_compiles_is_the_content_of_a_file(
     whole.write_text('<mujoco><include file="part.xml"/></mujoco>')
     part.write_text(FREE.replace("mujoco>", "mujocoinclude>"))
     assert read_mjcf(whole, shapes=False)
-    read_wrongly(monkeypatch, mjcf, lambda tree: replace(tree, gravity=NONE))
+    read_wrongly(monkeypatch, mjcf_file, lambda tree: replace(tree, gravity=NONE))
     assert read_mjcf(whole, shapes=False)  # what is wrong now was not when it was compared
     part.write_text(part.read_text().replace('mass="2"', 'mass="2.1"'))
     with pytest.raises(InputError, match="joint 'free'"):

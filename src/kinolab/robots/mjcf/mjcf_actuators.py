@@ -6,8 +6,7 @@ Source: MuJoCo's documentation, chapter Computation, section Actuation model.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import Any
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
@@ -20,40 +19,26 @@ from kinolab.robots.kinematic_tree import (
     pose_of,
     usable_name,
 )
-from kinolab.robots.mjcf_fields import disabled, names_of, turn_of
-
-WORLD_BODY = 0
+from kinolab.robots.mjcf.compiled_model import WORLD_BODY, CompiledModel
+from kinolab.robots.mjcf.mjcf_fields import disabled
 
 
 class ActuatorReader:
     """Converts the actuators of MuJoCo's model.
 
-    Args:
-        mujoco: The library.
-        model: Its model.
-        joints: Names of the joints.
-        bodies: Names of the bodies.
-        cannot: Is told what cannot be represented, and a remedy or "".
-
     Attributes:
         servos: Those of the motors and pulls that were yielded.
     """
 
-    def __init__(
-        self,
-        mujoco: Any,
-        model: Any,
-        joints: Sequence[str],
-        bodies: Sequence[str],
-        cannot: Callable[..., None],
-    ) -> None:
-        self._mujoco, self._model, self._cannot = mujoco, model, cannot
-        self._joints, self._bodies = joints, bodies
+    def __init__(self, compiled: CompiledModel) -> None:
+        self._compiled, self._cannot = compiled, compiled.cannot
+        self._mujoco, self._model = mujoco, model = compiled.mujoco, compiled.model
+        self._joints, self._bodies = compiled.joints, compiled.bodies
         # before MuJoCo 4 every actuator had one control and one output
         count = int(getattr(model, "nactuator", model.nu))
         self._control: Sequence[int] = getattr(model, "actuator_ctrladr", range(model.nu))
         self._output: Sequence[int] = getattr(model, "actuator_outadr", range(model.nu))
-        self._motors = names_of(mujoco, model, "ACTUATOR", count, "motor")
+        self._motors = compiled.names("ACTUATOR", count, "motor")
         off = "ACTUATION" in disabled(mujoco, model)
         self.servos: list[Servo] = []
         self._acting = [] if off else [k for k in range(count) if self._acts(k)]
@@ -217,9 +202,8 @@ class ActuatorReader:
         ends = self._force_limits(k, of_control=True)
         if self._are_limits(k, ends):
             gear = np.array(model.actuator_gear[self._output[k]])
-            pose = pose_of(
-                np.array(model.site_pos[site]), turn_of(self._mujoco, model.site_quat[site])
-            )
+            turn = self._compiled.turn(model.site_quat[site])
+            pose = pose_of(np.array(model.site_pos[site]), turn)
             yield Thruster(name, self._bodies[body], pose, gear[:3], gear[3:], *ends.tolist())
 
     def _limit_above(self, body: int) -> str:

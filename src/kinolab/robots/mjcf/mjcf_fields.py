@@ -222,20 +222,6 @@ def element_name(mujoco: Any, model: Any, kind: str, k: int) -> str:
     return str(name or k + 1)
 
 
-def names_of(mujoco: Any, model: Any, kind: str, count: int, word: str) -> list[str]:
-    """Return the names of elements of a type such as ``"JOINT"``; those without are numbered."""
-    of_kind = getattr(mujoco.mjtObj, f"mjOBJ_{kind}")
-    found = [mujoco.mj_id2name(model, of_kind, k) for k in range(count)]
-    return [name or f"{word}_{k + 1}" for k, name in enumerate(found)]
-
-
-def turn_of(mujoco: Any, quaternion: Array) -> Array:
-    """Return the rotation matrix (3, 3) of a quaternion w, x, y, z."""
-    turn = np.zeros(9)
-    mujoco.mju_quat2Mat(turn, quaternion)
-    return turn.reshape(3, 3)
-
-
 def _told(
     mujoco: Any,
     model: Any,

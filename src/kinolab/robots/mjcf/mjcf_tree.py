@@ -1,0 +1,150 @@
+"""The tree of an MJCF file: bodies as links, a joint for each, springs, friction and masses."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from kinolab.numerics.arrays import Array
+from kinolab.robots.kinematic_tree import (
+    Inertial,
+    Joint,
+    JointKind,
+    KinematicTree,
+    Link,
+    Mimicked,
+    pose_of,
+)
+from kinolab.robots.mjcf.compiled_model import WORLD_BODY, CompiledModel
+from kinolab.robots.mjcf.mjcf_actuators import ActuatorReader
+from kinolab.robots.mjcf.mjcf_contacts import allowed_pairs
+from kinolab.robots.mjcf.mjcf_equalities import closures, followers
+from kinolab.robots.mjcf.mjcf_fields import not_looked_at, unknown_flags
+from kinolab.robots.mjcf.mjcf_geoms import GeomReader
+
+KINDS: Mapping[str, JointKind] = {
+    "FREE": "floating",
+    "BALL": "ball",
+    "SLIDE": "prismatic",
+    "HINGE": "revolute",
+}
+
+
+def tree_of(compiled: CompiledModel, geoms: GeomReader) -> KinematicTree:
+    """Return a model as a tree of links and joints."""
+    model = compiled.model
+    links: list[Link] = []
+    joints: list[Joint] = []
+    follows = followers(compiled)
+    for body in range(model.nbody):
+        own, moving = _hung(compiled, geoms, body, follows)
+        links += own
+        joints += moving
+    for told in (unknown_flags, not_looked_at):
+        for what in told(compiled.mujoco, model):
+            compiled.cannot(what)
+    name = model.names.split(b"\0", 1)[0].decode(errors="replace")
+    x, y, z = map(float, model.opt.gravity)
+    actuators = ActuatorReader(compiled)
+    solids = [geoms.solid_geoms(body) for body in range(model.nbody)]
+    return KinematicTree(
+        name or compiled.path.stem,
+        tuple(links),
+        tuple(joints),
+        tuple(actuators.motors()),
+        (x, y, z),
+        thrusters=tuple(actuators.thrusters()),
+        pulls=tuple(actuators.pulls()),
+        servos=tuple(actuators.servos),
+        closures=tuple(closures(compiled)),
+        allowed=allowed_pairs(model, compiled.bodies, solids),
+    )
+
+
+def _hung(
+    compiled: CompiledModel, geoms: GeomReader, body: int, follows: Mapping[str, Mimicked]
+) -> tuple[list[Link], list[Joint]]:
+    """Return the links and joints of a body: one link for every joint, the last one it."""
+    model, name = compiled.model, compiled.bodies[body]
+    link, around = geoms.link(body, _inertial(compiled, body))
+    held = [Joint(f"{one.name} fixed", "fixed", name, one.name) for one in around]
+    if body == WORLD_BODY:
+        return [link, *around], held
+    parent = compiled.bodies[int(model.body_parentid[body])]
+    pose = pose_of(model.body_pos[body], compiled.turn(model.body_quat[body]))
+    first, count = int(model.body_jntadr[body]), int(model.body_jntnum[body])
+    if not count:
+        return [link, *around], [Joint(f"{name} fixed", "fixed", parent, name, pose), *held]
+    links, joints = [link], []
+    for k in range(first, first + count):
+        last = k == first + count - 1
+        child = name if last else f"{name} after {compiled.joints[k]}"
+        if not last:
+            links.append(Link(child))
+        joint = _joint(compiled, k, parent, child, follows)
+        joints.append(joint if joint.kind == "floating" else replace(joint, pose=pose))
+        parent, pose = child, np.eye(4)
+    return links, joints
+
+
+def _joint(
+    compiled: CompiledModel, k: int, parent: str, child: str, follows: Mapping[str, Mimicked]
+) -> Joint:
+    """Return a joint without its pose."""
+    model, name = compiled.model, compiled.joints[k]
+    kind = KINDS[compiled.mujoco.mjtJoint(int(model.jnt_type[k])).name.removeprefix("mjJNT_")]
+    lower, upper = map(float, model.jnt_range[k]) if model.jnt_limited[k] else (-math.inf, math.inf)
+    dof, at = int(model.jnt_dofadr[k]), int(model.jnt_qposadr[k])
+    damping, stiffness = _powers(model, "dof_damping", dof), _powers(model, "jnt_stiffness", k)
+    joint = Joint(
+        *(name, kind, parent, child),
+        upper=upper,
+        anchor=np.zeros(3) if kind == "prismatic" else np.array(model.jnt_pos[k]),
+        damping=damping[0],  # of its first rate, as friction and rotor are
+        higher_damping=damping[1:],
+        friction=float(model.dof_frictionloss[dof]),
+        armature=float(model.dof_armature[dof]),
+    )
+    if kind in ("revolute", "prismatic"):
+        return replace(
+            joint,
+            axis=np.array(model.jnt_axis[k]),
+            lower=lower,
+            mimics=follows.get(name),
+            zero=float(model.qpos0[at]),
+            stiffness=stiffness[0],
+            rest=float(model.qpos_spring[at]),
+            higher_stiffness=stiffness[1:],
+        )
+    if any(stiffness):
+        what = (
+            f"the {'free' if kind == 'floating' else kind} joint {name} has stiffness, whose "
+            "torque is along the axis of the turn from where it is at rest; there is none where "
+            "it rests."
+        )
+        compiled.cannot(what, "Springs of three hinges are read.")
+    return joint
+
+
+def _powers(model: Any, name: str, k: int) -> tuple[float, ...]:
+    """Return the coefficients of the first, second, … power."""
+    fields = (getattr(model, one, None) for one in (name, f"{name}poly"))
+    return tuple(float(c) for rows in fields if rows is not None for c in np.ravel(rows[k]))
+
+
+def _inertial(compiled: CompiledModel, body: int) -> Inertial | None:
+    model = compiled.model
+    if body == WORLD_BODY or not (model.body_mass[body] or model.body_inertia[body].any()):
+        return None
+    kinds, kind = compiled.mujoco.mjtSameFrame, int(model.body_sameframe[body])
+    turn, at = compiled.turn(model.body_iquat[body]), np.array(model.body_ipos[body])
+    if kind == int(kinds.mjSAMEFRAME_BODY):  # what is off by rounding does not move it
+        turn, at = np.eye(3), np.zeros(3)
+    elif kind == int(kinds.mjSAMEFRAME_BODYROT):
+        turn = np.eye(3)
+    inertia: Array = turn @ np.diag(model.body_inertia[body]) @ turn.T
+    return Inertial(float(model.body_mass[body]), at, inertia)
