@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,6 +15,7 @@ from kinolab.problem import PlanningTask
 from kinolab.scenario.schema import IntegrationSection
 
 RANDOM_STATES = 100  # of each kind
+FEW_STATES = 10  # of a machine by itself
 QUANTILE = 0.9  # of their rates: stiffness at isolated states is ignored
 GROWTH_RATIO = 0.5  # Re(lambda) / |lambda| above which a mode counts as unstable
 UNLIMITED_INPUT = 1e3  # sampling limit of an unbounded input, in its unit
@@ -41,10 +43,11 @@ class Stiffness:
     def sentence(self) -> str:
         """The mistake and its remedy, in words."""
         steps = "steps" if self.substeps == 1 else "substeps"
+        enough = math.ceil(self.substeps * self.step / self.limit)
         return (
             f"Something in this machine changes within {1.0 / self.rate:.2g} s, and {self.method} "
             f"turns that into growth at {steps} of {self.step:.3g} s: it needs {steps} below "
-            f'{self.limit:.2g} s, or [integration] method = "rosenbrock".'
+            f'{self.limit:.2g} s ([integration] substeps = {enough}), or method = "rosenbrock".'
         )
 
 
@@ -73,6 +76,25 @@ def step_too_long(settings: IntegrationSection, rate: float) -> Stiffness | None
     if rate * step <= stable:
         return None
     return Stiffness(settings.method, step, stable / rate, rate, settings.substeps)
+
+
+def fastest_rate(model: Model) -> float:
+    """Return the rate of a machine's fastest stable mode, at rest and in motion, in [1/s]."""
+    generator = np.random.default_rng(0)
+    return max(decay_rate(model, x, generator) for x in (model.rest()[None], random_states(model)))
+
+
+def random_states(model: Model) -> Array:
+    """Return states within limits and on the constraints, shape (FEW_STATES, nx)."""
+    generator = np.random.default_rng(0)
+    lower, upper = model.state_bounds.T
+    middle = model.rest()
+    lower = np.where(np.isfinite(lower), lower, middle - model.state_scales)
+    upper = np.where(np.isfinite(upper), upper, middle + model.state_scales)
+    states = middle + 0.5 * (generator.uniform(lower, upper, (FEW_STATES, model.nx)) - middle)
+    for _ in range(20):
+        states = model.project(states)
+    return states
 
 
 def decay_rate(model: Model, x: Array, generator: np.random.Generator) -> float:

@@ -6,6 +6,7 @@ the planner expects of an input and what the input does differ, and the search p
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +16,7 @@ from kinolab.dynamics.units import state_units
 from kinolab.errors import KinolabError
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
+from kinolab.simulation.stability import fastest_rate
 from kinolab.trajectory import Trajectory
 
 TOLERATED = 1e-3  # error of one step, of a state's scale
@@ -27,7 +29,7 @@ class StepError:
 
     Attributes:
         share: Of the entry that errs most, over one propagation step, as a share of its scale.
-        substeps: The least number that keeps the share tolerable; None if none was found.
+        substeps: A number that keeps the share tolerable and is stable; None if none was found.
         other: Another method that does so at the present step; empty if there is none.
         sentence: What errs, by how much, and what would not.
     """
@@ -56,12 +58,16 @@ def step_error(problem: PlanningTask, motion: Trajectory) -> StepError | None:
         return None
     k = int(np.unravel_index(errors.argmax(), errors.shape)[1])
     step = settings.step / settings.substeps
-    factor = next((f for f in REFINEMENTS if _fine(problem, motion, settings.method, f)), None)
-    substeps, cures = None if factor is None else factor * settings.substeps, []
-    if factor is not None:
-        cures.append(f"substeps = {substeps} (steps of {step / factor:.3g} s)")
-    others = (method for method in METHODS if method != settings.method)
-    other = next((other for other in others if _fine(problem, motion, other, 1)), "")
+    rate = fastest_rate(problem.model)  # shorter steps must be stable wherever it moves, too
+    stable = math.ceil(settings.step * rate / METHODS[settings.method].stability)
+    counts = sorted({max(stable, settings.substeps * factor) for factor in REFINEMENTS})
+    substeps = next((n for n in counts if _fine(problem, motion, settings.method, n)), None)
+    cures = []
+    if substeps is not None:
+        cures.append(f"substeps = {substeps} (steps of {settings.step / substeps:.3g} s)")
+    others = (name for name, m in METHODS.items() if rate * step <= m.stability)
+    others = (name for name in others if name != settings.method)
+    other = next((one for one in others if _fine(problem, motion, one, settings.substeps)), "")
     if other:
         cures.append(f'method = "{other}"')
     size = f"{worst * problem.scales[k]:.2g} {state_units(problem.model)[k]}".rstrip()
@@ -73,9 +79,8 @@ def step_error(problem: PlanningTask, motion: Trajectory) -> StepError | None:
     return StepError(worst, substeps, other, sentence)
 
 
-def _fine(problem: PlanningTask, motion: Trajectory, method: str, factor: int) -> bool:
-    """Whether a method errs tolerably with ``factor`` times as many substeps."""
-    substeps = problem.scenario.integration.substeps * factor
+def _fine(problem: PlanningTask, motion: Trajectory, method: str, substeps: int) -> bool:
+    """Whether a method errs tolerably with a number of substeps."""
     errors = _errors(problem, motion, method, substeps)
     return errors is not None and bool(errors.max() <= TOLERATED)
 

@@ -22,9 +22,8 @@ from kinolab.dynamics.mode_derivations import in_mode
 from kinolab.errors import KinolabError, NoDynamicsError
 from kinolab.loading.well_posed import unlimited_sentences
 from kinolab.scenario.schema import IntegrationSection
-from kinolab.simulation.stability import decay_rate, step_too_long
+from kinolab.simulation.stability import fastest_rate, random_states, step_too_long
 
-RANDOM_STATES = 10  # random states at which laws are checked
 DURATION = 2.0  # [s] of the energy-balance run
 SHORTENINGS = 8  # times that a run into a singularity is halved
 
@@ -55,22 +54,9 @@ def examine(system: System, integration: IntegrationSection | None = None) -> It
     except NoDynamicsError as error:
         yield LawCheck("a kinematic machine", 0.0, 0.0, str(error))
     if integration is not None:
-        yield _steps(model, states, integration)
+        yield _steps(model, integration)
     yield from mistakes_in(model, states)
     yield from _limits(model)
-
-
-def random_states(model: Model) -> NDArray[np.float64]:
-    """Return states within limits and on the constraints, shape (RANDOM_STATES, nx)."""
-    generator = np.random.default_rng(0)
-    lower, upper = model.state_bounds.T
-    middle = model.rest()
-    lower = np.where(np.isfinite(lower), lower, middle - model.state_scales)
-    upper = np.where(np.isfinite(upper), upper, middle + model.state_scales)
-    states = middle + 0.5 * (generator.uniform(lower, upper, (RANDOM_STATES, model.nx)) - middle)
-    for _ in range(20):
-        states = model.project(states)
-    return states
 
 
 def _jacobian(model: Model, states: NDArray[np.float64], u: NDArray[np.float64]) -> LawCheck:
@@ -194,10 +180,9 @@ def _energy(model: Model, x: NDArray[np.float64], u: NDArray[np.float64]) -> Law
     return LawCheck(law, gap, 1e-7, note)
 
 
-def _steps(model: Model, states: NDArray[np.float64], settings: IntegrationSection) -> LawCheck:
+def _steps(model: Model, settings: IntegrationSection) -> LawCheck:
     """Compare the fastest decay rate, at rest and in motion, with the integrator's stability."""
-    generator = np.random.default_rng(0)
-    rate = max(decay_rate(model, x, generator) for x in (model.rest()[None], states))
+    rate = fastest_rate(model)
     step, wrong = settings.step / settings.substeps, step_too_long(settings, rate)
     law = f"{settings.method} is stable at steps of {step:g} s"
     if wrong is not None:
