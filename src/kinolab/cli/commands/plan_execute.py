@@ -129,4 +129,7 @@ def command(
     counts = ", ".join(f"{count} {outcome}" for outcome, count in sorted(report["counts"].items()))
     say(escaped(f"{folder}: {execution.reached} of {runs} reached the goal ({counts})"))
     say(f"  largest deviation from the plan: {execution.worst:.3g}, weighted")
+    if run.report.get("status") not in ("solved", "simulated"):
+        why = printable(str(run.report.get("message", "")))
+        say(f"  the plan itself does not reach the goal: {why}")
     return 0
