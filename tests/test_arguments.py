@@ -148,6 +148,7 @@ VALID: dict[str, dict[str, Any]] = {
         "requirements": [],
         "collisions": [],
         "unwatched": [],
+        "notes": [],
         "cables": [],
         "velocities": None,
         "coordinates": None,

@@ -6,6 +6,7 @@ import difflib
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from textwrap import shorten
 
 LONGEST_QUOTE = 200  # characters of what was given that a message repeats
 # What a message quotes: between quotation marks, in brackets, or one word.
@@ -19,6 +20,11 @@ _QUOTE = re.compile(
 def shortened_quotes(text: str) -> str:
     """Return a message of which each quote is at most ``LONGEST_QUOTE`` characters long."""
     return _QUOTE.sub(lambda found: f"{found[0][: LONGEST_QUOTE - 2]}…{found[0][-1]}", text)
+
+
+def listed(words: Iterable[str]) -> str:
+    """Return words of a file in a row, as many as a message quotes of what it was given."""
+    return shorten(printable(", ".join(words)), LONGEST_QUOTE, placeholder=" …")
 
 
 @dataclass(frozen=True)

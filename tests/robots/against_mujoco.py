@@ -37,8 +37,11 @@ class SecondEngine:
         bits, flags = mujoco.mjtDisableBit, self.model.opt.disableflags
         frictionless = int(bits.mjDSBL_FRICTIONLOSS) | int(bits.mjDSBL_CONSTRAINT)
         self._friction = self.model.dof_frictionloss * (not flags & frictionless)
+        limited = self.model.actuator_ctrllimited.astype(bool)
+        self._linear = limited & ~self.model.actuator_forcelimited.astype(bool)  # if it is a servo
         self._followers = {} if flags & int(bits.mjDSBL_CONSTRAINT) else dict(self._following())
         self.model.opt.disableflags |= int(bits.mjDSBL_CONSTRAINT)
+        self._limited = np.array(self.model.jnt_actfrclimited)
         for name in UNCLAMPED:
             getattr(self.model, name)[...] = 0
         self._data, self._own, self._system = mujoco.MjData(self.model), model, system
@@ -69,7 +72,10 @@ class SecondEngine:
             if at is None:  # it does nothing, or is off
                 continue
             gear = model.actuator_gear[k, 0] if model.actuator_trntype[k] in ON_JOINTS else 1.0
-            data.ctrl[k] = (u[at] / gear - force) / model.actuator_gainprm[k, 0]
+            bias = model.actuator_biasprm[k]
+            linear = self._linear[k] and bias[1:3].any() and not self._joint_limits(k)
+            idle = bias[0] if linear else force  # of a linear one, at rest at 0
+            data.ctrl[k] = (u[at] / gear - idle) / model.actuator_gainprm[k, 0]
         mujoco.mj_forward(model, data)
         mass = np.empty((model.nv, model.nv))
         for k, unit in enumerate(np.eye(model.nv)):
@@ -78,6 +84,11 @@ class SecondEngine:
         force = force - self._friction * np.tanh(data.qvel / SMOOTHING)
         theirs = np.linalg.solve(free.T @ mass @ free, free.T @ force)
         return own.f(x, u)[entries], theirs
+
+    def _joint_limits(self, k: int) -> bool:
+        """Whether an actuator acts on a joint that limits its force."""
+        on = int(self.model.actuator_trntype[k]) in ON_JOINTS
+        return on and bool(self._limited[int(self.model.actuator_trnid[k, 0])])
 
     def _random_state(self, generator: np.random.Generator) -> tuple[Array, Array, list[int]]:
         """Set MuJoCo's state; return kinolab's, the free velocities as columns, and their rates."""

@@ -175,16 +175,12 @@ def test_a_limit_of_a_sum_of_forces_is_refused(tmp_path: Path) -> None:
     refused(file, "actuator jet is no thruster", "joint hip has actuatorfrcrange")
 
 
-@pytest.mark.parametrize(
-    ("limits", "words"),
-    [('kp="3" ctrlrange="-1 1"', ("what it aims at", "Give it a forcerange")),
-     ('kp="3"', ("Give it a forcerange, or its joint an actuatorfrcrange",))],
-)  # fmt: skip
-def test_a_servo_needs_a_limit_of_its_force(
-    tmp_path: Path, limits: str, words: tuple[str, ...]
-) -> None:
+@pytest.mark.parametrize("limits", ['kp="3"', 'kp="3" ctrlrange="-1 1"'])
+def test_a_servo_needs_a_limit(tmp_path: Path, limits: str) -> None:
     servo = f'<position name="s" joint="hip" {limits}/>'
-    refused(written(tmp_path, after=f"<actuator>{servo}</actuator>"), "actuator s", *words)
+    if "range" not in limits:
+        words = "actuator s", "Give it a ctrlrange or a forcerange, or its joint an"
+        refused(written(tmp_path, after=f"<actuator>{servo}</actuator>"), *words)
     (only,) = read_mjcf(
         written(tmp_path, hip=LIMITED, after=f"<actuator>{servo}</actuator>")
     ).inputs
@@ -598,3 +594,53 @@ def test_what_a_servo_cannot_do_is_said_with_its_name(tmp_path: Path) -> None:
         "s aims at no more than its ctrlrange allows",
         "s aims at no less than its ctrlrange allows",
     ]
+
+
+RANGE = 'ctrlrange="-0.4 1"'
+
+
+@pytest.mark.parametrize(
+    ("servo", "tendon", "extremes"),
+    [
+        (f'<position joint="hip" kp="30" {RANGE}/>', "", (-12, 30)),
+        (f'<position joint="hip" kp="30" kv="9" {RANGE}/>', "", (-12, 30)),
+        (f'<position joint="knee" kp="30" kv="2" gear="-3" {RANGE}/>', "", (-90, 36)),
+        (f'<velocity joint="hip" kv="4" gear="0.5" {RANGE}/>', "", (-0.8, 2)),
+        (f'<position tendon="t" kp="30" kv="2" gear="1.5" {RANGE}/>', SUM, (-12, 30)),
+        (f'<general joint="hip" {GENERAL} gear="-2" {RANGE}/>', "", (-24, 1.2)),
+        (f'<position joint="hip" kp="-2" {RANGE}/>', "", (-2, 0.8)),
+        (f'<general joint="hip" {GENERAL.replace("-0.5", "0.5")} {RANGE}/>', "", (-0.6, 12)),
+    ],
+)
+def test_a_servo_without_limits_of_its_force_moves_as_in_mujoco(
+    servo: str, tendon: str, extremes: tuple[float, float], tmp_path: Path
+) -> None:
+    """Its law is linear, without a clip: its input is gear (gain ctrl + bias[0]), 1.5 at most."""
+    file = written(tmp_path, after=f"{tendon}<actuator>{servo}</actuator>")
+    system = read_mjcf(file)
+    own, model = system.model(), mujoco.MjModel.from_xml_path(str(file))
+    assert bounds_of(system.inputs[0]) == pytest.approx(extremes)
+    assert not system.requirements  # it can give whatever its input says, wherever it is
+    data, generator = mujoco.MjData(model), np.random.default_rng(4)
+    for control in (*model.actuator_ctrlrange[0], 0.3):
+        unit = 1.0 if tendon else model.actuator_gear[0, 0]
+        u = unit * (model.actuator_gainprm[0, 0] * control + model.actuator_biasprm[0, 0])
+        x = generator.normal(size=own.nx)
+        data.qpos[:], data.qvel[:], data.ctrl[:] = x[:2], x[2:], control
+        mujoco.mj_forward(model, data)
+        assert np.abs(own.f(x, [u])[2:] - data.qacc).max() <= AGREE * np.abs(data.qacc).max()
+
+
+def test_a_servo_without_limits_of_its_force_feels_a_locked_joint(tmp_path: Path) -> None:
+    """What balances 3 (0.5 hip - 2 * 0.1) leaves the arm as if nothing held it."""
+    servo = f'<actuator><position name="s" tendon="t" kp="3" {RANGE}/></actuator>'
+    held = read_mjcf(written(tmp_path, after=SUM + servo), locked={"knee": 0.1}).model()
+    alone = read_mjcf(written(tmp_path), locked={"knee": 0.1}).model()
+    balanced = held.f([0.7, 0.2], [3 * (0.5 * 0.7 - 0.2)])
+    assert balanced == pytest.approx(alone.f([0.7, 0.2], []), rel=1e-9)
+
+
+@pytest.mark.parametrize("attribute", ["damping", "frictionloss", "armature"])
+def test_a_negative_magnitude_is_refused_with_its_joint(attribute: str, tmp_path: Path) -> None:
+    """MuJoCo passes over a negative frictionloss, and is driven by the others."""
+    refused(written(tmp_path, hip=f'{attribute}="-1"'), "arm.xml joint 'hip'", "is -1, and no")

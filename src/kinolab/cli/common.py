@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
@@ -49,6 +50,17 @@ def as_typed(options: Mapping[str, str]) -> Iterator[None]:
         typed = {override_place(override): option for override, option in options.items()}
         mistakes = (replace(m, where=typed.get(m.where, m.where)) for m in error.mistakes)
         raise InputError(mistakes) from None
+
+
+@contextmanager
+def unlogged() -> Iterator[None]:
+    """Leave to a command itself what readers of robots' files would log."""
+    log = logging.getLogger("kinolab.robots")
+    log.disabled = True
+    try:
+        yield
+    finally:
+        log.disabled = False
 
 
 def replaced(earlier: datetime | None) -> str:

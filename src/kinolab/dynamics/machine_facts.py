@@ -179,6 +179,7 @@ class MachineFacts:
     requirements: tuple[RequirementFacts, ...]
     collisions: tuple[tuple[str, str], ...]
     unwatched: tuple[tuple[str, str], ...]
+    notes: tuple[tuple[str, str], ...]
     all_rates: bool
     flat: FlatFacts | None
     down: tuple[float, float, float] | None
@@ -263,6 +264,7 @@ def facts_of(system: MechanismParts) -> MachineFacts:
         ),
         collisions=system.collisions,
         unwatched=system.unwatched,
+        notes=system.notes,
         all_rates=system.velocities == "all" or bool(system.modes),
         flat=None if system.flat is None else _flat(system, system.flat),
         down=None if system.gravity is None else system.gravity.down,

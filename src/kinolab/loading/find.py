@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,6 +14,7 @@ from kinolab.files import is_file
 from kinolab.loading.foreign_files import is_foreign, read_any
 from kinolab.scenario import (
     Scenario,
+    SystemSection,
     builtin_scenarios,
     load_scenario,
     place_at,
@@ -24,7 +26,6 @@ from kinolab.scenario.values import ROBOT_FORMATS, ROBOT_ONLY
 
 if TYPE_CHECKING:  # a machine that is in the cache needs no symbols
     from kinolab.dynamics import System
-    from kinolab.scenario.schema import SystemSection
 
 
 def find_scenario(what: str, *, overrides: Sequence[str] = ()) -> Scenario:
@@ -45,7 +46,10 @@ def find_scenario(what: str, *, overrides: Sequence[str] = ()) -> Scenario:
     if what not in systems.names():
         folder, source = Path(what).parent, {"file": Path(what).name}
     document = {"schema": 1, "title": f"{system.name} by itself", "system": source}
-    return scenario_from(document, folder / f"{system.name}.toml", overrides=overrides)
+    scenario = scenario_from(document, folder / f"{system.name}.toml", overrides=overrides)
+    if what.endswith(ROBOT_FORMATS) and scenario.system == SystemSection(file=source["file"]):
+        return scenario.located(replace(scenario.origin, machine=system))  # it is read once
+    return scenario
 
 
 def find_machine(what: str) -> System:

@@ -34,6 +34,7 @@ def name_mistakes(
         [name for name, _ in machine.parameters],
         [body.name for body in machine.bodies],
         chosen_names(machine),
+        dict(machine.notes),
     )
 
 

@@ -23,6 +23,7 @@ from kinolab.problem.goal import Goal, KeepOutCone, PointTarget
 from kinolab.problem.inverse_kinematics import reaching
 from kinolab.problem.pointing import pointed
 from kinolab.scenario import Scenario, place_at
+from kinolab.scenario.values import ROBOT_FORMATS
 from kinolab.world import NO_ENDS, BodyGeometry, CableGeometry, CollisionChecker, World
 from kinolab.world.collision.contact_report import GROUND_NAME
 
@@ -318,7 +319,11 @@ class PlanningTask:
         floor = ' If that is its floor, write ground = "plane" below [world].'
         for contact in self.checker().contacts(*self.placement(x)):
             stands = contact.body in resting and not self.world.ground
-            yield _contact_sentence(contact, floor if stands else "")
+            wheel = " A body that stands on it has touches_ground=True."
+            if str(self.scenario.system.file).endswith(ROBOT_FORMATS):  # where nobody can write it
+                wheel = " Lift it in [start] and [goal], or leave ground out of [world]."
+            on_ground = contact.obstacle == GROUND_NAME
+            yield _contact_sentence(contact, wheel if on_ground else floor if stands else "")
 
     def _unmet(self, x: Array) -> Iterator[str]:
         """Name the requirements that no input can satisfy at a state."""
@@ -489,12 +494,9 @@ def _listed(numbers: tuple[float, ...]) -> str:
     return ", ".join(f"{number:g}" for number in numbers)
 
 
-def _contact_sentence(contact: Any, on_a_floor: str = "") -> str:
-    wheel = " A body that stands on it has touches_ground=True."
-    if contact.obstacle != GROUND_NAME:
-        wheel = on_a_floor
+def _contact_sentence(contact: Any, remedy: str) -> str:
     phrase = {
-        "touches": f"{contact.body} touches {contact.obstacle}.{wheel}",
+        "touches": f"{contact.body} touches {contact.obstacle}.{remedy}",
         "inside": f"{contact.body} is inside {contact.obstacle}.",
         "sinks": f"{contact.body} sinks into {contact.obstacle}.",
         "near": f"{contact.body} is nearer to {contact.obstacle} than [world] clearance allows.",

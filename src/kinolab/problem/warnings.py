@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from kinolab.dynamics.codegen.state_space import TURN
+from kinolab.dynamics.machine_facts import MachineFacts
 from kinolab.problem import PlanningTask
 from kinolab.problem.static_holding import rest_warnings
 
@@ -17,14 +18,15 @@ def problem_warnings(problem: PlanningTask) -> tuple[str, ...]:
         *problem.world.warnings,
         *_degrees(problem),
         *_tolerances_of_nothing(problem),
-        *_unwatched(problem),
+        *machine_warnings(problem.machine),
         *rest_warnings(problem),
     )
 
 
-def _unwatched(problem: PlanningTask) -> Iterator[str]:
-    """Yield which bodies may touch each other without being watched, as readers of files know."""
-    pairs = [f"{a} and {b}" for a, b in problem.machine.unwatched]
+def machine_warnings(machine: MachineFacts) -> Iterator[str]:
+    """Yield what readers of files know: what they do not read, and which bodies may touch."""
+    yield from (sentence for name, sentence in machine.notes if not name)
+    pairs = [f"{a} and {b}" for a, b in machine.unwatched]
     if pairs:
         rest = f", and {len(pairs) - MOST_NAMED} further pairs" if len(pairs) > MOST_NAMED else ""
         yield f"These bodies may touch each other unnoticed: {'; '.join(pairs[:MOST_NAMED])}{rest}."

@@ -224,32 +224,41 @@ class Closure:
 class Servo:
     """What a servo of positions or rates can do where it is.
 
-    Its length L is a sum of positions of joints. Its input is a - stiffness L - damping L_dot with
-    any a in [lower, upper], clipped to [least, most].
+    Its length L is a sum of positions of joints. It pushes with a - stiffness L - damping L_dot for
+    any a in [lower, upper], clipped to [least, most]: that is its input. Where it is not clipped,
+    which leaves its force without limits, a is its input, beside a spring and a damper.
 
     Attributes:
         motor: Name of its input.
         lengths: By how much L grows with each joint, by name.
+        unit: What its input is for each unit of a force along L.
         lower, upper: Ends of what it can aim at, as inputs where L and L_dot are zero.
         stiffness, damping: In units of its input for each of L and of L_dot.
         least, most: Limits of its input.
+        held: What joints that are held add to L.
     """
 
     motor: str
     lengths: Mapping[str, float]
+    unit: float
     lower: float
     upper: float
     stiffness: float
     damping: float
     least: float
     most: float
+    held: float = 0.0
+
+    @property
+    def clipped(self) -> bool:
+        """Whether its force has limits."""
+        return math.isfinite(self.least) and math.isfinite(self.most)
 
     def beside(self, held: Mapping[str, float]) -> Servo:
         """Return the servo where some of its joints are held at positions."""
         still = sum(each * held[name] for name, each in self.lengths.items() if name in held)
         moving = {name: each for name, each in self.lengths.items() if name not in held}
-        shift = self.stiffness * still
-        return replace(self, lengths=moving, lower=self.lower - shift, upper=self.upper - shift)
+        return replace(self, lengths=moving, held=still)
 
 
 @dataclass(frozen=True)
@@ -257,7 +266,8 @@ class KinematicTree:
     """Links and the joints between them; exactly one link, the root, has no parent.
 
     Closures make loops of branches of the tree. Gravity is a vector of the world, in [m/s^2].
-    ``allowed`` are the pairs of links, by name, that a file lets touch each other.
+    ``allowed`` are the pairs of links, by name, that a file lets touch each other; ``notes`` say
+    what of it is not read, or is something else in the machine.
     """
 
     name: str
@@ -270,6 +280,7 @@ class KinematicTree:
     pulls: tuple[TendonMotor, ...] = ()
     servos: tuple[Servo, ...] = ()
     allowed: frozenset[frozenset[str]] = frozenset()
+    notes: tuple[str, ...] = ()
 
     @property
     def root(self) -> Link:

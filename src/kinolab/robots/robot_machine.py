@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -18,6 +19,7 @@ from kinolab.dynamics.language.forces import (
     Coulomb,
     Effort,
     Gravity,
+    Load,
     Potential,
     Viscous,
     Wrench,
@@ -35,7 +37,7 @@ from kinolab.dynamics.language.symbols import (
     rotation,
     turn_rate,
 )
-from kinolab.errors import InputError, Mistake
+from kinolab.errors import InputError, Mistake, printable
 from kinolab.numerics.arrays import Array
 from kinolab.robots.compared.agreements import AGREED, agreement_on
 from kinolab.robots.compared.disagreements import Correspondence, disagreements
@@ -69,7 +71,9 @@ from kinolab.robots.kinematic_tree import (
 from kinolab.robots.loop_closures import closing_constraints
 from kinolab.robots.self_collisions import NamedShape, kept_apart, kept_from_surroundings
 from kinolab.robots.tree_mistakes import (
+    absent_names,
     follower_mistakes,
+    inertia_doubts,
     inertia_mistake,
     locked_mistakes,
     massless_joints,
@@ -77,6 +81,7 @@ from kinolab.robots.tree_mistakes import (
 from kinolab.robots.visible_meshes import drawn_meshes
 from kinolab.world.geometry import lowest_z, sizes
 
+LOG = logging.getLogger("kinolab.robots")
 Base: TypeAlias = Literal["fixed", "floating"]
 BASE_COORDINATES = "x", "y", "z", BASE  # of a root that moves freely
 
@@ -143,16 +148,32 @@ def assembled(
     mistakes += massless_joints(tree, where)
     if mistakes:
         raise InputError(mistakes)
+    notes = [f"{where}: {told}" for told in (*tree.notes, *inertia_doubts(tree))]
     assembly = _Assembly(tree, base, where)
-    made = assembly.system(self_collisions=self_collisions)
+    try:
+        made = assembly.system(self_collisions=self_collisions)
+        absent = absent_names(joints, held)
+        made = made.changed(notes=[*(("", told) for told in notes), *absent])
+    except InputError as error:  # of what the machine's own words say
+        raise InputError(_in_file(mistake, where) for mistake in error.mistakes) from error
+    for told in notes:
+        LOG.warning("%s", printable(told))
     further = {BASE: BASE_COORDINATES} if base == "floating" else {}
     corresponding = Correspondence.of(joints, held, further)
     if engines and AGREED.find(known := agreement_on(file, base, held)) is None:
         left_out = assembly.neglected
-        if mistakes := [*disagreements(made, corresponding, engines, where, left_out)]:
+        efforts = made.efforts[: len(made.efforts) - len(assembly.servos)]
+        passive = made.changed(efforts=efforts) if assembly.servos else made
+        if mistakes := [*disagreements(passive, corresponding, engines, where, left_out)]:
             raise InputError(mistakes)
         AGREED.keep(known, b"")
     return made
+
+
+def _in_file(mistake: Mistake, file: str) -> Mistake:
+    """Return a mistake that says in which file it is."""
+    where = mistake.where if mistake.where.startswith(file) else f"{file} {mistake.where}"
+    return replace(mistake, where=where.strip())
 
 
 class _Assembly:
@@ -160,6 +181,7 @@ class _Assembly:
 
     Attributes:
         neglected: Moments of inertia that were rounding and are left out, in [kg m^2].
+        servos: Springs and dampers of servos, in which engines have no part.
     """
 
     def __init__(self, tree: KinematicTree, base: Base, where: str) -> None:
@@ -180,6 +202,7 @@ class _Assembly:
         self._places: dict[str, list[Coordinate]] = {}  # of joints that move freely
         self._inputs: list[Input] = []
         self._efforts: list[Effort] = []
+        self.servos: list[Effort] = []
         self._bodies: list[Body] = []
         self._shapes: list[NamedShape] = []
         self._constraints: list[PositionConstraint] = []
@@ -212,7 +235,7 @@ class _Assembly:
         for joint, parent, part, before in moving:
             self._add_forces(joint, parent, part, before)
         for servo in tree.servos:
-            self._add_reach(servo)
+            self._add_servo(servo)
         for pull in tree.pulls:
             self._add_pull(pull, moving)
         for thruster in tree.thrusters:
@@ -227,7 +250,7 @@ class _Assembly:
             bodies=self._bodies,
             constraints=self._constraints,
             inputs=self._inputs,
-            efforts=self._efforts,
+            efforts=[*self._efforts, *self.servos],
             requirements=self._requirements,
             gravity=_gravity(tree.gravity),
         )
@@ -375,19 +398,25 @@ class _Assembly:
             if joint.friction > 0.0:
                 self._efforts.append(Coulomb(own, joint.friction))
 
-    def _add_reach(self, servo: Servo) -> None:
-        """Require that a servo can push as its input says, where it might not.
+    def _add_servo(self, servo: Servo) -> None:
+        """Add spring and damper of a servo whose force has no limits, or require what it can do.
 
         The values of a clipped interval are those between its ends that are within the limits, or
         the limit that is nearest, where the interval is beyond it.
         """
         joints = {joint.name: joint for joint in self._tree.joints}
-        length = speed = sympy.Integer(0)
+        length, speed = exact(servo.held), sympy.Integer(0)
         for name, each in servo.lengths.items():
             leader, factor, _ = self._led(joints[name])
             length += exact(each) * self._position(joints[name])
             speed += exact(each * factor) * rate(leader)
         if not servo.lengths:
+            return
+        if not servo.clipped:
+            if servo.stiffness:
+                self.servos.append(Potential(servo.stiffness / servo.unit / 2.0 * length**2))
+            if servo.damping:
+                self.servos.append(Load(-servo.damping / servo.unit * speed, speed))
             return
         pushes = InputSymbol(servo.motor)
         aims = pushes + exact(servo.stiffness) * length + exact(servo.damping) * speed

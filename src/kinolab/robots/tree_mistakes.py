@@ -7,20 +7,23 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
-from kinolab.errors import Mistake, unknown_name
+from kinolab.errors import Mistake, printable, unknown_name
 from kinolab.numerics.arrays import MULTIPLIABLE
 from kinolab.robots.constant_frames import ROUNDING
-from kinolab.robots.joint_inertia import NOISE, without_resistance
+from kinolab.robots.joint_inertia import NOISE, reach, without_resistance
 from kinolab.robots.kinematic_tree import (
     FREE,
     SIZES,
     Inertial,
+    Joint,
     KinematicTree,
     bound_by_followers,
     from_the_root,
     led,
+    link_poses,
     usable_name,
 )
+from kinolab.scenario.angles import WrittenAngle
 
 INDEFINITE = 1e-9  # of the largest entry of an inertia matrix, which may be rounded
 
@@ -44,6 +47,13 @@ def tree_mistakes(
         if joint.mimics is not None and joint.mimics.joint not in movable:
             known = sorted(movable)
             yield unknown_name("joint", joint.mimics.joint, known=known, where=f"{place} mimic")
+        magnitudes = {"friction": joint.friction, "armature": joint.armature}
+        if not any(joint.higher_damping):
+            magnitudes["damping"] = joint.damping
+        for word, value in magnitudes.items():
+            if value < 0.0:
+                what = f"its {word} is {value:g}, and no magnitude is negative."
+                yield Mistake(place, what, "Give a positive one, or 0 for none.")
         if not joint.lower <= joint.upper:
             what = f"its limits are {joint.lower:g} to {joint.upper:g}."
             yield Mistake(place, what, "The lower one must be below the upper one.")
@@ -55,10 +65,23 @@ def tree_mistakes(
     yield from _shape_mistakes(tree, where)
     yield from _mass_mistakes(tree, where)
     yield from _no_tree(tree, where)
+    yield from _wrongly_locked(tree, locked, where)
+
+
+def _wrongly_locked(
+    tree: KinematicTree, locked: Mapping[str, float], where: str
+) -> Iterator[Mistake]:
+    """Yield what is locked and does not move, or moves with another joint, or has no position."""
+    kinds = {joint.name: joint.kind for joint in tree.joints}
     leaders = {joint.name: joint.mimics.joint for joint in tree.joints if joint.mimics}
     for name, at in locked.items():
+        movable = sorted(one for one, kind in kinds.items() if kind in ("revolute", "prismatic"))
         if name not in movable:
-            yield unknown_name("joint", name, known=sorted(movable), where=f"{where} locked")
+            yield unknown_name("joint", name, known=movable, where=f"{where} locked")
+        elif isinstance(at, WrittenAngle) and (kinds[name] == "prismatic" or at.unit == "rad/s"):
+            wanted = "a length in m" if kinds[name] == "prismatic" else "an angle"
+            what = f"{at.text!r} is no position of {name}."
+            yield Mistake(f"{where} locked {name}".strip(), what, f"Give {wanted}.")
         elif not math.isfinite(at):
             yield Mistake(f"{where} locked {name}".strip(), f"{at} is no position.")
         elif name in leaders:
@@ -132,6 +155,50 @@ def inertia_mistake(name: str, inertial: Inertial, length: float, where: str) ->
     what = f"its inertia has a negative principal moment, {least:.3g} kg m^2."
     remedy = "No body has; look at ixx, iyy, izz and the signs of the others."
     return Mistake(f"{where} link {name!r}".strip(), what, remedy)
+
+
+def inertia_doubts(tree: KinematicTree) -> Iterator[str]:
+    """Yield the links whose inertia no mass has that is within the robot.
+
+    A mass m within a radius R of the root is nowhere farther than 2 R from its own centre, so that
+    no moment of inertia is larger than m (2 R)^2.
+    """
+    names = [joint.name for joint in tree.joints if joint.mimics is None]
+    places = link_poses(tree, dict.fromkeys(names, 0.0))
+    radius = reach((link, places[link.name]) for link in tree.links)
+    for link in tree.links:
+        if link.inertial is not None:
+            largest = float(np.linalg.eigvalsh(link.inertial.inertia).max())
+            if largest > (most := link.inertial.mass * (2.0 * radius) ** 2):
+                told = f"the inertia of {printable(link.name)} is {largest:.3g}; its mass and the"
+                yield f"{told} robot's size allow at most {most:.3g}. Is it in kg m^2?"
+
+
+def absent_names(
+    joints: Mapping[str, Joint], held: Mapping[str, float]
+) -> Iterator[tuple[str, str]]:
+    """Yield the names of joints that are no coordinates, and of their rates, with what they are.
+
+    Args:
+        joints: By name.
+        held: Where those are that do not move.
+    """
+    for joint in joints.values():
+        name = usable_name(joint.name)
+        if joint.name in held:
+            still = f"{name} is no coordinate: it is held at {held[joint.name]:g}. Leave it out."
+            yield from ((name, still), (f"{name}_dot", still))
+        elif joint.mimics is not None:
+            leader, factor, offset = led(joint, joints)
+            leader = usable_name(leader)
+            for end, added in (("", offset), ("_dot", 0.0)):
+                plus, minus = (f" {sign} {added:g}" if added else "" for sign in "+-")
+                back = f"({name}{end}{minus})" if added else f"{name}{end}"
+                yield (
+                    f"{name}{end}",
+                    f"{name}{end} is not independent: it follows {leader}{end}, and is "
+                    f"{factor:g} * {leader}{end}{plus}. Give {leader}{end} = {back} / {factor:g}.",
+                )
 
 
 def _twice(kind: str, names: Sequence[str], where: str) -> Iterator[Mistake]:

@@ -19,7 +19,7 @@ import numpy as np
 from kinolab.arguments import require_fit
 from kinolab.dynamics import System
 from kinolab.dynamics.language.shapes import Box, Cylinder, Shape, Sphere
-from kinolab.errors import InputError, Mistake, UnknownNameError, printable, shortened_quotes
+from kinolab.errors import InputError, Mistake, UnknownNameError, listed, printable
 from kinolab.files import is_file, read_ordinary
 from kinolab.lazy import library_of
 from kinolab.numerics.arrays import Array
@@ -111,11 +111,14 @@ def read_urdf(
     check_parts(convex_parts, path.name)
     robot, document, left_out = _parsed(path)
     reader = _LinkReader(path, packages or {}, shapes=shapes, convex_parts=convex_parts)
-    _tell_what_is_not_read(robot, left_out, path.name)
     links = tuple(reader.link(entry) for entry in robot.links)
     joints = tuple(reader.joint(entry) for entry in robot.joints)
     name, motors = str(robot.name or path.stem), tuple(reader.motors)
-    tree = KinematicTree(name, links, joints, motors, allowed=_allowed(path.with_suffix(".srdf")))
+    tree = KinematicTree(
+        *(name, links, joints, motors),
+        allowed=_allowed(path.with_suffix(".srdf")),
+        notes=tuple(_not_read(robot, left_out)),
+    )
     mistakes = [*reader.mistakes, *tree_mistakes(tree, locked or {}, path.name)]
     if mistakes:
         raise InputError(mistakes)
@@ -165,6 +168,8 @@ def _parsed(path: Path) -> tuple[Any, Any, list[str]]:
     except Exception as error:  # of lxml and yourdfpy, of many kinds
         told = f"there is no {error}" if isinstance(error, KeyError) else str(error).strip()
         what = f"it is not a URDF file ({told or type(error).__name__})."
+        if isinstance(error, xml.XMLSyntaxError):
+            what = f"it is not an XML file ({error.msg})."
         raise InputError([Mistake(path.name, what)]) from error
     if not robot.links:
         raise InputError([Mistake(path.name, "it has no links.")])
@@ -173,29 +178,25 @@ def _parsed(path: Path) -> tuple[Any, Any, list[str]]:
     return robot, document, left_out
 
 
-def _tell_what_is_not_read(robot: Any, left_out: Sequence[str], where: str) -> None:
-    """Warn of what is in a robot's file and not in its machine."""
+def _not_read(robot: Any, left_out: Sequence[str]) -> Iterator[str]:
+    """Yield what is in a robot's file and not in its machine, in sentences."""
     if left_out:
-        LOG.warning("%s: not read: %s.", printable(where), shortened_quotes(", ".join(left_out)))
+        yield f"not read: {listed(left_out)}."
     limited = [joint for joint in robot.joints if joint.limit and joint.type in MOVED]
-    _tell(
-        "%s: the effort of joints that follow others is not read: %s.",
-        where,
-        (joint for joint in limited if joint.mimic and joint.limit.effort),
-    )
-    _tell(
-        "%s: joints with effort 0 have no motor: %s.",
-        where,
-        (joint for joint in limited if not joint.mimic and not joint.limit.effort),
-    )
-    told = "%s: <safety_controller> of %s is not read; [bounds] of a scenario may be as narrow."
-    _tell(told, where, (joint for joint in robot.joints if joint.safety_controller))
-
-
-def _tell(sentence: str, where: str, joints: Iterable[Any]) -> None:
-    """Warn with the names of joints, if there are some."""
-    if names := ", ".join(printable(str(joint.name)) for joint in joints):
-        LOG.warning(sentence, printable(where), shortened_quotes(names))
+    kinds = {
+        "the effort of joints that follow others is not read: {}.": (
+            joint for joint in limited if joint.mimic and joint.limit.effort
+        ),
+        "joints with effort 0 have no motor: {}.": (
+            joint for joint in limited if not joint.mimic and not joint.limit.effort
+        ),
+        "<safety_controller> of {} is not read; [bounds] of a scenario may be as narrow.": (
+            joint for joint in robot.joints if joint.safety_controller
+        ),
+    }
+    for sentence, joints in kinds.items():
+        if names := listed(str(joint.name) for joint in joints):
+            yield sentence.format(names)
 
 
 def _allowed(path: Path) -> frozenset[frozenset[str]]:
@@ -211,7 +212,7 @@ def _allowed(path: Path) -> frozenset[frozenset[str]]:
     try:
         document = xml.fromstring(content, xml.XMLParser(resolve_entities=False))
     except xml.XMLSyntaxError as error:
-        raise InputError([Mistake(path.name, f"it is not an SRDF file ({error}).")]) from error
+        raise InputError([Mistake(path.name, f"it is not an XML file ({error.msg}).")]) from error
     pairs = document.iter("disable_collisions")
     return frozenset(frozenset((one.get("link1", ""), one.get("link2", ""))) for one in pairs)
 

@@ -11,9 +11,6 @@ from typing import Any
 
 from kinolab.errors import Mistake, printable
 
-NEARLY = 0.8  # of difflib's ratio: ``lowr`` is nearly ``lower``, ``acceleration`` is no other word
-MOST_TOLD = 6  # kinds of what is left out, in one line
-
 
 def _words_of(table: str) -> dict[str, tuple[frozenset[str], frozenset[str]]]:
     """Return attributes and children of elements, from lines ``element: attributes / children``."""
@@ -69,7 +66,7 @@ def unread_words(document: Any, where: str) -> tuple[list[Mistake], list[str]]:
         if part.tag in ("link", "joint"):
             for words, known, there, element in _unknown(part):
                 for word in words:
-                    meant = difflib.get_close_matches(word, known - there, n=1, cutoff=NEARLY)
+                    meant = difflib.get_close_matches(word, known - there, n=1)  # its own cutoff
                     place = f"<{element.tag}>" if element is not part else part.tag
                     shown = printable(word)
                     if meant:
@@ -80,12 +77,10 @@ def unread_words(document: Any, where: str) -> tuple[list[Mistake], list[str]]:
                         left_out.setdefault(f"{shown} of {place}", []).append(name)
         elif _is_plain(part.tag) and part.tag not in OF_OTHERS:
             left_out.setdefault(f"<{printable(part.tag)}>", []).append(name)
-    told = [
+    return mistakes, [
         f"{what} ({names[0]}{f' and {len(names) - 1} more' if names[1:] else ''})"
         for what, names in left_out.items()
     ]
-    more = len(told) - MOST_TOLD
-    return mistakes, [*told[:MOST_TOLD], *([f"and {more} more words"] if more > 0 else [])]
 
 
 def _unknown(part: Any) -> Iterator[tuple[list[str], frozenset[str], set[str], Any]]:

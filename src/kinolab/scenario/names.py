@@ -20,8 +20,9 @@ def check_names(
     parameters: Sequence[str],
     bodies: Sequence[str],
     inputs: Sequence[str] = (),
+    known_of: Mapping[str, str] | None = None,
 ) -> list[Mistake]:
-    """List every name that the machine does not have, with the nearest that it has."""
+    """List every name that the machine does not have, with what is known of it, or the nearest."""
     state = [*coordinates, *rates]
     goal = scenario.goal
     tolerances = goal.tolerance if isinstance(goal.tolerance, dict) else {}
@@ -34,7 +35,12 @@ def check_names(
         *_unknown(("goal", "tolerance"), tolerances, state),
         *(unknown_key(path, b, bodies, "body") for path, b in _bodies(scenario) if b not in bodies),
     ]
-    return [mistake_at(issue, scenario.origin) for issue in issues]
+    known_of = known_of or {}
+    told = ((issue, known_of.get(str(issue.path[-1]))) for issue in issues)
+    return [
+        mistake_at(Issue(issue.path, known) if known else issue, scenario.origin)
+        for issue, known in told
+    ]
 
 
 def check_angles(scenario: Scenario, units: Mapping[str, str]) -> list[Mistake]:

@@ -48,6 +48,7 @@ from kinolab.scenario.values import (
     Name,
     NotNegative,
     Number,
+    NumberOrAngle,
     Parts,
     PictureSize,
     PlannerName,
@@ -94,7 +95,7 @@ class SystemSection(Section):
     name: Name | None = None
     file: SystemFile | None = None  # Python is code that runs; relative to the scenario
     base: Literal["fixed", "floating"] | None = None  # of a robot's file
-    locked: dict[str, Number] | None = None  # positions of a robot's joints, [rad] or [m]
+    locked: dict[str, NumberOrAngle] | None = None  # positions of a robot's joints, [rad] or [m]
     self_collisions: bool | None = None  # of a robot's file
     convex_parts: Parts | None = None  # of a mesh in a robot's file, at most
     parameters: dict[str, Number] = {}

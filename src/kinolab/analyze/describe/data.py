@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import asdict
+from math import isfinite
 from typing import Any
 
 from kinolab.analyze.describe.controllability import sentences
@@ -11,6 +12,8 @@ from kinolab.analyze.describe.description import Description
 from kinolab.dynamics.analysis.fields.linear_controllability import LinearControllability
 from kinolab.dynamics.analysis.fields.small_time import SmallTimeVerdict
 from kinolab.dynamics.language.inputs import Input, bounds_of
+from kinolab.dynamics.machine_facts import CoordinateFacts
+from kinolab.problem.warnings import machine_warnings
 
 
 def description_to_json(found: Description) -> dict[str, Any]:
@@ -34,7 +37,10 @@ def description_to_json(found: Description) -> dict[str, Any]:
         "cyclic_coordinates": list(found.cyclic),
         "conserved_momenta": list(found.conserved),
         "decoupling_fields": _decoupling(found.decoupling),
+        "coordinates": [_coordinate(one) for one in found.machine.coordinates],
         "inputs": [_input(entry) for entry in found.inputs],
+        "requirements": [one.name for one in found.machine.requirements],
+        "warnings": list(machine_warnings(found.machine)),
         "growth_vector": list(closure.growth) if closure else None,
         "accessible": {
             "growth": list(found.accessible.growth),
@@ -56,6 +62,11 @@ def description_to_json(found: Description) -> dict[str, Any]:
         "modes": [asdict(mode) for mode in found.generalisations],
         "left_out": list(found.left_out),
     }
+
+
+def _coordinate(one: CoordinateFacts) -> dict[str, Any]:
+    *limits, speed = (value if isfinite(value) else None for value in (*one.limits, one.speed))
+    return {"name": one.name, "unit": one.unit, "limits": limits, "speed": speed}
 
 
 def _decoupling(found: Decoupling | None) -> dict[str, Any] | None:

@@ -22,6 +22,7 @@ from kinolab.dynamics.derivation.symbol_table import SymbolTable
 from kinolab.dynamics.derivation.velocity_coordinates import constraint_rows, independent_rows
 from kinolab.dynamics.language.constraints import PositionConstraint
 from kinolab.dynamics.language.inputs import Input
+from kinolab.dynamics.machine_facts import MachineFacts
 from kinolab.errors import InputError
 
 SAME = 1e-9  # rounding of a potential energy, relative to its largest value
@@ -65,6 +66,7 @@ class Description:
         generalisations: Six generalisations of the upright rolling disk.
         left_out: What could not be determined, in sentences.
         bodies: Each with its mass and the extent of its shapes.
+        machine: Its facts, of which coordinates, requirements and notes are shown.
         watched: Pairs of bodies or cables that may not touch each other, by name.
         cyclic: Coordinates on which the Lagrangian does not depend.
         conserved: Coordinates on which neither energies nor forces depend, without forces of their
@@ -90,6 +92,7 @@ class Description:
     rests: tuple[AtRest, ...]
     generalisations: tuple[Generalisation, ...]
     left_out: tuple[str, ...]
+    machine: MachineFacts
     bodies: tuple[BodySize, ...] = ()
     watched: tuple[tuple[str, str], ...] = ()
     cyclic: tuple[str, ...] = ()
@@ -149,6 +152,7 @@ def describe(system: System, *, switching: Sequence[str] = ()) -> Description:
             system, freedom=freedom, pushes=pushes, potential=potential, switching=switching
         ),
         left_out=tuple(left_out),
+        machine=model.machine,
         bodies=body_sizes(system),
         watched=system.collisions,
         cyclic=cyclic_coordinates_of(system),

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from math import inf
 from textwrap import wrap
 
 from kinolab.analyze.describe.controllability import sentences
 from kinolab.analyze.describe.description import Description
 from kinolab.analyze.describe.sizes import BodySize
 from kinolab.dynamics.language.inputs import Input, bounds_of
+from kinolab.dynamics.machine_facts import CoordinateFacts
+from kinolab.problem.warnings import machine_warnings
 
 LINE_WIDTH = 100  # characters per line
 SHOWN = {True: "yes", False: "no"}
@@ -35,9 +38,16 @@ def _lines(found: Description) -> Iterator[str]:
             found.singular, LINE_WIDTH, initial_indent="    ", subsequent_indent="      "
         )
     yield from _group("bodies", [_body_row(body) for body in found.bodies])
+    yield from _group("coordinates", [_coordinate_row(one) for one in found.machine.coordinates])
     yield from _group("constraints", [(c.name, c.kind) for c in found.constraints])
     yield from _group("inputs", [_input_row(entry) for entry in found.inputs])
+    if required := [(one.name,) for one in found.machine.requirements]:
+        yield from _group("requirements", required)
     yield from _watched(found)
+    if said := [*machine_warnings(found.machine)]:
+        yield "  warnings"
+        for sentence in said:
+            yield from wrap(sentence, LINE_WIDTH, initial_indent="    ", subsequent_indent="      ")
     if found.cyclic:
         text = f"symmetries: L does not depend on {', '.join(found.cyclic)}"
         if found.conserved:
@@ -79,6 +89,12 @@ def _body_row(body: BodySize) -> tuple[str, str, str]:
     if body.extent is not None:
         extent = f"{' x '.join(f'{edge:.3g}' for edge in body.extent)} m"
     return body.name, f"{body.mass:.4g} kg", extent
+
+
+def _coordinate_row(coordinate: CoordinateFacts) -> tuple[str, str, str]:
+    (lower, upper), unit, speed = coordinate.limits, coordinate.unit, coordinate.speed
+    limits = f"{lower:g} to {upper:g} {unit}".rstrip()
+    return coordinate.name, limits, f"at most {speed:g} {unit}/s" if speed < inf else ""
 
 
 def _input_row(entry: Input) -> tuple[str, str, str]:

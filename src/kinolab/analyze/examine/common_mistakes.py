@@ -63,7 +63,7 @@ def _pairs(model: Model, states: NDArray[np.float64]) -> Iterator[LawCheck]:
     system = model.system
     solid = [body for body in system.bodies if body.shapes]
     geometry = [body for body in model.machine.bodies if body.shapes]
-    watched = {frozenset(pair) for pair in system.collisions}
+    watched = {frozenset(pair) for pair in (*system.collisions, *system.unwatched)}
     pairs = [(a.name, b.name) for a, b in combinations(solid, 2)]
     pairs = [pair for pair in pairs if frozenset(pair) not in watched]
     kept = [k for k, body in enumerate(system.bodies) if body.shapes]

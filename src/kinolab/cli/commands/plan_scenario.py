@@ -21,6 +21,7 @@ from kinolab.cli.common import (
     quiet_option,
     replaced,
     set_option,
+    unlogged,
     write_pictures,
 )
 from kinolab.cli.compile_ahead import compiled_ahead
@@ -100,7 +101,8 @@ def command(
     progress = Progress(quiet)
     progress("deriving and compiling the machine")
     given = _overrides_of(scenario, keys)
-    with as_typed(given), redirect_stdout(sys.stderr):  # user code prints none of the result
+    # User code prints none of the result, and notes of robots' files come in the summary.
+    with as_typed(given), redirect_stdout(sys.stderr), unlogged():
         problem = load(scenario, overrides=[*overrides, *given])
     folder = out or Path("runs") / problem.name
     require_place(folder)

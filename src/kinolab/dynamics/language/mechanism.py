@@ -44,6 +44,8 @@ class Mechanism(MechanismParts):
         collisions: Pairs of bodies or cables that may not touch each other, by name.
         unwatched: Further pairs that can touch, of which ``plan`` says so; readers of robots' files
             know some.
+        notes: Sentences on names that it does not have, such as those of joints that follow others;
+            under the name ``""`` on what of a robot's file is not read.
         cables: Ropes and strings; a pair of frames stands for a ``Cable`` between them.
         velocities: Coordinates whose rates are the independent velocities, and quasi-velocities
             such as ``QuasiVelocity("v", V.x)``. When left out, kinolab takes rates where they
@@ -76,6 +78,7 @@ class Mechanism(MechanismParts):
         requirements: Sequence[Requirement] = (),
         collisions: Sequence[tuple[str, str]] = (),
         unwatched: Sequence[tuple[str, str]] = (),
+        notes: Sequence[tuple[str, str]] = (),
         cables: Sequence[AnyCable] = (),
         velocities: Sequence[AnyCoordinate | QuasiVelocity] | Literal["all"] | None = None,
         coordinates: Sequence[AnyCoordinate] | None = None,
@@ -110,6 +113,7 @@ class Mechanism(MechanismParts):
             name=name,
             collisions=tuple((a, b) for a, b in collisions),
             unwatched=tuple((a, b) for a, b in unwatched),
+            notes=tuple((name, sentence) for name, sentence in notes),
             velocities=velocities
             if velocities is None or isinstance(velocities, str)
             else tuple(velocities),

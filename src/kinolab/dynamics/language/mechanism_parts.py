@@ -51,6 +51,7 @@ class MechanismParts:
     requirements: tuple[Requirement, ...]
     collisions: tuple[tuple[str, str], ...]
     unwatched: tuple[tuple[str, str], ...]
+    notes: tuple[tuple[str, str], ...]
     cables: tuple[Cable, ...]
     velocities: tuple[AnyCoordinate | QuasiVelocity, ...] | Literal["all"] | None
     coordinates: tuple[AnyCoordinate, ...]

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from copy import copy
 from pathlib import Path
 from typing import Any
-from xml.etree.ElementTree import ParseError, iterparse
+from xml.etree.ElementTree import ParseError, iterparse, parse
 
 import numpy as np
 
@@ -88,11 +88,19 @@ def _compiled(mujoco: Any, path: Path) -> Any:
         try:
             model = mujoco.MjModel.from_xml_path(str(path))
         except Exception as error:  # of its compiler, of several kinds
-            what = f"MuJoCo does not read it ({' '.join(str(error).split())})."
-            raise InputError([Mistake(path.name, what)]) from error
+            raise InputError([Mistake(path.name, _why_not_read(path, error))]) from error
     if model.nbody > MOST_LINKS:
         raise InputError([Mistake(path.name, f"it has more than {MOST_LINKS} bodies.")])
     return model
+
+
+def _why_not_read(path: Path, error: Exception) -> str:
+    """Return why MuJoCo does not read a file; of one that is no XML, expat's words are plainer."""
+    try:
+        parse(path)
+    except ParseError as broken:
+        return f"it is not an XML file ({broken})."
+    return f"MuJoCo does not read it ({' '.join(str(error).split())})."
 
 
 def _first_element(path: Path) -> str:

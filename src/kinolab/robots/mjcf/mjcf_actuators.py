@@ -64,10 +64,12 @@ class ActuatorReader:
                 why = why or f"{who} has actuatorfrcrange"
             if why:
                 self._cannot(f"actuator {self._motors[k]} is no motor of a tendon: {why}.")
-            elif self._are_limits(k, ends := self._force_limits(k)):
+                continue
+            force = self._force_limits(k)
+            if self._are_limits(k, ends := self._input_limits(k, force)):
                 joints = {self._joints[j]: factor for j, factor in pulled.items() if factor}
                 name = self._input_name(k, "pull")
-                self._note_servo(k, name, joints, ends)
+                self._note_servo(k, name, joints, force)
                 yield TendonMotor(name, joints, *ends.tolist())
 
     def _on_fixed_tendon(self, k: int) -> bool:
@@ -113,12 +115,11 @@ class ActuatorReader:
         if why := self._no_motor(k):
             self._cannot(f"actuator {name} is no motor: {why}.")
             return
-        ends = self._within_joint(joint, k)
-        if self._are_limits(k, ends):
+        gear, force = float(model.actuator_gear[self._output[k], 0]), self._within_joint(joint, k)
+        if self._are_limits(k, ends := self._input_limits(k, force, gear)):
             turns = mujoco.mjtJoint(int(model.jnt_type[joint])) == single[0]
             name = self._input_name(k, "torque" if turns else "force")
-            gear = float(model.actuator_gear[self._output[k], 0])
-            self._note_servo(k, name, {self._joints[joint]: gear}, ends, gear)
+            self._note_servo(k, name, {self._joints[joint]: gear}, force, gear)
             yield Motor(name, self._joints[joint], *ends.tolist())
 
     def _note_servo(
@@ -130,14 +131,23 @@ class ActuatorReader:
             k: Its number.
             name: Of its input.
             lengths: By how much its length grows with each joint.
-            ends: Limits (2,) of its input.
+            ends: Limits (2,) of its force, infinite ones if none, in units of its input.
             unit: What the input is for each unit of its force.
         """
         _, of_length, of_velocity = (-unit * self._bias(k)).tolist()
         if (of_length or of_velocity) and self._model.actuator_ctrllimited[self._control[k]]:
             low, high = np.sort(unit * self._aimed(k)).tolist()
-            servo = Servo(name, lengths, low, high, of_length, of_velocity, *ends.tolist())
+            servo = Servo(name, lengths, unit, low, high, of_length, of_velocity, *ends.tolist())
             self.servos.append(servo)
+
+    def _input_limits(self, k: int, force: Array, unit: float = 1.0) -> Array:
+        """Return the limits (2,) of an input: of its force, or of what it aims at without those.
+
+        MuJoCo does not clip the force of a servo without a ``forcerange``, which is linear then.
+        """
+        if np.isfinite(force).all() or not self._model.actuator_ctrllimited[self._control[k]]:
+            return force
+        return np.sort(unit * self._aimed(k))
 
     def _aimed(self, k: int) -> Array:
         """Return the force (2,) of an actuator at the ends of its control, at rest at length 0."""
@@ -175,11 +185,8 @@ class ActuatorReader:
         """Whether an input may have limits (2,); none needs to be there that is always 0."""
         name = self._motors[k]
         if not np.isfinite(ends).all():
-            what = f"actuator {name} has no limit of its force"
-            servo = self._bias(k)[1:].any()
-            what += ": the ctrlrange of a servo limits what it aims at." if servo else "."
-            wanted = "a forcerange" if servo else "a ctrlrange or a forcerange"
-            self._cannot(what, f"Give it {wanted}, or its joint an actuatorfrcrange.")
+            remedy = "Give it a ctrlrange or a forcerange, or its joint an actuatorfrcrange."
+            self._cannot(f"actuator {name} has no limit of its force.", remedy)
             return False
         if ends[0] == ends[1] != 0.0:
             self._cannot(f"actuator {name} always has the force {ends[0]:g}, which is no input.")

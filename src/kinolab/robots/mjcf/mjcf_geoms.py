@@ -92,17 +92,18 @@ class GeomReader:
         """Return the solid behind a plane, in its frame; none of the ground, of scenarios."""
         if self._is_ground(g):
             return []
-        model = self._model
         turn = self._placed.geom_xmat[g].reshape(3, 3)
         centre = -turn.T @ self._placed.geom_xpos[g]  # the world's origin, wherever its own lies
         centre[2] = -DEEP / 2
-        grounded = any(
-            self._collides(one) and self._is_ground(one)
-            for one in filter(self._is_plane, range(model.ngeom))
-        )
-        if grounded and abs(turn[2, 2]) < LEVEL:  # a wall stands on the ground
+        if any(self.grounds()) and abs(turn[2, 2]) < LEVEL:  # a wall stands on the ground
             centre += DEEP / 2 * turn[2]
         return [PlacedShape(Box(DEEP, DEEP, DEEP), pose_of(centre, np.eye(3)))]
+
+    def grounds(self) -> Iterator[str]:
+        """Yield the planes that are the ground, by name; none without shapes."""
+        for g in filter(self._is_plane, range(self._model.ngeom if self._shapes else 0)):
+            if self._collides(g) and self._is_ground(g):
+                yield self._compiled.geoms[g]
 
     def _patch(self, g: int) -> Iterator[VisibleMesh]:
         """Yield what is drawn of a plane; of one without an end, as much as the model is large."""

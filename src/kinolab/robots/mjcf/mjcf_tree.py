@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
+from kinolab.errors import listed
 from kinolab.numerics.arrays import Array
 from kinolab.robots.kinematic_tree import (
     Inertial,
@@ -17,6 +18,7 @@ from kinolab.robots.kinematic_tree import (
     KinematicTree,
     Link,
     Mimicked,
+    Servo,
     pose_of,
 )
 from kinolab.robots.mjcf.compiled_model import WORLD_BODY, CompiledModel
@@ -50,19 +52,39 @@ def tree_of(compiled: CompiledModel, geoms: GeomReader) -> KinematicTree:
     name = model.names.split(b"\0", 1)[0].decode(errors="replace")
     x, y, z = map(float, model.opt.gravity)
     actuators = ActuatorReader(compiled)
+    motors, pulls = tuple(actuators.motors()), tuple(actuators.pulls())
     solids = [geoms.solid_geoms(body) for body in range(model.nbody)]
     return KinematicTree(
         name or compiled.path.stem,
         tuple(links),
         tuple(joints),
-        tuple(actuators.motors()),
+        motors,
         (x, y, z),
         thrusters=tuple(actuators.thrusters()),
-        pulls=tuple(actuators.pulls()),
+        pulls=pulls,
         servos=tuple(actuators.servos),
         closures=tuple(closures(compiled)),
         allowed=allowed_pairs(model, compiled.bodies, solids),
+        notes=tuple(_notes(compiled, geoms, actuators.servos)),
     )
+
+
+def _notes(compiled: CompiledModel, geoms: GeomReader, servos: Sequence[Servo]) -> Iterator[str]:
+    """Yield what has a meaning for motions in MuJoCo, and none or another one in the machine."""
+    mocap = [compiled.bodies[k] for k in np.flatnonzero(compiled.model.body_mocapid >= 0)]
+    driving = [s.motor for s in servos if min(s.stiffness / s.unit, s.damping / s.unit) < 0.0]
+    for sentence, names in {
+        "mocap bodies, which are moved from outside, stand still: {}.": mocap,
+        "keyframes are not read: {}. [start] of a scenario says where it begins.": compiled.names(
+            "KEY", compiled.model.nkey, "key"
+        ),
+        'the ground is not read: {}. Write ground = "plane" below [world].': geoms.grounds(),
+        "servos without forcerange are springs and dampers of the machine, and their inputs are "
+        "the forces at position 0 and rest: {}.": [s.motor for s in servos if not s.clipped],
+        "servos with a negative kp or kv drive their joints away: {}.": driving,
+    }.items():
+        if told := listed(names):
+            yield sentence.format(told)
 
 
 def _hung(

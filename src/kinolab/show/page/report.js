@@ -39,6 +39,7 @@ export function buildReport(data) {
   for (const [name, value] of Object.entries(rows))
     if (value !== null && value !== undefined) list.append(element("dt", {}, name), element("dd", {}, String(value)));
   const message = facts.message ? [element("p", { class: "message" }, facts.message)] : [];
+  for (const told of facts.warnings ?? []) message.push(element("p", { class: "message" }, told));
   const passed = checks.filter((check) => check.passed).length;
   return section("Plan", true, ...message, list, ...(checks.length ? [checkList(checks, passed)] : []));
 }

@@ -26,7 +26,9 @@ def facts_told(report: Mapping[str, Any]) -> dict[str, Any]:
     if isinstance(margin, Mapping):
         kept["margin"] = _margin(margin)
     found = [check for check in _listed(checks) if isinstance(check, Mapping)]
-    return kept | {"verification": [_check(check) for check in found]}
+    said = [*_listed(report.get("notes")), *_listed(report.get("warnings"))]
+    told = [sentence for sentence in said if isinstance(sentence, str)]
+    return kept | {"verification": [_check(check) for check in found], "warnings": told}
 
 
 def _margin(margin: Mapping[str, Any]) -> dict[str, Any]:

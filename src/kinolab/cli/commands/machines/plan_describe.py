@@ -7,7 +7,7 @@ from contextlib import redirect_stdout
 
 import click
 
-from kinolab.cli.common import json_option
+from kinolab.cli.common import json_option, unlogged
 from kinolab.cli.terminal import echo_json, say
 
 
@@ -22,7 +22,7 @@ def command(what: str, as_json: bool) -> int:
     from kinolab.analyze.describe.each_mode import in_each_mode
     from kinolab.loading import find_machine
 
-    with redirect_stdout(sys.stderr):  # keep output of user code out of the result
+    with redirect_stdout(sys.stderr), unlogged():  # keep output of user code out of the result
         machine = find_machine(what)
         switching = [transition.name for transition in machine.transitions]
         found = [

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import click
 
-from kinolab.cli.common import FAILED
+from kinolab.cli.common import FAILED, unlogged
 from kinolab.cli.terminal import say
 
 
@@ -15,10 +15,15 @@ def command(what: str) -> int:
     from kinolab.analyze.describe.each_mode import in_each_mode
     from kinolab.analyze.examine import examine, modes_alone
     from kinolab.dynamics import System
+    from kinolab.dynamics.machine_facts import facts_of
     from kinolab.loading import find_scenario, find_system
+    from kinolab.problem.warnings import machine_warnings
 
-    scenario = find_scenario(what)
-    system, holds = System.of(find_system(scenario)), True
+    with unlogged():
+        scenario = find_scenario(what)
+        system, holds = System.of(find_system(scenario)), True
+    for told in machine_warnings(facts_of(system)):
+        say(f"warning: {told}")
     if system.modes:
         findings = list(modes_alone(system.model()))
         say("\n".join([system.name, *map(str, findings)]))

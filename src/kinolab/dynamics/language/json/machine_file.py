@@ -56,7 +56,7 @@ from kinolab.dynamics.language.symbols import (
     StateSymbol,
     rotation,
 )
-from kinolab.errors import InputError, Mistake, UnknownNameError
+from kinolab.errors import InputError, Mistake, UnknownNameError, printable
 from kinolab.files import read_ordinary
 from kinolab.untrusted import json_of
 
@@ -80,6 +80,7 @@ RECORDS: dict[str, type] = {
     )
 }
 CONTENT = ("constraints", "inputs", "efforts", "gravity", "states", "requirements", "cables")
+BESIDE = ("unwatched", "notes")  # pairs of texts, of machines that have some
 SWITCHING = ("modes", "transitions")  # of machines that have modes
 BODY = ("name", "frame", "mass", "inertia", "added_mass", "shapes", "touches_ground", "color")
 
@@ -105,7 +106,11 @@ def machine_to_json(system: Mechanism) -> str:
         if velocities is None or isinstance(velocities, str)
         else [_encode(c) if isinstance(c, QuasiVelocity) else c.name for c in velocities],
         "collisions": [list(pair) for pair in system.collisions],
-        **({"unwatched": [list(pair) for pair in system.unwatched]} if system.unwatched else {}),
+        **{
+            name: [list(pair) for pair in getattr(system, name)]
+            for name in BESIDE
+            if getattr(system, name)
+        },
         "bodies": [_described(body) for body in system.bodies],
         **{name: _encode(getattr(system, name)) for name in CONTENT},
         **{name: _encode(getattr(system, name)) for name in SWITCHING if getattr(system, name)},
@@ -340,6 +345,7 @@ class _MachineReader:
             bodies=bodies,
             collisions=[(a, b) for a, b in data["collisions"]],
             unwatched=[(a, b) for a, b in data.get("unwatched", [])],
+            notes=[(printable(a), printable(b)) for a, b in data.get("notes", [])],
             velocities=velocities,
             coordinates=list(self.coordinates.values()),
             values=data["values"],
