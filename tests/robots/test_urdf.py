@@ -170,7 +170,7 @@ def test_all_mistakes_of_a_file_are_named_at_once(tmp_path: Path) -> None:
         read_urdf(written(tmp_path, WRONG, "wrong.urdf"))
     said = str(caught.value)
     for part in (
-        "wrong.urdf link 'arm': its mesh package://nowhere/arm.stl cannot be found.",
+        "wrong.urdf link 'arm': its mesh package://nowhere/arm.stl: it cannot be found.",
         "wrong.urdf joint 'shoulder': it has no <limit>.",
         "wrong.urdf joint 'wrist': its axis has no direction.",
         "wrong.urdf joint 'wrist' child",

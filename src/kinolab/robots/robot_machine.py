@@ -148,18 +148,18 @@ def assembled(
     mistakes += massless_joints(tree, where)
     if mistakes:
         raise InputError(mistakes)
+    further = {BASE: BASE_COORDINATES} if base == "floating" else {}
+    corresponding = Correspondence.of(joints, held, further)
     notes = [f"{where}: {told}" for told in (*tree.notes, *inertia_doubts(tree))]
     assembly = _Assembly(tree, base, where)
     try:
         made = assembly.system(self_collisions=self_collisions)
-        absent = absent_names(joints, held)
+        absent = absent_names(corresponding.linear, held)
         made = made.changed(notes=[*(("", told) for told in notes), *absent])
     except InputError as error:  # of what the machine's own words say
         raise InputError(_in_file(mistake, where) for mistake in error.mistakes) from error
     for told in notes:
         LOG.warning("%s", printable(told))
-    further = {BASE: BASE_COORDINATES} if base == "floating" else {}
-    corresponding = Correspondence.of(joints, held, further)
     if engines and AGREED.find(known := agreement_on(file, base, held)) is None:
         left_out = assembly.neglected
         efforts = made.efforts[: len(made.efforts) - len(assembly.servos)]

@@ -15,7 +15,6 @@ from kinolab.robots.kinematic_tree import (
     FREE,
     SIZES,
     Inertial,
-    Joint,
     KinematicTree,
     bound_by_followers,
     from_the_root,
@@ -175,30 +174,22 @@ def inertia_doubts(tree: KinematicTree) -> Iterator[str]:
 
 
 def absent_names(
-    joints: Mapping[str, Joint], held: Mapping[str, float]
+    linear: Mapping[str, tuple[str, float, float]], held: Mapping[str, float]
 ) -> Iterator[tuple[str, str]]:
     """Yield the names of joints that are no coordinates, and of their rates, with what they are.
 
     Args:
-        joints: By name.
+        linear: Coordinate, factor and offset of joints that follow others.
         held: Where those are that do not move.
     """
-    for joint in joints.values():
-        name = usable_name(joint.name)
-        if joint.name in held:
-            still = f"{name} is no coordinate: it is held at {held[joint.name]:g}. Leave it out."
-            yield from ((name, still), (f"{name}_dot", still))
-        elif joint.mimics is not None:
-            leader, factor, offset = led(joint, joints)
-            leader = usable_name(leader)
-            for end, added in (("", offset), ("_dot", 0.0)):
-                plus, minus = (f" {sign} {added:g}" if added else "" for sign in "+-")
-                back = f"({name}{end}{minus})" if added else f"{name}{end}"
-                yield (
-                    f"{name}{end}",
-                    f"{name}{end} is not independent: it follows {leader}{end}, and is "
-                    f"{factor:g} * {leader}{end}{plus}. Give {leader}{end} = {back} / {factor:g}.",
-                )
+    told = {name: f"it is not a coordinate, but held at {at:g}." for name, at in held.items()}
+    for name, (leader, factor, offset) in linear.items():
+        told[name] = f"it follows {leader}: it is {factor:g} * {leader} + {offset:g}."
+        told[name] += (
+            f" Write {leader}, at (value - {offset:g}) / {factor:g}; rates have no offset."
+        )
+    for name, sentence in told.items():
+        yield from ((usable_name(name), sentence), (f"{usable_name(name)}_dot", sentence))
 
 
 def _twice(kind: str, names: Sequence[str], where: str) -> Iterator[Mistake]:

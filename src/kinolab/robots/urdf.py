@@ -9,10 +9,10 @@ import io
 import logging
 import math
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any, TypeVar, get_args
 
 import numpy as np
 
@@ -46,15 +46,11 @@ from kinolab.robots.urdf_fields import READ, unread_words
 from kinolab.world.meshes.mesh import load_mesh
 from kinolab.world.shape_surfaces import Faces
 
+T = TypeVar("T")
 LOG = logging.getLogger("kinolab")
 COMMENTS = re.compile(rb"<!--.*?-->", re.DOTALL)
 LARGEST_LINK = 20.0  # [m] across: beyond that a mesh is likely to be in millimetres
-# Attributes that are numbers, of what is read in links and joints.
-PLACES = {"xyz", "rpy", "scale", "rgba"}
-SIZES_AND_MASSES = {"size", "radius", "length", "value", "ixx", "ixy", "ixz", "iyy", "iyz", "izz"}
-LIMITS = {"lower", "upper", "effort", "velocity", "damping", "friction", "multiplier", "offset"}
-SOFT_LIMITS = {"soft_lower_limit", "soft_upper_limit", "k_position", "k_velocity"}
-NUMBERS = PLACES | SIZES_AND_MASSES | LIMITS | SOFT_LIMITS
+TEXTS = {"name", "type", "filename", "link", "joint"}  # attributes that are not numbers
 MAGNITUDES = {"limit": ("effort", "velocity"), "dynamics": ("friction",)}
 MOVED = ("revolute", "continuous", "prismatic")  # by one number, so that a motor may do it
 KINDS: Mapping[str, JointKind] = {
@@ -222,7 +218,7 @@ def _wrong_numbers(document: Any, where: str) -> Iterator[Mistake]:
     for part in document.iterchildren("link", "joint"):
         at = f"{where} {part.tag} {part.get('name', '')!r}"
         for element in part.iter(*READ):
-            for name in sorted(set(element.keys()) & NUMBERS):
+            for name in sorted({*element.keys()} & READ[element.tag][0] - TEXTS):
                 text = element.get(name)
                 place = f"<{element.tag}> {name}"
                 if not all(map(_is_finite, text.split())):
@@ -276,19 +272,19 @@ class _LinkReader:
 
     def link(self, entry: Any) -> Link:
         """Return a link; only its name where its numbers cannot be read."""
-        try:
-            return self._link(entry)
-        except (TypeError, ValueError) as error:
-            self._wrong("link", entry.name, f"its numbers cannot be read ({error}).")
-            return Link(str(entry.name))
+        return self._guarded("link", self._link, entry, Link(str(entry.name)))
 
     def joint(self, entry: Any) -> Joint:
         """Return a joint; a fixed one where its numbers cannot be read."""
+        fixed = Joint(str(entry.name), "fixed", str(entry.parent), str(entry.child))
+        return self._guarded("joint", self._joint, entry, fixed)
+
+    def _guarded(self, kind: str, read: Callable[[Any], T], entry: Any, otherwise: T) -> T:
         try:
-            return self._joint(entry)
+            return read(entry)
         except (TypeError, ValueError) as error:
-            self._wrong("joint", entry.name, f"its numbers cannot be read ({error}).")
-            return Joint(str(entry.name), "fixed", str(entry.parent), str(entry.child))
+            self._wrong(kind, entry.name, f"its numbers cannot be read ({error}).")
+            return otherwise
 
     def _link(self, entry: Any) -> Link:
         solids: list[PlacedShape] = []
@@ -315,25 +311,33 @@ class _LinkReader:
         yield from found
 
     def _visible_mesh(self, drawn: Any) -> VisibleMesh:
-        pose = np.eye(4) if drawn.origin is None else np.asarray(drawn.origin, dtype=float)
-        mesh = drawn.geometry.mesh
-        scale = np.ones(3) if mesh.scale is None else np.asarray(mesh.scale, dtype=float)
-        file = find_mesh(str(mesh.filename), self._path.parent, self._packages)
-        if file is None:
-            raise InputError([Mistake(str(mesh.filename), "it cannot be found.")])
-        read = load_mesh(file.name, root=file.parent)
-        color = _color(drawn)
+        pose, color = _pose(drawn.origin), _color(drawn)
+        name, read, vertices, faces = self._mesh(drawn.geometry.mesh)
         colors = read.colors / 255.0 if len(read.colors) else None
         if color is not None and colors is None:
             colors = np.tile(color, (len(read.faces), 1))
-        vertices = read.vertices * scale @ pose[:3, :3].T + pose[:3, 3]
-        return VisibleMesh(file.name, vertices, _outward(read.faces, scale), colors)
+        return VisibleMesh(name, vertices @ pose[:3, :3].T + pose[:3, 3], faces, colors)
+
+    def _mesh(self, mesh: Any) -> tuple[str, Any, Array, Faces]:
+        """Return a mesh's name, what is read, and its vertices and faces, which look outward.
+
+        Raises:
+            InputError: If its file is not there, or is no mesh.
+        """
+        scale = np.ones(3) if mesh.scale is None else np.asarray(mesh.scale, dtype=float)
+        file = find_mesh(str(mesh.filename), self._path.parent, self._packages)
+        if file is None:
+            remedy = "Keep the folder of meshes beside that of the file, as the package has them."
+            raise InputError([Mistake(str(mesh.filename), "it cannot be found.", remedy)])
+        read = load_mesh(file.name, root=file.parent)
+        faces = read.faces if scale.prod() > 0.0 else read.faces[:, ::-1]  # it may be mirrored
+        return file.name, read, read.vertices * scale, faces
 
     def _inertial(self, entry: Any) -> Inertial | None:
         given = entry.inertial
         if given is None or given.mass is None:
             return None
-        pose = np.eye(4) if given.origin is None else np.asarray(given.origin, dtype=float)
+        pose = _pose(given.origin)
         own = np.zeros((3, 3)) if given.inertia is None else np.asarray(given.inertia, dtype=float)
         mass = float(given.mass)
         if mass < 0.0:
@@ -346,7 +350,7 @@ class _LinkReader:
         return Inertial(mass, centre, turn @ own @ turn.T)
 
     def _solids(self, name: str, drawn: Any) -> Iterator[PlacedShape]:
-        pose = np.eye(4) if drawn.origin is None else np.asarray(drawn.origin, dtype=float)
+        pose = _pose(drawn.origin)
         given = drawn.geometry
         if given is None:
             return
@@ -364,44 +368,24 @@ class _LinkReader:
             yield from self._enclosed(name, given.mesh, pose)
 
     def _enclosed(self, name: str, mesh: Any, pose: Array) -> Iterator[PlacedShape]:
-        scale = np.ones(3) if mesh.scale is None else np.asarray(mesh.scale, dtype=float)
-        file = find_mesh(str(mesh.filename), self._path.parent, self._packages)
-        if file is None:
-            remedy = "Keep the folder of meshes beside that of the file, as the package has them."
-            self._wrong("link", name, f"its mesh {mesh.filename} cannot be found.", remedy)
-            return
         try:
-            read = load_mesh(file.name, root=file.parent)
+            file, _, vertices, faces = self._mesh(mesh)
+            across = float(np.ptp(vertices, axis=0).max())
+            if across > LARGEST_LINK:
+                remedy = 'Is it in millimetres? Then it needs scale="0.001 0.001 0.001".'
+                raise InputError([Mistake(file, f"it is {across:.3g} m across.", remedy)])
+            for solid in enclosing_shapes(vertices, faces, self._convex_parts, file):
+                yield replace(solid, pose=pose @ solid.pose)
         except InputError as error:
-            self._wrong_mesh(name, error)
-            return
-        vertices = read.vertices * scale
-        across = float(np.ptp(vertices, axis=0).max())
-        if across > LARGEST_LINK:
-            what = f"its mesh {file.name} is {across:.3g} m across."
-            remedy = 'Is it in millimetres? Then it needs scale="0.001 0.001 0.001".'
-            self._wrong("link", name, what, remedy)
-            return
-        faces = _outward(read.faces, scale)
-        try:
-            solids = enclosing_shapes(vertices, faces, self._convex_parts, file.name)
-        except InputError as error:
-            self._wrong_mesh(name, error)
-            return
-        yield from (replace(solid, pose=pose @ solid.pose) for solid in solids)
-
-    def _wrong_mesh(self, name: str, error: InputError) -> None:
-        self.mistakes += [
-            Mistake(f"{self._path.name} link {name!r} {one.where}", one.what, one.remedy)
-            for one in error.mistakes
-        ]
+            for one in error.mistakes:
+                self._wrong("link", name, f"its mesh {one.where}: {one.what}", one.remedy)
 
     def _joint(self, entry: Any) -> Joint:
         kind = KINDS.get(str(entry.type))
         if kind is None:
             self._wrong("joint", entry.name, f"its type is {entry.type!r}.", _listed(KINDS))
             kind = "fixed"
-        pose = np.eye(4) if entry.origin is None else np.asarray(entry.origin, dtype=float)
+        pose = _pose(entry.origin)
         axis = np.array([1.0, 0.0, 0.0]) if entry.axis is None else np.asarray(entry.axis, float)
         if axis.shape != (3,):
             self._wrong("joint", entry.name, "its axis is not made of three numbers.")
@@ -446,9 +430,9 @@ class _LinkReader:
         )
 
 
-def _outward(faces: Faces, scale: Array) -> Faces:
-    """Return faces (m, 3) as they look outward after a scale (3,), which may mirror them."""
-    return faces if scale.prod() > 0.0 else faces[:, ::-1]
+def _pose(origin: Any) -> Array:
+    """Return where something is, shape (4, 4): where its owner is, if nothing is said."""
+    return np.eye(4) if origin is None else np.asarray(origin, dtype=float)
 
 
 def _number(given: float | None) -> float:

@@ -71,16 +71,6 @@ WITHOUT_EFFECT = _fields_of("""
         sleep_tolerance magnetic o_margin o_solref o_solimp o_friction integrator cone
         jacobian solver iterations ls_iterations noslip_iterations ccd_iterations
         sdf_initpoints sdf_iterations apirate mpr_tolerance mpr_iterations
-    n: B C D Jfe Jmom Jten M a actuator arena body buffer bvh bvhdynamic bvhstatic cam conmax
-        efm0L efm0dof efmCvert emax eq exclude flex flexbending flexedge flexelem flexelemdata
-        flexelemedge flexnode flexshelldata flexstiffness flextexcoord flexvert geom gravcomp
-        hfield hfielddata history jmax jnt key light mat mesh meshdegmax meshface meshgraph
-        meshnormal meshpoly meshpolymap meshpolyvert meshtexcoord meshvert mocap names
-        names_map numeric numericdata oct out pair paths plastic plugin pluginattr pluginstate
-        polygonmax q sensor sensordata site skin skinbone skinbonevert skinface skintexvert
-        skinvert tendon tex texdata text textdata tree tuple tupledata u user_actuator
-        user_body user_cam user_geom user_jnt user_sensor user_site user_tendon userdata v
-        wrap
     plugin:
     vis:
     stat:
@@ -93,7 +83,7 @@ WITHOUT_EFFECT = _fields_of("""
 # Whole elements; flexes, plugins and height fields are refused where they are used.
 ELEMENTS_WITHOUT_EFFECT = re.compile(
     "(bvh|oct|cam|light|tex|mat|mesh|skin|hfield|sensor|numeric|text|tuple|key|name|exclude|wrap"
-    "|tree|plugin|flex|flexedge|B|C|D|M|efm0|efmC)_.*|map.2."
+    "|tree|plugin|flex|flexedge|B|C|D|M|efm0|efmC)_.*|map.2.|n[a-zA-Z0-9_]*"
 )
 # Why what has no counterpart has none, by what names of fields begin with.
 REASONS = {
