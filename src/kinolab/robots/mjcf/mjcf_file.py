@@ -33,8 +33,8 @@ def read_mjcf(
 
     Bodies without joints are fixed to their parents. A motor's limit is that of its control, times
     gain and gear, or that of its force or of its joint's; servos become motors with their force
-    limit, and requirements of what their gain and ``ctrlrange`` let them do where they are;
-    actuators of fixed tendons act on all joints of these. Springs of hinges and slides
+    limit, and requirements of what their gain and ``ctrlrange`` let them do where they are, or
+    springs and dampers where their force has no limits; actuators of fixed tendons act on all joints of these. Springs of hinges and slides
     count, and so do friction and rotors (``armature``) of all joints; the range of a ball joint is
     a requirement of the machine. Contacts between bodies do not push, as in all of kinolab. Flags
     that disable forces, limits or actuators do so; solids keep apart all the same where a flag
@@ -42,7 +42,7 @@ def read_mjcf(
     about it; planes are walls and floors, except the ground z = 0, which a scenario has or not.
     Bodies that are connected or welded to others close loops, exactly instead of softly. Geoms that
     collide count, or those that are drawn where a body has none; meshes and ellipsoids are enclosed
-    in boxes and capsules.
+    in boxes and capsules. Warnings name mocap bodies, keyframes and the ground, which are not read.
 
     Args:
         path: The file.

@@ -80,7 +80,6 @@ RECORDS: dict[str, type] = {
     )
 }
 CONTENT = ("constraints", "inputs", "efforts", "gravity", "states", "requirements", "cables")
-BESIDE = ("unwatched", "notes")  # pairs of texts, of machines that have some
 SWITCHING = ("modes", "transitions")  # of machines that have modes
 BODY = ("name", "frame", "mass", "inertia", "added_mass", "shapes", "touches_ground", "color")
 
@@ -106,11 +105,8 @@ def machine_to_json(system: Mechanism) -> str:
         if velocities is None or isinstance(velocities, str)
         else [_encode(c) if isinstance(c, QuasiVelocity) else c.name for c in velocities],
         "collisions": [list(pair) for pair in system.collisions],
-        **{
-            name: [list(pair) for pair in getattr(system, name)]
-            for name in BESIDE
-            if getattr(system, name)
-        },
+        **({"unwatched": [list(pair) for pair in system.unwatched]} if system.unwatched else {}),
+        **({"notes": [list(pair) for pair in system.notes]} if system.notes else {}),
         "bodies": [_described(body) for body in system.bodies],
         **{name: _encode(getattr(system, name)) for name in CONTENT},
         **{name: _encode(getattr(system, name)) for name in SWITCHING if getattr(system, name)},
