@@ -138,7 +138,7 @@ def test_a_joint_that_follows_is_said_to(section: str, said: str, tmp_path: Path
 @needs("yourdfpy")
 def test_a_joint_that_is_locked_is_said_to_be(tmp_path: Path) -> None:
     further = 'locked = { shoulder = "30 deg" }\n[goal]\nshoulder = 0.3\n'
-    with pytest.raises(InputError, match="shoulder: it is not a coordinate, but held at 0.523599"):
+    with pytest.raises(InputError, match="it is not a coordinate, but held at"):
         kinolab.load(in_folder(tmp_path, "arm.urdf", ARM, further))
 
 

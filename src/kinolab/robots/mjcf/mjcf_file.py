@@ -34,8 +34,9 @@ def read_mjcf(
     Bodies without joints are fixed to their parents. A motor's limit is that of its control, times
     gain and gear, or that of its force or of its joint's; servos become motors with their force
     limit, and requirements of what their gain and ``ctrlrange`` let them do where they are, or
-    springs and dampers where their force has no limits; actuators of fixed tendons act on all joints of these. Springs of hinges and slides
-    count, and so do friction and rotors (``armature``) of all joints; the range of a ball joint is
+    springs and dampers where their force has no limits; actuators of fixed tendons act on all
+    joints of these. Springs of hinges and slides count, and so do friction and rotors
+    (``armature``) of all joints; the range of a ball joint is
     a requirement of the machine. Contacts between bodies do not push, as in all of kinolab. Flags
     that disable forces, limits or actuators do so; solids keep apart all the same where a flag
     disables contacts. What is fixed to the world is not touched, but by what rests on it or turns
