@@ -95,13 +95,18 @@ def test_who_reads_a_file_in_python_is_told_once(tmp_path: Path, caplog: Any) ->
         ("9", 'forcerange="-5 5"', ["stand still: target.", "not read: home, key_2. [start]",
                                     'the ground is not read: floor. Write ground = "plane"']),
         ("9", "", ["servos without forcerange are springs and dampers", "and rest: drive."]),
+        ("9", 'group="3"', ["what is switched off is not read: pin, drive."]),
         ("-9", "", ["servos with a negative kp or kv drive their joints away: drive."]),
     ],
 )  # fmt: skip
 def test_what_is_something_else_in_a_model_is_said(
     kp: str, further: str, said: list[str], tmp_path: Path
 ) -> None:
-    (tmp_path / "arm.xml").write_text(MODEL.format(kp, further))
+    text = MODEL.format(kp, further)
+    if "group" in further:
+        off = '<option actuatorgroupdisable="3"/><equality><joint name="pin" joint1="elbow" '
+        text = text.replace("<mujoco>", f'<mujoco>{off}active="false"/></equality>')
+    (tmp_path / "arm.xml").write_text(text)
     system = read_mjcf(tmp_path / "arm.xml")
     told = [sentence for name, sentence in system.notes if not name]
     assert all(sentence.startswith("arm.xml: ") for sentence in told)

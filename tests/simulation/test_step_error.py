@@ -74,5 +74,19 @@ def test_euler_is_told_of_a_better_method(tmp_path: Path) -> None:
     assert found.sentence.endswith(' or method = "rk4" would not.')
 
 
+@pytest.mark.parametrize(("rate", "least"), [(1.0, 1), (500.0, 72), (1000.0, 144)])
+def test_what_is_named_as_a_cure_is_stable(
+    rate: float, least: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """RK4 is stable up to 2.785 / rate, as examine says: 0.4 s / 0.00557 s = 71.8."""
+    monkeypatch.setattr("kinolab.simulation.step_error.fastest_rate", lambda _: rate)
+    found = swing(tmp_path, 0.4)
+    assert found is not None
+    assert found.substeps is not None
+    assert found.substeps >= least
+    assert (found.substeps == least) == (least > 64)  # which errs little enough
+    assert found.other in {"", "rosenbrock"} or rate * 0.4 <= 2.785
+
+
 def test_steps_that_count_as_true_do_not_err(tmp_path: Path) -> None:
     assert swing(tmp_path, 0.05, "integration.method=euler", "integration.truth=discrete") is None

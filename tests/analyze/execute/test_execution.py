@@ -268,6 +268,16 @@ def test_plan_execute_counts_and_draws(
     assert "there is no '=' in it" in capsys.readouterr().err
 
 
+def test_an_approximate_plan_is_said_not_to_reach_the_goal(
+    problem: PlanningTask, plan: PlanResult, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    said, arguments = "the plan itself does not reach the goal", ("--runs", "1", "--no-picture")
+    for status, told in (("solved", False), ("approximate", True), ("verification_failed", True)):
+        write_run(tmp_path, problem, replace(plan, status=status, message="Not all the way."))
+        assert run(["execute", str(tmp_path), *arguments]) == 0
+        assert (f"{said}: Not all the way." in capsys.readouterr().out) == told
+
+
 def test_leaving_the_workspace_is_no_success(problem: PlanningTask, trajectory: Trajectory) -> None:
     fenced = replace(problem, world=replace(problem.world, bounds={"x": (-1.0, 1.5)}))
     (one,) = execute(fenced, trajectory, Conditions(), runs=1).runs

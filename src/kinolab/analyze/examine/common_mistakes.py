@@ -71,8 +71,8 @@ def _pairs(model: Model, states: NDArray[np.float64]) -> Iterator[LawCheck]:
     through = [pair for pair in pairs if _meets_sometimes(geometry, pair, frames)]
     if through:
         named = "; ".join(f"{a} and {b}" for a, b in through)
-        note = f"but these may pass through each other: {named}. Name the pairs that must not "
-        note += f"touch: collisions=[{through[0]!r}]"
+        note = f"but these may pass through each other: {named}. A machine in Python names "
+        note += f"the pairs that must not touch: collisions=[{through[0]!r}]"
         yield LawCheck("pairs of bodies that are named keep apart", 0.0, 0.0, note)
 
 

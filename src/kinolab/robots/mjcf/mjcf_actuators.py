@@ -28,6 +28,7 @@ class ActuatorReader:
 
     Attributes:
         servos: Those of the motors and pulls that were yielded.
+        off: Names of actuators that a flag or their group disables.
     """
 
     def __init__(self, compiled: CompiledModel) -> None:
@@ -42,6 +43,7 @@ class ActuatorReader:
         off = "ACTUATION" in disabled(mujoco, model)
         self.servos: list[Servo] = []
         self._acting = [] if off else [k for k in range(count) if self._acts(k)]
+        self.off = [name for k, name in enumerate(self._motors) if k not in self._acting]
 
     def motors(self) -> Iterator[Motor]:
         """Yield the motors of joints."""

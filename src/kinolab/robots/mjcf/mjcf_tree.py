@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -18,7 +18,6 @@ from kinolab.robots.kinematic_tree import (
     KinematicTree,
     Link,
     Mimicked,
-    Servo,
     pose_of,
 )
 from kinolab.robots.mjcf.compiled_model import WORLD_BODY, CompiledModel
@@ -65,19 +64,24 @@ def tree_of(compiled: CompiledModel, geoms: GeomReader) -> KinematicTree:
         servos=tuple(actuators.servos),
         closures=tuple(closures(compiled)),
         allowed=allowed_pairs(model, compiled.bodies, solids),
-        notes=tuple(_notes(compiled, geoms, actuators.servos)),
+        notes=tuple(_notes(compiled, geoms, actuators)),
     )
 
 
-def _notes(compiled: CompiledModel, geoms: GeomReader, servos: Sequence[Servo]) -> Iterator[str]:
+def _notes(compiled: CompiledModel, geoms: GeomReader, actuators: ActuatorReader) -> Iterator[str]:
     """Yield what has a meaning for motions in MuJoCo, and none or another one in the machine."""
     mocap = [compiled.bodies[k] for k in np.flatnonzero(compiled.model.body_mocapid >= 0)]
+    servos, equality = actuators.servos, compiled.names("EQUALITY", compiled.model.neq, "equality")
     driving = [s.motor for s in servos if min(s.stiffness / s.unit, s.damping / s.unit) < 0.0]
     for sentence, names in {
         "mocap bodies, which are moved from outside, stand still: {}.": mocap,
         "keyframes are not read: {}. [start] of a scenario says where it begins.": compiled.names(
             "KEY", compiled.model.nkey, "key"
         ),
+        "what is switched off is not read: {}.": [
+            *(equality[k] for k in np.flatnonzero(compiled.model.eq_active0 == 0)),
+            *actuators.off,
+        ],
         'the ground is not read: {}. Write ground = "plane" below [world].': geoms.grounds(),
         "servos without forcerange are springs and dampers of the machine, and their inputs are "
         "the forces at position 0 and rest: {}.": [s.motor for s in servos if not s.clipped],
