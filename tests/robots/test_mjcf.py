@@ -214,6 +214,8 @@ def test_reading_leaves_no_file_behind(tmp_path: Path) -> None:
 
 def test_what_mujoco_refuses_is_said(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="MuJoCo does not read it"):
+        read_mjcf(written(tmp_path, "<mujoco><worldbody><bodi/></worldbody></mujoco>"))
+    with pytest.raises(InputError, match=r"it is not an XML file \(mismatched tag: line 1"):
         read_mjcf(written(tmp_path, "<mujoco><worldbody><body><joint/></worldbody></mujoco>"))
     with pytest.raises(InputError, match="there is no such file"):
         read_mjcf(tmp_path / "missing.xml")
