@@ -29,20 +29,16 @@ class Listener(Propagator):
 def test_every_step_of_the_tree_and_of_the_lookahead_is_counted(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    ahead, plain = [0], rollout.stepper
+    ahead, plain = [0], rollout.follow
 
-    def listening(problem: Any) -> Any:
-        step = plain(problem)
-
-        def heard(*arguments: Any) -> Any:
-            ahead[0] += 1
-            return step(*arguments)
-
-        return heard
+    def listening(machine: Any, held: Any, h: float, states: Any) -> int:
+        made: int = plain(machine, held, h, states)
+        ahead[0] += min(made + 1, len(held))  # the one that failed, too
+        return made
 
     monkeypatch.setattr(Listener, "heard", 0)
     monkeypatch.setattr(state_propagator, "Propagator", Listener)
-    monkeypatch.setattr(rollout, "stepper", listening)
+    monkeypatch.setattr(rollout, "follow", listening)
     problem = problem_of(tmp_path, OPEN, "goal.x=4", "goal.tolerance=0.001")
     settings = {} if name == "rrt" else {"goal_connection_period": 0}
     found = planners.get(name)(**settings).solve(problem, 1, Budget(60.0, 300))
