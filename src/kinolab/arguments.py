@@ -27,6 +27,8 @@ PHRASES = {
     "Attitude": "an attitude of rotation(…)",
     "Axis": "an axis of a frame, such as fork.z",
     "Shape": "a Box or a Sphere or a Cylinder or a Capsule or a Disk",
+    "Effort": "a force, such as Viscous(rate(x), 0.1)",
+    "Input": 'an input, such as Control("u", limit=1)',
     "Coordinate": "a coordinate of length(…) or angle(…)",
     "Expr": "an expression of the machine's symbols",
     "Frame": "a frame, such as move(x, y) @ rot_z(psi)",
@@ -139,6 +141,11 @@ def _hints(function: Callable[..., Any], symbolic: bool) -> dict[str, Any]:
     }
 
 
+def shown(value: Any) -> str:
+    """Return a value as a message quotes it."""
+    return text if len(text := repr(value)) <= 60 else f"a {type(value).__name__}"
+
+
 def _mistake(where: str, hint: Any, value: Any) -> Mistake:
     """Describe the mismatch; in a collection, the entry at fault."""
     inner = get_args(hint)
@@ -147,8 +154,7 @@ def _mistake(where: str, hint: Any, value: Any) -> Mistake:
         k, wrong = next((k, entry) for k, entry in entries if not _fits(inner[0], entry))
         return _mistake(f"{where} entry {k}", inner[0], wrong)
     phrases = " or ".join(dict.fromkeys(_phrases(hint)))
-    shown = text if len(text := repr(value)) <= 60 else f"a {type(value).__name__}"
-    return Mistake(where, f"it is {shown}.", f"Give {phrases}.")
+    return Mistake(where, f"it is {shown(value)}.", f"Give {phrases}.")
 
 
 def _is_collection_of(hint: Any) -> bool:
@@ -247,7 +253,7 @@ def _phrases(hint: Any) -> Iterator[str]:
             yield f"a {kind}, each entry {entry}"
     else:
         name = getattr(hint, "__name__", str(hint))
-        yield PHRASES.get(name, f"a {name}")
+        yield PHRASES.get(name, f"{'an' if name[0] in 'AEIOUaeiou' else 'a'} {name}")
 
 
 def require_numbers(name: str, values: ArrayLike, shape: tuple[int, ...]) -> NDArray[np.float64]:

@@ -105,10 +105,12 @@ class Model:
     def __init__(self, system: Mechanism) -> None:
         from kinolab.dynamics.language.json.machine_file import machine_to_json
         from kinolab.dynamics.language.mechanism import Mechanism
+        from kinolab.dynamics.language.mechanism_parts import primitives_in
 
         require_fit("Model system", Mechanism, system)
         _require_law(system)
-        machine, text = facts_of(system), machine_to_json(system)
+        machine = facts_of(system)
+        text = f"{machine_to_json(system)}{primitives_in(system)}"
         hulls = hulls_of(machine)
         self._set(machine, key_of(f"{text}{hulls}" if hulls else text), lambda: system)
         self.system = system

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from dataclasses import replace
 from fractions import Fraction
 from numbers import Real
 from typing import Any
@@ -27,15 +28,19 @@ def exact(value: Any) -> sympy.Expr:
         plain = value if isinstance(value, int) else float(value)
         if math.isfinite(plain):
             return sympy.sympify(plain)
-    remedy = "Give a finite number or an expression of the machine's symbols."
-    raise InputError([Mistake("", f"{value!r} is neither.", remedy)])
+    what = f"{value!r} is neither a finite number nor an expression."
+    raise InputError([Mistake("", what, "Write expressions with the machine's symbols.")])
 
 
 def sympify_fields(record: Any, *names: str) -> None:
     """Convert the numbers in some fields of a frozen dataclass to SymPy, tuples included."""
     for name in names:
         value = getattr(record, name)
-        made = tuple(map(exact, value)) if isinstance(value, tuple) else exact(value)
+        try:
+            made = tuple(map(exact, value)) if isinstance(value, tuple) else exact(value)
+        except InputError as error:
+            where = f"{type(record).__name__} {name}"
+            raise InputError([replace(m, where=where) for m in error.mistakes]) from None
         object.__setattr__(record, name, made)
 
 

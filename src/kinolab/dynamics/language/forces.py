@@ -14,7 +14,7 @@ from typing import ClassVar
 
 import sympy
 
-from kinolab.arguments import checked
+from kinolab.arguments import checked, shown
 from kinolab.dynamics.language.bodies import Body
 from kinolab.dynamics.language.expressions import exact, is_zero, sympify_fields
 from kinolab.dynamics.language.frames import (
@@ -28,6 +28,7 @@ from kinolab.dynamics.language.frames import (
 )
 from kinolab.dynamics.language.quantities import UP, Change, FrameSpeed, apart, place, written
 from kinolab.dynamics.language.shapes import ORIGIN, Point
+from kinolab.dynamics.language.words import LoweredWord, primitives_of
 from kinolab.errors import InputError, Mistake
 
 
@@ -58,7 +59,7 @@ def toward(direction: str, strength: Number = 9.81) -> Gravity:
     return Gravity((x, y, z), exact(strength))
 
 
-class Effort:
+class Effort(LoweredWord):
     """A force on a machine; its subclasses are frozen dataclasses.
 
     Attributes:
@@ -68,6 +69,7 @@ class Effort:
 
     size: ClassVar[str] = ""
     dry: ClassVar[bool] = False
+    wanted = "a list of forces, such as [Load(-k * V.x, V.x)]"
 
     def __str__(self) -> str:
         """What an error or a report calls it: its kind, and what it acts on."""
@@ -77,14 +79,15 @@ class Effort:
         """Convert numbers to expressions."""
         sympify_fields(self, *(name for name, value in vars(self).items() if _is_number(value)))
 
-    def lowered(self) -> Sequence[Potential | Load]:
-        """Return the potentials and loads that it consists of."""
-        raise NotImplementedError
+    def flaw_of(self, parts: Sequence[object]) -> str:
+        """Say why it cannot consist of these primitives, in a sentence; nothing if it can."""
+        wrong = next((part for part in parts if not isinstance(part, Effort)), None)
+        return "" if wrong is None else f"it is lowered to {shown(wrong)}, which is not a force."
 
     @property
     def power(self) -> sympy.Expr:
         """The power of its loads in [W], negative where they take energy out."""
-        loads = (part for part in self.lowered() if isinstance(part, Load))
+        loads = (part for part in primitives_of(self) if isinstance(part, Load))
         return sympy.Add(*(written(e.magnitude) * written(e.velocity) for e in loads))
 
 
@@ -98,11 +101,8 @@ def _is_number(value: object) -> bool:
 class Potential(Effort):
     """A potential energy V(q) in [J], such as k theta^2 / 2; the force is -dV/dq."""
 
+    primitive = True
     energy: Number
-
-    def lowered(self) -> Sequence[Potential | Load]:
-        """Return itself."""
-        return (self,)
 
 
 @checked
@@ -118,12 +118,9 @@ class Load(Effort):
         velocity: An expression linear in the rates, in [m/s] or [rad/s], or a speed of a frame.
     """
 
+    primitive = True
     magnitude: Number
     velocity: sympy.Expr | FrameSpeed
-
-    def lowered(self) -> Sequence[Potential | Load]:
-        """Return itself."""
-        return (self,)
 
 
 @checked
@@ -232,7 +229,7 @@ class Friction(Effort):
 
     def __str__(self) -> str:
         """What an error or a report calls it."""
-        loads = (part for part in self.lowered() if isinstance(part, Load))
+        loads = (part for part in primitives_of(self) if isinstance(part, Load))
         return f"{self.kind} friction of {' and '.join(str(load.velocity) for load in loads)}"
 
 

@@ -10,6 +10,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import KW_ONLY, dataclass
 from functools import partial
+from numbers import Real
 from typing import TYPE_CHECKING, ClassVar, Protocol, TypeAlias
 
 from kinolab.arguments import checked
@@ -18,13 +19,14 @@ from kinolab.dynamics.language.forces import Load, both
 from kinolab.dynamics.language.frames import Axis, Frame, Number
 from kinolab.dynamics.language.quantities import Change, FrameSpeed, apart
 from kinolab.dynamics.language.symbols import Coordinate, InputSymbol, rate
+from kinolab.dynamics.language.words import LoweredWord
 from kinolab.errors import InputError, Mistake
 
 Limit: TypeAlias = float | tuple[float, float]
 
 
 @dataclass(frozen=True)
-class Input:
+class Input(LoweredWord):
     """A control input; ``name`` is used in scenarios and files.
 
     Subclasses are frozen dataclasses with a ``limit``.
@@ -40,13 +42,30 @@ class Input:
         def unit(self) -> str:
             """SI unit as text."""
 
+    else:
+        unit = ""
+
     remedy: ClassVar[str] = "Let it act on a body that it can move, or leave it out."
+    wanted = "a list with one Control, Rate or Drive of its name and limit, and loads"
 
     name: str
 
-    def lowered(self) -> Sequence[Input | Load]:
-        """Return what it consists of: one ``Control``, ``Rate`` or ``Drive``, itself, and loads."""
-        return (self,)
+    def flaw_of(self, parts: Sequence[object]) -> str:
+        """Say why it cannot consist of these primitives, in a sentence; nothing if it can.
+
+        What is planned with is its name and limit, and what is read from files those of the parts.
+        """
+        own = [part for part in parts if isinstance(part, Input)]
+        other = [part for part in parts if not isinstance(part, Input | Load)]
+        if len(own) != 1 or other:
+            kinds = ", ".join(type(part).__name__ for part in parts) or "nothing"
+            return f"it is lowered to {kinds}."
+        part, limit = own[0], getattr(self, "limit", None)
+        same = part.limit is limit or _range(part.limit) == _range(limit)
+        if part.name != self.name or not same:
+            said = f"it is {self.name!r} with the limit {limit}"
+            return f"{said}, and lowered to {part.name!r} with the limit {part.limit}."
+        return ""
 
     def __str__(self) -> str:
         """What an error calls it."""
@@ -150,6 +169,7 @@ class Rate(Input):
         limit: Largest magnitude, or (lower, upper), in the unit of the velocity.
     """
 
+    primitive = True
     _: KW_ONLY
     on: Number
     limit: Limit
@@ -176,6 +196,7 @@ class Drive(Input):
         limit: Largest magnitude, or (lower, upper), in its unit per s^2.
     """
 
+    primitive = True
     _: KW_ONLY
     on: Coordinate
     limit: Limit
@@ -198,12 +219,17 @@ class Control(Input):
         unit: SI unit as text, empty if dimensionless.
     """
 
+    primitive = True
     _: KW_ONLY
     limit: Limit
     unit: str = ""
 
 
 INPUTS: tuple[type[Input], ...] = (Control, Drive, Force, Pull, Rate, Torque)
+
+
+def _range(limit: object) -> object:
+    return (-limit, limit) if isinstance(limit, Real) else limit
 
 
 class Limited(Protocol):

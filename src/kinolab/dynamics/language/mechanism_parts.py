@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
 from typing import Any, Literal, NamedTuple, TypeAlias
 
 import sympy
@@ -21,7 +20,7 @@ from kinolab.dynamics.language.flatness import Flat
 from kinolab.dynamics.language.forces import Effort, Gravity, Load, Potential
 from kinolab.dynamics.language.inputs import Drive, Input, Rate
 from kinolab.dynamics.language.modes import Mode, Transition
-from kinolab.dynamics.language.quantities import UP, written
+from kinolab.dynamics.language.quantities import UP, FrameQuantity, written
 from kinolab.dynamics.language.quasi_velocities import QuasiVelocity, State
 from kinolab.dynamics.language.symbols import (
     Attitude,
@@ -31,6 +30,7 @@ from kinolab.dynamics.language.symbols import (
     RateSymbol,
     TurnRate,
 )
+from kinolab.dynamics.language.words import LoweredWord, primitives_of
 from kinolab.errors import InputError, Mistake
 from kinolab.numerics.manifolds.state_parts import Part
 
@@ -160,9 +160,16 @@ def state_symbols(
 
 
 def atoms_of(part: Any) -> Iterator[sympy.Symbol | Attitude]:
-    """Yield every symbol and attitude in a tree of dataclasses, tuples and expressions."""
-    if isinstance(part, sympy.Basic):
-        yield from (entry for entry in parts_of((part,)) if isinstance(entry, sympy.Symbol))
+    """Yield every symbol and attitude in a tree of dataclasses, tuples and expressions.
+
+    What a force or an input is lowered to is in it, and for a quantity of frames these are.
+    """
+    if isinstance(part, FrameQuantity):
+        yield from atoms_of(part.facts)
+    elif isinstance(part, sympy.Symbol):
+        yield part
+    elif isinstance(part, sympy.Basic):
+        yield from atoms_of(tuple(e for e in parts_of((part,)) if isinstance(e, sympy.Symbol)))
     elif isinstance(part, tuple):
         for entry in part:
             yield from atoms_of(entry)
@@ -170,6 +177,8 @@ def atoms_of(part: Any) -> Iterator[sympy.Symbol | Attitude]:
         yield part
     elif hasattr(part, "__dataclass_fields__"):
         yield from atoms_of(tuple(getattr(part, name) for name in part.__dataclass_fields__))
+    if isinstance(part, LoweredWord) and not part.primitive:
+        yield from (atom for atom in atoms_of(primitives_of(part)) if atom not in UP)
 
 
 def coordinate_of(atom: sympy.Symbol | Attitude) -> AnyCoordinate | None:
@@ -197,19 +206,20 @@ class ImposedVelocity(NamedTuple):
     change: sympy.Expr
 
 
-@lru_cache(maxsize=4096)
-def _parts(word: Effort | Input) -> tuple[Effort | Input, ...]:
-    return tuple(word.lowered())
+def primitives_in(system: MechanismParts) -> list[tuple[Any, ...]]:
+    """Return what each input and force consists of, those of modes included."""
+    always, sometimes = (*system.inputs, *system.efforts), (mode.efforts for mode in system.modes)
+    return [primitives_of(word) for words in (always, *sometimes) for word in words]
 
 
 def energies_in(word: Effort | Input) -> Iterator[sympy.Expr]:
     """Yield the potential energies of a force in [J]."""
-    yield from (part.energy for part in _parts(word) if isinstance(part, Potential))
+    yield from (part.energy for part in primitives_of(word) if isinstance(part, Potential))
 
 
 def loads_in(word: Effort | Input) -> Iterator[Load]:
     """Yield the loads of a force or an input."""
-    yield from (part for part in _parts(word) if isinstance(part, Load))
+    yield from (part for part in primitives_of(word) if isinstance(part, Load))
 
 
 def up_in(system: MechanismParts) -> dict[sympy.Symbol, sympy.Expr]:
@@ -253,7 +263,7 @@ def dry_frictions(
 def imposed_velocities(system: MechanismParts) -> list[ImposedVelocity]:
     """Return the velocities that inputs impose, then those that auxiliary states do."""
     zero = sympy.Integer(0)
-    rates = (part for entry in system.inputs for part in _parts(entry))
+    rates = (part for entry in system.inputs for part in primitives_of(entry))
     return [
         *(
             ImposedVelocity(f"input {e.name!r}", written(e.velocity), e.symbol, zero)
@@ -270,10 +280,10 @@ def imposed_velocities(system: MechanismParts) -> list[ImposedVelocity]:
 
 def imposed_accelerations(system: MechanismParts) -> dict[str, sympy.Symbol]:
     """Return the inputs that impose the accelerations of coordinates, by the coordinates' names."""
-    parts = (part for entry in system.inputs for part in _parts(entry))
+    parts = (part for entry in system.inputs for part in primitives_of(entry))
     return {part.on.name: part.symbol for part in parts if isinstance(part, Drive)}
 
 
 def prescribes(entry: Input) -> bool:
     """Whether an input prescribes a motion, and is no symbol in loads."""
-    return any(isinstance(part, Rate | Drive) for part in _parts(entry))
+    return any(isinstance(part, Rate | Drive) for part in primitives_of(entry))

@@ -52,6 +52,7 @@ class Place(FrameQuantity):
         return pose(frame)[1][entry]
 
 
+@checked
 class Change(FrameQuantity):
     """The time derivative of a function of coordinates and places, its ``position``."""
 
@@ -92,11 +93,13 @@ class FrameSpeed:
         return axis.dot(V.linear + V.angular.cross(relative_pose(self.at, self.on)[1]))
 
 
+@checked
 def place(frame: Frame) -> sympy.Matrix:
     """Return the origin of a frame in the world in [m], as a column of symbols."""
     return sympy.Matrix([Place(frame, entry) for entry in range(3)])
 
 
+@checked
 def apart(first: Frame, second: Frame) -> sympy.Expr:
     """Return how far the origins of two frames are apart in [m], by the symbols of their places."""
     path = place(second) - place(first)

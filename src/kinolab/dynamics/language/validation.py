@@ -16,7 +16,7 @@ from kinolab.dynamics.language.constraints import PositionConstraint
 from kinolab.dynamics.language.expressions import exact
 from kinolab.dynamics.language.feedback import Feedback, Regulator
 from kinolab.dynamics.language.flatness import CURVATURE, FlatOutputs, output_symbols
-from kinolab.dynamics.language.forces import Friction, Load, Potential, Rope
+from kinolab.dynamics.language.forces import Effort, Friction, Load, Potential, Rope
 from kinolab.dynamics.language.inputs import bounds_of
 from kinolab.dynamics.language.mechanism_parts import (
     AnyCoordinate,
@@ -27,7 +27,7 @@ from kinolab.dynamics.language.mechanism_parts import (
     tangent_symbols,
 )
 from kinolab.dynamics.language.modes import MODE
-from kinolab.dynamics.language.quantities import written
+from kinolab.dynamics.language.quantities import Change, FrameSpeed, written
 from kinolab.dynamics.language.quasi_velocities import QuasiVelocity, QuasiVelocitySymbol
 from kinolab.dynamics.language.shapes import MAX_COORDINATE
 from kinolab.dynamics.language.symbols import (
@@ -40,6 +40,7 @@ from kinolab.dynamics.language.symbols import (
     ReferenceSymbol,
     StateSymbol,
 )
+from kinolab.dynamics.language.words import primitives_of
 from kinolab.errors import InputError, Mistake, flaw_of, is_broken, printable, unknown_name
 
 SHOWN = 60  # characters of a name that is refused
@@ -87,15 +88,21 @@ def mistakes_of(
 def _forces(system: MechanismParts) -> Iterator[Mistake]:
     """Check forces, those of modes included, and what position constraints depend on."""
     moving = {*tangent_symbols(system), *(v.symbol for v in quasi_velocities(system))}
-    for effort in (*system.efforts, *(e for mode in system.modes for e in mode.efforts)):
+    efforts = (*system.efforts, *(e for mode in system.modes for e in mode.efforts))
+    for effort in efforts:
         if isinstance(effort, Rope):
             yield from _rope(system, effort)
-        elif isinstance(effort, Friction):
-            yield from _friction(system, effort, moving)
-        for part in effort.lowered():
+        elif effort.size:
+            yield from _size(system, effort)
+    for word in (*system.inputs, *efforts):
+        parts = primitives_of(word)
+        for part in parts:
             if isinstance(part, Potential):
                 remedy = "Give a function of coordinates; a Wrench takes the rest."
                 yield from _velocities(part.energy, moving, "potential", "its energy", remedy)
+        if _acts_on_nothing([part for part in parts if isinstance(part, Load)], moving):
+            remedy = "Write rate(x) for the velocity of a coordinate x, or a velocity such as V.x."
+            yield Mistake(str(word), "no rate occurs in it.", remedy)
     remedy = "closed() takes a function of coordinates, zero() a velocity."
     for c in system.all_constraints:
         if isinstance(c, PositionConstraint):
@@ -453,26 +460,35 @@ def _velocities(
     stated: Any, moving: set[sympy.Symbol], where: str, subject: str, remedy: str
 ) -> Iterator[Mistake]:
     """Report the velocities on which something depends that may not depend on any."""
-    for symbol in sorted(exact(stated).free_symbols & moving, key=str):
+    found = exact(stated)
+    for symbol in sorted(found.free_symbols & moving | found.atoms(Change), key=str):
         yield Mistake(where, f"{subject} depends on the velocity {symbol}.", remedy)
 
 
-def _friction(
-    system: MechanismParts, friction: Friction, moving: set[sympy.Symbol]
-) -> Iterator[Mistake]:
-    """Check that friction acts on a velocity, and takes energy out as far as numbers tell."""
-    stated = [written(part.velocity) for part in friction.lowered() if isinstance(part, Load)]
-    if not set().union(*(velocity.free_symbols for velocity in stated)) & moving:
-        remedy = "Write rate(x) for the velocity of a coordinate x, or a velocity such as V.x."
-        yield Mistake(str(friction), "no rate occurs in it.", remedy)
-    value = _number_in(system, getattr(friction, friction.size))
+def _acts_on_nothing(loads: Sequence[Load], moving: set[sympy.Symbol]) -> bool:
+    """Whether a load is along something that is not a velocity."""
+    along = (e.velocity for e in loads if not isinstance(e.velocity, FrameSpeed | Change))
+    return not all(velocity.free_symbols & moving for velocity in map(written, along))
+
+
+def _size(system: MechanismParts, effort: Effort) -> Iterator[Mistake]:
+    """Check that a force against velocities takes energy out, as far as numbers tell."""
+    names = [name for name in vars(effort) if name != "_"]
+    if effort.size not in names:
+        what, remedy = (
+            f"its size is {effort.size!r}.",
+            f"Name one of its fields: {', '.join(names)}.",
+        )
+        yield Mistake(f"class {type(effort).__name__}", what, remedy)
+        return
+    value = _number_in(system, getattr(effort, effort.size))
     if value is not None and not 0 <= value < math.inf:
         remedy = "Give 0 or more: friction takes energy out. A Wrench may feed it in."
-        yield Mistake(str(friction), f"its {friction.size} is {value:g}.", remedy)
-    smoothing = _number_in(system, getattr(friction, "smoothing", 1.0))
-    if smoothing is not None and not 0 < smoothing < math.inf:
+        yield Mistake(str(effort), f"its {effort.size} is {value:g}.", remedy)
+    smoothing = _number_in(system, getattr(effort, "smoothing", 1.0))
+    if isinstance(effort, Friction) and smoothing is not None and not 0 < smoothing < math.inf:
         remedy = "It must be positive."
-        yield Mistake(str(friction), f"its smoothing is {smoothing:g}.", remedy)
+        yield Mistake(str(effort), f"its smoothing is {smoothing:g}.", remedy)
 
 
 def _number_in(system: MechanismParts, value: Any) -> float | None:

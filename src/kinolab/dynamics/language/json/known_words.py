@@ -17,6 +17,7 @@ from kinolab.dynamics.language.inputs import Input
 from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.language.mechanism_parts import up_in
 from kinolab.dynamics.language.quantities import written
+from kinolab.dynamics.language.words import primitives_of
 
 
 def in_known_words(system: Mechanism, known: Collection[type]) -> Mechanism:
@@ -34,7 +35,7 @@ def in_known_words(system: Mechanism, known: Collection[type]) -> Mechanism:
         if type(word) in known:
             yield word
             return
-        for part in word.lowered():
+        for part in primitives_of(word):
             own = {field.name: getattr(part, field.name) for field in fields(part)}
             stated = {k: v for k, v in own.items() if isinstance(v, sympy.Expr)}
             yield replace(
