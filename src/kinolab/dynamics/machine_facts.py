@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from kinolab.dynamics.derivation.expression_graph import ExpressionGraph
 from kinolab.dynamics.derivation.formulas import Formulas
-from kinolab.dynamics.language.shapes import DrawnMesh, Shape, ShapeKind
+from kinolab.dynamics.language.shapes import DrawnMesh, Shape
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.manifolds.state_parts import Part
 
@@ -204,12 +204,6 @@ class MachineFacts:
     def closes_loops(self) -> bool:
         """Whether a constraint is on positions."""
         return any(constraint.of_position for constraint in self.constraints)
-
-
-def hulls_of(machine: MachineFacts) -> list[tuple[float, ...]]:
-    """Return the numbers of all hulls: what code says of a shape no file of the machine tells."""
-    lowered = [shape.lowered() for body in machine.bodies for shape in body.shapes]
-    return [half for kind, half in lowered if kind is ShapeKind.HULL]
 
 
 def facts_of(system: MechanismParts) -> MachineFacts:

@@ -20,7 +20,6 @@ from kinolab.dynamics.machine_facts import (
     MachineFacts,
     QuasiVelocityFacts,
     facts_of,
-    hulls_of,
 )
 from kinolab.errors import (
     InputError,
@@ -111,8 +110,7 @@ class Model:
         _require_law(system)
         machine = facts_of(system)
         text = f"{machine_to_json(system)}{primitives_in(system)}"
-        hulls = hulls_of(machine)
-        self._set(machine, key_of(f"{text}{hulls}" if hulls else text), lambda: system)
+        self._set(machine, key_of(text), lambda: system)
         self.system = system
 
     @classmethod
@@ -149,9 +147,7 @@ class Model:
         return made
 
     def keep(self, content: str) -> None:
-        """Let ``kept`` find this machine by a text, which cannot determine shapes from outside."""
-        if hulls_of(self.machine):
-            return
+        """Let ``kept`` find this machine by a text."""
         DESCRIBED.keep([key_of(content)], Described(self.machine, self.key, self.files))
 
     def _set(self, machine: MachineFacts, key: str, describe: Callable[[], Mechanism]) -> None:

@@ -218,7 +218,7 @@ def _shape_mistakes(tree: KinematicTree, where: str) -> Iterator[Mistake]:
                 float(getattr(solid.shape, name)) for name in SIZES if hasattr(solid.shape, name)
             ]
             if not all(math.isfinite(size) and size > 0.0 for size in sizes):
-                kind = type(solid.shape).__name__.lower()
+                kind = solid.shape.called.lower()
                 what = f"its {kind} has the sizes {', '.join(f'{size:g}' for size in sizes)}."
                 yield Mistake(f"{where} link {link.name!r}".strip(), what, "Give positive ones.")
 

@@ -22,16 +22,16 @@ def write_scenario(scenario: Scenario) -> str:
 
 
 def _blocks(path: str, value: object) -> Iterator[str]:
-    """One block per table: the section itself, then the lists of tables in it."""
+    """One block per table: the section itself, then the tables and lists of tables in it."""
     if isinstance(value, tuple):
         for entry in value:
             yield "\n".join([f"[[{path}]]", *_lines(_entries(entry))])
         return
     entries = _entries(value)
-    own = [(key, item) for key, item in entries if not _is_table_list(item)]
+    own = [(key, item) for key, item in entries if not _is_nested(item)]
     yield "\n".join([f"[{path}]", *_lines(own)])
     for key, item in entries:
-        if _is_table_list(item):
+        if _is_nested(item):
             yield from _blocks(f"{path}.{key}", item)
 
 
@@ -50,11 +50,12 @@ def _entries(value: object) -> list[tuple[str, object]]:
 
 
 def _is_section(value: object) -> bool:
-    return isinstance(value, BaseModel | Mapping) or _is_table_list(value)
+    return isinstance(value, Mapping) or _is_nested(value)
 
 
-def _is_table_list(value: object) -> bool:
-    return isinstance(value, tuple) and any(isinstance(entry, BaseModel) for entry in value)
+def _is_nested(value: object) -> bool:
+    entries = value if isinstance(value, tuple) else (value,)
+    return any(isinstance(entry, BaseModel) for entry in entries)
 
 
 def _lines(entries: list[tuple[str, object]]) -> list[str]:

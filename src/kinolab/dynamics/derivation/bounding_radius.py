@@ -24,11 +24,7 @@ class BoundingRadius:
 
 
 def bounding_radius(shape: Shape) -> BoundingRadius:
-    """Return the bounding radius of a shape.
-
-    Raises:
-        InputError: If a shape from outside has a dimension that is an expression.
-    """
+    """Return the bounding radius of a shape."""
     edges, rounding = shape.span()
     half = tuple(exact(edge) / sympy.Integer(2) for edge in edges if edge != 0)
     own = shape.symmetric.replace("z", shape.axis) if shape.symmetric != "xyz" else "xyz"

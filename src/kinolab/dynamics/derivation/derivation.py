@@ -43,6 +43,7 @@ from kinolab.dynamics.language.mechanism_parts import (
     state_parts,
 )
 from kinolab.dynamics.language.quasi_velocities import QuasiVelocity
+from kinolab.dynamics.language.shapes import Shape
 from kinolab.dynamics.language.symbols import ForceSymbol
 from kinolab.errors import InputError, Mistake
 from kinolab.numerics.manifolds.state_parts import Part, completed, spheres_of
@@ -204,7 +205,7 @@ class _Derivation:
             ),
             cables=tuple(node for pair in ends for end in pair for node in end.position),
             point_speeds=tuple(
-                _point_speed(binding, body.shapes, pose)
+                _point_speed(binding, self.system.kept_shapes(body), pose)
                 for body, pose in zip(self.system.bodies, poses, strict=True)
             ),
             cable_speeds=tuple(  # points move with convex combinations of the ends' velocities
@@ -481,13 +482,13 @@ def _remedy_for(system: Mechanism, coordinates: Sequence[str]) -> str:
     return f"Give one of {', '.join(map(repr, moved))} a mass or an inertia."
 
 
-def _point_speed(binding: SymbolTable, shapes: Sequence[object], state: FrameState) -> Node:
+def _point_speed(binding: SymbolTable, shapes: Sequence[Shape], state: FrameState) -> Node:
     """Bound the speed of a body's points; spin about a shape's symmetry axis is ignored."""
     tape = binding.tape
     linear = _origin_speed(binding, state)
     fastest = tape.zero if shapes else linear
     for shape in shapes:
-        extent = bounding_radius(shape)  # type: ignore[arg-type]
+        extent = bounding_radius(shape)
         spin = [
             component
             for name, component in zip("xyz", state.velocity.angular, strict=True)

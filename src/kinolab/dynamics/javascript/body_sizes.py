@@ -10,7 +10,7 @@ from kinolab.dynamics.codegen.exports import Function
 from kinolab.dynamics.derivation.expression_graph import Node
 from kinolab.dynamics.derivation.symbol_table import SymbolTable
 from kinolab.dynamics.language.expressions import exact
-from kinolab.dynamics.language.shapes import Shape, ShapeKind
+from kinolab.dynamics.language.shapes import Hull, Shape
 from kinolab.dynamics.language.shapes.hulls import hull_surface
 
 
@@ -26,8 +26,8 @@ def body_sizes(binding: SymbolTable) -> tuple[list[list[dict[str, Any]]], Functi
     outputs, system = list[Node](), binding.system
     facts = [
         [
-            _fact(shape, binding, outputs) | _hull(sized)
-            for shape, sized in zip(body.shapes, system.resolved_shapes(body), strict=True)
+            _fact(shape, binding, outputs) | (_surface(shape) if isinstance(shape, Hull) else {})
+            for shape in system.kept_shapes(body)
         ]
         for body in system.bodies
     ]
@@ -47,11 +47,9 @@ def _fact(shape: Shape, binding: SymbolTable, outputs: list[Node]) -> dict[str, 
     }
 
 
-def _hull(shape: Shape) -> dict[str, Any]:
+def _surface(hull: Hull) -> dict[str, Any]:
     """Return the corners and faces of a hull, along the axes of its body's frame."""
-    kind, (_, _, _, *corners) = shape.lowered()
-    if kind is not ShapeKind.HULL:
-        return {}
+    _, (_, _, _, *corners) = hull.lowered()
     vertices, faces, _ = hull_surface(np.reshape(corners, (-1, 3)))
-    vertices = np.roll(vertices, "xyz".index(shape.axis) + 1, axis=1)  # own z lies along the axis
-    return {"kind": "hull", "hull": {"corners": vertices.tolist(), "faces": faces.ravel().tolist()}}
+    vertices = np.roll(vertices, "xyz".index(hull.axis) + 1, axis=1)  # own z lies along the axis
+    return {"hull": {"corners": vertices.tolist(), "faces": faces.ravel().tolist()}}

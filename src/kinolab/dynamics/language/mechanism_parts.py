@@ -22,6 +22,7 @@ from kinolab.dynamics.language.inputs import Drive, Input, Rate
 from kinolab.dynamics.language.modes import Mode, Transition
 from kinolab.dynamics.language.quantities import UP, FrameQuantity, written
 from kinolab.dynamics.language.quasi_velocities import QuasiVelocity, State
+from kinolab.dynamics.language.shapes import Hull, Shape
 from kinolab.dynamics.language.symbols import (
     Attitude,
     Coordinate,
@@ -89,18 +90,45 @@ class MechanismParts:
         named = [(entry, values[entry.name]) for entry in known]
         return float(stated.subs(named) if named else stated)
 
-    def resolved_shapes(self, body: Body) -> tuple[Any, ...]:
-        """Return a body's shapes with numeric dimensions."""
+    def resolved_shapes(self, body: Body) -> tuple[Shape, ...]:
+        """Return a body's shapes with numeric dimensions; those from outside are hulls."""
+        return tuple(map(self.resolved_shape, body.shapes))
+
+    def resolved_shape(self, shape: Shape) -> Shape:
+        """Return a shape with numeric dimensions; one from outside is a hull.
+
+        Raises:
+            InputError: If there is no such solid.
+        """
 
         def number(value: Any) -> Any:
             if isinstance(value, tuple):
                 return tuple(number(entry) for entry in value)
-            return value if isinstance(value, str) else self.number(value)
+            return self.number(value)
 
+        numbers = {name: number(getattr(shape, name)) for name in (*shape.lengths(), "at")}
+        try:
+            return replace(shape, **numbers).kept()
+        except InputError:
+            raise
+        except Exception as error:
+            what = f"it cannot be made of its own fields ({type(error).__name__}: {error})."
+            remedy = "Write a frozen dataclass, with dimensions, at and axis."
+            raise InputError([Mistake(f"class {shape.called}", what, remedy)]) from error
+
+    def kept_shapes(self, body: Body) -> tuple[Shape, ...]:
+        """Return a body's shapes as files keep them: dimensions of hulls follow no parameter."""
         return tuple(
-            replace(shape, **{field: number(value) for field, value in vars(shape).items()})
-            for shape in body.shapes
+            self._made_for(shape, found) if isinstance(found, Hull) else shape
+            for shape, found in zip(body.shapes, self.resolved_shapes(body), strict=True)
         )
+
+    def _made_for(self, shape: Shape, hull: Hull) -> Hull:
+        """Return a shape's hull at its place, with the parameters that the shape depends on."""
+        sizes = tuple(exact(getattr(shape, name)) for name in shape.lengths())
+        used = sorted((p for p in set(atoms_of(sizes)) if isinstance(p, Parameter)), key=str)
+        values = tuple((p, self.parameter_values[p.name]) for p in used)
+        return replace(hull, at=shape.at, made_for=getattr(shape, "made_for", values))
 
 
 def require_one_mode(system: MechanismParts) -> None:

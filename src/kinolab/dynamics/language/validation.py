@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Iterator, Sequence
+from dataclasses import is_dataclass
 from numbers import Real
 from typing import Any
 
@@ -29,7 +30,7 @@ from kinolab.dynamics.language.mechanism_parts import (
 from kinolab.dynamics.language.modes import MODE
 from kinolab.dynamics.language.quantities import Change, FrameSpeed, written
 from kinolab.dynamics.language.quasi_velocities import QuasiVelocity, QuasiVelocitySymbol
-from kinolab.dynamics.language.shapes import MAX_COORDINATE
+from kinolab.dynamics.language.shapes import MAX_COORDINATE, Shape
 from kinolab.dynamics.language.symbols import (
     Attitude,
     Coordinate,
@@ -40,7 +41,7 @@ from kinolab.dynamics.language.symbols import (
     ReferenceSymbol,
     StateSymbol,
 )
-from kinolab.dynamics.language.words import primitives_of
+from kinolab.dynamics.language.words import primitives_of, require_hashable
 from kinolab.errors import InputError, Mistake, flaw_of, is_broken, printable, unknown_name
 
 SHOWN = 60  # characters of a name that is refused
@@ -399,16 +400,43 @@ def _regulator(system: MechanismParts, regulator: Regulator, where: str) -> Iter
             yield Mistake(where, f"the degree in {name} is {degree}.", remedy)
 
 
-def _shape(system: MechanismParts, body: Body, shape: Any) -> Iterator[Mistake]:
-    """Check that a shape's dimensions are positive numbers."""
-    where = f"body {body.name!r} {type(shape).__name__.lower()}"
-    for name, value in vars(shape).items():
-        if name == "axis":
-            if value not in ("x", "y", "z"):
-                yield unknown_name("axis", str(value), known=("x", "y", "z"), where=where)
-            continue
+def _shape(system: MechanismParts, body: Body, shape: Shape) -> Iterator[Mistake]:
+    """Check that a shape is a solid, and that its dimensions are positive numbers."""
+    where = f"body {body.name!r} {shape.called.lower()}"
+    if not (is_dataclass(type(shape)) and hasattr(shape, "at")):
+        remedy = (
+            "Write @dataclass(frozen=True) above it, and at: Point = ORIGIN below its dimensions."
+        )
+        yield Mistake(f"class {shape.called}", "it is not a dataclass with a field at.", remedy)
+        return
+    found = [*_place(shape, where), *_dimensions(system, shape, where)]
+    if not found:
         try:
-            entries = value if isinstance(value, tuple) else (value,)
+            require_hashable(shape)
+            system.resolved_shape(shape)
+        except InputError as error:
+            found = list(error.mistakes)
+    for symbol, value in getattr(shape, "made_for", ()):
+        if (now := system.number(symbol)) != value:
+            what = f"it was made for {symbol} = {value:g}, and {symbol} is {now:g}."
+            found.append(Mistake(where, what, "Take the value, or make the machine's file anew."))
+    yield from found
+
+
+def _place(shape: Shape, where: str) -> Iterator[Mistake]:
+    """Check where a shape is."""
+    if shape.axis not in ("x", "y", "z"):
+        yield unknown_name("axis", str(shape.axis), known=("x", "y", "z"), where=where)
+    if not isinstance(shape.at, tuple) or len(shape.at) != 3:
+        yield Mistake(where, f"at is {shape.at!r}.", "Give three numbers (x, y, z) in [m].")
+
+
+def _dimensions(system: MechanismParts, shape: Shape, where: str) -> Iterator[Mistake]:
+    """Check that a shape's dimensions are positive numbers, and where it is numbers."""
+    for name in (*shape.lengths(), "at"):
+        value = getattr(shape, name)
+        try:
+            entries = value if isinstance(value, tuple) and value else (value,)
             numbers = [system.number(exact(entry)) for entry in entries]
         except (InputError, TypeError):
             what = f"{name} is {value!r}."

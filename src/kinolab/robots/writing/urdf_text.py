@@ -100,7 +100,7 @@ def _lacking(tree: KinematicTree) -> Iterator[Mistake]:
     for link in tree.links:
         for solid in link.solids:
             if not PARTS[solid.shape.lowered()[0]]:
-                what = f"URDF has no shape {type(solid.shape).__name__}, but in a mesh's file."
+                what = f"URDF has no shape {solid.shape.called}, but in a mesh's file."
                 yield Mistake(f"body {link.name!r}", what, "Write MJCF, or give it another shape.")
     driven = [motor.joint for motor in tree.motors]
     for motor in tree.motors:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, fields, is_dataclass
+from dataclasses import dataclass, field, fields
 from itertools import count
 from pathlib import Path
 from typing import Any
@@ -43,7 +43,7 @@ from kinolab.dynamics.language.mechanism_parts import quasi_velocities
 from kinolab.dynamics.language.modes import Mode, Transition
 from kinolab.dynamics.language.quantities import FrameSpeed
 from kinolab.dynamics.language.quasi_velocities import QuasiVelocity, State
-from kinolab.dynamics.language.shapes import SHAPES, DrawnMesh, Shape
+from kinolab.dynamics.language.shapes import SHAPES, DrawnMesh, Hull
 from kinolab.dynamics.language.symbols import (
     KINDS,
     Attitude,
@@ -76,7 +76,7 @@ RECORDS: dict[str, type] = {
         *(FlatOutputs, PlaneCurves),
         *(Feedback, QuasiVelocity, Reference, Regulator),
         *(Mode, Transition),
-        *(DrawnMesh, *SHAPES),
+        *(DrawnMesh, Hull, *SHAPES),
     )
 }
 CONTENT = ("constraints", "inputs", "efforts", "gravity", "states", "requirements", "cables")
@@ -107,7 +107,7 @@ def machine_to_json(system: Mechanism) -> str:
         "collisions": [list(pair) for pair in system.collisions],
         **({"unwatched": [list(pair) for pair in system.unwatched]} if system.unwatched else {}),
         **({"notes": [list(pair) for pair in system.notes]} if system.notes else {}),
-        "bodies": [_described(body) for body in system.bodies],
+        "bodies": [_described(system, body) for body in system.bodies],
         **{name: _encode(getattr(system, name)) for name in CONTENT},
         **{name: _encode(getattr(system, name)) for name in SWITCHING if getattr(system, name)},
         **({} if system.flat is None else {"flat": _encode(system.flat)}),
@@ -236,8 +236,9 @@ def _located(error: Exception, *where: object) -> list[Mistake]:
     return [Mistake(place, f"it is damaged ({type(error).__name__}: {error}).")]
 
 
-def _described(body: Body) -> dict[str, Any]:
-    facts = {name: _encode(getattr(body, name)) for name in BODY}
+def _described(system: Mechanism, body: Body) -> dict[str, Any]:
+    facts = {name: _encode(getattr(body, name)) for name in BODY if name != "shapes"}
+    facts["shapes"] = _encode(system.kept_shapes(body))
     facts |= {"whirl": body.whirl} if body.whirl else {}
     return facts | ({} if body.drawn is None else {"drawn": _encode(body.drawn)})
 
@@ -432,21 +433,12 @@ def _named(kind: str, name: Any, known: Mapping[str, Any]) -> Any:
     return known[name]
 
 
-def _shapes(below: type[Shape]) -> Iterator[type[Shape]]:
-    """Yield the shapes that are defined, those of programs included."""
-    for shape in below.__subclasses__():
-        yield from _shapes(shape)
-        if is_dataclass(shape):
-            yield shape
-
-
 def _record(kind: Any, values: dict[str, Any]) -> Any:
     if kind == State.__name__:
         values["limits"] = _limits(values["limits"])
     if kind == QuasiVelocity.__name__ and values["speed"] is None:
         values["speed"] = math.inf
-    shapes = {shape.__name__: shape for shape in _shapes(Shape)}
-    return _named("record", kind, shapes | RECORDS)(**values)
+    return _named("record", kind, RECORDS)(**values)
 
 
 def _symbols_of(coordinates: Iterable[Coordinate | Attitude]) -> Iterator[MachineSymbol]:

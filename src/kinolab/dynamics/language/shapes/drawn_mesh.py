@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import base64
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.arguments import checked
+from kinolab.dynamics.language.shapes.packed_rows import packed, unpacked
 from kinolab.errors import InputError, Mistake
 from kinolab.numerics.arrays import Array
 
@@ -57,20 +57,14 @@ class DrawnMesh:
         if len(points) > np.iinfo(np.uint16).max:
             what = f"it has {len(points)} vertices."
             raise InputError([Mistake("DrawnMesh vertices", what, "Take at most 65535.")])
-        return cls(_base64(points.tobytes()), _base64(corners.astype("<u2").tobytes()), color)
+        return cls(packed(points, "<f4"), packed(corners, "<u2"), color)
 
     @property
     def vertices(self) -> Array:
         """Corners in [m], shape (n, 3)."""
-        content = base64.b64decode(self.points, validate=True)
-        return np.frombuffer(content, "<f4").reshape(-1, 3).astype(np.float64)
+        return unpacked(self.points, "<f4").astype(np.float64)
 
     @property
     def faces(self) -> NDArray[np.int64]:
         """Three rows of ``vertices`` each, shape (m, 3)."""
-        content = base64.b64decode(self.corners, validate=True)
-        return np.frombuffer(content, "<u2").reshape(-1, 3).astype(np.int64)
-
-
-def _base64(content: bytes) -> str:
-    return base64.b64encode(content).decode()
+        return unpacked(self.corners, "<u2").astype(np.int64)

@@ -22,6 +22,7 @@ from kinolab.dynamics.language.shapes.shape import (
     Shape,
     ShapeKind,
     Span,
+    hull_of,
 )
 from kinolab.numerics.arrays import Array
 
@@ -33,6 +34,10 @@ class _Swept(Shape):
     """A box, or a cylinder about z, that is swept by a ball; what it is follows from its span."""
 
     kind: ShapeKind
+
+    def kept(self) -> Shape:
+        """Return itself, but of a class from outside."""
+        return self if type(self) in SHAPES else hull_of(self)
 
     def lowered(self) -> tuple[ShapeKind, tuple[float, ...]]:
         """Return its kind and half sizes, as ``Shape`` says."""

@@ -21,7 +21,7 @@ PALE = np.array([0.86, 0.88, 0.90])  # of the ring, which marks the blade tips
 
 def rotor(disk: Shape, color: Array) -> SurfaceMesh:
     """Two blades, a hub and a ring, coloured (r, g, b), for the disc about z that they sweep."""
-    r, _, half = disk.lowered()[1]
+    r, _, half = disk.lowered()[1][:3]
     parts = [
         weld(*box_surface(np.array([r, 0.5 * CHORD * r, half])), color),
         weld(*cylinder_surface(HUB * r, 1.5 * half, 16), color),
