@@ -12,6 +12,7 @@ from kinolab import systems
 from kinolab.dynamics import Model
 from kinolab.dynamics.codegen.methods import METHODS, add_method
 from kinolab.errors import InputError
+from kinolab.scenario import load_scenario, write_scenario
 from kinolab.simulation.sensitivities import StepSensitivities
 from kinolab.verification import verify
 from tests.extension.heun import HEUN
@@ -115,12 +116,33 @@ def test_a_scenario_takes_it_and_its_plan_is_certified(tmp_path: Path) -> None:
     assert np.abs(problem.model.space.difference(step, x[1:])).max() < 1e-9
 
 
+TABLEAUX = {
+    "explicit": "order = 2\na = [[], [1.0]]\nb = [0.5, 0.5]\n",
+    "of three stages": "order = 1\na = [[], [0.5], [-1.0, 2.0]]\nb = [0, 1, 0]\n",
+    "implicit": "order = 2\na = [[], [1]]\nb = [1.5, 0.5]\nc = [[], [-2]]\ngamma = 0.25\n",
+}
+
+
+@pytest.mark.parametrize("which", TABLEAUX)
+def test_a_scenario_is_written_with_its_coefficients(which: str, tmp_path: Path) -> None:
+    head, table = "[integration.tableau]\n", TABLEAUX[which]
+    name = f"own_{which.replace(' ', '_')}"
+    text = SWING.partition(head)[0].replace('"heun"', f'"{name}"') + head + table
+    scenario = problem_of(tmp_path, text).scenario
+    METHODS.pop(name)
+    (tmp_path / "again.toml").write_text(write_scenario(scenario), encoding="utf-8")
+    assert load_scenario(tmp_path / "again.toml") == scenario
+    METHODS.pop(name)
+
+
 @pytest.mark.parametrize(
     ("line", "said"),
     [
-        ("order = 3", "it is not of order 3 for x' = lambda x"),
-        ("a = [[1.0], [1.0]]", "row i of a and c has at most i entries"),
-        ("b = [0.5]", "it has 1 weights b, and as many rows has a"),
+        ("order = 3", "it is of order 2, not 3"),
+        ("order = 15", "its order is 15. Give a whole number from 1 to 14"),
+        ("a = [[], [0.66]]", "it is of order 1, not 2"),
+        ("a = [[1.0], [1.0]]", "a row of a or c is too long"),
+        ("b = [0.5]", "it has 1 weights b, 2 rows a and 0 rows c"),
         ("gamma = -1.0", "gamma: -1.0 is too small"),
     ],
 )
@@ -133,5 +155,5 @@ def test_coefficients_that_are_none_are_refused(line: str, said: str, tmp_path: 
 
 def test_another_method_of_the_same_name_is_refused(tmp_path: Path) -> None:
     text = SWING.replace("[[], [1.0]]", "[[], [0.5]]").replace("[0.5, 0.5]", "[0.0, 1.0]")
-    with pytest.raises(InputError, match="there is another one of this name"):
+    with pytest.raises(InputError, match="has another one of this name"):
         problem_of(tmp_path, text)

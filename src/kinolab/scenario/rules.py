@@ -95,6 +95,9 @@ def integration_issues(given: Mapping[str, object]) -> list[Issue]:
     if not isinstance(name, str):
         return []
     if isinstance(tableau, dict):
+        if "method" not in given:
+            what, remedy = "the tableau has no name.", 'Name it, such as method = "own".'
+            return [Issue(("method",), what, remedy)]
         try:
             add_method(Method.of_lists(name, **tableau))
         except InputError as error:

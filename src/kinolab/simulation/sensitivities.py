@@ -9,6 +9,7 @@ a step stands for several ones of the map, at the beginning of each.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from functools import lru_cache, partial
 from typing import NamedTuple
 
@@ -150,7 +151,7 @@ def _code(model: Model, method: Method, substeps: int, acts: int) -> Record:
     )
 
 
-def _table(method: Method, rows: tuple[tuple[float, ...], ...]) -> Array:
+def _table(method: Method, rows: Sequence[Sequence[float]]) -> Array:
     """Return weights of former stages, (stages, stages)."""
     table = np.zeros((method.stages, method.stages))
     for line, row in zip(table, rows, strict=False):

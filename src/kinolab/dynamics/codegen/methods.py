@@ -6,17 +6,21 @@ Source: Hairer, Wanner, Solving ODEs II, 2nd ed., sections IV.3 (stability) and 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from keyword import iskeyword
 
 import numpy as np
 
+from kinolab.arguments import checked
+from kinolab.dynamics.codegen.order_conditions import HIGHEST, order_of
 from kinolab.errors import InputError, Mistake
 
 FINEST, LONGEST = 1e-3, 1e9  # |h lambda| between which growth is looked at
 
 
+@checked
 @dataclass(frozen=True)
 class Method:
     """A one-step method with s stages: Runge's and Kutta's, or a linearly implicit one.
@@ -37,36 +41,54 @@ class Method:
         geodesic: Whether attitudes turn along great circles, for one stage only (Lie-Euler).
 
     Raises:
-        InputError: If there is no such method, or its order is not what it says for x' = lambda x.
+        InputError: If there is no such method, or it is not of its order.
     """
 
     name: str
     order: int
-    b: tuple[float, ...]
-    a: tuple[tuple[float, ...], ...]
-    c: tuple[tuple[float, ...], ...] = ()
+    b: Sequence[float]
+    a: Sequence[Sequence[float]]
+    c: Sequence[Sequence[float]] = ()
     gamma: float = 0.0
     geodesic: bool = False
 
     def __post_init__(self) -> None:
-        numbers = [self.gamma, *self.b, *(entry for row in (*self.a, *self.c) for entry in row)]
-        mistakes = []
-        if not self.name.isidentifier():
-            mistakes.append("its name is no identifier.")
-        if len(self.a) != self.stages or len(self.c) not in (0, self.stages):
-            mistakes.append(f"it has {self.stages} weights b, and as many rows has a; so has c.")
-        if any(len(row) > i for table in (self.a, self.c) for i, row in enumerate(table)):
-            mistakes.append("row i of a and c has at most i entries, the first one none.")
-        if not all(map(math.isfinite, numbers)) or self.gamma < 0.0:
-            mistakes.append("its coefficients are finite numbers, and gamma is not negative.")
-        if self.geodesic and self.stages != 1:
-            mistakes.append("along great circles goes a method of one stage.")
-        if not mistakes and not self._has_order():
-            mistakes.append(f"it is not of order {self.order} for x' = lambda x.")
+        for name, rows in (("a", self.a), ("c", self.c)):
+            object.__setattr__(self, name, tuple(tuple(map(float, row)) for row in rows))
+        object.__setattr__(self, "b", tuple(map(float, self.b)))
+        mistakes = list(self._mistakes())
         if mistakes:
-            remedy = "Take the coefficients from a table such as Hairer's and Wanner's."
-            where = f"integration method {self.name!r}"
-            raise InputError([Mistake(where, what, remedy) for what in mistakes])
+            raise InputError(
+                [Mistake(f"integration method {self.name!r}", *found) for found in mistakes]
+            )
+
+    def _mistakes(self) -> Iterator[tuple[str, str]]:
+        """Yield what is wrong, and what would work."""
+        if not self.name.isidentifier() or iskeyword(self.name):
+            yield "its name is not an identifier.", "Use letters, digits and underscores."
+        rows_of_a = (
+            "Give a row for each weight in b; row i has at most i entries, the first one none."
+        )
+        if len(self.a) != self.stages or len(self.c) not in (0, self.stages):
+            what = f"it has {self.stages} weights b, {len(self.a)} rows a and {len(self.c)} rows c."
+            yield what, rows_of_a
+        elif any(len(row) > i for table in (self.a, self.c) for i, row in enumerate(table)):
+            yield "a row of a or c is too long.", rows_of_a
+        elif not all(map(math.isfinite, self._numbers())) or self.gamma < 0.0:
+            yield "a coefficient is not finite, or gamma is negative.", "Give other numbers."
+        elif not 1 <= self.order <= HIGHEST:
+            yield f"its order is {self.order}.", f"Give a whole number from 1 to {HIGHEST}."
+        elif (order := order_of(self.b, self.a, self.c, self.gamma, self.order)) < self.order:
+            remedy = (
+                "Give that order, or coefficients of the form that Method describes, all digits."
+            )
+            yield f"it is of order {order}, not {self.order}.", remedy
+        if self.geodesic and self.stages != 1:
+            yield "along great circles goes a method of one stage.", "Leave geodesic out."
+
+    def _numbers(self) -> Iterator[float]:
+        yield from (self.gamma, *self.b)
+        yield from (entry for row in (*self.a, *self.c) for entry in row)
 
     @classmethod
     def of_lists(
@@ -80,8 +102,7 @@ class Method:
         gamma: float = 0.0,
     ) -> Method:
         """Return a method whose coefficients are in lists, as files have them."""
-        a_rows, c_rows = (tuple(tuple(map(float, row)) for row in rows) for rows in (a, c))
-        return cls(name, order, tuple(map(float, b)), a_rows, c_rows, float(gamma))
+        return cls(name, order, b, a, c, float(gamma))
 
     @property
     def stages(self) -> int:
@@ -118,29 +139,18 @@ class Method:
             below, above = (middle, above) if stable else (below, middle)
         return below
 
-    def _has_order(self) -> bool:
-        """Whether R(z) is exp(z) up to what a step of the order leaves."""
-        steps = [2.0**-k for k in range(2, 6)]
-        return all(
-            abs(self.growth(sign * z) - math.exp(sign * z)) <= z ** (self.order + 1) + 1e-14
-            for z in steps
-            for sign in (1.0, -1.0)
-        )
-
 
 METHODS: dict[str, Method] = {}  # by their names
 
 
 def add_method(method: Method) -> Method:
-    """Let models and scenarios integrate by a method; returns it.
-
-    Machines that are described afterwards are compiled with it.
+    """Let scenarios that are read, and models that are made, from now on use a method; returns it.
 
     Raises:
         InputError: If another one has its name.
     """
     if METHODS.setdefault(method.name, method) != method:
-        what = "there is another one of this name."
+        what = "kinolab, or something before, has another one of this name."
         where = f"integration method {method.name!r}"
         raise InputError([Mistake(where, what, "Choose another name.")])
     return method
