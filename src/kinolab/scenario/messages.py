@@ -32,6 +32,7 @@ PREDICATES = {
     "dict_type": "is not a table",
     "model_type": "is not a table",
     "tuple_type": "is not a list",
+    "list_type": "is not a list",
     "missing": "is too short",
     "too_long": "is too long",
     "literal_error": "is none of the choices",

@@ -235,13 +235,16 @@ class KeepOut(Section):
     ] = 0.0  # that plans keep from the cone
 
 
+TableauRow = Annotated[list[Number], Wanted("a list of lists of numbers, such as [[], [0.5]]")]
+
+
 class TableauSection(Section):
     """``[integration.tableau]``: the coefficients of a method of one's own, as ``Method`` has."""
 
     order: Count
-    a: list[list[Number]]
-    b: list[Number]
-    c: list[list[Number]] = []
+    a: list[TableauRow]
+    b: Annotated[list[Number], Wanted("a list of numbers, such as [0.5, 0.5]")]
+    c: list[TableauRow] = []
     gamma: NotNegative = 0.0
 
 

@@ -120,3 +120,13 @@ def test_what_is_no_method_is_refused(said: str) -> None:
 
 def test_lists_are_taken_as_tuples() -> None:
     assert Method("own", 2, [0.5, 0.5], [[], [1]]) == Method("own", 2, (0.5, 0.5), ((), (1.0,)))
+
+
+def test_a_method_in_hairers_form_is_that_of_the_pages_formula() -> None:
+    """ROS3P, of order 3: Lang, Verwer, BIT Numerical Mathematics 41(4), 2001, table 1."""
+    gamma = 0.5 + math.sqrt(3) / 6
+    alpha = np.array([[0, 0, 0], [1, 0, 0], [1, 0, 0]], dtype=float)
+    beside = np.array([[gamma, 0, 0], [-1, gamma, 0], [-gamma, 0.5 - 2 * gamma, gamma]])
+    weights, scaled = np.array([2 / 3, 0, 1 / 3]), gamma * np.linalg.inv(beside)
+    b, a, c = weights @ scaled, alpha @ scaled, np.eye(3) - scaled
+    assert order_of(b.tolist(), rows(a), rows(c), gamma, 4) == 3

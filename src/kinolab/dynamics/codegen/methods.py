@@ -101,8 +101,14 @@ class Method:
         c: Sequence[Sequence[float]] = (),
         gamma: float = 0.0,
     ) -> Method:
-        """Return a method whose coefficients are in lists, as files have them."""
-        return cls(name, order, b, a, c, float(gamma))
+        """Return a method whose coefficients are in lists, as files have them.
+
+        Raises:
+            InputError: If there is no such method.
+            TypeError, ValueError: If something else stands where a number or a list does.
+        """
+        a_rows, c_rows = ([list(map(float, row)) for row in rows] for rows in (a, c))
+        return cls(name, order, list(map(float, b)), a_rows, c_rows, float(gamma))
 
     @property
     def stages(self) -> int:

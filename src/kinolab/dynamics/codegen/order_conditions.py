@@ -30,7 +30,7 @@ Rows = Sequence[Sequence[float]]
 
 
 @dataclass(frozen=True)
-class _Tree:
+class _RootedTree:
     """A rooted tree; arrays (2, stages) are exact, then with the sizes of all terms.
 
     Attributes:
@@ -55,7 +55,7 @@ def order_of(b: Sequence[float], a: Rows, c: Rows, gamma: float, highest: int) -
     """
     signs = [_matrices(b, a, c, gamma), _matrices(np.abs(b), _sizes(a), _sizes(c), gamma)]
     weights, alpha, beta = (np.array(pair) for pair in zip(*signs, strict=True))
-    trees: list[_Tree] = []
+    trees: list[_RootedTree] = []
     for nodes in range(1, highest + 1):
         found = []
         for sons in _forests(trees, nodes - 1, len(trees)):
@@ -67,12 +67,14 @@ def order_of(b: Sequence[float], a: Rows, c: Rows, gamma: float, highest: int) -
             if abs(value - 1 / density) > SLACK * max(size, 1 / density):
                 return nodes - 1
             alone, beside = (np.einsum("kij,kj->ki", table, phi) for table in (beta, alpha))
-            found.append(_Tree(nodes, density, alone, beside))
+            found.append(_RootedTree(nodes, density, alone, beside))
         trees += found
     return highest
 
 
-def _forests(trees: Sequence[_Tree], nodes: int, end: int) -> Iterator[tuple[_Tree, ...]]:
+def _forests(
+    trees: Sequence[_RootedTree], nodes: int, end: int
+) -> Iterator[tuple[_RootedTree, ...]]:
     """Yield each choice of trees, also several times the same, with a number of nodes in all."""
     if nodes == 0:
         yield ()

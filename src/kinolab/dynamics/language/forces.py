@@ -79,7 +79,7 @@ class Effort(LoweredWord):
         """Convert numbers to expressions."""
         sympify_fields(self, *(name for name, value in vars(self).items() if _is_number(value)))
 
-    def flaw_of(self, parts: Sequence[object]) -> str:
+    def _flaw_of(self, parts: Sequence[object]) -> str:
         """Say why it cannot consist of these primitives, in a sentence; nothing if it can."""
         wrong = next((part for part in parts if not isinstance(part, Effort)), None)
         return "" if wrong is None else f"it is lowered to {shown(wrong)}, which is not a force."

@@ -50,7 +50,7 @@ class Input(LoweredWord):
 
     name: str
 
-    def flaw_of(self, parts: Sequence[object]) -> str:
+    def _flaw_of(self, parts: Sequence[object]) -> str:
         """Say why it cannot consist of these primitives, in a sentence; nothing if it can.
 
         What is planned with is its name and limit, and what is read from files those of the parts.

@@ -40,10 +40,12 @@ class LoweredWord(Word):
     wanted: ClassVar[str]
 
     def lowered(self) -> Sequence[LoweredWord]:
-        """Return what it consists of."""
+        """Return what it consists of, as a primitive does of itself."""
+        if vars(type(self)).get("primitive"):
+            return (self,)
         raise NotImplementedError("write it")
 
-    def flaw_of(self, parts: Sequence[object]) -> str:
+    def _flaw_of(self, parts: Sequence[object]) -> str:
         """Say why it cannot consist of these primitives, in a sentence; nothing if it can."""
         raise NotImplementedError
 
@@ -81,7 +83,7 @@ def _primitives(word: LoweredWord) -> tuple[Any, ...]:
         parts = tuple(_lowered(word))
     except RecursionError:
         raise _refusal(word, "it is lowered to itself, without end.") from None
-    if flaw := word.flaw_of(parts):
+    if flaw := word._flaw_of(parts):
         raise _refusal(word, flaw)
     return parts
 

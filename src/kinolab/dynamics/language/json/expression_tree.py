@@ -67,7 +67,9 @@ def expression_to_tree(expression: Any, named: Mapping[sympy.Basic, str] = NOTHI
         if expression.func is kind:
             return [name, *(expression_to_tree(argument, named) for argument in expression.args)]
     what = f"{expression.func.__name__} cannot be written to a machine file."
-    raise InputError([Mistake(str(expression), what)])
+    names = [name for name, kind in OPERATIONS.items() if issubclass(kind, sympy.Function)]
+    remedy = f"Write it with sums, products, powers, max, {', '.join(names)}."
+    raise InputError([Mistake(str(expression), what, remedy)])
 
 
 def expanded_size(expressions: Iterable[sympy.Expr]) -> int:

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 
 def packed(rows: ArrayLike, dtype: str) -> str:
-    """Return numbers in base64, each as a type of NumPy's such as "<f8"."""
+    """Return rows (n, 3) in base64, each number as a type of NumPy's such as "<f8"."""
     return base64.b64encode(np.asarray(rows).astype(dtype).tobytes()).decode()
 
 
