@@ -36,6 +36,7 @@ from kinolab.dynamics.language.shapes import ORIGIN, AxisName, Hull, Point, Shap
 from kinolab.errors import InputError
 from kinolab.robots.writing.mjcf_text import mjcf_text
 from kinolab.robots.writing.urdf_text import urdf_text
+from kinolab.runs.folder import check_run
 from kinolab.show.film.animation import animate
 from kinolab.show.film.models.paint import paint
 from kinolab.verification import verify
@@ -219,6 +220,17 @@ def test_a_plan_leads_round_an_obstacle_and_is_certified(plan: Any) -> None:
         out = np.maximum(np.abs(placed - [0.0, 0.0, 0.5]) - [0.25, 1.0, 0.5], 0.0)
         closest = min(closest, float(np.linalg.norm(out, axis=1).min()))
     assert closest > 0.0
+
+
+def test_its_run_is_checked_by_its_files_alone(
+    plan: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Whatever the class says now, and whether there is one."""
+    folder = plan.save(tmp_path / "run")
+    monkeypatch.setattr(Ellipsoid, "support", None)
+    assert check_run(folder).passed
+    (shape,) = kinolab.read_run(folder).problem.bodies[0].shapes
+    assert isinstance(shape, Hull)
 
 
 def test_film_page_and_model_file_draw_it(plan: Any, tmp_path: Path) -> None:
