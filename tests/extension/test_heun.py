@@ -138,9 +138,9 @@ def test_a_scenario_is_written_with_its_coefficients(which: str, tmp_path: Path)
 @pytest.mark.parametrize(
     ("line", "said"),
     [
-        ("order = 3", "it is of order 2, not 3"),
+        ("order = 3", "it is not of order 3, but of order 2"),
         ("order = 15", "its order is 15. Give a whole number from 1 to 14"),
-        ("a = [[], [0.66]]", "it is of order 1, not 2"),
+        ("a = [[], [0.66]]", "it is not of order 2, but of order 1"),
         ("a = [[1.0], [1.0]]", "a row of a or c is too long"),
         ("b = [0.5]", "it has 1 weights b, 2 rows a and 0 rows c"),
         ("gamma = -1.0", "gamma: -1.0 is too small"),

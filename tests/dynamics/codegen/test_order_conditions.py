@@ -72,7 +72,7 @@ def test_shampines_rosenbrock_method_is_of_order_four() -> None:
 )
 def test_orders_are_those_of_nonlinear_equations(a: Any, b: Any, order: int) -> None:
     assert order_of(b, a, (), 0.0, 4) == order
-    with pytest.raises(InputError, match=f"it is of order {order}, not {order + 1}"):
+    with pytest.raises(InputError, match=f"it is not of order {order + 1}, but of order {order}"):
         Method("own", order + 1, b, a)
 
 

@@ -82,7 +82,7 @@ class Method:
             remedy = (
                 "Give that order, or coefficients of the form that Method describes, all digits."
             )
-            yield f"it is of order {order}, not {self.order}.", remedy
+            yield f"it is not of order {self.order}, but of order {order}.", remedy
         if self.geodesic and self.stages != 1:
             yield "along great circles goes a method of one stage.", "Leave geodesic out."
 
