@@ -68,6 +68,9 @@ def test_shampines_rosenbrock_method_is_of_order_four() -> None:
         (((), (0.5,), (1 - 1 / 0.3, 1 / 0.3)), (0.1, 0.8, 0.1), 2),  # of order 3 where f is linear
         (((), (0.5,), (-1.0, 2.0)), (1 / 6, 2 / 3, 1 / 6), 3),  # Kutta's
         (((), (1.0,)), (0.5, 0.4), 0),
+        (((), (1.0,)), (1e10, 0.5 - 1e10), 0),
+        (((), (1e300,), (1e300, 1e300)), (0.5, 0.25, 0.25), 1),
+        (((), (0.0,)), (1e308, 1e308), 0),
     ],
 )
 def test_orders_are_those_of_nonlinear_equations(a: Any, b: Any, order: int) -> None:

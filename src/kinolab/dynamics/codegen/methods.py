@@ -9,6 +9,7 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import chain
 from keyword import iskeyword
 
 import numpy as np
@@ -56,39 +57,30 @@ class Method:
         for name, rows in (("a", self.a), ("c", self.c)):
             object.__setattr__(self, name, tuple(tuple(map(float, row)) for row in rows))
         object.__setattr__(self, "b", tuple(map(float, self.b)))
-        mistakes = list(self._mistakes())
-        if mistakes:
-            raise InputError(
-                [Mistake(f"integration method {self.name!r}", *found) for found in mistakes]
-            )
+        where = f"integration method {self.name!r}"
+        if mistakes := [Mistake(where, *found) for found in self._mistakes()]:
+            raise InputError(mistakes)
 
     def _mistakes(self) -> Iterator[tuple[str, str]]:
         """Yield what is wrong, and what would work."""
         if not self.name.isidentifier() or iskeyword(self.name):
             yield "its name is not an identifier.", "Use letters, digits and underscores."
-        rows_of_a = (
-            "Give a row for each weight in b; row i has at most i entries, the first one none."
-        )
+        numbers = ([self.gamma], self.b, *self.a, *self.c)
+        rows = "Give a row for each weight; row i has at most i entries, the first one none."
         if len(self.a) != self.stages or len(self.c) not in (0, self.stages):
             what = f"it has {self.stages} weights b, {len(self.a)} rows a and {len(self.c)} rows c."
-            yield what, rows_of_a
+            yield what, rows
         elif any(len(row) > i for table in (self.a, self.c) for i, row in enumerate(table)):
-            yield "a row of a or c is too long.", rows_of_a
-        elif not all(map(math.isfinite, self._numbers())) or self.gamma < 0.0:
+            yield "a row of a or c is too long.", rows
+        elif self.gamma < 0.0 or not all(map(math.isfinite, chain(*numbers))):
             yield "a coefficient is not finite, or gamma is negative.", "Give other numbers."
         elif not 1 <= self.order <= HIGHEST:
             yield f"its order is {self.order}.", f"Give a whole number from 1 to {HIGHEST}."
         elif (order := order_of(self.b, self.a, self.c, self.gamma, self.order)) < self.order:
-            remedy = (
-                "Give that order, or coefficients of the form that Method describes, all digits."
-            )
+            remedy = "Give that order, or coefficients of the form that Method describes."
             yield f"it is not of order {self.order}, but of order {order}.", remedy
         if self.geodesic and self.stages != 1:
             yield "along great circles goes a method of one stage.", "Leave geodesic out."
-
-    def _numbers(self) -> Iterator[float]:
-        yield from (self.gamma, *self.b)
-        yield from (entry for row in (*self.a, *self.c) for entry in row)
 
     @classmethod
     def of_lists(

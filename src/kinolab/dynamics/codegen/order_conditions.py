@@ -14,6 +14,8 @@ Butcher's conditions, Hairer, Norsett, Wanner, Solving ODEs I, 2nd ed., section 
 
 from __future__ import annotations
 
+import math
+import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
@@ -24,7 +26,9 @@ from kinolab.numerics.arrays import Array
 HIGHEST = (
     14  # the highest order of a published table: Feagin, Neural Parallel Sci. Comput. 20, 2012
 )
-SLACK = 1e-9  # of the terms of a condition: what is left where coefficients have nine digits
+SLACK = 1e-9  # of a condition: what is left where coefficients have nine digits
+
+EPSILON = sys.float_info.epsilon
 
 Rows = Sequence[Sequence[float]]
 
@@ -46,6 +50,7 @@ class _RootedTree:
     beside: Array
 
 
+@np.errstate(all="ignore")  # what overflows is of no order
 def order_of(b: Sequence[float], a: Rows, c: Rows, gamma: float, highest: int) -> int:
     """Return the order of a method, looked at up to the highest one that is asked for.
 
@@ -64,7 +69,8 @@ def order_of(b: Sequence[float], a: Rows, c: Rows, gamma: float, highest: int) -
                 phi = phi * (son.alone if len(sons) == 1 else son.beside)
             density = nodes * int(np.prod([son.density for son in sons], dtype=object))
             value, size = np.einsum("ki,ki->k", weights, phi)
-            if abs(value - 1 / density) > SLACK * max(size, 1 / density):
+            rounding = 2 * nodes * EPSILON * size  # of a product of fewer factors
+            if not abs(value - 1 / density) <= SLACK / density + rounding < math.inf:
                 return nodes - 1
             alone, beside = (np.einsum("kij,kj->ki", table, phi) for table in (beta, alpha))
             found.append(_RootedTree(nodes, density, alone, beside))

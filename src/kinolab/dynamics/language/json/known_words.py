@@ -7,7 +7,7 @@ lowered itself to potentials, loads and imposed motions, which every reader know
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator
-from dataclasses import fields, replace
+from dataclasses import replace
 from typing import Any
 
 import sympy
@@ -31,16 +31,15 @@ def in_known_words(system: Mechanism, known: Collection[type]) -> Mechanism:
     if all(type(word) in known for word in words):
         return system
 
+    up = up_in(system)
+
     def plain(word: Any) -> Iterator[Any]:
         if type(word) in known:
             yield word
             return
         for part in primitives_of(word):
-            own = {field.name: getattr(part, field.name) for field in fields(part)}
-            stated = {k: v for k, v in own.items() if isinstance(v, sympy.Expr)}
-            yield replace(
-                part, **{k: written(v.xreplace(up_in(system))) for k, v in stated.items()}
-            )
+            stated = {k: v for k, v in vars(part).items() if isinstance(v, sympy.Expr)}
+            yield replace(part, **{k: written(v.xreplace(up)) for k, v in stated.items()})
 
     parts = [part for word in (*system.efforts, *system.inputs) for part in plain(word)]
     modes = [
