@@ -63,7 +63,9 @@ class Record:
         _gather(held, shape, words)
         layout = _layouts.get(tuple(shape))
         if layout is None:
-            layout = _layouts[tuple(shape)] = _layout(held)
+            codes: list[str] = []
+            kind = _lay_out(held, codes)
+            layout = _layouts[tuple(shape)] = kind, Struct("".join(["=", *codes])).pack
         self._numba_type_, pack = layout  # numba's fastest way to find the type
         self._memory = np.frombuffer(pack(*words), np.uint64)
         self.address = address_of(self._memory)
@@ -166,12 +168,6 @@ def address_of(array: NDArray[Any]) -> int:
 
 # Of a tuple: the type of its record, and what makes words of its numbers.
 _layouts: dict[tuple[Any, ...], tuple[RecordType, Callable[..., bytes]]] = {}
-
-
-def _layout(held: Any) -> tuple[RecordType, Callable[..., bytes]]:
-    codes: list[str] = []
-    kind = _lay_out(held, codes)
-    return kind, Struct("".join(["=", *codes])).pack
 
 
 def _lay_out(held: Any, codes: list[str]) -> RecordType:

@@ -52,7 +52,11 @@ class Lowering:
             remedy = "Make it with length, angle, parameter or rate, and use it in the machine."
             raise InputError([Mistake("", f"the symbol {expression} is not declared.", remedy)])
         if expression.is_number:
-            return self._number(expression)
+            try:
+                return tape.constant(float(expression))
+            except (TypeError, OverflowError) as error:
+                what = f"{expression} is not a real number."
+                raise InputError([Mistake("", what)]) from error
         if isinstance(expression, sympy.Add):
             return tape.sum(self(term) for term in expression.args)
         if isinstance(expression, sympy.Mul):
@@ -67,13 +71,6 @@ class Lowering:
             what = f"{expression.func.__name__} cannot be compiled."
             raise InputError([Mistake("", what, f"Known functions: {known}, sqrt and powers.")])
         return tape.unary(name, self(expression.args[0]))
-
-    def _number(self, expression: sympy.Expr) -> Node:
-        try:
-            return self.tape.constant(float(expression))
-        except (TypeError, OverflowError) as error:
-            what = f"{expression} is not a real number."
-            raise InputError([Mistake("", what)]) from error
 
     def _product(self, expression: sympy.Mul) -> Node:
         numerator, denominator = self.tape.one, self.tape.one
