@@ -48,7 +48,18 @@ def get(name: str, *, where: str = WHERE) -> type[AbstractPlanner]:
         InputError: If its file or package fails or has no such planner.
     """
     if name in built_in():
-        return _built_in(name)
+        try:
+            module = import_module(f"{__name__}.{name}")
+        except ModuleNotFoundError as error:
+            what = f"the planner {name!r} needs the package {error.name!r}, which is not installed."
+            raise MissingPlannerError(what) from error
+        return next(
+            value
+            for value in vars(module).values()
+            if isinstance(value, type)
+            and issubclass(value, AbstractPlanner)
+            and getattr(value, "name", None) == name
+        )
     reference = python_reference(name)
     if reference is not None:
         return plugins.class_in(reference, where, built_in())
@@ -59,21 +70,6 @@ def get(name: str, *, where: str = WHERE) -> type[AbstractPlanner]:
     if name not in registered:
         raise UnknownNameError("planner", name, known=names(), where=where)
     return plugins.class_of(registered[name], where, built_in())
-
-
-def _built_in(name: str) -> type[AbstractPlanner]:
-    try:
-        module = import_module(f"{__name__}.{name}")
-    except ModuleNotFoundError as error:
-        what = f"the planner {name!r} needs the package {error.name!r}, which is not installed."
-        raise MissingPlannerError(what) from error
-    return next(
-        value
-        for value in vars(module).values()
-        if isinstance(value, type)
-        and issubclass(value, AbstractPlanner)
-        and getattr(value, "name", None) == name
-    )
 
 
 def misfits(planner: type[AbstractPlanner], settings: Mapping[str, Any]) -> list[tuple[str, ...]]:

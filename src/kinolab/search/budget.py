@@ -164,7 +164,9 @@ class Budget:
     def spend(self, iterations: int) -> None:
         """Count a batch of iterations."""
         self.iterations += iterations
-        self._report()
+        if self.progress and (elapsed := self.elapsed) > self._next_report:
+            self._next_report = elapsed + 0.25
+            self.progress(self.iterations, elapsed)
 
     def take_back(self) -> None:
         """Uncount an unfinished iteration, so that the count reproduces the search."""
@@ -184,8 +186,3 @@ class Budget:
             self._next_look = self.elapsed + max(
                 PICTURE_PERIOD, PICTURE_COST_FACTOR * (self.elapsed - elapsed)
             )
-
-    def _report(self) -> None:
-        if self.progress and (elapsed := self.elapsed) > self._next_report:
-            self._next_report = elapsed + 0.25
-            self.progress(self.iterations, elapsed)

@@ -216,7 +216,11 @@ class SlidingWindow:
         knots = SHORT.window_knots[min(self._sweeps, len(SHORT.window_knots) - 1)]
         self._sweeps += 1
         while begin < len(motion.u) and not self._segments.cancelled():
-            end = self._end(motion, begin, fraction * knots * self._held * self._step)
+            length = fraction * knots * self._held * self._step
+            t = motion.t
+            end = min(int(np.searchsorted(t, t[begin] + length)), len(t) - 1)
+            if t[-1] - t[end] < SHORT.min_remainder * length:
+                end = len(t) - 1
             given, last = motion.piece(begin, end), end == len(motion.u)
             segment = self._segments.quicker(given, knots, last=last)
             if segment is not None:
@@ -228,12 +232,6 @@ class SlidingWindow:
                 self._held = max(SHORT.window_shrinkage * self._held, SHORT.min_steps_per_knot)
             else:
                 begin, fraction = end, 1.0
-
-    def _end(self, motion: Trajectory, begin: int, length: float) -> int:
-        """Return the end index of a segment of about a length in [s]."""
-        t = motion.t
-        end = min(int(np.searchsorted(t, t[begin] + length)), len(t) - 1)
-        return len(t) - 1 if t[-1] - t[end] < SHORT.min_remainder * length else end
 
 
 def is_long(problem: PlanningTask, trajectory: Trajectory) -> bool:

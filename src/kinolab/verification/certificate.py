@@ -87,7 +87,14 @@ def verify(
     """
     require_fit("verify problem", PlanningTask, problem)
     require_fit("verify trajectory", Trajectory, trajectory)
-    _require_columns(problem, trajectory)
+    model, plant = problem.model, problem.model.plant
+    references = () if plant is model else model.control_names
+    wanted = (*model.state_names, *plant.control_names, *references)
+    found = (*trajectory.state_names, *trajectory.control_names, *trajectory.reference_names)
+    if tuple(found) != wanted:
+        what = f"its columns are {', '.join(found)[:LONGEST_QUOTE]}, of another machine"
+        remedy = f"Give one with the columns {', '.join(wanted)}."
+        raise InputError([Mistake("verify trajectory", f"{what}.", remedy)])
     context = CheckContext.of(problem, trajectory, told, thorough=thorough)
     checks = tuple(_checked(context, CHECKS))
     free = any(check.name == "collision" and check.passed for check in checks)
@@ -154,15 +161,3 @@ def _margin(context: CheckContext) -> ClearanceMargin | None:
             return least_clearance(context.clearance_search)
     except TooFastError:
         return None
-
-
-def _require_columns(problem: PlanningTask, trajectory: Trajectory) -> None:
-    """Raise if a trajectory's columns are not those of the machine."""
-    model, plant = problem.model, problem.model.plant
-    references = () if plant is model else model.control_names
-    wanted = (*model.state_names, *plant.control_names, *references)
-    found = (*trajectory.state_names, *trajectory.control_names, *trajectory.reference_names)
-    if tuple(found) != wanted:
-        what = f"its columns are {', '.join(found)[:LONGEST_QUOTE]}, of another machine"
-        remedy = f"Give one with the columns {', '.join(wanted)}."
-        raise InputError([Mistake("verify trajectory", f"{what}.", remedy)])

@@ -10,7 +10,7 @@ from ompl import base as ob
 from ompl import control as oc
 
 from kinolab.search.ompl.simple_setup import OmplSetup
-from kinolab.search.planner import AbstractPlanner, Budget, Outcome, SearchResult
+from kinolab.search.planner import AbstractPlanner, Budget, Outcome
 from kinolab.simulation.reference import resimulate
 
 
@@ -40,18 +40,9 @@ class OmplPlanner(ob.Planner):  # type: ignore[misc]
         result = self._planner.solve(self._bridge.problem, self._seed, budget)
         if not len(result.u):
             return ob.PlannerStatus(ob.PlannerStatus.TIMEOUT)
-        self._add(result)
-        exact = result.outcome is Outcome.SOLVED
-        kind = "EXACT_SOLUTION" if exact else "APPROXIMATE_SOLUTION"
-        return ob.PlannerStatus(getattr(ob.PlannerStatus, kind))
-
-    def _add(self, result: SearchResult) -> None:
-        """Add a motion as an OMPL path, one control per propagation step."""
         setup, problem = self._bridge, self._bridge.problem
-        motion, path = (
-            resimulate(problem, result.t, result.u),
-            oc.PathControl(setup.space_information),
-        )
+        motion = resimulate(problem, result.t, result.u)
+        path = oc.PathControl(setup.space_information)
         state = setup.space.allocState()
         control = setup.space_information.getControlSpace().allocControl()
         for k, x in enumerate(motion.x):
@@ -63,5 +54,7 @@ class OmplPlanner(ob.Planner):  # type: ignore[misc]
                 control[i] = float(value)
             path.append(state, control, float(motion.t[k] - motion.t[k - 1]))
         excess = problem.goal_excess(motion.x[-1])
-        approximate = result.outcome is not Outcome.SOLVED
-        self.getProblemDefinition().addSolutionPath(path, approximate, excess, self._planner.name)
+        exact = result.outcome is Outcome.SOLVED
+        self.getProblemDefinition().addSolutionPath(path, not exact, excess, self._planner.name)
+        kind = "EXACT_SOLUTION" if exact else "APPROXIMATE_SOLUTION"
+        return ob.PlannerStatus(getattr(ob.PlannerStatus, kind))

@@ -113,18 +113,14 @@ class RandomWalkEscapes:
         if ending is Ending.GOAL and not self._reached(trail):
             ending = Ending.MINIMUM
         if ending is Ending.MINIMUM:
-            self._note(trail, begun)
+            height = float(self._field.potential(trail.end[None])[0])
+            if all(height < minimum.height - MIN_IMPROVEMENT for minimum in self.minima):
+                self._since_progress = 0
+            descended = np.array(trail.states[begun:])
+            heights = self._field.potential(descended)
+            k = int(np.argmin(heights))
+            self.minima.append(LocalMinimum(trail, height, descended[k], float(heights[k])))
         return ending
-
-    def _note(self, trail: PartialMotion, begun: int) -> None:
-        """Keep the minimum in which a descent ended that began at a state of its motion."""
-        height = float(self._field.potential(trail.end[None])[0])
-        if all(height < minimum.height - MIN_IMPROVEMENT for minimum in self.minima):
-            self._since_progress = 0
-        descended = np.array(trail.states[begun:])
-        heights = self._field.potential(descended)
-        k = int(np.argmin(heights))
-        self.minima.append(LocalMinimum(trail, height, descended[k], float(heights[k])))
 
     def _origin(self, generator: np.random.Generator) -> PartialMotion:
         """Return a motion from whose end to start a random walk.

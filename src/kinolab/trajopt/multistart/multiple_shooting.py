@@ -224,7 +224,9 @@ class Multistart:
         """
         begin, end = self._guesses.straight()
         turning = float(self._generator.choice((*GUESS.turning, math.nan), p=GUESS.odds))
-        straight = self._straight_is_free(begin, end)
+        if self._straight is None or not np.array_equal(self._straight[0], end):
+            self._straight = end, self._geometric_paths.is_free(begin, end)
+        straight = self._straight[1]
         if turning == GUESS.turning[0] or not (straight or math.isnan(turning)):
             branches = GUESS.max_branches[math.isfinite(self._below)]
             path = self._geometric_paths.find(begin, end, turning, self._short_enough, branches)
@@ -235,8 +237,3 @@ class Multistart:
 
     def _short_enough(self, paths: Array) -> NDArray[np.bool_]:
         return np.asarray(self._guesses.least_times(paths) <= self._most)
-
-    def _straight_is_free(self, begin: Array, end: Array) -> bool:
-        if self._straight is None or not np.array_equal(self._straight[0], end):
-            self._straight = end, self._geometric_paths.is_free(begin, end)
-        return self._straight[1]

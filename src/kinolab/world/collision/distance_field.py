@@ -65,7 +65,10 @@ def distance_field(
     low = boxes[:, :3].min(axis=0)
     span = boxes[:, 3:].max(axis=0) - low
     cells = max(1, min(MAX_CELLS, memory // np.dtype(np.float32).itemsize))
-    width = _width(span, cells, finest)
+    largest = float(span.max())
+    width = max(finest, largest * 1e-4, float(np.finfo(float).tiny))
+    while np.maximum(np.ceil(span / width), 1).prod() > cells:
+        width *= 1.05
     shape = tuple(int(n) for n in np.maximum(np.ceil(span / width), 1))
     # A little room, so that what lies in the highest plane lies in the grid.
     low = low - 0.5 * (np.array(shape) * width - span)
@@ -75,7 +78,12 @@ def distance_field(
     if meshes:
         mark_triangles(grid.triangles, low, width, taken)
         _fill_solids(grid, low, width, taken)
-    _mark_primitives(obstacles, low, width, taken)
+    left = {id(obstacle) for obstacle in without_redundant(obstacles)}
+    placed = obstacle_arrays(obstacles)
+    for k, (kind, half, turn, at, box, mesh) in enumerate(zip(*placed, strict=True)):
+        if mesh < 0 and id(obstacles[k]) in left:
+            left.remove(id(obstacles[k]))  # one thing may be there more than once
+            mark_shape(Convex(int(kind), half, turn, at), box[:3], box[3:], low, width, taken)
     return DistanceField(low, width, _distances(taken, width))
 
 
@@ -91,24 +99,6 @@ def digest(obstacles: Sequence[Obstacle]) -> str:
             found.update(np.ascontiguousarray(obstacle.vertices).tobytes())
             found.update(np.ascontiguousarray(obstacle.faces).tobytes())
     return found.hexdigest()
-
-
-def _width(span: Array, cells: int, finest: float) -> float:
-    """Return the smallest edge of cells of which no more are needed than there may be."""
-    largest = float(span.max())
-    width = max(finest, largest * 1e-4, float(np.finfo(float).tiny))
-    while np.maximum(np.ceil(span / width), 1).prod() > cells:
-        width *= 1.05
-    return width
-
-
-def _mark_primitives(obstacles: Sequence[Obstacle], low: Array, width: float, taken: Taken) -> None:
-    left = {id(obstacle) for obstacle in without_redundant(obstacles)}
-    placed = obstacle_arrays(obstacles)
-    for k, (kind, half, turn, at, box, mesh) in enumerate(zip(*placed, strict=True)):
-        if mesh < 0 and id(obstacles[k]) in left:
-            left.remove(id(obstacles[k]))  # one thing may be there more than once
-            mark_shape(Convex(int(kind), half, turn, at), box[:3], box[3:], low, width, taken)
 
 
 def _fill_solids(grid: MeshGrid, low: Array, width: float, taken: Taken) -> None:

@@ -36,7 +36,9 @@ def components(vertices: Array, faces: Faces, label: NDArray[np.int64] | None = 
     """
     if label is None:
         label = connected_parts(len(vertices), faces)
-    volume = _signed_volumes(vertices, faces, label)
+    a, b, c = (vertices[faces[:, k]] - vertices.mean(axis=0) for k in range(3))
+    cones = np.einsum("ij,ij->i", a, np.cross(b, c)) / 6.0
+    volume = np.bincount(label, weights=cones).astype(np.float64)
     volume[np.unique(label[_has_open_edge(len(vertices), faces)])] = 0.0
     volume[np.abs(volume) < FLAT_FRACTION * np.ptp(vertices, axis=0).max() ** 3] = 0.0
     return Components(label, volume)
@@ -50,12 +52,6 @@ def connected_parts(count: int, faces: Faces) -> NDArray[np.int64]:
     )
     part_of_vertex = scipy.sparse.csgraph.connected_components(graph, directed=False)[1]
     return np.unique(part_of_vertex[faces[:, 0]], return_inverse=True)[1].astype(np.int64)
-
-
-def _signed_volumes(vertices: Array, faces: Faces, label: NDArray[np.int64]) -> Array:
-    a, b, c = (vertices[faces[:, k]] - vertices.mean(axis=0) for k in range(3))
-    cones = np.einsum("ij,ij->i", a, np.cross(b, c)) / 6.0
-    return np.bincount(label, weights=cones).astype(np.float64)
 
 
 def _has_open_edge(count: int, faces: Faces) -> NDArray[np.bool_]:
