@@ -57,16 +57,13 @@ class _Peer:
                 raise ValueError("it is no message")
             if "call" not in message:
                 return message
-            self._answer(message)
-
-    def _answer(self, message: dict[str, Any]) -> None:
-        try:
-            function = self._own[int(message["call"])]
-            value = self.encoded(function(*map(self.decoded, message["arguments"])))
-        except Exception as error:  # whatever somebody's function raises
-            self.send(error=[type(error).__name__, str(error)])
-        else:
-            self.send(value=value)
+            try:
+                function = self._own[int(message["call"])]
+                value = self.encoded(function(*map(self.decoded, message["arguments"])))
+            except Exception as error:  # whatever somebody's function raises
+                self.send(error=[type(error).__name__, str(error)])
+            else:
+                self.send(value=value)
 
     def _called(self, number: int, arguments: tuple[Any, ...]) -> Any:
         self.send(call=number, arguments=[*map(self.encoded, arguments)])

@@ -39,7 +39,8 @@ def _inertia(system: MechanismParts, body: Body) -> Iterator[LawCheck]:
     mass = system.number(body.mass)
     moments = np.array([system.number(entry) for entry in body.inertia_matrix]).reshape(3, 3)
     largest = float(np.linalg.eigvalsh(moments)[-1])
-    reach = _reach(system, body)
+    corners = [triangles(shape)[0] for shape in system.resolved_shapes(body)]
+    reach = max((float(np.linalg.norm(points, axis=1).max()) for points in corners), default=0.0)
     if not (mass > 0 and largest > 0 and reach > 0):
         return  # a point mass, or a wheel whose mass counts elsewhere
     law, share = f"the inertia of {body.name} fits its mass and shape", largest / (mass * reach**2)
@@ -50,12 +51,6 @@ def _inertia(system: MechanismParts, body: Body) -> Iterator[LawCheck]:
         yield LawCheck(law, share, LARGEST_INERTIA, f"{told}; {units}")
     elif share < SMALLEST_INERTIA:
         yield LawCheck(law, 1 / share, 1 / SMALLEST_INERTIA, f"{told}; {units}")
-
-
-def _reach(system: MechanismParts, body: Body) -> float:
-    """Return the largest distance of a body's shapes from its centre of mass, in [m]."""
-    corners = [triangles(shape)[0] for shape in system.resolved_shapes(body)]
-    return max((float(np.linalg.norm(points, axis=1).max()) for points in corners), default=0.0)
 
 
 def _pairs(model: Model, states: NDArray[np.float64]) -> Iterator[LawCheck]:

@@ -58,7 +58,8 @@ def show_in_meshcat(problem: PlanningTask, plan: Shown, visualizer: Any = None) 
         body = view[ROOT]["machine"][part.name]
         _draw(meshcat, body, part)
         for k in range(len(times_of(content))):
-            pose = _pose(part, k)
+            pose = np.eye(4)
+            pose[:3, :3], pose[:3, 3] = to_matrices(part.turns[k]), part.places[k]
             if k == 0:
                 body.set_transform(pose)
             animation.at_frame(body, k).set_transform(pose)
@@ -91,9 +92,3 @@ def _look(view: Any, content: Content) -> None:
 def _draw(meshcat: Any, node: Any, part: ViewedPart) -> None:
     shape = meshcat.geometry.TriangularMeshGeometry(part.vertices, part.triangles, part.colors)
     node.set_object(shape, meshcat.geometry.MeshLambertMaterial(vertexColors=True))
-
-
-def _pose(part: ViewedPart, k: int) -> Any:
-    pose = np.eye(4)
-    pose[:3, :3], pose[:3, 3] = to_matrices(part.turns[k]), part.places[k]
-    return pose

@@ -88,28 +88,24 @@ def _shortcut(answer: Any) -> None:
         returned = answer(path.copy(), _free)
         if returned is None:
             raise WrongAnswerError("there is no answer: it returns None.")
-        _require_best(path, list(returned))
+        kept = list(returned)
+        if any(not isinstance(i, int | np.integer) for i in kept):
+            raise WrongAnswerError(f"numbers of rows are wanted, not {kept}.")
+        chosen = f"the rows {[int(i) for i in kept]} of a path of {len(path)} points"
+        if not kept or kept[0] != 0 or kept[-1] != len(path) - 1 or sorted(set(kept)) != kept:
+            what = f"{chosen} do not lead from the first row to the last, in increasing order."
+            raise WrongAnswerError(what)
+        rows = path[kept]
+        if not all(_free(a, b) for a, b in pairwise(rows)):
+            raise WrongAnswerError(f"the way along {chosen} is not free.")
+        if _length(rows) > (1.0 + TOLERANCE) * _shortest(path):
+            raise WrongAnswerError(
+                f"the way along {chosen} is {_length(rows):.4g} long, and there is a shorter one."
+            )
         return True
 
     cases = [(path,) for path in _paths()]
     require_values(is_best if callable(answer) else answer, lambda _: True, cases)
-
-
-def _require_best(path: Array, kept: list[Any]) -> None:
-    """Raise a WrongAnswerError unless the rows are a free way, and none is shorter."""
-    if any(not isinstance(i, int | np.integer) for i in kept):
-        raise WrongAnswerError(f"numbers of rows are wanted, not {kept}.")
-    chosen = f"the rows {[int(i) for i in kept]} of a path of {len(path)} points"
-    if not kept or kept[0] != 0 or kept[-1] != len(path) - 1 or sorted(set(kept)) != kept:
-        what = f"{chosen} do not lead from the first row to the last, in increasing order."
-        raise WrongAnswerError(what)
-    rows = path[kept]
-    if not all(_free(a, b) for a, b in pairwise(rows)):
-        raise WrongAnswerError(f"the way along {chosen} is not free.")
-    if _length(rows) > (1.0 + TOLERANCE) * _shortest(path):
-        raise WrongAnswerError(
-            f"the way along {chosen} is {_length(rows):.4g} long, and there is a shorter one."
-        )
 
 
 EXERCISES = (

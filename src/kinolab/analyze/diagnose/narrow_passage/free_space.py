@@ -49,7 +49,11 @@ class FreeSpace:
 
     def collides(self, x: Sequence[float], shift: Array | None = None) -> bool:
         """Return whether the machine collides when translated by ``shift`` (3,) in [m]."""
-        poses, ends = self._shifted(x, np.zeros(3) if shift is None else shift)
+        shift = np.zeros(3) if shift is None else shift
+        calls = self._place(x)
+        poses, ends = calls.poses.copy(), calls.ends.copy()
+        poses[:, 3::4] += shift
+        ends += np.tile(shift, 2)
         return self._checker.collides(poses, ends)
 
     def touches(self, x: Sequence[float]) -> list[str]:
@@ -64,10 +68,3 @@ class FreeSpace:
         if self._shifts is not None:
             self._places += np.matmul(self._axes, self._shifts)
         return self._calls
-
-    def _shifted(self, x: Sequence[float], shift: Array) -> tuple[Array, Array]:
-        calls = self._place(x)
-        poses, ends = calls.poses.copy(), calls.ends.copy()
-        poses[:, 3::4] += shift
-        ends += np.tile(shift, 2)
-        return poses, ends
