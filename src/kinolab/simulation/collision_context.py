@@ -11,16 +11,16 @@ advancement).
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from kinolab.numerics.arrays import Array, Integers
+from kinolab.numerics.arrays import Array, Integers, allocate
 from kinolab.numerics.jit import kernel
 from kinolab.problem import PlanningTask
 from kinolab.simulation.continuous_collision import SAFETY_FACTOR, moves_upright, resolution
 from kinolab.simulation.machine import advance, call_at, call_under
-from kinolab.world.collision.broadphase import Scratch, scratch_for
+from kinolab.world.collision.broadphase import Scratch
 from kinolab.world.collision.clearance_bound import clearance_within
 from kinolab.world.collision.collision_scene import CollisionScene, collision_scene
 
@@ -31,10 +31,10 @@ COARSE_CELL_FRACTION = 0.25  # of a cell: clearance for which the grid's bound s
 class CollisionScratch(NamedTuple):
     """Scratch memory for collision checks of a machine."""
 
-    x: Array  # (nx,) a state within a step
-    speeds: Array  # (bodies + cables,)
-    poses: Array  # (bodies, 12)
-    ends: Array  # (cables, 6)
+    x: Annotated[Array, "nx"]  # a state within a step
+    speeds: Annotated[Array, "parts"]
+    poses: Annotated[Array, "bodies", 12]
+    ends: Annotated[Array, "cables", 6]
     clearance_scratch: Scratch
 
 
@@ -66,13 +66,8 @@ def collision_context(problem: PlanningTask) -> tuple[CollisionContext, Collisio
         glides=gliding,
     )
     bodies, cables = len(problem.bodies), len(problem.cables)
-    scratch = CollisionScratch(
-        x=np.zeros(problem.model.nx),
-        speeds=np.zeros(max(bodies, cables, 1)),
-        poses=np.zeros((bodies, 12)),
-        ends=np.zeros((cables, 6)),
-        clearance_scratch=scratch_for(len(all_around.broadphase.kind)),
-    )
+    sizes = {"nx": problem.model.nx, "bodies": bodies, "cables": cables, "pairs": 1}
+    sizes |= {"parts": max(bodies, cables, 1), "shapes": len(all_around.broadphase.kind)}
     context = CollisionContext(
         scene=all_around,
         axis=np.array([4 * axis + 3 for axis, *_ in limits], dtype=np.int64),
@@ -83,7 +78,7 @@ def collision_context(problem: PlanningTask) -> tuple[CollisionContext, Collisio
         max_step=max_step,
         coarse_clearance=max(COARSE_CELL_FRACTION * all_around.distance.width, spacing),
     )
-    return context, scratch
+    return context, allocate(CollisionScratch, sizes)
 
 
 @kernel

@@ -10,7 +10,7 @@ Source: Hairer, Norsett, Wanner, Solving ODEs I, 2nd ed., sections II.4 to II.6 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -68,11 +68,11 @@ class Ode(NamedTuple):
 class StepTable(NamedTuple):
     """Accepted steps with the coefficients of their dense output, in order."""
 
-    knot: NDArray[np.int64]  # interval of each step, (m,)
-    begin: Array  # in [s], (m,)
-    end: Array  # in [s], (m,)
-    x: Array  # state at the beginning, (m, nx)
-    coefficients: Array  # (m, 7, nx)
+    knot: Annotated[NDArray[np.int64], "capacity"]  # interval of each step
+    begin: Annotated[Array, "capacity"]  # in [s]
+    end: Annotated[Array, "capacity"]  # in [s]
+    x: Annotated[Array, "capacity", "nx"]  # state at the beginning
+    coefficients: Annotated[Array, "capacity", POWER, "nx"]
 
 
 def make_ode(
@@ -98,17 +98,6 @@ def make_ode(
             progress=np.zeros(2),
         )
     )  # fmt: skip
-
-
-def step_table(capacity: int, nx: int) -> StepTable:
-    """Return a table of uninitialised steps."""
-    return StepTable(
-        np.empty(capacity, np.int64),
-        np.empty(capacity),
-        np.empty(capacity),
-        np.empty((capacity, nx)),
-        np.empty((capacity, POWER, nx)),
-    )
 
 
 @kernel

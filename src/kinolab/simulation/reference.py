@@ -17,11 +17,11 @@ from numpy.typing import NDArray
 from kinolab.dynamics import Model
 from kinolab.dynamics.codegen.state_space import StateSpace
 from kinolab.errors import KinolabError, SingularError
-from kinolab.numerics.arrays import Array
+from kinolab.numerics.arrays import Array, allocate
 from kinolab.numerics.struct import Record
 from kinolab.problem import PlanningTask
 from kinolab.simulation import dop853
-from kinolab.simulation.dop853 import StepTable, make_ode, step_table
+from kinolab.simulation.dop853 import StepTable, make_ode
 from kinolab.simulation.motion_pieces import MotionPieces
 from kinolab.trajectory import Trajectory
 
@@ -186,7 +186,8 @@ def _integrated(
     begins = np.atleast_2d(np.array(starts, dtype=float))
     chained = np.ndim(starts) == 1
     ode, ends = _ode(model, scales, parameters), np.empty((len(held), model.nx))
-    table, row = step_table(4 * len(held) + 64 if between else 0, model.nx), np.zeros(1, np.int64)
+    sizes = {"capacity": 4 * len(held) + 64 if between else 0, "nx": model.nx}
+    table, row = allocate(StepTable, sizes), np.zeros(1, np.int64)
     most = np.full(len(held), np.inf) if longest is None else np.array(longest, dtype=float)
     k = 0
     while k < len(held):
@@ -195,7 +196,8 @@ def _integrated(
             ode, times, held, begins, most, chained, k, last, between, Record(table), row, ends
         )
         if how == dop853.FULL:
-            table, full = step_table(2 * len(table.begin), model.nx), table
+            sizes["capacity"] *= 2
+            table, full = allocate(StepTable, sizes), table
             for column, wider in zip(full, table, strict=True):
                 wider[: len(column)] = column
         elif how != dop853.WORKED:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from kinolab.numerics.arrays import Array
+from kinolab.numerics.arrays import Array, allocate
 from kinolab.numerics.jit import kernel
 from kinolab.numerics.struct import Record
 from kinolab.world.collision.gjk import Convex
@@ -17,7 +17,6 @@ from kinolab.world.collision.triangle_tree import (
     LANES,
     NOWHERE,
     Traversal,
-    traversal,
     triangle_tree,
 )
 from kinolab.world.support_functions import SPHERE
@@ -53,7 +52,7 @@ class Sphere:
 
     def gap(self, at: Array, least: float, within: float) -> float:
         half, box = np.full(3, self.radius), np.concatenate([at - self.radius, at + self.radius])
-        scratch = Record(Scratch(traversal(), np.zeros((3, 3)), np.zeros((9, 3))))
+        scratch = Record(Scratch(allocate(Traversal, {}), np.zeros((3, 3)), np.zeros((9, 3))))
         return float(ask(half, np.eye(3), at, box, least, within, self._record, scratch))
 
 

@@ -8,12 +8,12 @@ Source: Guttman, R-trees: a dynamic index structure for spatial searching, SIGMO
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from kinolab.numerics.arrays import Array, Integers, Singles
+from kinolab.numerics.arrays import Array, Integers, Singles, allocate
 from kinolab.numerics.jit import kernel
 from kinolab.numerics.simd import FAR, LANES
 
@@ -29,42 +29,32 @@ POINTS, LEAVES, GROUPS, HEIGHT, ROOT = range(5)  # entries of ``counts``
 class RTree(NamedTuple):
     """Points and boxes, for compiled code."""
 
-    points: Singles  # (capacity, d) scaled coordinates, by index
-    blocks: Singles  # (leaves, CHUNKS, d, LANES) points of leaves, infinite where there is none
-    names: NDArray[np.int32]  # (leaves * LEAF_SIZE,) indices of the points of leaves
-    sizes: NDArray[np.int32]  # (leaves,) numbers of points
-    boxes: Singles  # (groups, 2, d, LANES) lowest and highest coordinates of children
-    children: NDArray[np.int32]  # (groups, LANES) groups, or leaves in the lowest layer
-    branches: NDArray[np.int32]  # (groups,) numbers of children
+    points: Annotated[Singles, "capacity", "d"]  # scaled coordinates, by index
+    blocks: Annotated[Singles, "leaf capacity", CHUNKS, "d", LANES]  # of leaves; else infinite
+    names: Annotated[NDArray[np.int32], "name capacity"]  # indices of points of leaves
+    sizes: Annotated[NDArray[np.int32], "leaf capacity"]  # numbers of points
+    boxes: Annotated[Singles, "group capacity", 2, "d", LANES]  # lowest and highest of children
+    children: Annotated[NDArray[np.int32], "group capacity", LANES]  # or leaves, if lowest
+    branches: Annotated[NDArray[np.int32], "group capacity"]  # numbers of children
     counts: Integers  # (5,) of points, leaves, groups and layers of groups; the root group
     period: Singles  # (d,) of each coordinate; infinite if it is not periodic
-    query: Singles  # (d,) scratch
-    keys: Singles  # (LAYERS, LANES) scratch: ranked bounds of a search
-    last: Integers  # (LAYERS + 1,) scratch: what a search has seen of a group
-    path: Integers  # (LAYERS + 1,) scratch: groups of a search
-    parts: Integers  # (LANES, 3) scratch: parts to divide
+    query: Annotated[Singles, "d"]  # scratch
+    keys: Annotated[Singles, LAYERS, LANES]  # scratch: ranked bounds of a search
+    last: Annotated[Integers, LAYERS + 1]  # scratch: what a search has seen of a group
+    path: Annotated[Integers, LAYERS + 1]  # scratch: groups of a search
+    parts: Annotated[Integers, LANES, 3]  # scratch: parts to divide
 
 
 def r_tree(capacity: int, period: Array) -> RTree:
     """Return an empty tree; ``period`` (d,) is infinite for non-periodic coordinates."""
     d, leaves = len(period), capacity // FILL + SPARE_LEAVES
     groups = LAYERS + leaves // MIN_CHILDREN
-    # What a tree holds is written before it is read: to clear it all would take milliseconds.
-    tree = RTree(
-        points=np.empty((capacity, d), np.float32),
-        blocks=np.empty((leaves, CHUNKS, d, LANES), np.float32),
-        names=np.empty(leaves * LEAF_SIZE, np.int32),
-        sizes=np.empty(leaves, np.int32),
-        boxes=np.empty((groups, 2, d, LANES), np.float32),
-        children=np.empty((groups, LANES), np.int32),
-        branches=np.empty(groups, np.int32),
+    sizes = {"capacity": capacity, "leaf capacity": leaves, "name capacity": leaves * LEAF_SIZE}
+    tree = allocate(
+        RTree,
+        sizes | {"group capacity": groups, "d": d},
         counts=np.array([0, 1, 1, 1, 0], np.int64),
         period=np.asarray(period, np.float32),
-        query=np.zeros(d, np.float32),
-        keys=np.zeros((LAYERS, LANES), np.float32),
-        last=np.zeros(LAYERS + 1, np.int64),
-        path=np.zeros(LAYERS + 1, np.int64),
-        parts=np.zeros((LANES, 3), np.int64),
     )
     tree.sizes[0], tree.branches[0], tree.children[0, 0] = 0, 1, 0
     tree.blocks[0], tree.boxes[0, 0], tree.boxes[0, 1] = FAR, FAR, -FAR

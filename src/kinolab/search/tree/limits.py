@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from kinolab.numerics.arrays import Array, Integers
+from kinolab.numerics.arrays import Array, Integers, allocate
 from kinolab.numerics.jit import kernel
 from kinolab.problem import PlanningTask
 from kinolab.problem.goal_kernel import axis_angle, carried
@@ -30,11 +30,11 @@ class LimitArrays(NamedTuple):
     direction: Array  # (cones, 3) of the cone, in the world frame
     half_angle: Array  # (cones,) in [rad]
     requirements: int  # number of requirements
-    still: Array  # (nu,) zero inputs, for which rates are evaluated
-    rates: Array  # (nt,) scratch
-    margins: Array  # (requirements,) scratch
-    slope: Array  # (2, nx) scratch
-    beside: Array  # (nx,) scratch
+    still: Annotated[Array, "nu"]  # zero inputs, for which rates are evaluated
+    rates: Annotated[Array, "rates"]  # scratch
+    margins: Annotated[Array, "margins"]  # scratch
+    slope: Annotated[Array, 2, "nx"]  # scratch
+    beside: Annotated[Array, "nx"]  # scratch
 
 
 def limit_arrays(problem: PlanningTask) -> LimitArrays:
@@ -42,7 +42,11 @@ def limit_arrays(problem: PlanningTask) -> LimitArrays:
     model, cones = problem.model, problem.keep_outs
     rates = problem.rate_bounds if np.isfinite(problem.rate_bounds).any() else np.zeros((0, 2))
     requirements = len(problem.machine.requirements)
-    return LimitArrays(
+    sizes = {"nx": model.nx, "nu": model.nu}
+    sizes |= {"rates": max(model.nt, 1), "margins": max(requirements, 1)}
+    return allocate(
+        LimitArrays,
+        sizes,
         lower=np.ascontiguousarray(problem.bounds[:, 0]),
         upper=np.ascontiguousarray(problem.bounds[:, 1]),
         rate_lower=np.ascontiguousarray(rates[:, 0]),
@@ -52,11 +56,6 @@ def limit_arrays(problem: PlanningTask) -> LimitArrays:
         direction=np.array([cone.direction for cone in cones], dtype=float).reshape(-1, 3),
         half_angle=np.array([cone.half_angle for cone in cones], dtype=float),
         requirements=requirements,
-        still=np.zeros(model.nu),
-        rates=np.zeros(max(model.nt, 1)),
-        margins=np.zeros(max(requirements, 1)),
-        slope=np.zeros((2, model.nx)),
-        beside=np.zeros(model.nx),
     )
 
 

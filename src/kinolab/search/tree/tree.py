@@ -7,10 +7,10 @@ from typing import Annotated, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from kinolab.numerics.arrays import Array, Integers
+from kinolab.numerics.arrays import Array, Integers, allocate
 from kinolab.numerics.jit import kernel
 from kinolab.numerics.neighbours.r_tree import RTree, r_tree
-from kinolab.search.tree.flat_arrays import allocate, copy
+from kinolab.search.tree.flat_arrays import copy
 from kinolab.search.tree.lanes import Extensions, LaneStates, drop_extensions
 from kinolab.search.tree.limits import slopes_of_step, step_keeps_limits
 from kinolab.search.tree.problem_arrays import ProblemArrays, is_inside, metric_periods
@@ -66,8 +66,6 @@ def tree(
         Tree,
         sizes,
         neighbours=r_tree(capacity if neighbours else 1, period),
-        lanes=allocate(LaneStates, sizes),
-        extensions=allocate(Extensions, sizes),
     )
 
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from functools import lru_cache
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.concurrency.rows import in_parts
-from kinolab.numerics.arrays import Array, Integers
+from kinolab.numerics.arrays import Array, Integers, allocate
 from kinolab.numerics.jit import kernel
 from kinolab.numerics.simd import BEFORE_ALL, LANES, bits_of, next_key, ranked
 from kinolab.numerics.struct import Record
@@ -29,7 +29,7 @@ from kinolab.world.collision.triangle_gaps import (
     plane_bound,
     triangle_bounds,
 )
-from kinolab.world.collision.triangle_tree import Traversal, TriangleTree, mesh_tree, traversal
+from kinolab.world.collision.triangle_tree import Traversal, TriangleTree, mesh_tree
 from kinolab.world.geometry import core_radius_of
 from kinolab.world.placed_shapes import ObstacleArrays, enclose, obstacle_arrays
 from kinolab.world.redundant_obstacles import without_redundant
@@ -65,23 +65,24 @@ class CollisionArrays(NamedTuple):
 class GapBuffer(NamedTuple):
     """Signed distances of one pose, and scratch memory to find them."""
 
-    mover: Integers  # (MAX_GAPS,) shape of the machine
-    what: Integers  # (MAX_GAPS,) obstacle, triangle (counted after them), GROUND, or OWN - shape
-    normal: Array  # (MAX_GAPS + 1, 3) from the other shape to this one; the last is scratch
-    gap: Array  # (MAX_GAPS,) [m]
-    level: Array  # (MAX_GAPS,) [m] along the normal, of what is nearest of a triangle
+    mover: Annotated[Integers, MAX_GAPS]  # shape of the machine
+    # An obstacle, a triangle (counted after them), GROUND, or OWN - shape.
+    what: Annotated[Integers, MAX_GAPS]
+    normal: Annotated[Array, MAX_GAPS + 1, 3]  # from the other shape; the last is scratch
+    gap: Annotated[Array, MAX_GAPS]  # [m]
+    level: Annotated[Array, MAX_GAPS]  # [m] along the normal, of what is nearest of a triangle
     half: Array  # (shapes, 3) half sizes, or more; for cables at their current length
-    turns: Array  # (shapes, 3, 3)
-    places: Array  # (shapes, 3)
-    box: Array  # (shapes, 6)
-    poses: Array  # (bodies, 12)
-    ends: Array  # (cables, 6)
-    corners: Array  # (3, 3)
-    scratch: Array  # (9, 3)
+    turns: Annotated[Array, "shapes", 3, 3]
+    places: Annotated[Array, "shapes", 3]
+    box: Annotated[Array, "shapes", 6]
+    poses: Annotated[Array, "bodies", 12]
+    ends: Annotated[Array, "cables", 6]
+    corners: Annotated[Array, 3, 3]
+    scratch: Annotated[Array, 9, 3]
     traversal: Traversal
     room: Array  # (shapes,) [m] that no triangle was nearer, where triangles were looked for last
-    seen_turns: Array  # (shapes, 3, 3) there
-    seen_places: Array  # (shapes, 3)
+    seen_turns: Annotated[Array, "shapes", 3, 3]  # there
+    seen_places: Annotated[Array, "shapes", 3]
     radius: Array  # (shapes,) [m] of a ball around a centre that holds the core of the shape
 
 
@@ -200,25 +201,13 @@ def collision_arrays(problem: PlanningTask) -> tuple[Record, bool]:
 
 def _memory(around: CollisionArrays) -> GapBuffer:
     shapes = len(around.scene.kind)
-    return GapBuffer(
-        mover=np.zeros(MAX_GAPS, np.int64),
-        what=np.zeros(MAX_GAPS, np.int64),
-        normal=np.zeros((MAX_GAPS + 1, 3)),
-        gap=np.zeros(MAX_GAPS),
-        level=np.zeros(MAX_GAPS),
-        half=around.scene.half.copy(),
-        turns=np.zeros((shapes, 3, 3)),
-        places=np.zeros((shapes, 3)),
-        box=np.zeros((shapes, 6)),
-        poses=np.zeros((max(around.bodies, 1), 12)),
-        ends=np.zeros((max(around.strings, 1), 6)),
-        corners=np.zeros((3, 3)),
-        scratch=np.zeros((9, 3)),
-        traversal=traversal(),
+    cables, half = max(around.strings, 1), around.scene.half.copy()
+    return allocate(
+        GapBuffer,
+        {"shapes": shapes, "bodies": max(around.bodies, 1), "cables": cables},
+        half=half,
         room=np.full(shapes, -math.inf),
-        seen_turns=np.zeros((shapes, 3, 3)),
-        seen_places=np.zeros((shapes, 3)),
-        radius=np.linalg.norm(around.scene.half[:, :3], axis=1),
+        radius=np.linalg.norm(half[:, :3], axis=1),
     )
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,7 +31,7 @@ from kinolab.world.collision.triangle_grid import (
     near_surface,
     overlap,
 )
-from kinolab.world.collision.triangle_tree import Traversal, TriangleTree, traversal
+from kinolab.world.collision.triangle_tree import Traversal, TriangleTree
 from kinolab.world.geometry import placement, sizes, sizes_of
 from kinolab.world.placed_shapes import ObstacleArrays, enclose, obstacle_arrays
 from kinolab.world.world import World
@@ -68,32 +68,17 @@ class BroadphaseScene(NamedTuple):
 class Scratch(NamedTuple):
     """Where the machine's shapes are, and what is left for FCL: memory of one thread."""
 
-    turns: Array  # (shapes, 3, 3)
-    places: Array  # (shapes, 3)
-    around: Array  # (shapes, 6) boxes
-    # (shapes * obstacles + own pairs + 1, 2): shape and obstacle of each pair that is left, for two
-    # shapes of the machine (shape, obstacles + other shape)
-    pairs: Integers
-    queue: Integers  # (STACK_SIZE,) balls that wait
-    gaps: Array  # (STACK_SIZE,) to them, in [m]
+    turns: Annotated[Array, "shapes", 3, 3]
+    places: Annotated[Array, "shapes", 3]
+    around: Annotated[Array, "shapes", 6]  # boxes
+    # Shape and obstacle of each pair that is left, for two shapes of the machine (shape, obstacles
+    # + other shape); there may be shapes * obstacles + own pairs, and one more.
+    pairs: Annotated[Integers, "pairs", 2]
+    queue: Annotated[Integers, STACK_SIZE]  # balls that wait
+    gaps: Annotated[Array, STACK_SIZE]  # to them, in [m]
     traversal: Traversal
-    corners: Array  # (3, 3) of a triangle
-    simplex: Array  # (9, 3)
-
-
-def scratch_for(shapes: int, pairs: int = 0) -> Scratch:
-    """Return memory for shapes, and for pairs that are left for FCL at most."""
-    return Scratch(
-        turns=np.zeros((shapes, 3, 3)),
-        places=np.zeros((shapes, 3)),
-        around=np.zeros((shapes, 6)),
-        pairs=np.zeros((pairs + 1, 2), dtype=np.int64),
-        queue=np.zeros(STACK_SIZE, np.int64),
-        gaps=np.zeros(STACK_SIZE),
-        traversal=traversal(),
-        corners=np.zeros((3, 3)),
-        simplex=np.zeros((9, 3)),
-    )
+    corners: Annotated[Array, 3, 3]  # of a triangle
+    simplex: Annotated[Array, 9, 3]
 
 
 class CheckerArrays(NamedTuple):

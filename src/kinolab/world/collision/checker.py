@@ -11,16 +11,16 @@ import numpy as np
 
 from kinolab.dynamics.machine_facts import BodyGeometry, CableGeometry
 from kinolab.errors import InputError, Mistake
-from kinolab.numerics.arrays import Array
+from kinolab.numerics.arrays import Array, allocate
 from kinolab.numerics.struct import Record
 from kinolab.world.cable import NO_ENDS, span_all
 from kinolab.world.collision.broadphase import (
     CheckerArrays,
+    Scratch,
     broadphase,
     broadphase_rows,
     clearance_rows,
     make_broadphase,
-    scratch_for,
     shape_owners,
 )
 from kinolab.world.collision.clearance import clearance_at
@@ -120,7 +120,7 @@ class CollisionChecker:
         self.scene = self.scene._replace(grow=grow, margin=margin, ground=ground, half=half)
         shapes, obstacles = len(self._owners), self._obstacles
         most = shapes * len(obstacles) + len(self.scene.own_pairs)
-        self._scratch = scratch_for(shapes, most)
+        self._scratch = allocate(Scratch, {"shapes": shapes, "pairs": most + 1})
         self._arrays = Record(
             CheckerArrays(self._scratch, self.scene, self.grid, self._fixed, self._tree)
         )

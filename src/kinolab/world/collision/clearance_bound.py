@@ -9,11 +9,11 @@ from __future__ import annotations
 
 import math
 
-from kinolab.numerics.arrays import Array
+from kinolab.numerics.arrays import Array, allocate
 from kinolab.numerics.jit import kernel
 from kinolab.numerics.struct import Record
 from kinolab.world.cable import finite, span
-from kinolab.world.collision.broadphase import MAX_PENETRATION, place, scratch_for
+from kinolab.world.collision.broadphase import MAX_PENETRATION, Scratch, place
 from kinolab.world.collision.collision_scene import CollisionScene
 from kinolab.world.collision.distance_field import distance_bound
 from kinolab.world.collision.gjk import Convex, box_gap, separation_within
@@ -242,7 +242,7 @@ class ClearanceBound:
         # The lengths of cables are written into the scene.
         half = scene.broadphase.half.copy()
         self._around = Record(scene._replace(broadphase=scene.broadphase._replace(half=half)))
-        self._scratch = Record(scratch_for(len(half)))
+        self._scratch = Record(allocate(Scratch, {"shapes": len(half), "pairs": 1}))
 
     def within(self, poses: Array, ends: Array, need: float, fine: float = math.inf) -> float:
         """Return the clearance of a pose, as ``clearance_within`` does."""

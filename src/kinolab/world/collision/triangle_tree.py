@@ -12,7 +12,7 @@ Here it is split at medians, which need no costs.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -54,22 +54,11 @@ class TriangleTree(NamedTuple):
 class Traversal(NamedTuple):
     """How far a search of a tree is: memory of one thread."""
 
-    keys: Lanes  # (MAX_LAYERS, LANES) squared distances and lanes of a group, in each layer
-    last: Integers  # (MAX_LAYERS,) key of the lane that was searched last
-    path: Integers  # (MAX_LAYERS,) the group
-    layer: Integers  # (1,) from which the search goes on
-    shape: Lanes  # (21,) box, axes, centre along these and reach along these
-
-
-def traversal() -> Traversal:
-    """Return memory for a search."""
-    return Traversal(
-        np.zeros((MAX_LAYERS, LANES), np.float32),
-        np.zeros(MAX_LAYERS, np.int64),
-        np.zeros(MAX_LAYERS, np.int64),
-        np.zeros(1, np.int64),
-        np.zeros(21, np.float32),
-    )
+    keys: Annotated[Lanes, MAX_LAYERS, LANES]  # squared distances and lanes of a group
+    last: Annotated[Integers, MAX_LAYERS]  # key of the lane that was searched last
+    path: Annotated[Integers, MAX_LAYERS]  # the group
+    layer: Annotated[Integers, 1]  # from which the search goes on
+    shape: Annotated[Lanes, 21]  # box, axes, centre along these and reach along these
 
 
 def mesh_tree(obstacles: Sequence[Obstacle]) -> TriangleTree:

@@ -17,13 +17,12 @@ from typing import Annotated, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from kinolab.numerics.arrays import Array, Integers
+from kinolab.numerics.arrays import Array, Integers, allocate
 from kinolab.numerics.jit import kernel
 from kinolab.numerics.rng import uniform
 from kinolab.problem import PlanningTask
 from kinolab.problem.goal_kernel import normalized_error
 from kinolab.problem.metric import CELLS_AROUND_GOAL, projected_coordinates
-from kinolab.search.tree.flat_arrays import allocate
 from kinolab.search.tree.problem_arrays import ProblemArrays
 
 NONE = -1  # instead of a node

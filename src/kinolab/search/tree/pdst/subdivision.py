@@ -15,11 +15,11 @@ from typing import Annotated, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from kinolab.numerics.arrays import Array, Integers
+from kinolab.numerics.arrays import Array, Integers, allocate
 from kinolab.numerics.jit import kernel
 from kinolab.problem import PlanningTask
 from kinolab.problem.metric import projected_coordinates
-from kinolab.search.tree.flat_arrays import allocate, copy
+from kinolab.search.tree.flat_arrays import copy
 
 LEAF, NOTHING = -1, -1
 MAX_DIVISIONS = 60  # of a cell; the volume of smaller ones means nothing

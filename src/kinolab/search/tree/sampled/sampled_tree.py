@@ -6,12 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from kinolab.numerics.arrays import allocate
 from kinolab.numerics.struct import Record
 from kinolab.problem import PlanningTask
 from kinolab.search.planner import setting
 from kinolab.search.tree.compiled_planner import AbstractCompiledPlanner
 from kinolab.search.tree.extensions import Ends
-from kinolab.search.tree.flat_arrays import allocate
 from kinolab.search.tree.sampled.cost_index import cost_index
 from kinolab.search.tree.sampled.sampled_growth import (
     IN_COST_SPACE,

@@ -16,12 +16,12 @@ from typing import Annotated, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from kinolab.numerics.arrays import Integers
+from kinolab.numerics.arrays import Integers, allocate
 from kinolab.numerics.jit import kernel
 from kinolab.numerics.neighbours.insertion import add
 from kinolab.numerics.neighbours.queries import cheapest_within, nearest
 from kinolab.numerics.neighbours.r_tree import RTree, clear, r_tree
-from kinolab.search.tree.flat_arrays import allocate, copy
+from kinolab.search.tree.flat_arrays import copy
 from kinolab.search.tree.problem_arrays import ProblemArrays, metric_periods
 from kinolab.search.tree.tree import NONE
 
