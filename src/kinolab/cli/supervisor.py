@@ -57,7 +57,12 @@ def supervise() -> None:
     signal.signal(signal.SIGCHLD, before)
     signal.pthread_sigmask(signal.SIG_SETMASK, mask)
     if child == 0:
-        _leave_with(parent)
+        if sys.platform == "linux":
+            end_with_parent()
+        else:
+            threading.Thread(target=_leave_after, args=(parent,), daemon=True).start()
+        if os.getppid() != parent:  # the parent was already gone
+            INTERRUPTS.leave()
 
 
 def _forked() -> int | None:
@@ -133,16 +138,6 @@ def _raise_signal(number: int) -> None:
     """Send a blocked signal to this process and unblock it, for its default action."""
     os.kill(os.getpid(), number)
     signal.pthread_sigmask(signal.SIG_UNBLOCK, {number})
-
-
-def _leave_with(parent: int) -> None:
-    """Make this child exit when its parent is killed."""
-    if sys.platform == "linux":
-        end_with_parent()
-    else:
-        threading.Thread(target=_leave_after, args=(parent,), daemon=True).start()
-    if os.getppid() != parent:  # the parent was already gone
-        INTERRUPTS.leave()
 
 
 def _leave_after(parent: int) -> NoReturn:

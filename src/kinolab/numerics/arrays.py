@@ -13,7 +13,7 @@ Array: TypeAlias = NDArray[np.float64]
 Integers: TypeAlias = NDArray[np.int64]
 Singles: TypeAlias = NDArray[np.float32]
 Bytes: TypeAlias = NDArray[np.uint8]
-T = TypeVar("T")
+T = TypeVar("T", bound=tuple[Any, ...])
 
 # Products of five such numbers are doubles, which reach from 1e-308 to 1e308.
 MULTIPLIABLE = (1e-60, 1e60)

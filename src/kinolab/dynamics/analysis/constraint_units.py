@@ -35,7 +35,11 @@ def _unit(dimension: str | float) -> str:
 def _dimension(expression: sympy.Expr) -> str | float:
     """Return the exponent of length in an expression's dimension, time ignored, ANGLE or OPEN."""
     if expression.is_Symbol:
-        return _dimension_of_symbol(expression)
+        owner = expression.coordinate if isinstance(expression, RateSymbol) else expression
+        if isinstance(expression, TurnRate):
+            return ANGLE
+        unit = owner.unit if isinstance(owner, Coordinate | Parameter) else ""
+        return 1.0 if unit == "m" else ANGLE if unit == "rad" else OPEN
     parts = [_dimension(part) for part in expression.args]
     lengths = [part for part in parts if not isinstance(part, str)]
     if isinstance(expression, sympy.Add):
@@ -49,11 +53,3 @@ def _dimension(expression: sympy.Expr) -> str | float:
     if isinstance(expression, sympy.Pow) and lengths and expression.exp.is_number:
         return lengths[0] * float(expression.exp)
     return OPEN
-
-
-def _dimension_of_symbol(symbol: sympy.Symbol) -> str | float:
-    owner = symbol.coordinate if isinstance(symbol, RateSymbol) else symbol
-    if isinstance(symbol, TurnRate):
-        return ANGLE
-    unit = owner.unit if isinstance(owner, Coordinate | Parameter) else ""
-    return 1.0 if unit == "m" else ANGLE if unit == "rad" else OPEN

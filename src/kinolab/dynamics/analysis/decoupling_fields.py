@@ -138,7 +138,11 @@ class _Decoupling:
         self._effect = self._effects()
         self._pivots, self._columns = self._independent()
         self._rest = [i for i in range(self._count) if i not in self._pivots]
-        self._C = self._dependence(self._columns)
+        # C (rest, pivots): how the other velocities follow the pivots, by the inputs.
+        A, columns = self._effect, self._columns
+        square = [[A[i][j] for i in self._pivots] for j in columns]  # transposed
+        right = [[A[i][j] for j in columns] for i in self._rest]
+        self._C = solve_square(self._tape, square, right, Guards()) if right else []
         self._require_balance()
         self._basis = self._bases()[0]
         self._basis = max(self._bases(), key=self._alone)
@@ -230,13 +234,6 @@ class _Decoupling:
             for columns in combinations(range(A.shape[2]), rank)
         ]
         return max(choices, key=worst)
-
-    def _dependence(self, columns: Sequence[int]) -> list[list[Node]]:
-        """Return C (rest, pivots): how the other velocities follow the pivots, by the inputs."""
-        tape, A = self._tape, self._effect
-        square = [[A[i][j] for i in self._pivots] for j in columns]  # transposed
-        right = [[A[i][j] for j in columns] for i in self._rest]
-        return solve_square(tape, square, right, Guards()) if right else []
 
     def _require_balance(self) -> None:
         """Refuse a machine that gravity or springs move where no input does."""

@@ -75,7 +75,11 @@ def least_dissipation(
         UnknownNameError: If a name is no rate, or no coordinate, of the machine.
     """
     rates = tangent_symbols(system)
-    place = _numbers(system, at or {})
+    q = configuration_symbols(system)
+    values = _named(q, at or {})
+    place = {symbol: values.get(k, 0.0) for k, symbol in enumerate(q)} | {
+        p: system.parameter_values[p.name] for p in system.parameters
+    }
     slips, grips = _contacts(system, rates, place)
     known, free = _velocities(system, rates, place, _named(rates, given))
     A, p = slips @ free, -slips @ known
@@ -96,15 +100,6 @@ def _named(symbols: Sequence[sympy.Symbol], given: Mapping[Any, float]) -> dict[
         if name not in names:
             raise UnknownNameError("variable", str(name), known=names)
     return {names.index(name): value for name, value in found.items()}
-
-
-def _numbers(system: Mechanism, at: Mapping[Any, float]) -> dict[sympy.Symbol, float]:
-    """Return what coordinates and parameters are."""
-    q = configuration_symbols(system)
-    values = _named(q, at)
-    return {symbol: values.get(k, 0.0) for k, symbol in enumerate(q)} | {
-        p: system.parameter_values[p.name] for p in system.parameters
-    }
 
 
 def _contacts(

@@ -87,7 +87,15 @@ def load_roadmap(path: Path, problem: PlanningTask) -> Roadmap:
     """
     try:
         content = array_file(path)
-        _refuse_strangers(path, content, problem)
+        if content["version"].tolist() != VERSION:
+            raise ValueError(f"its version is not {VERSION}")
+        wanted = fingerprints(problem)
+        changed = [key for key, value in wanted.items() if str(content[f"of_{key}"]) != value]
+        if changed:
+            verb = "has" if len(changed) == 1 else "have"
+            what = f"the {' and the '.join(changed)} {verb} changed since this roadmap was made."
+            remedy = "Its motions may not hold any more: name another file, or remove this one."
+            raise InputError([Mistake(str(path), what, remedy)])
         return _roadmap(content, problem)
     except InputError:
         raise
@@ -96,18 +104,6 @@ def load_roadmap(path: Path, problem: PlanningTask) -> Roadmap:
         raise InputError(
             [Mistake(str(path), what, "Name a file that does not exist yet.")]
         ) from error
-
-
-def _refuse_strangers(path: Path, content: dict[str, np.ndarray], problem: PlanningTask) -> None:
-    if content["version"].tolist() != VERSION:
-        raise ValueError(f"its version is not {VERSION}")
-    wanted = fingerprints(problem)
-    changed = [key for key, value in wanted.items() if str(content[f"of_{key}"]) != value]
-    if changed:
-        verb = "has" if len(changed) == 1 else "have"
-        what = f"the {' and the '.join(changed)} {verb} changed since this roadmap was made."
-        remedy = "Its motions may not hold any more: name another file, or remove this one."
-        raise InputError([Mistake(str(path), what, remedy)])
 
 
 def _roadmap(content: dict[str, np.ndarray], problem: PlanningTask) -> Roadmap:

@@ -110,7 +110,10 @@ def _lid(ends: Array, heights: Heights, room: bool, color: Array) -> SurfaceMesh
     from scipy.spatial import Delaunay, cKDTree  # late: few pictures are cut
 
     step = float(np.max(np.ptp(ends, axis=(0, 1)))) / SPACING
-    points = _divided(ends, step)
+    # Points along segments, at most a step apart: triangles then keep to the outline.
+    length = float(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).max())
+    steps = np.linspace(0.0, 1.0, 2 + min(int(length / max(step, 1e-12)), SPACING))[:, None, None]
+    points = np.asarray((ends[:, 0] + steps * (ends[:, 1] - ends[:, 0])).reshape(-1, 2))
     if room:
         low, high = _rim(ends)
         steps = np.linspace(0.0, 1.0, SPACING)
@@ -126,15 +129,6 @@ def _lid(ends: Array, heights: Heights, room: bool, color: Array) -> SurfaceMesh
     turned = (b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0] < 0.0
     chosen[turned] = chosen[turned][:, ::-1]
     return weld(np.column_stack([points, heights(points)]), chosen, color)
-
-
-def _divided(ends: Array, longest: float) -> Array:
-    """Points (n, 2) along segments, at most a length apart: triangles then keep to the outline."""
-    length = float(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).max())
-    steps = np.linspace(0.0, 1.0, 2 + min(int(length / max(longest, 1e-12)), SPACING))[
-        :, None, None
-    ]
-    return np.asarray((ends[:, 0] + steps * (ends[:, 1] - ends[:, 0])).reshape(-1, 2))
 
 
 def _rim(ends: Array) -> tuple[Array, Array]:

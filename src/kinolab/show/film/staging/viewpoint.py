@@ -61,7 +61,9 @@ def outlook(
         cloud: Points that the picture must contain, shape (n, 3), in [m].
         motion: Poses of the bodies along the way, shape (nt, nb, 12).
     """
-    usual = _usual(picture, cloud)
+    azimuth = -AZIMUTH if picture.azimuth is None else picture.azimuth
+    given = picture.elevation
+    usual = Angles(azimuth, usual_elevation(cloud, picture.up) if given is None else given)
     nothing = tuple(np.zeros(len(mesh.faces), dtype=bool) for mesh in meshes)
     watched, count = _watched(picture, motion), sum(len(mesh.faces) for mesh in meshes)
     if not count or count > MANY or not len(watched[0]):
@@ -116,13 +118,6 @@ class _Sight:
 
     def fraction(self, angles: Angles) -> float:
         return float(self.weights[self.hiding(angles) == SEEN].sum())
-
-
-def _usual(picture: Picture, cloud: Array) -> Angles:
-    """What the picture says, and what is usual for a world of this shape."""
-    azimuth = -AZIMUTH if picture.azimuth is None else picture.azimuth
-    given = picture.elevation
-    return Angles(azimuth, usual_elevation(cloud, picture.up) if given is None else given)
 
 
 def _others(picture: Picture, usual: Angles) -> list[Angles]:
