@@ -56,7 +56,7 @@ def supervise() -> None:
         INTERRUPTS.shares_fate[0] = INTERRUPTS.is_writing[0] = 0
     signal.signal(signal.SIGCHLD, before)
     signal.pthread_sigmask(signal.SIG_SETMASK, mask)
-    if child == 0:
+    if child == 0:  # it exits when its parent is killed
         if sys.platform == "linux":
             end_with_parent()
         else:

@@ -61,6 +61,10 @@ def _pointers(builder: Any, addresses: list[Any]) -> list[Any]:
     return [builder.inttoptr(address, ir.IntType(8).as_pointer()) for address in addresses]
 
 
+def _call_addresses(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
+    return _call(builder, arguments[0], _pointers(builder, arguments[1:]))
+
+
 @intrinsic
 def call_step(typing, function, x, u, p, h, out, substeps):  # type: ignore[no-untyped-def]  # noqa: ARG001
     """Call step(x, u, p, h, out, substeps), h in [s], the others addresses; 0 on success."""
@@ -155,21 +159,11 @@ def states_under(
 def call_at(typing, function, x, p, out):  # type: ignore[no-untyped-def]  # noqa: ARG001
     """Call frames(x, p, out) or cables(x, p, out); all are addresses."""
     address = types.int64
-    signature = types.int32(address, address, address, address)
-
-    def code(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
-        return _call(builder, arguments[0], _pointers(builder, arguments[1:]))
-
-    return signature, code
+    return types.int32(address, address, address, address), _call_addresses
 
 
 @intrinsic
 def call_under(typing, function, x, u, p, out):  # type: ignore[no-untyped-def]  # noqa: ARG001
     """Call f(x, u, p, out) or another function of states and inputs; all are addresses."""
     address = types.int64
-    signature = types.int32(address, address, address, address, address)
-
-    def code(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
-        return _call(builder, arguments[0], _pointers(builder, arguments[1:]))
-
-    return signature, code
+    return types.int32(address, address, address, address, address), _call_addresses
