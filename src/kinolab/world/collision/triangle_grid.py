@@ -49,7 +49,15 @@ def mesh_grid(obstacles: Sequence[Obstacle]) -> MeshGrid:
         return _ended(grids[0])
     sizes = [[len(g.triangles), len(g.volume), len(g.start), len(g.entries)] for g in grids]
     before = np.cumsum([[0, 0, 0, 0], *sizes], axis=0)
-    shifted = [_shift(g, *count) for g, count in zip(grids, before, strict=False)]
+    shifted = [
+        grid._replace(
+            part=grid.part + parts,
+            extent=grid.extent + np.array([0, 0, cells]),
+            start=grid.start + entries,
+            entries=grid.entries + triangles,
+        )
+        for grid, (triangles, parts, cells, entries) in zip(grids, before, strict=False)
+    ]
     joined = [np.concatenate(column) for column in zip(*shifted, strict=True)]
     return _ended(MeshGrid(*joined))
 
@@ -62,15 +70,6 @@ _EMPTY = (
     *(np.zeros((0, 9)), np.zeros((0, 6)), np.zeros(0, np.int64), np.zeros(0)),
     *(np.zeros((0, 3)), np.zeros((0, 3), np.int64), np.zeros(1, np.int64), np.zeros(0, np.int64)),
 )
-
-
-def _shift(grid: MeshGrid, triangles: int, parts: int, cells: int, entries: int) -> MeshGrid:
-    return grid._replace(
-        part=grid.part + parts,
-        extent=grid.extent + np.array([0, 0, cells]),
-        start=grid.start + entries,
-        entries=grid.entries + triangles,
-    )
 
 
 def _single(obstacle: Obstacle) -> MeshGrid:
