@@ -17,7 +17,6 @@ import inspect
 import math
 import sys
 from collections.abc import Iterable, Iterator, Sequence
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 from unicodedata import normalize
@@ -142,7 +141,7 @@ def heading(name: str) -> str:
 
 def description(name: str) -> tuple[list[str], str]:
     """Return what a machine's docstring says: its paragraphs, and its source or nothing."""
-    factory = getattr(import_module(f"{systems.__name__}.{name}"), name)
+    factory = systems.maker(name)
     paragraphs = [" ".join(text.split()) for text in (inspect.getdoc(factory) or "").split("\n\n")]
     sources = [text for text in paragraphs if text.startswith("Source:")]
     prose = [text for text in paragraphs if text not in sources]

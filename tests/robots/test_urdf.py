@@ -189,7 +189,8 @@ def test_all_mistakes_of_a_file_are_named_at_once(tmp_path: Path) -> None:
         (('<origin xyz="0 0 0.5"/><mass', '<origin xyz="0 0 500"/><mass'), "millimetres"),
         (('type="revolute"', 'type="screw"'), "its type is 'screw'"),
         (('radius="0.05"', 'radius="0"'), "Give positive ones."),
-        (('axis xyz="0 2 0"', 'axis xyz="200"'), "its axis is not made of three numbers"),
+        (('axis xyz="0 2 0"', 'axis xyz="200"'), "<axis> xyz is '200'. Give 3 numbers."),
+        (('mass value="2.0"', 'mass value="2 0"'), "<mass> value is '2 0'. Give one number."),
         (('mass value="2.0"', 'mass value="1e300"'), "1e+300 is a mass or an inertia beyond 1e+60"),
         (("</robot>", ""), "arm.urdf: it is not an XML file (Premature end of data in tag robot"),
         (('damping="0.5"', 'damping="-0.5"'), "arm.urdf joint 'shoulder-pan': its damping is -0.5"),
@@ -331,6 +332,23 @@ def test_a_word_that_is_misspelt_is_not_passed_over(
         text = text.replace("</inertial>", "</inertia>")
     with pytest.raises(InputError, match=re.escape(said)):
         read_urdf(written(tmp_path, text.replace(before, after)))
+
+
+@pytest.mark.parametrize("before", ['<?xml version="0.0" ?>', "\n<?xml version='1.0'?>", "\n "])
+def test_what_files_begin_with_is_taken_as_other_readers_do(before: str, tmp_path: Path) -> None:
+    """Files of simulators call themselves XML 0.0, or begin with a blank line."""
+    read = read_urdf(written(tmp_path, before + ARM.partition("?>")[2], "begun.urdf"))
+    assert [c.name for c in read.coordinates] == ["shoulder_pan"]
+
+
+def test_a_robot_without_mass_agrees_with_engines_that_give_it_the_least(tmp_path: Path) -> None:
+    """MuJoCo knows no mass below 1e-15 kg; its rounding is no difference."""
+    plane = (
+        "<robot name='p'><link name='l'><inertial><mass value='0'/><inertia ixx='0' ixy='0' "
+        "ixz='0' iyy='0' iyz='0' izz='0'/></inertial><collision><geometry>"
+        "<box size='3 3 1'/></geometry></collision></link></robot>"
+    )
+    assert read_urdf(written(tmp_path, plane, "plane.urdf"), base="floating").bodies
 
 
 def test_all_mistakes_in_numbers_are_told_at_once(tmp_path: Path) -> None:

@@ -49,9 +49,12 @@ from kinolab.world.shape_surfaces import Faces
 T = TypeVar("T")
 LOG = logging.getLogger("kinolab")
 COMMENTS = re.compile(rb"<!--.*?-->", re.DOTALL)
+# Some files call themselves XML 0.0, or begin with a blank line; other readers mind neither.
+XML_VERSION = re.compile(rb"""^(<\?xml\s+version\s*=\s*["'])[^"']*""")
 LARGEST_LINK = 20.0  # [m] across: beyond that a mesh is likely to be in millimetres
 TEXTS = {"name", "type", "filename", "link", "joint"}  # attributes that are not numbers
 MAGNITUDES = {"limit": ("effort", "velocity"), "dynamics": ("friction",)}
+COUNTS = {"xyz": 3, "rpy": 3, "size": 3, "scale": 3, "rgba": 4}  # of numbers, where it is not 1
 MOVED = ("revolute", "continuous", "prismatic")  # by one number, so that a motor may do it
 KINDS: Mapping[str, JointKind] = {
     "fixed": "fixed",
@@ -141,6 +144,7 @@ def _parsed(path: Path) -> tuple[Any, Any, list[str]]:
     if re.search(rb"<xacro:|\$\{", COMMENTS.sub(b"", content)):
         remedy = "Run xacro on it first: xacro robot.xacro > robot.urdf"
         raise InputError([Mistake(path.name, "it is a xacro template, not a URDF.", remedy)])
+    content = XML_VERSION.sub(rb"\g<1>1.0", content.lstrip())
     xml = library_of("robots", "lxml.etree", "URDF files are read by yourdfpy and lxml")
     try:
         # yourdfpy guesses where this fails
@@ -221,9 +225,13 @@ def _wrong_numbers(document: Any, where: str) -> Iterator[Mistake]:
             for name in sorted({*element.keys()} & READ[element.tag][0] - TEXTS):
                 text = element.get(name)
                 place = f"<{element.tag}> {name}"
-                if not all(map(_is_finite, text.split())):
+                numbers, due = text.split(), COUNTS.get(name, 1)
+                if not all(map(_is_finite, numbers)):
                     what = f"{place} is {printable(text)!r}, which is not finite."
                     yield Mistake(at, what, "Give numbers without units.")
+                elif len(numbers) != due and not (name == "scale" and len(numbers) == 1):
+                    wanted = "one number" if due == 1 else f"{due} numbers"
+                    yield Mistake(at, f"{place} is {printable(text)!r}.", f"Give {wanted}.")
                 elif name in MAGNITUDES.get(element.tag, ()) and float(text) < 0.0:
                     what = f"{place} is {float(text):g}, and no magnitude is negative."
                     yield Mistake(at, what, "Give a positive one, or 0 for none.")

@@ -49,14 +49,15 @@ def get(name: str, **parameters: float) -> System:
 @cache
 def _described(name: str) -> System:
     """Describe a system once: the panda's meshes take a second and a half."""
-    return _maker(name)()
+    return maker(name)()
 
 
-def _maker(name: str) -> Callable[[], System]:
+def maker(name: str) -> Callable[[], System]:
+    """Return the function that describes a system."""
     made: Callable[[], System] = getattr(import_module(f"{__name__}.{_homes()[name]}"), name)
     return made
 
 
 def summary(name: str) -> str:
     """Return the first line of a system's docstring."""
-    return (_maker(name).__doc__ or "").strip().partition("\n")[0]
+    return (maker(name).__doc__ or "").strip().partition("\n")[0]

@@ -225,6 +225,7 @@ class Parameter(MachineSymbol):
     """A constant of the machine with a default; changing its value needs no recompilation.
 
     Attributes:
+        name: In scenarios, files and equations.
         default: Value in ``unit``.
         unit: SI unit as text, empty if dimensionless.
     """

@@ -96,5 +96,5 @@ def _in_mujoco(xml: Any, document: Any, *, floating: bool) -> MujocoEngine | Non
     least, massless = model.body_inertia <= LEAST, model.body_mass <= LEAST
     model.body_inertia[least], model.body_mass[massless] = 0.0, 0.0
     engine = MujocoEngine(mujoco, model, names)
-    engine.neglected = LEAST * np.count_nonzero(least[~massless])  # such as a point's, or a mote's
+    engine.neglected = LEAST * np.count_nonzero(least)  # such as a point's, or a mote's
     return engine
