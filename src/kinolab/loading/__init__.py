@@ -1,17 +1,11 @@
 """From a scenario to a problem: scenario -> system -> model, scenario -> world -> problem."""
 
-from kinolab.loading.build import build_problem, built, load
-from kinolab.loading.find import find_machine, find_scenario, find_system
-from kinolab.loading.tables import read_changed, read_table, read_with_obstacle
-
-__all__ = [
-    "build_problem",
-    "built",
-    "find_machine",
-    "find_scenario",
-    "find_system",
-    "load",
-    "read_changed",
-    "read_table",
-    "read_with_obstacle",
-]
+from kinolab.loading.build import build_problem as build_problem
+from kinolab.loading.build import built as built
+from kinolab.loading.build import load as load
+from kinolab.loading.find import find_machine as find_machine
+from kinolab.loading.find import find_scenario as find_scenario
+from kinolab.loading.find import find_system as find_system
+from kinolab.loading.tables import read_changed as read_changed
+from kinolab.loading.tables import read_table as read_table
+from kinolab.loading.tables import read_with_obstacle as read_with_obstacle

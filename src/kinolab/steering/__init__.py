@@ -5,18 +5,9 @@ feedback about an equilibrium or along a trajectory, and boundary-value problems
 one row per propagation step, and the states that they lead through.
 """
 
-from kinolab.steering.cyclic_coordinates import cyclic_coordinates
-from kinolab.steering.goal_connection import GoalConnection
-from kinolab.steering.maneuver import Maneuver
-from kinolab.steering.nearest_equilibrium import nearest_equilibrium
-from kinolab.steering.steering import Steering
-from kinolab.steering.tracking import TrackingLaw
-
-__all__ = [
-    "GoalConnection",
-    "Maneuver",
-    "Steering",
-    "TrackingLaw",
-    "cyclic_coordinates",
-    "nearest_equilibrium",
-]
+from kinolab.steering.cyclic_coordinates import cyclic_coordinates as cyclic_coordinates
+from kinolab.steering.goal_connection import GoalConnection as GoalConnection
+from kinolab.steering.maneuver import Maneuver as Maneuver
+from kinolab.steering.nearest_equilibrium import nearest_equilibrium as nearest_equilibrium
+from kinolab.steering.steering import Steering as Steering
+from kinolab.steering.tracking import TrackingLaw as TrackingLaw

@@ -7,21 +7,11 @@ invisible to the garbage collector, so no callback may refer to the space inform
 definition. Lists are passed as copies, states and inputs are not.
 """
 
-from kinolab.search.ompl.configuration_space import ConfigurationSpace
-from kinolab.search.ompl.control_search import search
-from kinolab.search.ompl.geometric_roadmap import GeometricRoadmap
-from kinolab.search.ompl.ompl_planner import OmplPlanner
-from kinolab.search.ompl.simple_setup import OmplSetup
-from kinolab.search.ompl.syclop.syclop_planner import AbstractSyclopPlanner
-from kinolab.search.ompl.tree_planner import AbstractGridPlanner, AbstractTreePlanner
-
-__all__ = [
-    "AbstractGridPlanner",
-    "AbstractSyclopPlanner",
-    "AbstractTreePlanner",
-    "ConfigurationSpace",
-    "GeometricRoadmap",
-    "OmplPlanner",
-    "OmplSetup",
-    "search",
-]
+from kinolab.search.ompl.configuration_space import ConfigurationSpace as ConfigurationSpace
+from kinolab.search.ompl.control_search import search as search
+from kinolab.search.ompl.geometric_roadmap import GeometricRoadmap as GeometricRoadmap
+from kinolab.search.ompl.ompl_planner import OmplPlanner as OmplPlanner
+from kinolab.search.ompl.simple_setup import OmplSetup as OmplSetup
+from kinolab.search.ompl.syclop.syclop_planner import AbstractSyclopPlanner as AbstractSyclopPlanner
+from kinolab.search.ompl.tree_planner import AbstractGridPlanner as AbstractGridPlanner
+from kinolab.search.ompl.tree_planner import AbstractTreePlanner as AbstractTreePlanner

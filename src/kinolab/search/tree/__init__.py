@@ -4,24 +4,12 @@ Machines are passed as function addresses and problems as arrays, so the kernels
 for all problems and cached on disk. Nothing is allocated per iteration.
 """
 
-from kinolab.search.tree.compiled_planner import AbstractCompiledPlanner
-from kinolab.search.tree.step_work import ITERATION_SECONDS, growth_seconds, step_seconds
-from kinolab.search.tree.sub_searches import SubSearch
-from kinolab.search.tree.tree_extension import (
-    UNBOUNDED_STEPS,
-    AbstractTreeExtension,
-    SearchState,
-    search_state,
-)
-
-__all__ = [
-    "ITERATION_SECONDS",
-    "UNBOUNDED_STEPS",
-    "AbstractCompiledPlanner",
-    "AbstractTreeExtension",
-    "SearchState",
-    "SubSearch",
-    "growth_seconds",
-    "search_state",
-    "step_seconds",
-]
+from kinolab.search.tree.compiled_planner import AbstractCompiledPlanner as AbstractCompiledPlanner
+from kinolab.search.tree.step_work import ITERATION_SECONDS as ITERATION_SECONDS
+from kinolab.search.tree.step_work import growth_seconds as growth_seconds
+from kinolab.search.tree.step_work import step_seconds as step_seconds
+from kinolab.search.tree.sub_searches import SubSearch as SubSearch
+from kinolab.search.tree.tree_extension import UNBOUNDED_STEPS as UNBOUNDED_STEPS
+from kinolab.search.tree.tree_extension import AbstractTreeExtension as AbstractTreeExtension
+from kinolab.search.tree.tree_extension import SearchState as SearchState
+from kinolab.search.tree.tree_extension import search_state as search_state
