@@ -43,7 +43,7 @@ def closing_constraints(
     Raises:
         InputError: If no configuration is found in which they do.
     """
-    first, second = _beyond_what_is_common(first, second)
+    first, second = Frame(first.after(second)), Frame(second.after(first))
     equations = [*_apart(first, second)]
     if turns:
         equations += _turned(first, second)
@@ -54,16 +54,6 @@ def closing_constraints(
             weighted = zip(direction, equations[triple], strict=True)
             equation = sympy.Add(*(_weight(w) * entry for w, entry in weighted if w))
             yield closed(equation, f"{name} {kind} {axis}")
-
-
-def _beyond_what_is_common(first: Frame, second: Frame) -> tuple[Frame, Frame]:
-    """Return two frames in the last frame that both of them are placed in."""
-    pairs = zip(first.motions, second.motions, strict=False)
-    common = next(
-        (k for k, (a, b) in enumerate(pairs) if a != b),
-        min(len(first.motions), len(second.motions)),
-    )
-    return Frame(first.motions[common:]), Frame(second.motions[common:])
 
 
 def _apart(first: Frame, second: Frame) -> list[sympy.Expr]:
