@@ -99,11 +99,12 @@ def integration_issues(given: Mapping[str, object]) -> list[Issue]:
             what, remedy = "the tableau has no name.", 'Name it, such as method = "own".'
             return [Issue(("method",), what, remedy)]
         try:
-            add_method(Method.of_lists(name, **tableau))
-        except InputError as error:
-            return [Issue(("tableau",), each.what, each.remedy) for each in error.mistakes]
-        except (TypeError, ValueError):
-            return []  # of another type, which is reported elsewhere
+            add_method(Method(name, **tableau))
+        except InputError as error:  # types are reported elsewhere, for an argument each
+            own = (each for each in error.mistakes if each.where.startswith("integration method"))
+            return [Issue(("tableau",), each.what, each.remedy) for each in own]
+        except TypeError:
+            return []  # a key is missing or unknown, which is reported elsewhere
     if name in METHODS:
         return []
     close = difflib.get_close_matches(name, METHODS, n=1)

@@ -82,26 +82,6 @@ class Method:
         if self.geodesic and self.stages != 1:
             yield "along great circles goes a method of one stage.", "Leave geodesic out."
 
-    @classmethod
-    def of_lists(
-        cls,
-        name: str,
-        *,
-        order: int,
-        a: Sequence[Sequence[float]],
-        b: Sequence[float],
-        c: Sequence[Sequence[float]] = (),
-        gamma: float = 0.0,
-    ) -> Method:
-        """Return a method whose coefficients are in lists, as files have them.
-
-        Raises:
-            InputError: If there is no such method.
-            TypeError, ValueError: If something else stands where a number or a list does.
-        """
-        a_rows, c_rows = ([list(map(float, row)) for row in rows] for rows in (a, c))
-        return cls(name, order, list(map(float, b)), a_rows, c_rows, float(gamma))
-
     @property
     def stages(self) -> int:
         """How often f is evaluated in a step."""
