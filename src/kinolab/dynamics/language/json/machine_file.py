@@ -12,7 +12,7 @@ from typing import Any
 
 import sympy
 
-from kinolab.dynamics.language.bodies import Body, Cable, as_cables
+from kinolab.dynamics.language.bodies import Body, Cable
 from kinolab.dynamics.language.constraints import (
     PositionConstraint,
     Requirement,
@@ -336,7 +336,6 @@ class _MachineReader:
         content |= {name: self.decode(data.get(name, []), name) for name in SWITCHING}
         flat, feedback = self._flat(data.get("flat")), self.controller(data.get("feedback"))
         self.finish()
-        content["cables"] = as_cables(content["cables"])  # early files have pairs of frames
         return Mechanism(
             data["name"],
             bodies=bodies,
