@@ -1,21 +1,13 @@
 """Planner interface, search results, and tree, roadmap and potential-field searches."""
 
-from kinolab.numerics.arrays import Array
-from kinolab.search.budget import Budget
-from kinolab.search.planner import AbstractPlanner, setting, with_default
-from kinolab.search.result import (
-    Outcome,
-    SearchResult,
-    unsolved,
-)
+from kinolab.lazy import lazy_package
+from kinolab.numerics.arrays import Array as Array
+from kinolab.search.budget import Budget as Budget
+from kinolab.search.planner import AbstractPlanner as AbstractPlanner
+from kinolab.search.planner import setting as setting
+from kinolab.search.planner import with_default as with_default
+from kinolab.search.result import Outcome as Outcome
+from kinolab.search.result import SearchResult as SearchResult
+from kinolab.search.result import unsolved as unsolved
 
-__all__ = [
-    "AbstractPlanner",
-    "Array",
-    "Budget",
-    "Outcome",
-    "SearchResult",
-    "setting",
-    "unsolved",
-    "with_default",
-]
+__all__, *_ = lazy_package(__name__, __file__)  # what it imports as itself

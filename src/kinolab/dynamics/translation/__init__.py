@@ -3,16 +3,12 @@
 They come from the expressions that kinolab's own machine code comes from.
 """
 
-from kinolab.dynamics.translation.c_source import c_source
-from kinolab.dynamics.translation.casadi_functions import CasadiFunctions, casadi_functions
-from kinolab.dynamics.translation.python_control import control_system
-from kinolab.dynamics.translation.sympy_model import SympyModel, sympy_model
+from kinolab.dynamics.translation.c_source import c_source as c_source
+from kinolab.dynamics.translation.casadi_functions import CasadiFunctions as CasadiFunctions
+from kinolab.dynamics.translation.casadi_functions import casadi_functions as casadi_functions
+from kinolab.dynamics.translation.python_control import control_system as control_system
+from kinolab.dynamics.translation.sympy_model import SympyModel as SympyModel
+from kinolab.dynamics.translation.sympy_model import sympy_model as sympy_model
+from kinolab.lazy import lazy_package
 
-__all__ = [
-    "CasadiFunctions",
-    "SympyModel",
-    "c_source",
-    "casadi_functions",
-    "control_system",
-    "sympy_model",
-]
+__all__, *_ = lazy_package(__name__, __file__)  # what it imports as itself
