@@ -99,7 +99,7 @@ def integration_issues(given: Mapping[str, object]) -> list[Issue]:
             what, remedy = "the tableau has no name.", 'Name it, such as method = "own".'
             return [Issue(("method",), what, remedy)]
         try:
-            add_method(Method(name, **tableau))
+            add_method(Method(name, **tableau | {"geodesic": False}))  # no key of files
         except InputError as error:  # types are reported elsewhere, for an argument each
             own = (each for each in error.mistakes if each.where.startswith("integration method"))
             return [Issue(("tableau",), each.what, each.remedy) for each in own]
