@@ -11,7 +11,7 @@ import pytest
 import kinolab
 from kinolab.problem.warnings import problem_warnings
 from kinolab.robots import read_mjcf
-from kinolab.robots.mjcf.mjcf_contacts import allowed_pairs
+from kinolab.robots.mjcf.mjcf_tree import allowed_pairs
 
 mujoco: Any = pytest.importorskip("mujoco")
 

@@ -9,15 +9,20 @@ always described anew.
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from kinolab import systems
 from kinolab.dynamics import Model
+from kinolab.dynamics.language.feedback import Feedback
+from kinolab.dynamics.language.inputs import bounds_of
 from kinolab.dynamics.language.json.machine_folder import texts_of
+from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.machine_facts import MachineFacts, facts_of
-from kinolab.errors import InputError
+from kinolab.errors import InputError, Mistake
 from kinolab.lazy import versions_of
 from kinolab.loading.find import find_system
 from kinolab.scenario import Scenario
@@ -129,6 +134,37 @@ def _with_law(scenario: Scenario) -> Mechanism:
 
 
 def _limited(model: Model, limits: Limits) -> Mechanism:
-    from kinolab.loading.tightened_limits import with_tightened_limits
 
     return with_tightened_limits(model.system, limits)
+
+
+def with_tightened_limits(
+    system: Mechanism, limits: Mapping[str, tuple[float, float]]
+) -> Mechanism:
+    """Return a machine with narrower limits of inputs or references.
+
+    Args:
+        system: The machine; a regulator's gains are designed for its original limits.
+        limits: (lower, upper) by name of the input or reference; others are ignored.
+
+    Raises:
+        InputError: Where limits do not intersect those of the machine.
+    """
+    mistakes: list[Mistake] = []
+
+    def held(entry: Any) -> Any:
+        if entry.name not in limits:
+            return entry
+        lower, upper = bounds_of(entry)
+        least, most = max(lower, limits[entry.name][0]), min(upper, limits[entry.name][1])
+        if not least < most:
+            what = f"the limits of {entry.name} exclude each other: {least:g} to {most:g}."
+            mistakes.append(Mistake(entry.name, what, f"The machine's are {lower:g} to {upper:g}."))
+        return replace(entry, limit=(least, most))
+
+    inputs, feedback = [held(entry) for entry in system.inputs], system.feedback
+    if isinstance(feedback, Feedback):
+        feedback = Feedback([held(entry) for entry in feedback.references], feedback.law)
+    if mistakes:
+        raise InputError(mistakes)
+    return system.changed(inputs=inputs, feedback=feedback)

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from kinolab.search import Budget
-from kinolab.search.tree.anytime import IncumbentImprovement
+from kinolab.search.tree.compiled_planner import IncumbentImprovement
 
 
 class Bounded:

@@ -13,7 +13,7 @@ import kinolab
 from kinolab.cli import run
 from kinolab.errors import InputError
 from kinolab.runs import write_run
-from kinolab.show.film.mp4 import mp4
+from kinolab.show.film.animation import mp4
 from tests.show.film.films import make_film
 from tests.show.film.test_gif import PICTURE, rolling
 

@@ -21,7 +21,7 @@ from kinolab.search.graph import SearchGraph
 from kinolab.show.plots import plots
 from kinolab.show.plots.configuration_plane import configuration_plane
 from kinolab.show.plots.figure import figure_of, written
-from kinolab.show.plots.phase_portrait import phase_portraits
+from kinolab.show.plots.plotting import phase_portraits
 from kinolab.show.plots.timelines import inputs_over_time, states_over_time
 from kinolab.solve import PlanResult
 from kinolab.trajectory import Trajectory

@@ -10,9 +10,10 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
-from kinolab.analyze.execute.collision_monitor import CollisionMonitor, Fault
 from kinolab.analyze.execute.conditions import Conditions
 from kinolab.analyze.execute.tracker import LARGE_DEVIATION, Tracker
+from kinolab.dynamics.language.mechanism import Mechanism
+from kinolab.dynamics.machine_facts import facts_of
 from kinolab.errors import InputError, KinolabError, Mistake
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
@@ -20,6 +21,7 @@ from kinolab.problem.unwrapping import unwrapped
 from kinolab.simulation import ReferenceStep
 from kinolab.trajectory import Trajectory
 
+Fault: TypeAlias = Literal["collided", "strayed"]
 Outcome: TypeAlias = Literal["reached", "missed", "lost"] | Fault
 
 KEPT = 1000  # runs whose paths are kept; of further ones only how they ended
@@ -197,3 +199,49 @@ class Executor:
             worst = max(worst, run.deviation)
             told(k + 1)
         return Execution(self._conditions, self._seed, tuple(kept), dict(counts), worst)
+
+
+class CollisionMonitor:
+    """Checks motions of machines with other parameters in the world of a problem.
+
+    A plan's margins to obstacles and cones are its reserve; here they are not added.
+
+    Args:
+        problem: The problem of the plan.
+    """
+
+    def __init__(self, problem: PlanningTask) -> None:
+        world = replace(problem.world, clearance=0.0)
+        cones = tuple(cone.forbidden for cone in problem.keep_outs)
+        self._problem = replace(problem, world=world, keep_outs=cones)
+
+    def first_fault(self, x: Array, built: Mechanism) -> tuple[int, Fault] | None:
+        """Return the index of the first faulty state and its fault; None if there is none.
+
+        Args:
+            x: States, shape (N, nx).
+            built: The actual machine.
+        """
+        problem, model = self._as_built(built), self._problem.model
+        parameters = built.parameter_values
+        frames = model.frames(x, **parameters)
+        ends = model.cables(x, **parameters) if problem.cables else None
+        hit = problem.checker().first_collision(frames, ends)
+        for k in range(len(x) if hit is None else hit):
+            if any(True for _ in problem.outside_world(frames[k])):
+                return k, "strayed"
+        return None if hit is None else (hit, "collided")
+
+    def goal_excess(self, x: Array, parameters: dict[str, float]) -> float:
+        """Return the goal error at a state (nx,), in tolerances of the plan."""
+        goal, model = self._problem.goal, self._problem.model
+        return goal.excess(x, model.frames(x, **parameters) if goal.needs_frames else None)
+
+    def _as_built(self, system: Mechanism) -> PlanningTask:
+        """Return the problem of the actual machine: its shapes may depend on parameters.
+
+        If they do not, it is the same one, whose mesh search trees exist already.
+        """
+        built = replace(self._problem, machine=facts_of(system))
+        same = built.bodies == self._problem.bodies and built.cables == self._problem.cables
+        return self._problem if same else built

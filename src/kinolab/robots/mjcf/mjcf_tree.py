@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from itertools import combinations
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from kinolab.errors import listed
 from kinolab.numerics.arrays import Array
@@ -22,7 +24,6 @@ from kinolab.robots.kinematic_tree import (
 )
 from kinolab.robots.mjcf.compiled_model import WORLD_BODY, CompiledModel
 from kinolab.robots.mjcf.mjcf_actuators import ActuatorReader
-from kinolab.robots.mjcf.mjcf_contacts import allowed_pairs
 from kinolab.robots.mjcf.mjcf_equalities import closures, followers
 from kinolab.robots.mjcf.mjcf_fields import not_looked_at, unknown_flags
 from kinolab.robots.mjcf.mjcf_geoms import GeomReader
@@ -174,3 +175,38 @@ def _inertial(compiled: CompiledModel, body: int) -> Inertial | None:
         turn = np.eye(3)
     inertia: Array = turn @ np.diag(model.body_inertia[body]) @ turn.T
     return Inertial(float(model.body_mass[body]), at, inertia)
+
+
+def allowed_pairs(
+    model: Any, names: Sequence[str], solids: Sequence[Sequence[int]]
+) -> frozenset[frozenset[str]]:
+    """Return the pairs of bodies, by name, that MuJoCo's filter keeps from colliding.
+
+    Two geoms collide if the type of one shares a bit with the affinity of the other one. Bodies do
+    if some of their geoms do and no ``<exclude>`` names them, or if a ``<pair>`` names two of them.
+
+    Args:
+        model: MuJoCo's.
+        names: Of the bodies.
+        solids: Of each body the geoms that are solids.
+    """
+    types, affinities = (
+        _bits(values, solids) for values in (model.geom_contype, model.geom_conaffinity)
+    )
+    excluded = {divmod(int(signature), 1 << 16) for signature in model.exclude_signature}
+    geoms = zip(model.pair_geom1, model.pair_geom2, strict=True)
+    wanted = {frozenset(int(model.geom_bodyid[g]) for g in pair) for pair in geoms}
+    return frozenset(
+        frozenset((names[a], names[b]))
+        for a, b in combinations([body for body, own in enumerate(solids) if own], 2)
+        if frozenset((a, b)) not in wanted
+        and (
+            not (types[a] & affinities[b] or types[b] & affinities[a])
+            or {(a, b), (b, a)} & excluded
+        )
+    )
+
+
+def _bits(values: NDArray[np.int32], solids: Sequence[Sequence[int]]) -> list[int]:
+    """Return of each body the bits that any of its geoms has."""
+    return [int(np.bitwise_or.reduce(values[[*own]], initial=0)) if own else 0 for own in solids]

@@ -11,19 +11,25 @@ from typing import ClassVar
 
 import numpy as np
 
+from kinolab.numerics.arrays import Array
 from kinolab.numerics.work import charge, in_whole_ticks
 from kinolab.problem import PlanningTask
+from kinolab.problem.time_steps import covering_steps
 from kinolab.scenario import improvement_seconds
 from kinolab.search.budget import Budget
 from kinolab.search.planner import AbstractTreeSearch, setting, with_default
 from kinolab.search.result import Outcome, SearchResult, unsolved
-from kinolab.search.tree.anytime import IncumbentImprovement
-from kinolab.search.tree.rejection_sources import rejection_sources
 from kinolab.search.tree.step_work import ITERATION_SECONDS, step_seconds
 from kinolab.search.tree.sub_searches import GoalConnections, InterleavedSearches, SubSearch
 from kinolab.search.tree.time_slices import RestartRounds, TimeSlices
-from kinolab.search.tree.tree import FULL, REACHED, controls_to, nearer, step_counts
-from kinolab.search.tree.tree_extension import AbstractTreeExtension, SearchState, search_state
+from kinolab.search.tree.tree import FULL, REACHED, Tree, controls_to, nearer, step_counts
+from kinolab.search.tree.tree_extension import (
+    UNBOUNDED_STEPS,
+    AbstractTreeExtension,
+    SearchState,
+    search_state,
+)
+from kinolab.simulation import Propagator
 from kinolab.simulation.resimulated_goal import TrueEnds
 
 # solutions rejected by re-simulation after which the tree restarts
@@ -130,3 +136,81 @@ class AbstractCompiledPlanner(AbstractTreeSearch):
             return result  # nobody asks why none was found
         sources = rejection_sources(problem, tree.nodes, self.max_steps, budget)
         return replace(result, rejections=sources)
+
+
+MAX_MOTIONS = 100  # to repeat
+MAX_SECONDS = 0.02  # [s] allowed for them beyond the search's time limit
+
+
+def rejection_sources(
+    problem: PlanningTask, nodes: Tree, max_steps: int, budget: Budget
+) -> dict[str, dict[str, float]]:
+    """Estimate the fractions of rejections by cause and source, as ``Rejections.shares``.
+
+    Args:
+        problem: The planning problem.
+        nodes: Nodes that motions begin from, at least one.
+        max_steps: Maximum control duration in steps.
+        budget: Of the finished search; if no time is left, few motions are made.
+    """
+    with budget.preparing():
+        generator, judge = np.random.default_rng(0), Propagator(problem)
+    lower, upper = problem.model.control_bounds.T
+    for node in generator.integers(nodes.size[0], size=MAX_MOTIONS):
+        if budget.elapsed > budget.time_limit + MAX_SECONDS:
+            break
+        x, u = nodes.x[node].tolist(), generator.uniform(lower, upper).tolist()
+        for _ in range(generator.integers(max_steps) + 1):
+            x, free = judge.step(x, u, problem.step)
+            if not free:
+                break
+    return judge.rejections.shares()
+
+
+class IncumbentImprovement:
+    """The incumbent solution and the time limit of its improvement.
+
+    Args:
+        budget: Of the search.
+        seconds: Time to continue after the first solution, in [s].
+        step: Time step of the motions in [s].
+
+    Attributes:
+        u: Inputs of the shortest solution (N, nu); None before there is one.
+        statistics: Duration of the first solution in [s], and the number of improvements.
+    """
+
+    def __init__(self, budget: Budget, seconds: float, step: float) -> None:
+        self._clock, self._seconds, self._step = budget.clock, seconds, step
+        self._until, self._pointless = math.inf, False
+        self._most, self._gained, self._patience = UNBOUNDED_STEPS, math.inf, budget.patience
+        if math.isfinite(budget.below) and seconds > 0:
+            self._most = covering_steps(budget.below, step)
+            self._gained = self._clock()
+        self.u: Array | None = None
+        self.statistics: dict[str, float] = {}
+
+    @property
+    def over(self) -> bool:
+        """Whether the search must end."""
+        now = self._clock()
+        return self._pointless or now >= self._until or now - self._gained >= self._patience
+
+    def bound(self, tree: AbstractTreeExtension) -> None:
+        """Bound a tree from its beginning where a motion is known already."""
+        if self._most < UNBOUNDED_STEPS:
+            tree.shorten(self._most)
+
+    def wants(self, u: Array) -> bool:
+        """Say whether inputs (N, nu) are shorter than the incumbent."""
+        return len(u) < self._most
+
+    def found(self, u: Array, tree: AbstractTreeExtension) -> None:
+        """Accept inputs (N, nu) as the incumbent, and bound the tree by their length."""
+        if self.u is None:
+            self.statistics = {"first_duration": len(u) * self._step, "improvements": 0.0}
+            self._until = self._clock() + self._seconds
+        else:
+            self.statistics["improvements"] += 1.0
+        self.u, self._most, self._gained = u, len(u), self._clock()
+        self._pointless = self.over or not tree.shorten(len(u))

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import io
+from fractions import Fraction
 from typing import Any, Literal
 
+import numpy as np
+
+from kinolab.errors import InputError, Mistake
+from kinolab.lazy import library_of
 from kinolab.problem import PlanningTask
-from kinolab.show.film.film import staged
+from kinolab.show.film.film import Film, staged
 from kinolab.show.film.gif import gif_parts
-from kinolab.show.film.mp4 import mp4
 from kinolab.show.film.raster.camera import View
 from kinolab.show.film.staging.motion_script import motion_script
 from kinolab.trajectory import Trajectory
@@ -46,3 +51,44 @@ def video(
     changed = {name: value for name, value in given.items() if value}
     settings = problem.scenario.render.model_copy(update=changed)
     return mp4(staged(motion_script(problem, trajectory, settings, fps=fps, video=True)), fps)
+
+
+CODECS = ("libx264", "h264", "mpeg4")  # the first available
+QUALITY = "18"  # x264 CRF, visually lossless
+LAST_FRAME_SECONDS = 1.0  # [s] for which the last frame is shown
+
+
+def mp4(film: Film, fps: float) -> bytes:
+    """Return a film as the bytes of an MP4 file.
+
+    Args:
+        film: The frames.
+        fps: Frames per second, as the film was made for.
+
+    Raises:
+        InputError: If PyAV is not installed, or a side is odd, which H.264 cannot store.
+    """
+    size = film.script.size
+    if any(side % 2 for side in size):
+        what = f"{size[0]} x {size[1]} has an odd side, which H.264 cannot store."
+        raise InputError([Mistake("size", what, "Give even numbers.")])
+    av, out = library_of("video", "av", "films need PyAV"), io.BytesIO()
+    with av.open(out, "w", format="mp4") as container:
+        stream = container.add_stream(_codec(av), rate=Fraction(fps).limit_denominator(1001))
+        stream.width, stream.height, stream.pix_fmt = *size, "yuv420p"
+        stream.options = {"crf": QUALITY, "preset": "medium"}
+        image = None
+        for image in film.frames():
+            container.mux(stream.encode(_frame(av, image)))
+        for _ in range(round(LAST_FRAME_SECONDS * fps)):
+            container.mux(stream.encode(_frame(av, image)))
+        container.mux(stream.encode())
+    return out.getvalue()
+
+
+def _codec(av: Any) -> str:
+    return next(name for name in CODECS if name in av.codecs_available)
+
+
+def _frame(av: Any, image: Any) -> Any:
+    return av.VideoFrame.from_ndarray(np.ascontiguousarray(image), format="rgb24")
