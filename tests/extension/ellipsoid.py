@@ -8,6 +8,8 @@ import numpy as np
 
 from kinolab.arguments import checked
 from kinolab.dynamics import Shape
+from kinolab.dynamics.language.frames import Number
+from kinolab.dynamics.language.shapes import ORIGIN, Point
 from kinolab.numerics.arrays import Array
 
 
@@ -16,10 +18,10 @@ from kinolab.numerics.arrays import Array
 class Ellipsoid(Shape):
     """An ellipsoid with semi-axes ``x``, ``y`` and ``z`` in [m], centred ``at`` a point in [m]."""
 
-    x: float
-    y: float
-    z: float
-    at: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    x: Number
+    y: Number
+    z: Number
+    at: Point = ORIGIN
 
     def support(self, directions: Array) -> Array:
         """Return D^2 n / |D n| for directions n, with the semi-axes on the diagonal of D."""

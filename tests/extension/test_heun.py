@@ -10,7 +10,7 @@ import pytest
 
 from kinolab import systems
 from kinolab.dynamics import Model
-from kinolab.dynamics.codegen.methods import METHODS, add_method
+from kinolab.dynamics.codegen.methods import METHODS, Method, add_method
 from kinolab.errors import InputError
 from kinolab.scenario import load_scenario, write_scenario
 from kinolab.simulation.sensitivities import StepSensitivities
@@ -157,3 +157,16 @@ def test_another_method_of_the_same_name_is_refused(tmp_path: Path) -> None:
     text = SWING.replace("[[], [1.0]]", "[[], [0.5]]").replace("[0.5, 0.5]", "[0.0, 1.0]")
     with pytest.raises(InputError, match="has another one of this name"):
         problem_of(tmp_path, text)
+
+
+def test_a_run_has_the_coefficients_of_a_method_that_a_script_added(tmp_path: Path) -> None:
+    """Its scenario had the method's name alone, so that no other process could read the run."""
+    ralston = Method("ralston", 2, b=(0.25, 0.75), a=((), (2 / 3,)))
+    add_method(ralston)
+    text = SWING.partition("[integration.tableau]")[0].replace("heun", "ralston")
+    (tmp_path / "swing.toml").write_text(text)
+    written = write_scenario(load_scenario(tmp_path / "swing.toml"))
+    METHODS.pop("ralston")
+    (tmp_path / "again.toml").write_text(written)
+    load_scenario(tmp_path / "again.toml")
+    assert METHODS.pop("ralston") == ralston

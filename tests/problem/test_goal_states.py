@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 import kinolab
-from kinolab.analyze.diagnose.approach import approach_sentences, unmet_sentences
+from kinolab.analyze.diagnose.state_clearance import approach_sentences, unmet_sentences
 from kinolab.problem.goal_entries import goal_entries
 from kinolab.problem.goal_states import goal_states
 from kinolab.scenario import builtin_scenarios

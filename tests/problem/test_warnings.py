@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import pytest
+from sympy import sqrt
 
 import kinolab
+from kinolab import dynamics as kd
 from kinolab.problem.warnings import problem_warnings
 
 
@@ -47,3 +49,22 @@ def test_a_tolerance_of_what_the_goal_leaves_free(given: tuple[str, ...], told: 
         for name in told
     ]
     assert list(problem_warnings(problem)) == wanted
+
+
+@pytest.mark.parametrize(("epsilon", "told"), [(0.0, True), (1e-3, False)])
+def test_equations_without_derivatives_at_the_start_are_told(epsilon: float, told: bool) -> None:
+    """Drag that grows with the square of two velocities, from rest."""
+    x, z = kd.length("x", speed=5.0), kd.length("z", speed=5.0)
+    ball = kd.Body("ball", kd.move(x, 0, z), mass=1.0, shape=kd.Sphere(0.1))
+    u, v = kd.rate(x), kd.rate(z)
+    speed = sqrt(u**2 + v**2 + epsilon**2)
+    pushes = [kd.Force(f"f{n}", on=ball, along=a, limit=2.0) for n, a in
+              (("x", kd.WORLD.x), ("z", kd.WORLD.z))]  # fmt: skip
+    drag = [kd.Load(-0.3 * speed * u, u), kd.Load(-0.3 * speed * v, v)]
+    system = kd.System("ball", bodies=[ball], inputs=pushes, efforts=drag)
+    problem = kinolab.load({
+        "system": system, "world": {"bounds": {"x": [0, 4], "z": [0, 4]}},
+        "start": {"x": 0.5, "z": 0.5}, "goal": {"x": 3.0, "z": 3.0, "tolerance": 0.2},
+    })  # fmt: skip
+    assert any("has no derivative at the start" in one for one in problem_warnings(problem)) is told
+    assert problem.solve(seed=1, improve=0.2).status == "solved"

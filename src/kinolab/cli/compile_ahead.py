@@ -41,7 +41,7 @@ def compiled_ahead() -> Iterator[None]:
 
 def work(starter: Connection) -> None:
     """Compile in a process of its own, until that is done or the one that started it ends."""
-    from kinolab.concurrency.serving import leave_with
+    from kinolab.concurrency.starting import leave_with
 
     leave_with(starter)
     for part in in_order():

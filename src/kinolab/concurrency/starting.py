@@ -7,15 +7,17 @@ those of ``multiprocessing`` they do not re-import the user's script.
 from __future__ import annotations
 
 import json
+import os
 import signal
 import subprocess
 import sys
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from multiprocessing import Pipe
+from multiprocessing.connection import Connection, wait
 from queue import SimpleQueue
-from typing import Any, Self
+from typing import Any, NoReturn, Self
 
 from kinolab.errors import InputError, Mistake
 
@@ -23,7 +25,7 @@ Process = subprocess.Popen[bytes]
 
 ENTRY = (
     "import json, sys; sys.path[:] = json.loads(sys.argv[1]); "
-    "from kinolab.concurrency.serving import serve; from {module} import work; "
+    "from kinolab.concurrency.starting import serve; from {module} import work; "
     "serve(int(sys.argv[2]), work)"
 )
 
@@ -113,3 +115,29 @@ def _deaf_to_interrupts() -> Iterator[None]:
         yield
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def serve(handle: int, work: Callable[[Connection], None]) -> NoReturn:
+    """Do the work of a process that a ``WorkingProcess`` has started, in that process, and leave.
+
+    It ignores Ctrl-C, which a terminal sends to the whole process group: the process that started
+    it decides, and ends it.
+
+    Args:
+        handle: File descriptor of the connection to the process that started it.
+        work: Gets the connection, and is left without a word when that is closed.
+    """
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    with suppress(EOFError, BrokenPipeError, ConnectionResetError):
+        work(Connection(handle))
+    os._exit(0)  # skips slow clean-up of libraries, and complaints of OMPL's binding
+
+
+def leave_with(connection: Connection) -> None:
+    """Leave when the process that started this one is gone, from now on; it may send no more."""
+    threading.Thread(target=_leave_with, args=(connection,), daemon=True).start()
+
+
+def _leave_with(connection: Connection) -> NoReturn:
+    wait([connection])  # nothing is sent, so readable means closed
+    os._exit(1)

@@ -119,6 +119,8 @@ def _accelerates_all(problem: PlanningTask) -> bool:
     idle = model.null_control()
     ranges = np.ptp(model.control_bounds, axis=1)
     effect = model.jacobian(problem.start, idle)[1][model.nq :] * ranges
+    if not np.isfinite(effect).all():
+        return False
     sizes = np.linalg.svd(effect / problem.scales[model.nq :, None], compute_uv=False)
     return bool(sizes[-1] > FULL_RANK * sizes[0])
 

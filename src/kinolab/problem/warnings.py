@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+import numpy as np
+
 from kinolab.dynamics.codegen.state_space import TURN
 from kinolab.dynamics.machine_facts import MachineFacts
 from kinolab.problem import PlanningTask
@@ -18,6 +20,7 @@ def problem_warnings(problem: PlanningTask) -> tuple[str, ...]:
         *problem.world.warnings,
         *_degrees(problem),
         *_tolerances_of_nothing(problem),
+        *_without_derivative(problem),
         *machine_warnings(problem.machine),
         *rest_warnings(problem),
     )
@@ -48,6 +51,17 @@ def _degrees(problem: PlanningTask) -> Iterator[str]:
                     f"[{section}] {name} = {value:g} is in rad, more than a whole turn; "
                     f'"{value:g} deg" is in degrees.'
                 )
+
+
+def _without_derivative(problem: PlanningTask) -> Iterator[str]:
+    """Yield that planning by derivatives cannot begin at the start, such as from rest."""
+    idle = problem.model.null_control()
+    slopes = np.hstack(problem.model.jacobian(problem.start, idle))
+    for k in np.flatnonzero(~np.isfinite(slopes).all(axis=1))[:1]:
+        yield (
+            f"The rate of {problem.model.state_names[k]} has no derivative at the start, which "
+            "planning needs: write sqrt(v**2 + epsilon**2) for sqrt(v**2), with a small epsilon."
+        )
 
 
 def _tolerances_of_nothing(problem: PlanningTask) -> Iterator[str]:

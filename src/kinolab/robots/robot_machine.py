@@ -39,8 +39,12 @@ from kinolab.dynamics.language.symbols import (
 )
 from kinolab.errors import InputError, Mistake, printable
 from kinolab.numerics.arrays import Array
-from kinolab.robots.compared.agreements import AGREED, agreement_on
-from kinolab.robots.compared.disagreements import Correspondence, disagreements
+from kinolab.robots.compared.disagreements import (
+    AGREED,
+    Correspondence,
+    agreement_on,
+    disagreements,
+)
 from kinolab.robots.compared.second_engine import AbstractSecondEngine
 from kinolab.robots.compared.urdf_engines import BASE
 from kinolab.robots.constant_frames import (

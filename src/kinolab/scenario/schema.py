@@ -20,7 +20,7 @@ from pydantic import (
 )
 from pydantic_core import PydanticCustomError
 
-from kinolab.dynamics.codegen.methods import METHODS
+from kinolab.dynamics.codegen.methods import METHODS, SHIPPED
 from kinolab.errors import is_broken, printable
 from kinolab.files import stem_of
 from kinolab.scenario import rules
@@ -260,6 +260,12 @@ class IntegrationSection(Section):
     @model_validator(mode="after")
     def _known_method(self) -> Self:
         _obey(rules.integration_issues(self.model_dump(exclude_none=True)))
+        if self.method not in SHIPPED:  # a file has the coefficients, wherever they come from
+            own = METHODS[self.method]
+            a, c = ([list(row) for row in rows] for rows in (own.a, own.c))
+            vars(self)["tableau"] = TableauSection(
+                order=own.order, a=a, b=list(own.b), c=c, gamma=own.gamma
+            )
         return self
 
     def __setstate__(self, state: dict[Any, Any]) -> None:

@@ -15,7 +15,7 @@ import pytest
 
 from kinolab.errors import InputError
 from kinolab.robots import read_mjcf, read_urdf, robot_machine, urdf
-from kinolab.robots.compared import agreements, urdf_engines
+from kinolab.robots.compared import disagreements, urdf_engines
 from kinolab.robots.compared.second_engine import AbstractSecondEngine
 from kinolab.robots.constant_frames import turned_about
 from kinolab.robots.kinematic_tree import KinematicTree, Mimicked, pose_of
@@ -342,7 +342,7 @@ def test_engines_are_asked_once_of_the_same_file(
     assert [times_asked(), times_asked()] == [1, 0]
     assert [times_asked(izz=0.0011), times_asked(locked={"elbow": 0.1})] == [1, 1]
     assert [times_asked(base="floating"), times_asked(locked={"elbow": 0.1})] == [1, 0]
-    monkeypatch.setattr(agreements, "versions_of", lambda *_: {"mujoco": "0"})
+    monkeypatch.setattr(disagreements, "versions_of", lambda *_: {"mujoco": "0"})
     assert times_asked() == 1
     read_wrongly(monkeypatch, urdf, joint("elbow", axis=np.negative))
     for _ in range(2):

@@ -10,18 +10,22 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from kinolab.analyze.diagnose.approach import approach_sentences, unmet_sentences
-from kinolab.analyze.diagnose.next_search import next_search_sentence
 from kinolab.analyze.diagnose.reached_rates import unreached_directions, unreached_sentences
 from kinolab.analyze.diagnose.relaxation_trials import (
     RelaxationTrial,
     relaxation_trials,
     trial_sentences,
 )
-from kinolab.analyze.diagnose.state_clearance import clearance_sentences, largest_clearance
+from kinolab.analyze.diagnose.state_clearance import (
+    approach_sentences,
+    clearance_sentences,
+    largest_clearance,
+    unmet_sentences,
+)
 from kinolab.analyze.diagnose.verification_summary import verification_sentences
 from kinolab.arguments import require_fit
 from kinolab.errors import InputError, Mistake
+from kinolab.planners.auto import MEMBERS, Auto
 from kinolab.problem import PlanningTask
 from kinolab.problem.goal_entries import GoalEntry, goal_entries
 from kinolab.problem.goal_states import GoalStates, goal_states
@@ -252,3 +256,28 @@ def _plain(value: Any) -> Any:
     if isinstance(value, float) and not math.isfinite(value):
         return None
     return value
+
+
+LONGER = 4  # times as long as the search that failed
+
+
+def next_search_sentence(problem: PlanningTask, plan: PlanResult) -> str:
+    """Return which longer search, and which other planner, would be worth trying.
+
+    Args:
+        problem: The problem.
+        plan: Result of the search that failed.
+    """
+    section, seconds = problem.scenario.planner, plan.timings.get("search", 0.0)
+    longer = f"--time-limit {math.ceil(LONGER * max(section.time_limit, seconds))}"
+    most = section.max_iterations
+    if most is not None and plan.iterations >= most:
+        longer += f" --max-iterations {LONGER * most}"
+    members = [member.name for member in MEMBERS]
+    other = f"--planner {Auto.name}, in which {' and '.join(members)} take turns with shooting"
+    if plan.planner == Auto.name:
+        other = f"--planner {' or '.join(members)}, which then has all of the time"
+    return (
+        f"Nothing that was looked at rules a plan out: search longer than {seconds:.2g} s "
+        f"({longer}), or with another planner ({other})."
+    )

@@ -16,9 +16,11 @@ errors).
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from itertools import islice
+from pathlib import Path
 
 import numpy as np
 
@@ -26,11 +28,13 @@ from kinolab.dynamics import System
 from kinolab.dynamics.derivation.symbol_table import SymbolTable, sampled_values
 from kinolab.dynamics.derivation.velocity_coordinates import feasible_values
 from kinolab.errors import Mistake
+from kinolab.lazy import versions_of
 from kinolab.numerics.arrays import Array
 from kinolab.robots.compared.machine_forces import MachineForces
 from kinolab.robots.compared.second_engine import AbstractSecondEngine
 from kinolab.robots.kinematic_tree import Joint, coordinate_names, led
 from kinolab.robots.loop_closures import OPEN, STILL
+from kinolab.store import Kind, code_in
 
 STATES = 2  # one tells any two machines apart, but for those that agree there by chance
 AGREE = 1e-9  # of the sizes of the terms
@@ -221,3 +225,16 @@ def _beside(rows: Array, others: Array) -> Array:
     shares = np.linalg.lstsq(others.T, rows.T, rcond=STILL)[0]
     beside: Array = rows - shares.T @ others
     return beside
+
+
+# Files that agreed are kept: MuJoCo and Pinocchio take longer to import than most files to be read.
+PACKAGE = Path(__file__).parents[2]
+LIBRARIES = ("yourdfpy", "lxml", "sympy", "numpy", "mujoco", "pin")  # the last is Pinocchio
+AGREED: Kind[bytes] = Kind("agreed", bytes, bytes)
+
+
+def agreement_on(file: bytes, base: str, locked: Mapping[str, float]) -> list[str | bytes]:
+    """Return all that determines whether engines agree: the file, how it is read, and by what."""
+    code = [code_in(PACKAGE / room) for room in ("robots", "dynamics", "numerics")]
+    how = [base, sorted(locked.items()), versions_of(*LIBRARIES)]
+    return [file, json.dumps(how), *code]

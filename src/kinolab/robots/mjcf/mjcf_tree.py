@@ -189,6 +189,8 @@ def allowed_pairs(
         model: MuJoCo's.
         names: Of the bodies.
         solids: Of each body the geoms that are solids.
+
+    Source: MuJoCo's documentation, chapter Computation, Collision detection: filtering.
     """
     types, affinities = (
         _bits(values, solids) for values in (model.geom_contype, model.geom_conaffinity)

@@ -11,6 +11,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from kinolab.dynamics.codegen.methods import METHODS
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.work import charge, in_whole_ticks
 from kinolab.problem import PlanningTask
@@ -19,7 +20,6 @@ from kinolab.scenario import improvement_seconds
 from kinolab.search.budget import Budget
 from kinolab.search.planner import AbstractTreeSearch, setting, with_default
 from kinolab.search.result import Outcome, SearchResult, unsolved
-from kinolab.search.tree.step_work import ITERATION_SECONDS, step_seconds
 from kinolab.search.tree.sub_searches import GoalConnections, InterleavedSearches, SubSearch
 from kinolab.search.tree.time_slices import RestartRounds, TimeSlices
 from kinolab.search.tree.tree import FULL, REACHED, Tree, controls_to, nearer, step_counts
@@ -138,7 +138,8 @@ class AbstractCompiledPlanner(AbstractTreeSearch):
         return replace(result, rejections=sources)
 
 
-MAX_MOTIONS = 100  # to repeat
+# The compiled loop counts causes but records no sources: a few similar motions are repeated for them.
+MAX_MOTIONS = 100
 MAX_SECONDS = 0.02  # [s] allowed for them beyond the search's time limit
 
 
@@ -214,3 +215,35 @@ class IncumbentImprovement:
             self.statistics["improvements"] += 1.0
         self.u, self._most, self._gained = u, len(u), self._clock()
         self._pointless = self.over or not tree.shorten(len(u))
+
+
+ITERATION_SECONDS = 1.5e-6  # [s] of work for an iteration of a tree, its steps apart
+
+
+def step_seconds(problem: PlanningTask) -> float:
+    """Return what a step in a tree takes on an idle computer with all that belongs to it, in [s].
+
+    Fitted to the scenarios that come with kinolab and to dynobench (one core of an AMD EPYC); it
+    holds within a factor of two for most, and of four for all of them.
+    """
+    integration, operations = problem.scenario.integration, problem.model.operations
+    evaluations = integration.substeps * METHODS[integration.method].stages
+    shapes = sum(len(body.shapes) for body in problem.bodies) + len(problem.cables)
+    seconds = 4e-7 + operations * (7e-9 + 7e-10 * evaluations) + 1.5e-7 * shapes
+    if problem.model.plant is not problem.model:
+        seconds += 4e-6  # the law
+    if problem.machine.requirements:
+        seconds *= 2.0
+    if problem.machine.modes:
+        seconds += 2e-5  # every step may end a mode
+    return in_whole_ticks(seconds)  # the sum of steps is the same in whatever parts they are made
+
+
+def growth_seconds(each_step: float, steps: int, iterations: int) -> float:
+    """Return what the growth of a tree takes on an idle computer, in [s].
+
+    Args:
+        each_step: What a step takes, in [s].
+        steps, iterations: That were made.
+    """
+    return steps * each_step + iterations * ITERATION_SECONDS

@@ -18,7 +18,6 @@ from kinolab.dynamics.analysis.fields.bracket_filtration import (
 )
 from kinolab.dynamics.analysis.fields.brackets import VectorField
 from kinolab.dynamics.analysis.fields.points import complete_point, rational_point
-from kinolab.dynamics.analysis.fields.smoothness import has_kink
 from kinolab.dynamics.analysis.fields.vector_fields import VectorFields
 from kinolab.dynamics.analysis.jets.ranks import RANK_TOLERANCE, Rank, Vectors, rank_of
 from kinolab.dynamics.language.symbols import Parameter
@@ -192,3 +191,28 @@ def _as_fields(fields: VectorFields | Sequence[VectorField]) -> VectorFields:
     }
     values = {symbol: symbol.default for symbol in symbols if isinstance(symbol, Parameter)}
     return VectorFields.of(fields[0].variables, named, values=values)
+
+
+KINKED = ("fabs", "sign", "fmax")
+KINK_TOLERANCE = 1e-9  # of an argument's distance to its kink
+
+
+def has_kink(fields: VectorFields, point: Mapping[str, Any]) -> bool:
+    """Return whether an absolute value, or similar, has its kink at a state.
+
+    Args:
+        fields: Of a machine.
+        point: Value of every state entry, by name.
+    """
+    tape, moving = fields.tape, frozenset(fields.state)
+    outputs = [node for parts in fields.components.values() for node in parts]
+    kinks = [
+        operation.operands
+        for operation in map(tape.operations.__getitem__, tape.needed(outputs))
+        if operation.name in KINKED and any(tape.depends_on(o) & moving for o in operation.operands)
+    ]
+    if not kinks:
+        return False
+    values = {name: float(value) for name, value in (dict(fields.values) | dict(point)).items()}
+    gaps = [tape.sub(pair[0], pair[1]) if len(pair) > 1 else pair[0] for pair in kinks]
+    return min(map(abs, tape.evaluate(gaps, values))) < KINK_TOLERANCE

@@ -35,12 +35,12 @@ from kinolab.dynamics.analysis.fields.growth_vectors import (
     MAX_DEGREE,
     MAX_WORK,
     filtration,
+    has_kink,
     rank_of_brackets,
     stacked,
 )
 from kinolab.dynamics.analysis.fields.linear_controllability import reachable_subspace
 from kinolab.dynamics.analysis.fields.points import complete_point
-from kinolab.dynamics.analysis.fields.smoothness import has_kink
 from kinolab.dynamics.analysis.fields.vector_fields import VectorFields
 from kinolab.dynamics.analysis.jets.ranks import RANK_TOLERANCE
 from kinolab.errors import InputError, Mistake
