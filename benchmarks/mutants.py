@@ -60,7 +60,7 @@ EQUIVALENT: dict[tuple[str, str], str] = {
         'options={"ftol": 1e-14, "maxiter": 200},',
     ): "where SLSQP ends by either, Newton's steps lead on onto the constraints, to rounding",
     (
-        "show/film/raster/contact.py",
+        "show/film/scene.py",
         "floor = np.maximum(near, np.float32(1e-12))",
     ): "nothing is drawn nearer than a picometre: both only keep 0 from being divided by",
     (

@@ -138,7 +138,7 @@ class AbstractCompiledPlanner(AbstractTreeSearch):
         return replace(result, rejections=sources)
 
 
-# The compiled loop counts causes but records no sources: a few similar motions are repeated for them.
+# The compiled loop counts causes, not their sources: a few similar motions are repeated for them.
 MAX_MOTIONS = 100
 MAX_SECONDS = 0.02  # [s] allowed for them beyond the search's time limit
 

@@ -35,8 +35,8 @@ from kinolab.search.tree.extensions import (
     lane_to_serve,
 )
 from kinolab.search.tree.problem_arrays import is_inside, metric_coordinates, sample_state
-from kinolab.search.tree.sampled.cost_index import CostIndex, locate
 from kinolab.search.tree.sampled.directed_control import directed_control
+from kinolab.search.tree.sampled.sampled_tree import CostIndex, locate
 from kinolab.search.tree.sampled.witnesses import (
     NOBODY,
     Witnesses,
