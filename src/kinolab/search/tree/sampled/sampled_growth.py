@@ -24,7 +24,7 @@ from kinolab.numerics.arrays import Array, Integers
 from kinolab.numerics.jit import kernel
 from kinolab.numerics.neighbours.insertion import add
 from kinolab.numerics.neighbours.queries import nearest
-from kinolab.numerics.neighbours.r_tree import clear
+from kinolab.numerics.neighbours.r_tree import RTree, clear, r_tree
 from kinolab.numerics.rng import uniform
 from kinolab.search.tree.extensions import (
     Ends,
@@ -34,9 +34,15 @@ from kinolab.search.tree.extensions import (
     keep_end,
     lane_to_serve,
 )
-from kinolab.search.tree.problem_arrays import is_inside, metric_coordinates, sample_state
+from kinolab.search.tree.flat_arrays import copy
+from kinolab.search.tree.problem_arrays import (
+    ProblemArrays,
+    is_inside,
+    metric_coordinates,
+    metric_periods,
+    sample_state,
+)
 from kinolab.search.tree.sampled.directed_control import directed_control
-from kinolab.search.tree.sampled.sampled_tree import CostIndex, locate
 from kinolab.search.tree.sampled.witnesses import (
     NOBODY,
     Witnesses,
@@ -223,3 +229,30 @@ def draw_node(worker):  # type: ignore[no-untyped-def]
 def cost_per_step(worker):  # type: ignore[no-untyped-def]
     """Return the distance of a step in state-cost space."""
     return worker.growth.cost_weight * worker.costs.extent / worker.most[0]
+
+
+class CostIndex(NamedTuple):
+    """Nodes as points in state-cost space, for compiled kernels."""
+
+    neighbours: RTree  # the last coordinate is the cost
+    point: Array  # (d + 1,) scratch
+    extent: float  # diameter of the state space, in scaled coordinates
+
+
+def cost_index(arrays: ProblemArrays, capacity: int) -> CostIndex:
+    """Allocate an empty index with a capacity in nodes."""
+    period = metric_periods(arrays)
+    widths = (arrays.upper - arrays.lower)[arrays.entry] * arrays.weight
+    across = np.where(np.isfinite(period), period / 2, widths)  # largest distance
+    return CostIndex(
+        neighbours=r_tree(capacity, np.append(period, np.inf)),
+        point=np.zeros(len(period) + 1),
+        extent=float(np.linalg.norm(across)),
+    )
+
+
+@kernel
+def locate(costs, point, cost):  # type: ignore[no-untyped-def]
+    """Write scaled coordinates (d,) and a cost to ``costs.point``, shape (d + 1,)."""
+    copy(point, costs.point)
+    costs.point[point.shape[0]] = cost

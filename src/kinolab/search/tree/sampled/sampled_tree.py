@@ -3,20 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
-from kinolab.numerics.arrays import Array, allocate
-from kinolab.numerics.jit import kernel
-from kinolab.numerics.neighbours.r_tree import RTree, r_tree
+from kinolab.numerics.arrays import allocate
 from kinolab.numerics.struct import Record
 from kinolab.problem import PlanningTask
 from kinolab.search.planner import setting
 from kinolab.search.tree.compiled_planner import AbstractCompiledPlanner
 from kinolab.search.tree.extensions import Ends
-from kinolab.search.tree.flat_arrays import copy
-from kinolab.search.tree.problem_arrays import ProblemArrays, metric_periods
 from kinolab.search.tree.sampled.sampled_growth import (
     IN_COST_SPACE,
     NEAREST,
@@ -24,6 +19,7 @@ from kinolab.search.tree.sampled.sampled_growth import (
     Growth,
     Worker,
     begin,
+    cost_index,
     grow,
     prune,
 )
@@ -101,30 +97,3 @@ class AbstractSampledPlanner(AbstractCompiledPlanner):
     def extension(self, problem: PlanningTask, search: SearchState) -> AbstractTreeExtension:  # noqa: ARG002
         """Return the tree extension."""
         return SampledTree(search, self.growth(), self.max_nodes)
-
-
-class CostIndex(NamedTuple):
-    """Nodes as points in state-cost space, for compiled kernels."""
-
-    neighbours: RTree  # the last coordinate is the cost
-    point: Array  # (d + 1,) scratch
-    extent: float  # diameter of the state space, in scaled coordinates
-
-
-def cost_index(arrays: ProblemArrays, capacity: int) -> CostIndex:
-    """Allocate an empty index with a capacity in nodes."""
-    period = metric_periods(arrays)
-    widths = (arrays.upper - arrays.lower)[arrays.entry] * arrays.weight
-    across = np.where(np.isfinite(period), period / 2, widths)  # largest distance
-    return CostIndex(
-        neighbours=r_tree(capacity, np.append(period, np.inf)),
-        point=np.zeros(len(period) + 1),
-        extent=float(np.linalg.norm(across)),
-    )
-
-
-@kernel
-def locate(costs, point, cost):  # type: ignore[no-untyped-def]
-    """Write scaled coordinates (d,) and a cost to ``costs.point``, shape (d + 1,)."""
-    copy(point, costs.point)
-    costs.point[point.shape[0]] = cost
