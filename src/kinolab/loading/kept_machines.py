@@ -17,10 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 from kinolab import systems
 from kinolab.dynamics import Model
-from kinolab.dynamics.language.feedback import Feedback
-from kinolab.dynamics.language.inputs import bounds_of
 from kinolab.dynamics.language.json.machine_folder import texts_of
-from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.machine_facts import MachineFacts, facts_of
 from kinolab.errors import InputError, Mistake
 from kinolab.lazy import versions_of
@@ -134,7 +131,6 @@ def _with_law(scenario: Scenario) -> Mechanism:
 
 
 def _limited(model: Model, limits: Limits) -> Mechanism:
-
     return with_tightened_limits(model.system, limits)
 
 
@@ -150,6 +146,9 @@ def with_tightened_limits(
     Raises:
         InputError: Where limits do not intersect those of the machine.
     """
+    from kinolab.dynamics.language.feedback import Feedback  # which a kept machine does not need
+    from kinolab.dynamics.language.inputs import bounds_of
+
     mistakes: list[Mistake] = []
 
     def held(entry: Any) -> Any:

@@ -7,29 +7,14 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 from kinolab.errors import InputError, Mistake, unknown_name
-from kinolab.numerics.arrays import Array
 from kinolab.search.budget import Budget
-from kinolab.search.result import (
-    Outcome,
-    SearchResult,
-)
-from kinolab.settings import setting, settings_of, with_default
+from kinolab.search.result import SearchResult
+from kinolab.settings import setting, settings_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
     from kinolab.problem import PlanningTask
-
-__all__ = [
-    "AbstractPlanner",
-    "AbstractTreeSearch",
-    "Array",
-    "Budget",
-    "Outcome",
-    "SearchResult",
-    "setting",
-    "with_default",
-]
 
 
 @dataclass(frozen=True, kw_only=True)

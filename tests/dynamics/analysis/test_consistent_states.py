@@ -22,9 +22,8 @@ from kinolab.dynamics import (
 from kinolab.dynamics.analysis.consistent_states import (
     constraint_violations,
     nearest_consistent_state,
-    position_unit,
-    velocity_unit,
 )
+from kinolab.dynamics.analysis.constraint_units import position_unit, velocity_unit
 from tests import loops
 from tests.machines import four_bar_by_multipliers, rope_pendulum
 

@@ -11,11 +11,11 @@ import numpy as np
 from ompl import base as ob
 from ompl import util as ou
 
+from kinolab.search.budget import Budget
 from kinolab.search.graph import SearchGraph
 from kinolab.search.ompl.simple_setup import OmplSetup
 from kinolab.search.ompl.solution_path import path_in, with_last_step
-from kinolab.search.planner import Budget, Outcome, SearchResult
-from kinolab.search.result import unsolved
+from kinolab.search.result import Outcome, SearchResult, unsolved
 from kinolab.simulation.resimulated_goal import TrueEnds
 
 MAX_COPIED_STATES = 3000  # states copied out of OMPL, at 40 us each

@@ -13,9 +13,9 @@ from ompl import util as ou
 
 from kinolab.concurrency.cancel import raise_if_cancelled
 from kinolab.numerics.arrays import Array
+from kinolab.search.budget import Budget
 from kinolab.search.ompl.configuration_space import ConfigurationSpace, PathValidator
 from kinolab.search.ompl.control_search import ompl_seed
-from kinolab.search.planner import Budget
 
 MIN_EDGE_LENGTH = 1e-12  # SciPy treats length zero as no edge
 

@@ -9,8 +9,10 @@ from typing import Any
 from ompl import base as ob
 from ompl import control as oc
 
+from kinolab.search.budget import Budget
 from kinolab.search.ompl.simple_setup import OmplSetup
-from kinolab.search.planner import AbstractPlanner, Budget, Outcome
+from kinolab.search.planner import AbstractPlanner
+from kinolab.search.result import Outcome
 from kinolab.simulation.reference import resimulate
 
 

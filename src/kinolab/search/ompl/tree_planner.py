@@ -8,10 +8,13 @@ from functools import partial
 from typing import Any
 
 from kinolab.problem import PlanningTask
+from kinolab.search.budget import Budget
 from kinolab.search.ompl.control_guidance import ControlGuide
 from kinolab.search.ompl.control_search import search
 from kinolab.search.ompl.simple_setup import OmplSetup
-from kinolab.search.planner import AbstractTreeSearch, Budget, SearchResult, setting, with_default
+from kinolab.search.planner import AbstractTreeSearch
+from kinolab.search.result import SearchResult
+from kinolab.settings import setting, with_default
 from kinolab.steering.goal_connection import SteeredGoalConnection
 
 

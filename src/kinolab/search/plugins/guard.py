@@ -15,12 +15,9 @@ from kinolab.errors import InputError, Mistake
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 from kinolab.scenario.user_code import blamed
-from kinolab.search.planner import (
-    AbstractPlanner,
-    Budget,
-    Outcome,
-    SearchResult,
-)
+from kinolab.search.budget import Budget
+from kinolab.search.planner import AbstractPlanner
+from kinolab.search.result import Outcome, SearchResult
 
 WHERE = "[planner]"
 

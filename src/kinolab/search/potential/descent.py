@@ -9,7 +9,7 @@ import numpy as np
 
 from kinolab.concurrency.cancel import CancelledError, raise_if_cancelled
 from kinolab.numerics.arrays import Array
-from kinolab.search.planner import Budget
+from kinolab.search.budget import Budget
 from kinolab.search.potential.field import Field
 from kinolab.search.potential.lookahead import Lookahead
 from kinolab.simulation import Propagator

@@ -14,7 +14,7 @@ import numpy as np
 from kinolab.errors import KinolabError
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
-from kinolab.search.planner import Budget
+from kinolab.search.budget import Budget
 from kinolab.search.potential.descent import Descent, Ending, PartialMotion
 from kinolab.search.potential.field import Field
 from kinolab.search.potential.pullback import InputProjection

@@ -9,7 +9,7 @@ import numpy as np
 from kinolab.concurrency.cancel import CancelledError, raise_if_cancelled
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
-from kinolab.search.planner import Budget
+from kinolab.search.budget import Budget
 from kinolab.search.roadmap.milestones import Sampler
 from kinolab.search.roadmap.roadmap import Roadmap
 from kinolab.simulation import Propagator

@@ -18,7 +18,7 @@ from kinolab.problem import PlanningTask
 from kinolab.problem.time_steps import covering_steps
 from kinolab.scenario import improvement_seconds
 from kinolab.search.budget import Budget
-from kinolab.search.planner import AbstractTreeSearch, setting, with_default
+from kinolab.search.planner import AbstractTreeSearch
 from kinolab.search.result import Outcome, SearchResult, unsolved
 from kinolab.search.tree.sub_searches import GoalConnections, InterleavedSearches, SubSearch
 from kinolab.search.tree.time_slices import RestartRounds, TimeSlices
@@ -29,6 +29,7 @@ from kinolab.search.tree.tree_extension import (
     SearchState,
     search_state,
 )
+from kinolab.settings import setting, with_default
 from kinolab.simulation import Propagator
 from kinolab.simulation.resimulated_goal import TrueEnds
 

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from kinolab.numerics.arrays import Array
 from kinolab.show.film.models.ball import Color
 from kinolab.show.film.models.cut import along, cut_open, level
-from kinolab.show.film.models.paint import PaintedBody
+from kinolab.show.film.models.painted_body import PaintedBody
 from kinolab.show.film.models.setting import SETTINGS, SceneColors, SettingName
 from kinolab.show.film.models.surface_mesh import SurfaceMesh, is_room, joined, weld
 from kinolab.show.film.raster.camera import View

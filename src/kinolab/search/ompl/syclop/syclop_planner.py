@@ -11,7 +11,7 @@ from kinolab.search.ompl.simple_setup import OmplSetup
 from kinolab.search.ompl.syclop.decomposition import FREE_VOLUME_DRAWS, Decomposition
 from kinolab.search.ompl.syclop.regions import Regions
 from kinolab.search.ompl.tree_planner import AbstractGridPlanner, AbstractGuidedPlanner
-from kinolab.search.planner import setting, with_default
+from kinolab.settings import setting, with_default
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -9,7 +9,6 @@ import numpy as np
 from kinolab.numerics.arrays import allocate
 from kinolab.numerics.struct import Record
 from kinolab.problem import PlanningTask
-from kinolab.search.planner import setting
 from kinolab.search.tree.compiled_planner import AbstractCompiledPlanner
 from kinolab.search.tree.extensions import Ends
 from kinolab.search.tree.sampled.sampled_growth import (
@@ -26,6 +25,7 @@ from kinolab.search.tree.sampled.sampled_growth import (
 from kinolab.search.tree.sampled.witnesses import witnesses
 from kinolab.search.tree.tree import tree
 from kinolab.search.tree.tree_extension import UNBOUNDED_STEPS, AbstractTreeExtension, SearchState
+from kinolab.settings import setting
 
 
 class SampledTree(AbstractTreeExtension):

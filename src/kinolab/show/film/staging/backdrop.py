@@ -12,7 +12,7 @@ from kinolab.numerics.arrays import Array
 from kinolab.show.film.models.ball import Color, ball
 from kinolab.show.film.models.cone import cone_mesh
 from kinolab.show.film.models.ground import annulus, marked_areas, marked_lines, slab
-from kinolab.show.film.models.paint import fineness
+from kinolab.show.film.models.painted_body import fineness
 from kinolab.show.film.models.setting import SceneColors
 from kinolab.show.film.models.surface_mesh import SurfaceMesh, is_room, join, weld
 from kinolab.show.film.picture import Floor, Ghost, GoalMarker, Picture
