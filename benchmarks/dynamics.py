@@ -185,7 +185,7 @@ def pinocchio_time(model: Model) -> str:
 
 def describe() -> str:
     """Return what this ran on."""
-    from kinolab.studies.worker_process import processor
+    from kinolab.studies.hardware import processor
 
     return f"{processor()}, {os.cpu_count()} cores, Python {platform.python_version()}"
 

@@ -318,7 +318,7 @@ def other_exits(runs: Iterable[Run]) -> str:
 def describe() -> str:
     """Return what this ran on, and the versions."""
     from kinolab.runs.report import versions
-    from kinolab.studies.worker_process import processor
+    from kinolab.studies.hardware import processor
 
     there = {name: number for name, number in versions().items() if number != "absent"}
     named = ", ".join(f"{'Python' if n == 'python' else n} {v}" for n, v in there.items())

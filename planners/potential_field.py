@@ -13,7 +13,8 @@ from kinolab.search import AbstractPlanner, Budget, Outcome, SearchResult, setti
 from kinolab.search.potential.descent import Descent, Ending, PartialMotion
 from kinolab.search.potential.fast_sweeping import arrival_times
 from kinolab.search.potential.field import Field, Repulsion
-from kinolab.search.potential.field_setup import navigation_field, plain_field, run_unless_cancelled
+from kinolab.search.potential.field_setup import navigation_field, plain_field
+from kinolab.search.potential.interruptible import run_unless_cancelled
 from kinolab.search.potential.lookahead import Lookahead
 from kinolab.search.potential.pullback import InputProjection
 from kinolab.search.potential.random_walk_escapes import RandomWalkEscapes

@@ -12,7 +12,7 @@ import pytest
 from kinolab.dynamics import Body, System, length, move, parameter
 from kinolab.dynamics.language.json.machine_file import machine_from_json, machine_to_json
 from kinolab.dynamics.language.shapes import ORIGIN, Hull, Point, Shape
-from kinolab.dynamics.language.shapes.hulls import packed
+from kinolab.dynamics.language.shapes.packed_rows import packed
 from kinolab.errors import InputError
 from kinolab.numerics.arrays import Array
 from kinolab.world.geometry import triangles

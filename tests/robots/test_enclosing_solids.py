@@ -10,10 +10,10 @@ import pytest
 import trimesh
 
 from kinolab.dynamics.language.shapes import Box
-from kinolab.loading.omplapp_problem import interior_points
 from kinolab.numerics.arrays import Array
 from kinolab.robots.kinematic_tree import PlacedShape
 from kinolab.robots.solids.enclosing_solids import MOST_SOLIDS, enclosing_solids
+from kinolab.robots.solids.interior_points import interior_points
 from kinolab.robots.solids.overhang import overhang
 from tests.robots.test_enclosing import outside
 

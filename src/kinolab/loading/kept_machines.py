@@ -1,4 +1,4 @@
-"""The machine of a scenario, from the cache where nothing that describes it has changed.
+"""The machine of a scenario and its limits, from the cache where nothing of it has changed.
 
 To describe a machine, Python builds expressions. What was described once is found again by all that
 it came from: kinolab's own code, if the machine is registered; the text, if it is in a JSON file;
@@ -89,7 +89,7 @@ def with_limits(model: Model, limits: Limits) -> Model:
         InputError: Where limits do not intersect those of the machine.
     """
     content = json.dumps([model.key, "limited", sorted(limits.items())])
-    return Model.described_by(content, partial(_limited, model, limits))
+    return Model.described_by(content, lambda: with_tightened_limits(model.system, limits))
 
 
 def content_of(scenario: Scenario) -> str | None:
@@ -128,10 +128,6 @@ def _with_law(scenario: Scenario) -> Mechanism:
     from kinolab.dynamics.analysis.lqr_design import with_law
 
     return with_law(find_system(scenario))
-
-
-def _limited(model: Model, limits: Limits) -> Mechanism:
-    return with_tightened_limits(model.system, limits)
 
 
 def with_tightened_limits(

@@ -37,10 +37,9 @@ def allocate(kind: type[T], sizes: dict[str, int], **given: Any) -> T:
         given: All fields that are not to be allocated.
     """
     for name, (make, axes) in _declared(kind).items():
-        if name in given:
-            continue
-        shape = [axis if isinstance(axis, int) else sizes[axis] for axis in axes]
-        given[name] = make(shape) if axes else allocate(make, sizes)
+        if name not in given:
+            shape = [axis if isinstance(axis, int) else sizes[axis] for axis in axes]
+            given[name] = make(shape) if axes else allocate(make, sizes)
     return kind(**given)
 
 

@@ -55,8 +55,7 @@ def _degrees(problem: PlanningTask) -> Iterator[str]:
 
 def _without_derivative(problem: PlanningTask) -> Iterator[str]:
     """Yield that planning by derivatives cannot begin at the start, such as from rest."""
-    idle = problem.model.null_control()
-    slopes = np.hstack(problem.model.jacobian(problem.start, idle))
+    slopes = np.hstack(problem.model.jacobian(problem.start, problem.model.null_control()))
     for k in np.flatnonzero(~np.isfinite(slopes).all(axis=1))[:1]:
         yield (
             f"The rate of {problem.model.state_names[k]} has no derivative at the start, which "

@@ -18,8 +18,8 @@ from typing import TYPE_CHECKING, Any, final
 from kinolab.errors import InputError, Mistake
 from kinolab.lazy import library_of
 from kinolab.studies.engine import AbstractEngine, EngineLostError
+from kinolab.studies.hardware import computer
 from kinolab.studies.problem_files import ProblemFiles
-from kinolab.studies.worker_process import computer
 
 if TYPE_CHECKING:
     from distributed import Client

@@ -7,26 +7,21 @@ survive it), every run has a fresh process instead, which loads everything anew.
 
 from __future__ import annotations
 
-import hashlib
-import json
 import os
-import platform
 import resource
 import signal
 import sys
 import time
 from contextlib import suppress
 from dataclasses import dataclass
-from functools import cache
 from multiprocessing import Pipe
 from multiprocessing.connection import Connection, wait
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import NoReturn
 
 from kinolab.concurrency.parent_death import end_with_parent
-from kinolab.concurrency.processors import processors
 from kinolab.concurrency.starting import WorkingProcess
-from kinolab.runs.report import versions
+from kinolab.studies.hardware import computer
 from kinolab.studies.orders import Answer, WorkOrder, failure, peak_memory
 
 MODULE = __name__
@@ -160,26 +155,3 @@ def _exceeded(order: WorkOrder, child: int) -> str:
         if order.memory_limit is not None and memory > order.memory_limit:
             return "memory_limit"
     return ""
-
-
-@cache
-def computer() -> dict[str, Any]:
-    """Return what figures depend on, and a hash of it: figures with equal ones may be compared."""
-    about = {
-        "host": platform.node(),
-        "processor": processor(),
-        "cores": processors(),
-        "system": f"{platform.system()} {platform.machine()}",
-        "versions": json.dumps(versions(), sort_keys=True),
-    }
-    told = [value for key, value in about.items() if key != "host"]
-    return {**about, "computer": hashlib.sha256(repr(told).encode()).hexdigest()[:8]}
-
-
-def processor() -> str:
-    """Return the name of the processor."""
-    with suppress(OSError):
-        for line in Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines():
-            if line.startswith("model name"):
-                return line.partition(":")[2].strip()
-    return platform.processor() or platform.machine()

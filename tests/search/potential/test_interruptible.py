@@ -6,7 +6,7 @@ import threading
 
 import pytest
 
-from kinolab.search.potential.field_setup import run_unless_cancelled
+from kinolab.search.potential.interruptible import run_unless_cancelled
 from tests.support import within
 
 

@@ -1,4 +1,4 @@
-"""Diagnosis of a failed search: its findings, and sentences about them."""
+"""Diagnosis of a failed search: findings, sentences about them, and what to try next."""
 
 from __future__ import annotations
 
@@ -45,6 +45,7 @@ if TYPE_CHECKING:
 
 MAX_NAMED = 4
 MIN_FRACTION = 0.01  # of all rejected motions: smaller sources are not named
+LONGER = 4  # times as long as the search that failed
 
 
 def rejection_sentences(rejections: Mapping[str, Mapping[str, float]]) -> Iterator[str]:
@@ -256,9 +257,6 @@ def _plain(value: Any) -> Any:
     if isinstance(value, float) and not math.isfinite(value):
         return None
     return value
-
-
-LONGER = 4  # times as long as the search that failed
 
 
 def next_search_sentence(problem: PlanningTask, plan: PlanResult) -> str:

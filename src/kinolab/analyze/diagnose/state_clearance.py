@@ -1,4 +1,4 @@
-"""Largest clearance of several states, and sentences about small clearances."""
+"""Clearances of states and their errors to the goal, in sentences."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from kinolab.verification.clearance_margin import StateClearance, state_clearanc
 from kinolab.world import CollisionChecker
 
 TIGHT_CLEARANCE = 0.05  # [m] below which clearance is reported
+MAX_NAMED = 3  # entries that a sentence names
 
 
 def largest_clearance(
@@ -32,9 +33,6 @@ def clearance_sentences(start: StateClearance, goal: StateClearance | None) -> I
     for where, clearance in (("at the start", start), ("in the goal, at best", goal)):
         if clearance is not None and clearance.clearance < TIGHT_CLEARANCE:
             yield f"There is little clearance {where}: {clearance}."
-
-
-MAX_NAMED = 3  # entries that a sentence names
 
 
 def approach_sentences(entries: Sequence[GoalEntry], *, moved: bool) -> Iterator[str]:

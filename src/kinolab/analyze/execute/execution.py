@@ -1,4 +1,4 @@
-"""Monte Carlo execution of a plan on perturbed machines."""
+"""Monte Carlo execution of a plan on perturbed machines, and checks of their collisions."""
 
 from __future__ import annotations
 

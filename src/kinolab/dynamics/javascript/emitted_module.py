@@ -1,4 +1,4 @@
-"""From a derivation to the text of a machine's JavaScript."""
+"""From a derivation to the text of a machine's JavaScript, sizes of its shapes included."""
 
 from __future__ import annotations
 

@@ -42,6 +42,10 @@ AGREE = 1e-9  # of the sizes of the terms
 ROUNDING = 1e-14
 SAME = 10 * STILL  # [m/rad] and the like, of directions: what is still is left out of constraints
 REMEDY = "This is a mistake in kinolab; please report it, with the file."
+# Files that agreed are kept: MuJoCo and Pinocchio take longer to import than most files to be read.
+PACKAGE = Path(__file__).parents[2]
+LIBRARIES = ("yourdfpy", "lxml", "sympy", "numpy", "mujoco", "pin")  # the last is Pinocchio
+AGREED: Kind[bytes] = Kind("agreed", bytes, bytes)
 
 
 @dataclass(frozen=True)
@@ -225,12 +229,6 @@ def _beside(rows: Array, others: Array) -> Array:
     shares = np.linalg.lstsq(others.T, rows.T, rcond=STILL)[0]
     beside: Array = rows - shares.T @ others
     return beside
-
-
-# Files that agreed are kept: MuJoCo and Pinocchio take longer to import than most files to be read.
-PACKAGE = Path(__file__).parents[2]
-LIBRARIES = ("yourdfpy", "lxml", "sympy", "numpy", "mujoco", "pin")  # the last is Pinocchio
-AGREED: Kind[bytes] = Kind("agreed", bytes, bytes)
 
 
 def agreement_on(file: bytes, base: str, locked: Mapping[str, float]) -> list[str | bytes]:

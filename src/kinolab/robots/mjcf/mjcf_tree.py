@@ -1,4 +1,4 @@
-"""The tree of an MJCF file: bodies as links, a joint for each, springs, friction and masses."""
+"""The tree of an MJCF file: links, joints, springs, friction, masses, and what may touch."""
 
 from __future__ import annotations
 

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Callable
-from concurrent.futures import Future, wait
-from typing import TypeVar
 
 import numpy as np
 
@@ -19,6 +16,7 @@ from kinolab.search.potential.field import (
     Repulsion,
     StraightLinePotential,
 )
+from kinolab.search.potential.interruptible import run_unless_cancelled
 from kinolab.search.potential.workspace import grid_of, is_open, open_cells
 from kinolab.simulation import Propagator
 
@@ -124,29 +122,3 @@ def _weighed(
         leads = k == max(rivals, key=lambda j: heights[j])
         pulls.append(AttractivePotential(point, potential, 1.0 if leads else FOLLOWER_WEIGHT))
     return pulls
-
-
-T = TypeVar("T")
-
-CANCELLATION_PERIOD = 0.05  # [s] between cancellation checks
-
-
-def run_unless_cancelled(work: Callable[[], T], stop: Callable[[], bool]) -> T | None:
-    """Return the result of ``work``, or None as soon as ``stop`` returns True.
-
-    Python handles signals in its main thread and only between bytecodes, so long compiled work runs
-    in another thread. Cancelled work finishes in the background and is discarded.
-    """
-    done: Future[T] = Future()
-
-    def run() -> None:
-        try:
-            done.set_result(work())
-        except BaseException as error:
-            done.set_exception(error)
-
-    threading.Thread(target=run, daemon=True).start()
-    while not wait([done], CANCELLATION_PERIOD).done:
-        if stop():
-            return None
-    return done.result()

@@ -1,4 +1,4 @@
-"""Base class of the compiled planners: a tree that grows in time slices."""
+"""Base class of the compiled planners: a tree that grows in time slices, work and all."""
 
 from __future__ import annotations
 
@@ -35,6 +35,10 @@ from kinolab.simulation.resimulated_goal import TrueEnds
 
 # solutions rejected by re-simulation after which the tree restarts
 MAX_RESIMULATION_FAILURES = 10
+# The compiled loop counts causes, not their sources: a few similar motions are repeated for them.
+MAX_MOTIONS = 100
+MAX_SECONDS = 0.02  # [s] allowed for them beyond the search's time limit
+ITERATION_SECONDS = 1.5e-6  # [s] of work for an iteration of a tree, its steps apart
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -139,11 +143,6 @@ class AbstractCompiledPlanner(AbstractTreeSearch):
         return replace(result, rejections=sources)
 
 
-# The compiled loop counts causes, not their sources: a few similar motions are repeated for them.
-MAX_MOTIONS = 100
-MAX_SECONDS = 0.02  # [s] allowed for them beyond the search's time limit
-
-
 def rejection_sources(
     problem: PlanningTask, nodes: Tree, max_steps: int, budget: Budget
 ) -> dict[str, dict[str, float]]:
@@ -216,9 +215,6 @@ class IncumbentImprovement:
             self.statistics["improvements"] += 1.0
         self.u, self._most, self._gained = u, len(u), self._clock()
         self._pointless = self.over or not tree.shorten(len(u))
-
-
-ITERATION_SECONDS = 1.5e-6  # [s] of work for an iteration of a tree, its steps apart
 
 
 def step_seconds(problem: PlanningTask) -> float:

@@ -1,4 +1,4 @@
-"""A plan as an animation: GIF or MP4."""
+"""A plan as an animation: GIF, or MP4 encoded by PyAV."""
 
 from __future__ import annotations
 
@@ -16,6 +16,10 @@ from kinolab.show.film.gif import gif_parts
 from kinolab.show.film.raster.camera import View
 from kinolab.show.film.staging.motion_script import motion_script
 from kinolab.trajectory import Trajectory
+
+CODECS = ("libx264", "h264", "mpeg4")  # the first available
+QUALITY = "18"  # x264 CRF, visually lossless
+LAST_FRAME_SECONDS = 1.0  # [s] for which the last frame is shown
 
 
 def animate(problem: PlanningTask, trajectory: Trajectory) -> bytes:
@@ -51,11 +55,6 @@ def video(
     changed = {name: value for name, value in given.items() if value}
     settings = problem.scenario.render.model_copy(update=changed)
     return mp4(staged(motion_script(problem, trajectory, settings, fps=fps, video=True)), fps)
-
-
-CODECS = ("libx264", "h264", "mpeg4")  # the first available
-QUALITY = "18"  # x264 CRF, visually lossless
-LAST_FRAME_SECONDS = 1.0  # [s] for which the last frame is shown
 
 
 def mp4(film: Film, fps: float) -> bytes:

@@ -1,4 +1,4 @@
-"""Description of a picture's content, independent of rendering."""
+"""Description of a picture's content, obstacles in colours; independent of rendering."""
 
 from __future__ import annotations
 
@@ -19,6 +19,10 @@ from kinolab.show.film.raster.camera import View
 
 if TYPE_CHECKING:
     from kinolab.dynamics.machine_facts import BodyGeometry
+
+LAYERS = 2  # times that the colours of a single piece come, from its foot to its top
+WAVES = 0.35  # of a layer's thickness: how far its border goes up and down
+LEVEL = 0.72  # z of the normal of what is a floor and not a wall: it has the first colour
 
 
 @dataclass(frozen=True, eq=False)
@@ -183,11 +187,6 @@ class Picture:
         from kinolab.show.film.models.paint import painted_bodies
 
         return painted_bodies([body for body in self.bodies if not isinstance(body, PaintedBody)])
-
-
-LAYERS = 2  # times that the colours of a single piece come, from its foot to its top
-WAVES = 0.35  # of a layer's thickness: how far its border goes up and down
-LEVEL = 0.72  # z of the normal of what is a floor and not a wall: it has the first colour
 
 
 def painted(vertices: Array, faces: ArrayLike, colors: Sequence[Color]) -> SurfaceMesh:

@@ -1,4 +1,4 @@
-"""A scene ready for rendering: fixed camera and backdrop."""
+"""A scene ready for rendering: fixed camera and backdrop, corners darkened."""
 
 from __future__ import annotations
 
@@ -28,6 +28,12 @@ PAPER, INK = (250, 250, 248), (38, 42, 50)  # PAPER is behind the sky
 SUPERSAMPLING = 3  # small pixels per pixel and axis
 OUTLINE, CABLE = 0.8, 1.6  # [pixel]
 AMBIENT = 0.80  # the machine is shaded less than the walls, as colours distinguish its bodies
+REACHES = (2, 7)  # [pixel] of an 800 x 600 picture
+DIRECTIONS = ((1, 0), (0, 1), (1, 1), (1, -1))
+STRENGTH = 0.42  # how much darker the deepest corner is
+HOLLOW = 6e-3  # of 1 / depth: what counts as the deepest corner
+AHEAD = 0.03  # of 1 / depth: what is so much nearer stands before it, not beside it
+LEAST = 0.03  # darkness that one sees
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,14 +144,6 @@ def machine_facets(
                 face + edge + pen.line(cable, CABLE, INK, machine.radii),
                 [np.concatenate(parts) for parts in both],
             )
-
-
-REACHES = (2, 7)  # [pixel] of an 800 x 600 picture
-DIRECTIONS = ((1, 0), (0, 1), (1, 1), (1, -1))
-STRENGTH = 0.42  # how much darker the deepest corner is
-HOLLOW = 6e-3  # of 1 / depth: what counts as the deepest corner
-AHEAD = 0.03  # of 1 / depth: what is so much nearer stands before it, not beside it
-LEAST = 0.03  # darkness that one sees
 
 
 def darken_corners(canvas: Canvas, scale: int) -> None:

@@ -1,4 +1,4 @@
-"""The content of a page as plain data: small values in JSON, arrays in a binary pack."""
+"""The content of a page: small values in JSON, of a report what fits; arrays in a pack."""
 
 from __future__ import annotations
 
@@ -22,6 +22,9 @@ from kinolab.show.page.meshes import mesh_data
 from kinolab.show.page.pack import Pack, Place
 
 FORMAT = 1  # version of the data; the page's modules always match it
+TEXTS = ("status", "message", "planner")
+NUMBERS = ("seed", "iterations", "cost", "duration", "goal_distance")
+LARGEST = sys.float_info.max  # JSON has larger ones
 
 
 def page_data(content: Content) -> tuple[dict[str, Any], str]:
@@ -161,11 +164,6 @@ def _series(series: Series, pack: Pack) -> dict[str, Any]:
         "first": series.first,
         "values": pack.add(series.values.T, "f4"),
     }
-
-
-TEXTS = ("status", "message", "planner")
-NUMBERS = ("seed", "iterations", "cost", "duration", "goal_distance")
-LARGEST = sys.float_info.max  # JSON has larger ones
 
 
 def facts_told(report: Mapping[str, Any]) -> dict[str, Any]:

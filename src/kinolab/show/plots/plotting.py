@@ -1,4 +1,4 @@
-"""All plots of a plan, as files."""
+"""All plots of a plan, as files; phase portraits are drawn here."""
 
 from __future__ import annotations
 
@@ -25,6 +25,8 @@ from kinolab.show.plots.figure import Format, written
 from kinolab.show.plots.timelines import inputs_over_time, states_over_time
 
 LARGEST = 1e150  # magnitude that can be drawn; larger numbers overflow when squared
+PORTRAITS_PER_ROW = 3  # per row
+HEIGHT = 2.2  # inches of each
 
 
 def plots(
@@ -77,10 +79,6 @@ def _check_size(trajectory: Trajectory) -> None:
     ]
     if mistakes:
         raise InputError(mistakes[:10])
-
-
-PORTRAITS_PER_ROW = 3  # per row
-HEIGHT = 2.2  # inches of each
 
 
 def phase_portraits(problem: PlanningTask, trajectory: Trajectory, title: str) -> Figure | None:

@@ -20,6 +20,10 @@ CURVE_TOLERANCE = 2e-5  # [m], [rad] between curve and motion; a page guarantees
 MAX_TURN = 1.0  # [rad] between two keys: a cubic of quaternions cannot count whole turns
 MAX_HALVINGS = 12  # per segment
 SHARES = (0.25, 0.5)  # of a segment, where curve and motion are compared
+SUBSTEPS = 8  # of the integrator per segment, or part of one
+# A ``np.recarray`` of segments: ``begin`` and ``end`` in [s], the states ``x`` and ``y`` there, of
+# shape (nx,), and the inputs ``u`` held between them, of shape (nu,).
+Branches: TypeAlias = Any
 
 
 def key_poses(problem: PlanningTask, trajectory: Trajectory) -> Keys:
@@ -103,13 +107,6 @@ def _keys(curves: list[Curve], problem: PlanningTask) -> Keys:
     n = len(problem.bodies)
     ends = curves[2 * n] if len(curves) > 2 * n else None
     return Keys(curves[:n], [continued(curve) for curve in curves[n : 2 * n]], ends)
-
-
-SUBSTEPS = 8  # of the integrator per segment, or part of one
-
-# A ``np.recarray`` of segments: ``begin`` and ``end`` in [s], the states ``x`` and ``y`` there, of
-# shape (nx,), and the inputs ``u`` held between them, of shape (nu,).
-Branches: TypeAlias = Any
 
 
 def branches_of(trajectory: Trajectory) -> Branches:

@@ -1,4 +1,4 @@
-"""Growth vectors and accessibility ranks of vector fields and their Lie brackets."""
+"""Growth vectors and ranks of vector fields and Lie brackets, and kinks, where none exist."""
 
 from __future__ import annotations
 
@@ -25,6 +25,8 @@ from kinolab.errors import InputError, Mistake
 
 MAX_DEGREE = 12  # of a bracket; growth vectors of the course's machines end much earlier
 MAX_WORK = 400_000_000  # multiplications per point, a few seconds
+KINKED = ("fabs", "sign", "fmax")
+KINK_TOLERANCE = 1e-9  # of an argument's distance to its kink
 
 
 @checked
@@ -191,10 +193,6 @@ def _as_fields(fields: VectorFields | Sequence[VectorField]) -> VectorFields:
     }
     values = {symbol: symbol.default for symbol in symbols if isinstance(symbol, Parameter)}
     return VectorFields.of(fields[0].variables, named, values=values)
-
-
-KINKED = ("fabs", "sign", "fmax")
-KINK_TOLERANCE = 1e-9  # of an argument's distance to its kink
 
 
 def has_kink(fields: VectorFields, point: Mapping[str, Any]) -> bool:

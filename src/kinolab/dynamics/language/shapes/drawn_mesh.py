@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.arguments import checked
-from kinolab.dynamics.language.shapes.hulls import packed, unpacked
+from kinolab.dynamics.language.shapes.packed_rows import packed, unpacked
 from kinolab.errors import InputError, Mistake
 from kinolab.numerics.arrays import Array
 

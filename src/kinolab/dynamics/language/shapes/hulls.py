@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import base64
 import math
 from collections.abc import Callable
 from itertools import product
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from kinolab.numerics.arrays import Array
 
@@ -154,17 +153,3 @@ def grown_hull(corners: Array, by: float) -> Array:
     planes = np.unique(hull_surface(corners)[2], axis=0) - [0.0, 0.0, 0.0, by]
     found: Array = HalfspaceIntersection(planes, corners.mean(axis=0)).intersections
     return found
-
-
-def packed(rows: ArrayLike, dtype: str) -> str:
-    """Return rows (n, 3) in base64, each number as a type of NumPy's such as "<f8"."""
-    return base64.b64encode(np.asarray(rows).astype(dtype).tobytes()).decode()
-
-
-def unpacked(text: str, dtype: str) -> NDArray[Any]:
-    """Return the rows (n, 3) of ``packed``.
-
-    Raises:
-        ValueError: If there are none.
-    """
-    return np.frombuffer(base64.b64decode(text, validate=True), dtype).reshape(-1, 3)

@@ -16,10 +16,9 @@ from kinolab.dynamics.language.shapes.hulls import (
     STANDS_OUT,
     hull_around,
     hull_surface,
-    packed,
     require_round,
-    unpacked,
 )
+from kinolab.dynamics.language.shapes.packed_rows import packed, unpacked
 from kinolab.dynamics.language.words import Word
 from kinolab.errors import InputError, Mistake
 from kinolab.numerics.arrays import Array
