@@ -89,7 +89,7 @@ def with_limits(model: Model, limits: Limits) -> Model:
         InputError: Where limits do not intersect those of the machine.
     """
     content = json.dumps([model.key, "limited", sorted(limits.items())])
-    return Model.described_by(content, lambda: with_tightened_limits(model.system, limits))
+    return Model.described_by(content, partial(_limited, model, limits))
 
 
 def content_of(scenario: Scenario) -> str | None:
@@ -130,13 +130,11 @@ def _with_law(scenario: Scenario) -> Mechanism:
     return with_law(find_system(scenario))
 
 
-def with_tightened_limits(
-    system: Mechanism, limits: Mapping[str, tuple[float, float]]
-) -> Mechanism:
+def _limited(model: Model, limits: Mapping[str, tuple[float, float]]) -> Mechanism:
     """Return a machine with narrower limits of inputs or references.
 
     Args:
-        system: The machine; a regulator's gains are designed for its original limits.
+        model: The machine; a regulator's gains are designed for its original limits.
         limits: (lower, upper) by name of the input or reference; others are ignored.
 
     Raises:
@@ -145,6 +143,7 @@ def with_tightened_limits(
     from kinolab.dynamics.language.feedback import Feedback  # which a kept machine does not need
     from kinolab.dynamics.language.inputs import bounds_of
 
+    system = model.system
     mistakes: list[Mistake] = []
 
     def held(entry: Any) -> Any:
