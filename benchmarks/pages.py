@@ -29,7 +29,7 @@ from kinolab.problem import PlanningTask
 from kinolab.runs import MODEL, PAGE, read_run
 from kinolab.scenario import builtin_scenarios
 from kinolab.show.film.animation import animate
-from kinolab.show.view import content_of, save_page, write_model, write_page
+from kinolab.show.view import content_of, save_page, views
 from kinolab.solve import PlanResult
 from kinolab.trajectory import Trajectory
 from kinolab.world.obstacle import Obstacle
@@ -52,11 +52,11 @@ def measured(name: str, problem: PlanningTask, trajectory: Trajectory) -> tuple[
         animate(problem, trajectory)
         drawn = time.process_time()
         content = content_of(problem, trajectory, facts)
-        write_page(folder, content)
-        write_model(folder, content)
-        written = time.process_time()
+        for file, written in views(content).items():
+            (folder / file).write_bytes(written)
+        ended = time.process_time()
         sizes = [(folder / file).stat().st_size / 1e6 for file in (PAGE, MODEL)]
-    seconds = (drawn - begun, written - drawn, written - begun)
+    seconds = (drawn - begun, ended - drawn, ended - begun)
     return (name, *(f"{value:.2f}" for value in (*sizes, *seconds)))
 
 

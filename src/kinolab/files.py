@@ -9,8 +9,8 @@ import os
 import secrets
 import stat
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO
 
@@ -45,6 +45,22 @@ def write_whole(path: Path, content: bytes) -> None:
     """Write a file atomically: it appears under its name once complete."""
     with _draft_of(path) as draft:
         draft.write_bytes(content)
+
+
+def write_together(files: Mapping[Path, bytes], begin: Callable[[], None]) -> None:
+    """Write files that belong together: they appear under their names when all are complete.
+
+    Args:
+        files: Content by path; they appear in this order.
+        begin: Called when all are complete, before the first one appears.
+
+    Raises:
+        OSError: If one cannot be written; then none of them has changed.
+    """
+    with ExitStack() as drafts:  # left in reverse order
+        for path, content in reversed(list(files.items())):
+            drafts.enter_context(_draft_of(path)).write_bytes(content)
+        begin()
 
 
 def stem_of(path: Path) -> str:

@@ -15,7 +15,7 @@ from kinolab.dynamics.language.json.machine_file import machine_from_json, machi
 from kinolab.errors import EndpointError, InputError
 from kinolab.problem.warnings import problem_warnings
 from kinolab.robots import read_mjcf, read_urdf
-from kinolab.show.view import content_of, write_page
+from kinolab.show.view import content_of, views
 from tests.support import needs
 
 LINK = """<link name="{}"><inertial><origin xyz="0 0 0.2"/><mass value="1"/>
@@ -60,8 +60,8 @@ def test_a_run_s_folder_says_what_of_a_urdf_file_is_not_read(tmp_path: Path) -> 
     plan.save(tmp_path / "run")
     report = json.loads((tmp_path / "run" / "report.json").read_text())
     assert report["warnings"].count(NOT_READ) == 1
-    write_page(tmp_path, content_of(problem, plan.trajectory, report))
-    assert NOT_READ in (tmp_path / "scene.html").read_text()
+    page = views(content_of(problem, plan.trajectory, report))["scene.html"].decode()
+    assert NOT_READ in page
     kept = machine_from_json((tmp_path / "run" / "assets" / "machine.json").read_text())
     assert ("", NOT_READ) in kept.notes
 

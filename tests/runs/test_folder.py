@@ -22,7 +22,7 @@ from PIL import Image
 
 import kinolab
 from kinolab import cli
-from kinolab.cli.common import write_pictures
+from kinolab.cli.versions import Versions
 from kinolab.errors import InputError
 from kinolab.files import write_whole
 from kinolab.runs import (
@@ -559,7 +559,7 @@ class NoFilm:
     """A film that takes no time."""
 
     def begin(self, *_: object) -> None:
-        pass
+        """Begin what is finished later."""
 
     def animation(self) -> bytes:
         return b"GIF89a;"
@@ -568,15 +568,13 @@ class NoFilm:
 def test_pictures_are_not_put_beside_another_run(short: Solved, tmp_path: Path) -> None:
     """Drawing takes longer than planning, and ten runs may share a folder."""
     film: Any = NoFilm()
-    first = write_run(tmp_path, short.problem, short.plan)
-    told: list[str] = []
-    words = (short.problem, short.plan, tmp_path)
-    assert write_pictures(*words, first, film, lambda: told.append("page"))
+    versions = Versions(short.problem, tmp_path, lambda: film)
+    assert not versions.end(short.plan)  # the film is missing
+    assert versions.wait_for_film()
     assert all((tmp_path / name).is_file() for name in ("scene.html", "animation.gif"))
     write_run(tmp_path, short.problem, replace(short.plan, seed=7))
-    assert not write_pictures(*words, first, film, lambda: told.append("page"))
+    assert not versions.wait_for_film()
     assert not any((tmp_path / name).exists() for name in PICTURES)
-    assert told == ["page", "page"]
 
 
 def test_files_that_are_not_the_runs_are_left_alone(short: Solved, tmp_path: Path) -> None:
@@ -593,7 +591,7 @@ class DiskFullError(OSError):
 def test_a_disk_that_fills_up_leaves_no_half_file(
     short: Solved, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, full_after: int
 ) -> None:
-    """Every file is whole, and there is no report: it would vouch for what is missing."""
+    """The earlier run stays as it was: every file of it is whole, and vouched for."""
     for name in ("whole", "run"):
         write_run(tmp_path / name, short.problem, short.plan)
     written: list[Path] = []
@@ -616,7 +614,8 @@ def test_a_disk_that_fills_up_leaves_no_half_file(
             path.read_bytes()
             == (tmp_path / "whole" / path.relative_to(tmp_path / "run")).read_bytes()
         )
-    assert not (tmp_path / "run" / "report.json").exists()
+    assert len(files) == len([p for p in (tmp_path / "whole").rglob("*") if p.is_file()])
+    assert check_run(tmp_path / "run").passed
 
 
 def test_check_of_an_approximate_run_fails_at_the_goal(tmp_path: Path, capsys: Capture) -> None:

@@ -1,14 +1,14 @@
-"""Shared by commands: options, an exit code, pictures."""
+"""Shared by commands: options, an exit code, words about runs, films."""
 
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
@@ -16,9 +16,7 @@ from kinolab.errors import InputError
 
 if TYPE_CHECKING:
     from kinolab.cli.progress import Progress
-    from kinolab.problem import PlanningTask
     from kinolab.show.film.film_process import FilmProcess
-    from kinolab.solve import PlanResult
 
 FAILED = 7  # exit code: a motion or a machine failed its checks
 MAX_JOBS = 256  # processes; each of them loads every library
@@ -76,45 +74,3 @@ def film_process(progress: Progress) -> FilmProcess:
     from kinolab.show.film.film_process import FilmProcess
 
     return FilmProcess(lambda text: progress(text, passing=True))
-
-
-def write_pictures(
-    problem: PlanningTask,
-    found: PlanResult,
-    folder: Path,
-    report: dict[str, Any],
-    film: FilmProcess,
-    page_written: Callable[[], None],
-) -> bool:
-    """Write the page of a motion, then the scene for Blender and the animation.
-
-    They are not written if another run was written into the folder meanwhile.
-
-    Args:
-        problem: The machine in its world.
-        found: The motion.
-        folder: Of the run.
-        report: Of the run.
-        film: The process that draws the animation.
-        page_written: Called as soon as the page is there.
-
-    Returns:
-        Whether the folder still has this run.
-    """
-    from kinolab.files import write_whole
-    from kinolab.runs import still_there
-    from kinolab.show.view import content_of, write_model, write_page
-
-    assert found.trajectory is not None
-    film.begin(problem, found.trajectory)
-    content = content_of(problem, found.trajectory, report, found.graph)
-    with still_there(folder, report) as there:
-        if there:
-            write_page(folder, content)
-            write_model(folder, content)
-    page_written()
-    animation = film.animation()
-    with still_there(folder, report) as there:
-        if there:
-            write_whole(folder / "animation.gif", animation)
-    return there

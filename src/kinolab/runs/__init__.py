@@ -7,6 +7,7 @@ from kinolab.lazy import lazy_package
 if TYPE_CHECKING:
     from kinolab.runs.dynobench_result import has_its_steps as has_its_steps
     from kinolab.runs.dynobench_result import result_text as result_text
+    from kinolab.runs.folder import FILM as FILM
     from kinolab.runs.folder import MODEL as MODEL
     from kinolab.runs.folder import PAGE as PAGE
     from kinolab.runs.folder import PLOT_NAMES as PLOT_NAMES

@@ -22,7 +22,14 @@ import numpy as np
 
 from kinolab.dynamics.language.json.machine_folder import MACHINE_FILE
 from kinolab.errors import InputError, Mistake
-from kinolab.files import discard_abandoned, only_writer, utf_8, write_whole
+from kinolab.files import (
+    discard_abandoned,
+    is_file_with,
+    only_writer,
+    utf_8,
+    write_together,
+    write_whole,
+)
 from kinolab.loading import build_problem
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
@@ -42,6 +49,7 @@ from kinolab.verification import Certificate, Check, verify
 from kinolab.verification.clearance_search import Told
 
 PAGE, MODEL = "scene.html", "result.glb"  # the plan in three dimensions
+FILM = "animation.gif"
 EXECUTION = ("execution.json", "execution.csv", "execution.png")  # by ``plan execute``
 NPZ = "trajectory.npz"
 MACHINE = f"assets/{MACHINE_FILE}"
@@ -52,7 +60,7 @@ MOTION_FORMATS: dict[str, Callable[[Trajectory], bytes]] = {  # every one is wri
 }
 PLOT_NAMES = ("states", "inputs", "phase", "configuration")  # by ``plan plot``
 PLOTS = tuple(f"plots/{name}.{form}" for form in ("svg", "png") for name in PLOT_NAMES)
-PICTURES = ("animation.gif", "animation.mp4", PAGE, MODEL)
+PICTURES = (FILM, "animation.mp4", PAGE, MODEL)
 OPTIONAL = (CERTIFICATE, "search.npz", "result.yaml", *PICTURES, *EXECUTION, *PLOTS)
 
 
@@ -76,12 +84,24 @@ class Run:
         return read_graph(path, self.problem.model.state_names) if path.is_file() else None
 
 
-def write_run(folder: Path, problem: PlanningTask, plan: PlanResult) -> dict[str, Any]:
-    """Write all files of a run but its pictures, and return its report.
+def write_run(
+    folder: Path,
+    problem: PlanningTask,
+    plan: PlanResult,
+    pictures: Callable[[dict[str, Any]], Mapping[str, bytes]] = lambda _: {},
+) -> dict[str, Any]:
+    """Write all files of a run, and return its report.
 
     Files of an earlier run in the same folder are replaced; what this run does not have is
     removed, so that the folder never mixes two runs. If several processes do so at once, one
-    writes after the other.
+    writes after the other. An earlier run of the same scenario stays as it is until all new files
+    are complete, which a full disk may prevent.
+
+    Args:
+        folder: Of the run.
+        problem: What was planned.
+        plan: What came of it.
+        pictures: Returns files of ``PICTURES`` by name, of the run's report.
     """
     assets = assets_of(problem)
     files: dict[str, bytes] = {f"assets/{name}": content for name, content in assets.items()}
@@ -101,16 +121,26 @@ def write_run(folder: Path, problem: PlanningTask, plan: PlanResult) -> dict[str
     files[README] = utf_8(readme_of(problem, plan))
     report = report_of(problem, plan, assets, certified)
     report["scenario_file"] = os.path.relpath(_source(problem), folder.resolve())
-    files["report.json"] = _json(report)
+    files |= pictures(report)
+    files["report.json"] = _json(report)  # last: it vouches for the files beside it
     (folder / "assets").mkdir(parents=True, exist_ok=True)
     with only_writer(folder):
         stale = {*MOTION_FORMATS, *OPTIONAL, *_recorded_assets(folder)} - set(files)
-        (folder / "report.json").unlink(missing_ok=True)  # it vouches for the files beside it
-        for name in stale:
-            (folder / name).unlink(missing_ok=True)
+
+        def discard_earlier() -> None:
+            for name in ("report.json", *stale):
+                (folder / name).unlink(missing_ok=True)
+
         discard_abandoned(folder / "plots")
-        for name, content in files.items():
-            write_whole(folder / name, content)
+        # There may be thousands of meshes, too many to be written together.
+        paths = {folder / f"assets/{name}": content for name, content in assets.items()}
+        changed = {path for path, content in paths.items() if not is_file_with(path, content)}
+        if changed:
+            discard_earlier()
+        for path in changed:
+            write_whole(path, paths[path])
+        others = {folder / name: content for name, content in files.items()}
+        write_together({p: others[p] for p in others if p not in paths}, discard_earlier)
     return report
 
 

@@ -8,6 +8,7 @@ import subprocess
 import sys
 from dataclasses import replace
 from pathlib import Path
+from queue import SimpleQueue
 
 import numpy as np
 import pytest
@@ -92,6 +93,24 @@ def test_only_the_final_motion_is_shown_whatever_was_better_for_a_while(
         assert drawn(film, table, motion) == animate(table, motion)
 
 
+def test_each_film_that_was_begun_is_finished_before_a_newer_one_is(
+    table: PlanningTask, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """However fast better motions come; those between the first and the newest are left out."""
+    monkeypatch.setattr(film_process, "processors", lambda: 2)
+    motions = [simulate(table, duration) for duration in (0.5, 0.4, 0.3)]
+    films: SimpleQueue[tuple[int, bytes]] = SimpleQueue()
+    with FilmProcess() as film:
+        film.suggest(table, motions[0], lambda content: films.put((0, content)))
+        first = films.get(timeout=60)
+        for k in (0, 1, 2):
+            film.suggest(table, motions[k], lambda content, k=k: films.put((k, content)))  # type: ignore[misc]
+        assert film.begin(table, motions[2]) is None or films.qsize() == 2
+        while (last := films.get(timeout=60))[0] != 2:
+            pass
+    assert [first, last] == [(k, animate(table, motions[k])) for k in (0, 2)]
+
+
 def test_a_film_that_is_under_way_is_not_begun_again(
     table: PlanningTask, motion: Trajectory, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -174,12 +193,10 @@ def test_a_process_that_is_killed_is_told_of(table: PlanningTask, motion: Trajec
 
 
 def test_where_memory_is_short_it_says_so_as_ever() -> None:
-    class Full:
-        def recv(self) -> Drawn:
-            return Drawn(0, None)
-
+    film = FilmProcess()
+    film._drawn = Drawn(0, None)
     with pytest.raises(MemoryError):
-        FilmProcess()._received(Full())  # type: ignore[arg-type]
+        film._received()
 
 
 @pytest.fixture

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import sys
 import webbrowser
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import ExitStack, redirect_stdout
 from functools import cache
 from pathlib import Path
@@ -22,19 +22,18 @@ from kinolab.cli.common import (
     replaced,
     set_option,
     unlogged,
-    write_pictures,
 )
 from kinolab.cli.compile_ahead import compiled_ahead
 from kinolab.cli.interrupts import EXIT_CODE as INTERRUPTED
 from kinolab.cli.interrupts import INTERRUPTS
 from kinolab.cli.progress import Progress
 from kinolab.cli.terminal import echo_json, escaped, say
+from kinolab.cli.versions import Versions
 from kinolab.errors import InputError, Mistake
 
 if TYPE_CHECKING:
     from kinolab.problem import PlanningTask
     from kinolab.search import Budget
-    from kinolab.show.film.film_process import FilmProcess
     from kinolab.show.view.live_page import LivePage
     from kinolab.solve import PlanResult
 
@@ -92,6 +91,7 @@ def command(
 ) -> int:
     """Plan a scenario."""
     from kinolab.api import load
+    from kinolab.concurrency.processors import processors
     from kinolab.runs import PAGE, require_place, written_at
     from kinolab.solve.plan_summary import summary
 
@@ -120,42 +120,43 @@ def command(
             _live_page(problem, progress, opened, not no_browser) if live else (None, False)
         )
         film = None if no_animation else cache(lambda: opened.enter_context(film_process(progress)))
+        # When one of several searches has a plan, the others end, unless more plans are wanted.
+        versions = Versions(problem, folder, film, ahead=jobs < processors() or not anytime)
         with as_typed(given):
-            found, report = _search(
-                problem, folder, progress, page, film,
-                jobs=jobs, anytime=anytime, optimize=not no_optimize,
+            found, complete = _search(
+                problem, versions, progress, page,
+                jobs=jobs, anytime=anytime, optimize=not no_optimize, quiet=quiet,
             )  # fmt: skip
-        kept = True
         if not (found.status == "solved" or INTERRUPTS.seen or no_diagnosis):
-            report = _diagnose(problem, found, folder, report, progress)
+            versions.report = _diagnose(problem, found, folder, versions.report, progress)
+        report = versions.report
 
-        def show() -> None:
-            if page:
-                page.verdict(found.status, found.message)
-                finished = folder / PAGE
-                page.end(finished.read_bytes() if finished.is_file() else None, expected=expected)
-            progress.close()
-            if not as_json:
-                _say(summary(problem, found, report["diagnosis"].get("sentences", ())))
+        def say_place() -> None:
+            if as_json:
+                echo_json({"folder": str(folder), **report})
+            else:
+                _say("  " + escaped(f"written to {folder}{replaced(earlier)}"))
 
-        def page_written() -> None:
-            show()
+        if page:
+            page.verdict(found.status, found.message)
+            finished = folder / PAGE
+            page.end(finished.read_bytes() if finished.is_file() else None, expected=expected)
+        progress.close()
+        if not as_json:
+            _say(summary(problem, found, report["diagnosis"].get("sentences", ())))
+        early = (
+            INTERRUPTS.seen and not complete
+        )  # the command may be ended before the film is there
+        if early:
+            say_place()
+        if not complete:
             progress("drawing the film")
-
-        if film and found.trajectory is not None and not INTERRUPTS.seen:
-            progress("drawing the page")
-            if page:
-                page.phase("draw")
-            kept = write_pictures(problem, found, folder, report, film(), page_written)
-        else:
-            show()
+        kept = complete or versions.wait_for_film()
     progress.close()
     if not kept:
         progress(f"warning: another run was written into {folder} meanwhile.", lasting=True)
-    if as_json:
-        echo_json({"folder": str(folder), **report})
-    elif kept:
-        _say("  " + escaped(f"written to {folder}{replaced(earlier)}"))
+    if not early and (kept or as_json):
+        say_place()
     return INTERRUPTED if INTERRUPTS.seen else found.exit_code
 
 
@@ -210,18 +211,19 @@ def _overrides_of(scenario: str, keys: dict[str, Any]) -> dict[str, str]:
 
 def _search(
     problem: PlanningTask,
-    folder: Path,
+    versions: Versions,
     progress: Progress,
     page: LivePage | None,
-    film: Callable[[], FilmProcess] | None,
     *,
     jobs: int,
     anytime: bool,
     optimize: bool,
-) -> tuple[PlanResult, dict[str, Any]]:
-    """Search and write the result before rendering; return it with its report."""
-    from kinolab.concurrency.processors import processors
-    from kinolab.runs import write_run
+    quiet: bool,
+) -> tuple[PlanResult, bool]:
+    """Search and write what was found; return it, and whether its film is written, too.
+
+    While a plan is improved, there are earlier versions in the folder.
+    """
     from kinolab.scenario import improvement_seconds
     from kinolab.solve import solve
     from kinolab.solve.plan_summary import progress_text
@@ -236,10 +238,6 @@ def _search(
     def say(text: str) -> None:
         progress(text, passing=True)
 
-    def write(found: PlanResult) -> dict[str, Any]:
-        with INTERRUPTS.writing():
-            return write_run(folder, problem, found)
-
     def watch(budget: Budget) -> None:
         INTERRUPTS.ask(budget.end)
         budget.told = say
@@ -247,15 +245,15 @@ def _search(
             budget.viewer, budget.stage = page.explored, page.phase
 
     def improved(found: PlanResult) -> None:
-        if film:
-            drawing = film()  # imports what it needs while the plan is improved
-            if found.trajectory is not None and jobs < processors():
-                drawing.suggest(problem, found.trajectory)
         if page and found.trajectory is not None:
             page.found(found.trajectory)
             page.phase("optimise" if optimising else "search")
         if anytime or optimising:
-            write(found)
+            shown = versions.improved(found)
+            if shown:
+                what = "searching for shorter ones" if anytime else "improving it"
+                text = f"{shown} shows the first motion; {what} (Ctrl-C keeps the best so far)"
+                progress(text, lasting=not quiet)
             progress(progress_text(found, anytime=anytime))
 
     seeds = f"seed {section.seed}"
@@ -283,7 +281,11 @@ def _search(
         for attempt in found.attempts:
             if attempt.status == "failed":
                 progress(f"warning: seed {attempt.seed}: {attempt.detail}")
-        return found, write(found)
+        if found.trajectory is not None and versions.pictured:
+            progress("drawing the page")
+            if page:
+                page.phase("draw")
+        return found, versions.end(found)
 
 
 def _diagnose(

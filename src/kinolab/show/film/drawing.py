@@ -1,7 +1,9 @@
 """The side of the process that draws films.
 
 Only what draws is imported, no machine and no world. Orders are read between the parts of a film,
-so that a newer one, or the end of the process that sends them, is noticed while it is drawn.
+so that the final one, or the end of the process that sends them, is noticed while it is drawn.
+Other orders wait until what was begun is finished: where better motions come faster than films,
+there would be none.
 """
 
 from __future__ import annotations
@@ -53,6 +55,10 @@ class OrderBook:
         self._read()
         return self._newest is not None and self._newest.number > number
 
+    def replaces(self, number: int) -> bool:
+        """Say whether a newer order than the one with a number is waited for."""
+        return self.beyond(number) and self._final
+
     def share(self) -> Share:
         """What drawing may take: until the film is waited for, what the search leaves."""
         self._read()
@@ -90,13 +96,13 @@ def load() -> None:
 
 
 def _result(connection: Connection, order: Order, orders: OrderBook) -> Drawn | None:
-    """The film, or why there is none; None if a newer one is wanted instead."""
+    """The film, or why there is none; None if a newer one is waited for instead."""
     try:
         with compilation(lambda one: connection.send(Compiling(one.functions, one.seconds))):
             with Crew(orders.share) as crew:
                 film, parts = crew.do(staged, order.script), []
             for part in gif_parts(film, orders.share):
-                if orders.beyond(order.number):
+                if orders.replaces(order.number):
                     return None
                 parts.append(part)
             return Drawn(order.number, b"".join(parts))

@@ -9,7 +9,7 @@ from kinolab.show.film.staging.script import Script
 
 @dataclass(frozen=True)
 class Order:
-    """A film to draw; it takes the place of those that were ordered before, whose obstacles stay.
+    """A film to draw; it takes the place of those that were not begun, whose obstacles stay.
 
     Only the first order has obstacles, which are large and the same in all.
     """

@@ -1,13 +1,15 @@
-"""A process that draws a film while the plan is improved, and while the user looks at it.
+"""A process that draws films while the plan is improved, and while the user looks at the page.
 
-It is told of each better motion and begins to draw it; if that turns out to be the last one, the
-film is under way or done. It gets meshes and poses, and loads neither machine nor world; and what
-draws is not loaded here.
+It is told of each better motion, and draws the newest whenever it has finished a film: the first
+one is there soon, however often there is a better one. If what it draws turns out to be the last,
+the film is under way or done. It gets meshes and poses, and loads neither machine nor world; and
+what draws is not loaded here.
 """
 
 from __future__ import annotations
 
 import sys
+import threading
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import replace
@@ -49,36 +51,71 @@ class FilmProcess:
         self._orders = 0
         self._still: Picture | None = None  # surfaces, which are the same in all orders
         self._result: Callable[[], bytes] | None = None
+        self._wanted: dict[int, Callable[[bytes], None]] = {}  # who gets a film, by its order
+        self._news = threading.Condition()  # of what the process has said last:
+        self._compiling: Compiling | None = None
+        self._drawn: Drawn | None = None
+        self._ended = False
 
     def __enter__(self) -> FilmProcess:
         if sys.platform != "win32":
             with suppress(OSError):  # no room for another process
                 self._worker = WorkingProcess(MODULE)
+        if self._worker:
+            self._listener = threading.Thread(target=self._listen, args=(self._worker.connection,))
+            self._listener.daemon = True
+            try:
+                self._listener.start()
+            except RuntimeError:  # nor for a thread
+                self._worker.end()
+                self._worker = None
         return self
 
     def __exit__(self, *_: object) -> None:
         if self._worker:
+            self._worker.process.kill()
+            self._listener.join()  # before its connection is closed
             self._worker.end()
             self._worker = None
 
-    def suggest(self, problem: PlanningTask, trajectory: Trajectory) -> None:
-        """Begin to draw a trajectory that may be the last one, if a processor is idle.
+    @property
+    def draws_ahead(self) -> bool:
+        """Whether suggestions are drawn: there are a process and a second processor."""
+        return self._worker is not None and not self._ended and processors() > 1
+
+    def suggest(
+        self,
+        problem: PlanningTask,
+        trajectory: Trajectory,
+        drawn: Callable[[bytes], None] = lambda _: None,
+    ) -> None:
+        """Have a trajectory drawn that may be the last one, if a processor is idle.
 
         What goes wrong here is said when the film is wanted.
-        """
-        if self._worker and processors() > 1:
-            with suppress(Exception):
-                self._order(self._worker, problem, trajectory)
 
-    def begin(self, problem: PlanningTask, trajectory: Trajectory) -> None:
-        """Draw this trajectory; without a process it is drawn by ``animation``."""
+        Args:
+            problem: The machine in its world.
+            trajectory: The motion.
+            drawn: Called with its film, in another thread; not if a newer one is begun instead.
+        """
+        if self._worker and self.draws_ahead:
+            with suppress(Exception):
+                self._order(self._worker, problem, trajectory, drawn)
+
+    def begin(self, problem: PlanningTask, trajectory: Trajectory) -> bytes | None:
+        """Draw this trajectory; return its film if it is finished already.
+
+        Without a process it is drawn by ``animation``.
+        """
         if self._worker is None:
             self._result = partial(_drawn_here, problem, trajectory)
-            return
+            return None
         if not _same(self._ordered, trajectory):
             self._order(self._worker, problem, trajectory)
         self._worker.post(Final())
-        self._result = partial(self._received, self._worker.connection)
+        self._result = self._received
+        with self._news:
+            return self._drawn.content if self._drawn and self._is_last(self._drawn) else None
 
     def animation(self) -> bytes:
         """Return what was begun as an animated GIF.
@@ -89,31 +126,62 @@ class FilmProcess:
             RuntimeError: If drawing failed; the text has the process's own traceback.
         """
         assert self._result is not None
-        try:
-            return self._result()
-        except (EOFError, BrokenPipeError, ConnectionResetError):  # the connection was closed
-            raise DrawingError("the process that draws the film was ended.") from None
+        return self._result()
 
-    def _order(self, worker: WorkingProcess, problem: PlanningTask, trajectory: Trajectory) -> None:
-        """Have a trajectory drawn, and nothing that was ordered before."""
+    def _order(
+        self,
+        worker: WorkingProcess,
+        problem: PlanningTask,
+        trajectory: Trajectory,
+        drawn: Callable[[bytes], None] = lambda _: None,
+    ) -> None:
+        """Have a trajectory drawn, after the one that is under way unless this one is final."""
         script = motion_script(problem, trajectory)
         if self._still is None:
             self._still = shown = script.picture.plain()
         else:
             shown = replace(script.picture, bodies=self._still.bodies, obstacles=())
-        self._orders += 1
+        with self._news:
+            self._orders += 1
+            self._wanted[self._orders] = drawn
         worker.post(Order(self._orders, replace(script, picture=shown)))
         self._ordered = trajectory
 
-    def _received(self, connection: Connection) -> bytes:
-        while True:
-            match connection.recv():
-                case Compiling(functions, seconds):
-                    self._progress(running(functions, seconds))
-                case Drawn(number, content, reason) if number == self._orders:
-                    if content is None:
-                        raise RuntimeError(reason) if reason else MemoryError
-                    return content
+    def _listen(self, connection: Connection) -> None:
+        """Hear what the process says, in a thread of its own, until it has ended."""
+        with suppress(EOFError, OSError):
+            while True:
+                message, wanted = connection.recv(), None
+                with self._news:
+                    match message:
+                        case Compiling():
+                            self._compiling = message
+                        case Drawn(number):
+                            self._drawn, wanted = message, self._wanted.get(number)
+                            self._wanted = {n: w for n, w in self._wanted.items() if n > number}
+                    self._news.notify_all()
+                if wanted and message.content is not None:
+                    wanted(message.content)
+        with self._news:
+            self._ended = True
+            self._news.notify_all()
+
+    def _received(self) -> bytes:
+        """Wait for the film that was ordered last."""
+        with self._news:
+            while not (self._drawn and self._is_last(self._drawn)):
+                if self._ended:
+                    raise DrawingError("the process that draws the film was ended.")
+                if self._compiling:
+                    self._progress(running(self._compiling.functions, self._compiling.seconds))
+                self._news.wait()
+            content, reason = self._drawn.content, self._drawn.reason
+        if content is None:
+            raise RuntimeError(reason) if reason else MemoryError
+        return content
+
+    def _is_last(self, drawn: Drawn) -> bool:
+        return drawn.number == self._orders
 
 
 def _drawn_here(problem: PlanningTask, trajectory: Trajectory) -> bytes:

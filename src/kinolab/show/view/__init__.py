@@ -9,8 +9,8 @@ if TYPE_CHECKING:
     from kinolab.show.view.page_files import notebook_frame as notebook_frame
     from kinolab.show.view.page_files import save_glb as save_glb
     from kinolab.show.view.page_files import save_page as save_page
+    from kinolab.show.view.page_files import views as views
     from kinolab.show.view.page_files import write_model as write_model
-    from kinolab.show.view.page_files import write_page as write_page
     from kinolab.show.view.scenes import content_of as content_of
 
 # a plan has one page, not a gallery of films

@@ -25,9 +25,9 @@ FRAME_HEIGHT = 600  # pixels, in a notebook
 UNPLANNED = "A motion by itself: kinolab.verify says whether it solves the problem."
 
 
-def write_page(folder: Path, content: Content) -> None:
-    """Write ``scene.html`` to a run's folder, atomically."""
-    write_whole(folder / PAGE, utf_8(page_html(content)))
+def views(content: Content) -> dict[str, bytes]:
+    """Return ``scene.html`` and ``result.glb`` of a run, by their names."""
+    return {PAGE: utf_8(page_html(content)), MODEL: glb_scene(content)}
 
 
 def write_model(folder: Path, content: Content) -> None:

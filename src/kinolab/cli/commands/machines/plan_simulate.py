@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import ExitStack
 from pathlib import Path
 
 import click
@@ -13,11 +14,12 @@ from kinolab.cli.common import (
     quiet_option,
     replaced,
     set_option,
-    write_pictures,
 )
+from kinolab.cli.interrupts import EXIT_CODE as INTERRUPTED
 from kinolab.cli.interrupts import INTERRUPTS
 from kinolab.cli.progress import Progress
 from kinolab.cli.terminal import say
+from kinolab.cli.versions import Versions
 
 
 @click.command("simulate")
@@ -45,7 +47,7 @@ def command(
     """
     from kinolab.analyze.simulate import drifting_constraints, simulate
     from kinolab.loading import build_problem, find_scenario
-    from kinolab.runs import write_run, written_at
+    from kinolab.runs import written_at
     from kinolab.solve import PlanResult
 
     progress = Progress(quiet)
@@ -60,15 +62,17 @@ def command(
     )
     folder = out or Path("runs") / f"{problem.name}_simulated"
     earlier = written_at(folder)
-    with INTERRUPTS.writing():
-        report = write_run(folder, problem, moved)
-    if not no_animation:
-        progress("drawing the pictures")
-        with progress.compiling(), film_process(progress) as film:
-            write_pictures(problem, moved, folder, report, film, lambda: None)
+    with ExitStack() as opened:
+        film = None if no_animation else opened.enter_context(film_process(progress))
+        if film:
+            progress("drawing the pictures")
+            opened.enter_context(progress.compiling())
+        versions = Versions(problem, folder, (lambda: film) if film else None)
+        if not versions.end(moved):
+            versions.wait_for_film()
     progress.close()
     place = f"{folder}{replaced(earlier)}"
     say(f"simulated: {trajectory.duration:g} s\n  written to {place}")
     for sentence in drifting_constraints(problem, trajectory):
         say(f"warning: {sentence}", err=True)
-    return moved.exit_code
+    return INTERRUPTED if INTERRUPTS.seen else moved.exit_code
