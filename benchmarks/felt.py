@@ -5,7 +5,9 @@
 
 Both versions are installed as users do, each into an environment of its own, and take turns. *Cold*
 runs begin with empty caches; *warm* ones come after one that does not count. All times are from the
-outside, by the clock, in [s]: medians, and in brackets how often the older version takes that long.
+outside, by the clock, in [s]: medians, and in brackets how often the older version takes that long;
+below, the geometric means of these ratios over the scenarios. *Picture* and *film* are there when
+the folder of the run first has a page, or a film, beside a report.
 """
 
 from __future__ import annotations
@@ -16,14 +18,17 @@ import os
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from statistics import median
+from statistics import geometric_mean, median
 
 ROOT = Path(__file__).parents[1]
-STAGES = ("verdict", "summary", "end", "motion")
+STAGES = ("picture", "film", "verdict", "summary", "end", "motion")
+FILES = {"scene.html": "picture", "animation.gif": "film"}
+LOOK_SECONDS = 0.005  # [s] between two looks into the folder of a run
 WORDS = {"verified": "verdict", "solved:": "summary"}  # how a line begins that ends a stage
 PLAN = "rolling_disk_maze"
 LONG = "submarine_corridor,diffdrive_warehouse,crane_factory,snakeboard_park,vehicle_parking"
@@ -40,7 +45,19 @@ class Version:
     def run(self, *words: str, caches: Path, folder: Path) -> dict[str, float]:
         """Run ``plan``; return when its stages ended, and how long the motion is, in [s]."""
         own = {"NUMBA_CACHE_DIR": str(caches / "numba"), "XDG_CACHE_HOME": str(caches)}
-        begun, ended = time.perf_counter(), {}
+        ended: dict[str, float] = {}
+        begun, place = time.perf_counter(), folder / "runs" / (words[0] if words else "")
+        over = threading.Event()
+
+        def look() -> None:
+            """Note when the first pictures are there."""
+            while not over.wait(LOOK_SECONDS):
+                for name, stage in FILES.items():
+                    if (place / name).is_file() and (place / "report.json").is_file():
+                        ended.setdefault(stage, time.perf_counter() - begun)
+
+        looking = threading.Thread(target=look)
+        looking.start()
         process = subprocess.Popen(
             [self.environment / "bin" / "plan", *words],
             cwd=folder, env={**os.environ, **own}, text=True,
@@ -53,7 +70,9 @@ class Version:
                 ended[stage] = time.perf_counter() - begun
         process.wait()
         ended["end"] = time.perf_counter() - begun
-        report = folder / "runs" / (words[0] if words else "") / "report.json"
+        over.set()
+        looking.join()
+        report = place / "report.json"
         if report.is_file():
             ended["motion"] = float(json.loads(report.read_text())["duration"] or 0.0)
         return ended
@@ -163,6 +182,7 @@ def main() -> int:
         print(f"installed: {older.size} MB before, {versions[1].size} MB now\n")
         print("| command |", *(f"{stage} |" for stage in STAGES))
         print("| --- |", *("--- |" for _ in STAGES))
+        ratios: dict[str, list[float]] = {}
         for title, found in rows(versions, options, folder):
             before, now = found[older.name], found["here"]
             cells = [
@@ -170,6 +190,11 @@ def main() -> int:
                 for stage in STAGES
             ]
             print(f"| `{title}` |", *(f"{cell} |" for cell in cells), flush=True)
+            if title.removeprefix("plan ") in options.scenarios.split(","):
+                for stage in before.keys() & now.keys():
+                    ratios.setdefault(stage, []).append(now[stage] / before[stage])
+        means = [f"{geometric_mean(ratios[s]):.2f} |" if s in ratios else "– |" for s in STAGES]
+        print("| mean of scenarios, of before |", *means)
         print(f"\nload {os.getloadavg()[0]:.1f} at the end")
     return 0
 
