@@ -102,6 +102,21 @@ def test_the_first_version_has_its_page_at_once_and_passes_plan_check(
     assert cli.run(["check", str(tmp_path)]) == 0
 
 
+def test_the_first_plan_is_there_before_its_page_is_made(
+    short: Solved, versions: Versions, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Whoever presses Ctrl-C meanwhile has the plan."""
+    seen: list[bool] = []
+
+    def watched(*_: Any) -> dict[str, bytes]:
+        seen.append(check_run(tmp_path).passed)
+        return {"scene.html": b"made"}
+
+    monkeypatch.setattr("kinolab.show.view.views", watched)
+    versions.improved(short.plan)
+    assert seen == [True]
+
+
 def test_without_pictures_there_is_a_plan_at_once_and_each_better_one(
     short: Solved, tmp_path: Path
 ) -> None:

@@ -73,7 +73,9 @@ class Versions:
 
         with self._lock:
             first, drawn_later = self._written is None, self._suggest(found)
-            if first or not drawn_later:
+            if first or not self._film:
+                self._write(found, pictured=False)  # which takes no longer than a moment
+            if self._film and (first or not drawn_later):
                 self._write_if_due(found)
         page = self._folder / PAGE
         return (page if self._film and page.is_file() else self._folder) if first else None
@@ -128,11 +130,9 @@ class Versions:
                 self._write_if_due(found, animation)
 
     def _write_if_due(self, found: PlanResult, animation: bytes | None = None) -> None:
-        """Write a version if that is cheap; the first one, and those without pictures, always."""
-        if not self._film or time.monotonic() >= self._next:
-            error = self._write(found, lambda _: animation)
-            if error and self._written is not found:
-                raise error
+        """Write a version if that is cheap; what is wrong with its pictures is said at the end."""
+        if time.monotonic() >= self._next:
+            self._write(found, lambda _: animation)
 
     def _write(
         self,
@@ -146,19 +146,20 @@ class Versions:
         Args:
             found: The plan.
             film: Returns its film, if that is finished.
-            pictured: Whether there are to be pictures, if any are wanted.
+            pictured: Whether there are to be pictures; only if any are wanted.
         """
         from kinolab.runs import write_run
 
-        if self._film:
-            import kinolab.show.view.scenes  # noqa: F401  # is needed once in any case
+        pictured = pictured and self._film is not None
+        if pictured:
+            import kinolab.show.view.scenes  # noqa: F401  # which takes its time once in any case
 
         begun, error = time.monotonic(), None
 
         def pictures(report: dict[str, Any]) -> dict[str, bytes]:
             if INTERRUPTS.seen:  # what has been asked for by then is waited for
                 writing.enter_context(INTERRUPTS.writing())
-            drawn = self._pictures(found, film, report) if pictured and self._film else {}
+            drawn = self._pictures(found, film, report) if pictured else {}
             writing.enter_context(INTERRUPTS.writing())
             return drawn
 
@@ -169,7 +170,8 @@ class Versions:
                 error, pictured = raised, False
                 self.report = write_run(self._folder, self._problem, found, pictures)
         self._written, ended = found, time.monotonic()
-        self._next = ended + (ended - begun) / TIME_FRACTION
+        if pictured:
+            self._next = ended + (ended - begun) / TIME_FRACTION
         return error
 
     def _pictures(
