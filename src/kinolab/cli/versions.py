@@ -96,7 +96,7 @@ class Versions:
         with self._lock, INTERRUPTS.asking():
             self._over = True  # earlier films come too late
             INTERRUPTS.ask(keep)
-            if INTERRUPTS.seen:
+            if INTERRUPTS.seen or not self._written:
                 keep()
             if error := self._write(found, self._begun, pictured=found.trajectory is not None):
                 raise error
