@@ -39,10 +39,9 @@ def _configurations(found: Description) -> Iterator[str]:
         "dimensions of the configuration space."
     )
     if found.pushes == found.freedom:
-        yield (
-            f"The inputs act along {_each(found.freedom)} that the constraints "
-            f"allow{_followed(found)}."
-        )
+        one, each = "the only motion", f"each of the {found.freedom} independent motions"
+        along = one if found.freedom == 1 else each
+        yield f"The inputs act along {along} that the constraints allow{_followed(found)}."
     for combination in closure.combinations:
         yield f"Together, {combination} can be integrated: holonomic in disguise."
     for integral in closure.integrals:
@@ -120,10 +119,6 @@ def _decided_by(verdict: SmallTimeVerdict) -> str:
     if verdict.obstacle is not None:
         return f" The bad bracket {word_text(verdict.obstacle)} is not compensated."
     return ""
-
-
-def _each(freedom: int) -> str:
-    return "the only motion" if freedom == 1 else f"each of the {freedom} independent motions"
 
 
 def _fields(count: int) -> str:

@@ -377,10 +377,18 @@ class ExpressionGraph:
             "tan": lambda: self.mul(self.add(self.one, square), da),
             "exp": lambda: self.mul(node, da),
             "log": lambda: self.div(da, a),
-            "sqrt": lambda: self.div(da, self.add(node, node)),
+            "sqrt": lambda: self.div(self._half(da), node),
             "tanh": lambda: self.mul(self.sub(self.one, square), da),
             "atan": lambda: self.div(da, self.add(self.one, self.mul(a, a))),
             "fabs": lambda: self.mul(self.unary("sign", a), da),  # 0 at the kink, the mean slope
             "sign": lambda: self.zero,
         }
         return rules[name]()
+
+    def _half(self, a: Node) -> Node:
+        """Return a / 2: of a derivative of squares without their factor of 2."""
+        operation = self.operations[a]
+        if operation.name != "add":
+            return self.mul(self.constant(0.5), a)
+        first, second = operation.operands
+        return first if first == second else self.add(self._half(first), self._half(second))

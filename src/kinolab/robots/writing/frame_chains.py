@@ -6,7 +6,6 @@ constant after them, so that frames that move alike have the same joints, howeve
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -174,8 +173,5 @@ def _together(moves: tuple[Move, ...]) -> tuple[Move, ...]:
         assert isinstance(move.coordinate, Coordinate)
         way = ways.setdefault(move.coordinate, np.zeros(3))
         ways[move.coordinate] = way + move.factor * move.axis
-    return tuple(_move(c, moves[0].kind, way) for c, way in _moving(ways))
-
-
-def _moving(ways: Mapping[Coordinate, Array]) -> Iterator[tuple[Coordinate, Array]]:
-    return ((c, way) for c, way in ways.items() if np.abs(way).max() > ROUNDING)
+    moving = ((c, way) for c, way in ways.items() if np.abs(way).max() > ROUNDING)
+    return tuple(_move(c, moves[0].kind, way) for c, way in moving)
