@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import ClassVar, final
 
@@ -10,8 +11,10 @@ import numpy as np
 from kinolab.concurrency.cancel import CancelledError
 from kinolab.problem import PlanningTask
 from kinolab.search import AbstractPlanner, Budget, Outcome, SearchResult, setting, unsolved
+from kinolab.trajopt.multistart.driftless import is_driftless
 from kinolab.trajopt.multistart.kinematic_multistart import KinematicMultistart
 from kinolab.trajopt.multistart.multiple_shooting import Multistart
+from kinolab.trajopt.multistart.switching_times import SwitchingTimes
 
 
 @final
@@ -20,7 +23,8 @@ class Shooting(AbstractPlanner):
     """Direct multiple shooting from collision-free guesses, straight or winding, fast or slow.
 
     A guess ignores the dynamics; sequential convex programming turns it into a feasible motion or
-    fails. Solutions end exactly in the goal's centre.
+    fails. Solutions end exactly in the goal's centre. For a motion shorter than a known one, words
+    of extreme inputs are tried first, where inputs are velocities.
 
     Source: Bock, Plitt, A multiple shooting algorithm for direct solution of optimal control
     problems, IFAC 1984.
@@ -33,16 +37,23 @@ class Shooting(AbstractPlanner):
     def solve(self, problem: PlanningTask, seed: int, budget: Budget) -> SearchResult:
         """Optimise one guess after another until one succeeds; each is an iteration."""
         multistart = Multistart(problem, self.knots, seed, budget.expired, budget.below)
-        return first_motion(problem, multistart, budget)
+        words = None
+        if math.isfinite(budget.below) and is_driftless(problem):
+            generator = np.random.default_rng([seed, 2])
+            words = SwitchingTimes(problem, generator, budget.expired, budget.below)
+        return first_motion(problem, multistart, budget, words)
 
 
 def first_motion(
-    problem: PlanningTask, multistart: Multistart | KinematicMultistart, budget: Budget
+    problem: PlanningTask,
+    multistart: Multistart | KinematicMultistart,
+    budget: Budget,
+    words: SwitchingTimes | None = None,
 ) -> SearchResult:
-    """Return the first motion that comes of a guess; each guess is an iteration."""
+    """Return the first motion that comes of words or a guess; each guess is an iteration."""
     multistart.prepare()
     budget.restart()  # code for this machine was compiled and loaded until here
-    motion = None
+    motion = None if words is None else words.next()
     try:
         while motion is None and not budget.spent():
             motion = multistart.next()
