@@ -13,6 +13,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from functools import cached_property
+from typing import TYPE_CHECKING
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -37,6 +38,9 @@ from kinolab.trajopt.nlp.dynamics_constraint import refined, repeatable
 from kinolab.trajopt.nlp.problem import TrajectoryProblem
 from kinolab.trajopt.options import GUESS, SQP
 from kinolab.trajopt.sqp.restoration import restore_feasibility
+
+if TYPE_CHECKING:
+    from kinolab.trajopt.multistart.two_trees import TwoTrees
 
 
 def shoot(
@@ -149,6 +153,8 @@ class Multistart:
         """
         problem, path = self._problem, self._guesses.straight()
         self._geometric_paths.is_free(*path)
+        if self._trees is not None:
+            self._trees.prepare(path[1])
         if problem in _warmed_up:
             charge(_warmed_up[problem])
             return
@@ -168,11 +174,43 @@ class Multistart:
         if self._count:  # the first takes the nearest state in the goal
             self._guesses.aim(lambda x: self._geometric_paths.are_free(x[None]))
         self._count += 1
+        if self._trees is not None and self._count % 2 == 0:
+            return self._between_trees(self._trees)
         guess, block = (self._by_computed_torque(), 1) if self._follows_paths else self._guess()
         if guess is None:
             return None
         patience = GUESS.max_iterations[self._count > len(GUESS.durations)]
         return shoot(self._problem, guess, block, patience, self._cancelled, hasten=self._hasten)
+
+    @cached_property
+    def _trees(self) -> TwoTrees | None:
+        """Guesses by two trees; None where motions do not run backward.
+
+        Nor where shorter motions than a known one are wanted: trees do not look for these.
+        """
+        from kinolab.trajopt.multistart.two_trees import (  # late: loads compiled trees
+            TwoTrees,
+            reversal,
+        )
+
+        signs = None if math.isfinite(self._below) else reversal(self._problem)
+        if signs is None:
+            return None
+        return TwoTrees(self._problem, signs, self._generator, self._cancelled)
+
+    def _between_trees(self, trees: TwoTrees) -> Trajectory | None:
+        """Return a motion from the guesses of two new trees, None if there is none."""
+        end = self._guesses.straight()[1]
+        if self._problem.goal_excess(end) > 1.0 or not self._geometric_paths.are_free(end[None]):
+            return None
+        for guess, block in trees.guesses(end, self._knots):
+            patience = GUESS.max_iterations[1]
+            motion = shoot(
+                self._problem, guess, block, patience, self._cancelled, hasten=self._hasten
+            )
+            if motion is not None:
+                return motion
+        return None
 
     def _guess(self) -> tuple[Knots, int]:
         """Return the next guess and its number of steps of the problem per knot interval."""
