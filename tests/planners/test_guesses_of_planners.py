@@ -83,14 +83,12 @@ def test_ways_that_cannot_be_shorter_than_a_motion_that_there_is_are_left_out(
 
 def test_the_budget_says_below_which_duration_a_guess_is_worth_it(tmp_path: Path) -> None:
     problem = hall(tmp_path, "near", "far")
-    found = planners.get("shooting")().solve(problem, 1, Budget(60.0, 1, below=SHORT))
-    expected, other = (
-        Multistart(problem, 80, 1, never_cancelled, below).next() for below in (SHORT, math.inf)
+    found, other = (
+        planners.get("shooting")().solve(problem, 1, Budget(60.0, 1, below=below))
+        for below in (SHORT, math.inf)
     )
-    assert expected is not None
-    assert other is not None
-    assert np.array_equal(found.u, expected.u)
-    assert not np.array_equal(found.u, other.u)
+    assert 0.0 < found.t[-1] < SHORT  # by words of extreme inputs, which end below it
+    assert other.t[-1] > SHORT
 
 
 def test_what_a_guess_asks_of_feedback_are_references() -> None:
