@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections import Counter
 from collections.abc import Callable, Iterator
@@ -13,20 +14,14 @@ import pytest
 
 import kinolab
 from kinolab import trajopt
-from kinolab.concurrency.cancel import never_cancelled
 from kinolab.numerics.work import WorkClock, charge, counted_work
 from kinolab.problem import PlanningTask
 from kinolab.search import Budget
 from kinolab.solve import make_planner
-from kinolab.solve.improve import (
-    FIRST_SEARCHES,
-    RACE_FRACTION,
-    RACE_SECONDS_PER_STEP,
-    Incumbent,
-    PlanImprover,
-    Shortening,
-)
+from kinolab.solve.improve import SEARCHES_PER_WAY, PlanImprover, _expected_gain
+from kinolab.solve.incumbent import Incumbent
 from kinolab.solve.plan import Request
+from kinolab.solve.ways import Way
 from kinolab.trajectory import Trajectory
 from tests.support import OPEN, problem_of
 
@@ -40,7 +35,7 @@ def test_a_maze_is_not_gone_through_by_the_first_detour() -> None:
     first, other, *_ = [one.duration for one in plan.improvements if one.by == "repair"]
     assert other < 0.6 * first
     assert plan.trajectory.duration < other
-    assert 1 <= plan.statistics["further_searches"] <= FIRST_SEARCHES + 10
+    assert 1 <= plan.statistics["further_searches"] <= SEARCHES_PER_WAY + 10
 
 
 def test_the_summary_says_when_more_improvement_would_pay() -> None:
@@ -74,16 +69,15 @@ class Race:
     given: list[Trajectory]
     turns: Counter[int]
 
-    def winner(self, work: float) -> Shortening | None:
-        """Return who wins with so many seconds of work."""
+    def shortened(self, work: float) -> list[Way]:
+        """Shorten them with so many seconds of work; return them, the shortest last."""
         plan = self.problem.solve("rrt_fast", seed=1, optimize=False)
         asked = Request(None, time_limit=100.0)
         improver = PlanImprover(self.problem, make_planner(self.problem, None, {}), asked, float)
         improver._incumbent = Incumbent(
             self.problem, replace(plan, trajectory=self.given[0]), Budget(100.0), float
         )
-        remaining = Budget(work, clock=lambda: self.clock.seconds)
-        return improver._most_promising(self.given, remaining)
+        return improver._halved(self.given, Budget(work, clock=lambda: self.clock.seconds))
 
 
 @pytest.fixture
@@ -95,7 +89,7 @@ def race(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Race]:
     def shortened(
         problem: PlanningTask, given: Trajectory, spent: Callable[[], float]
     ) -> Iterator[Trajectory]:
-        factor, duration = SLOW if given is shorter else QUICK, given.duration
+        factor, duration = QUICK if given is longer else SLOW, given.duration
         while spent() < 1.0:
             charge(TURN)
             turns[id(given)] += 1
@@ -109,20 +103,51 @@ def race(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Race]:
 
 
 def test_of_two_ways_the_one_goes_on_that_gets_shorter(race: Race) -> None:
-    """How long motions are at first does not decide; the winner's work is not made twice."""
+    """How long motions are at first does not decide; the winner's work is not made twice.
+
+    Of two rounds, each takes half of the work: a quarter for each motion, then half for the winner.
+    """
     shorter, longer = race.given
-    won = race.winner(6.0)
-    assert won is not None
+    lost, won = race.shortened(6.0)
+    assert (lost.given, won.given) == (shorter, longer)
+    assert race.turns[id(shorter)] == pytest.approx(0.25 * 6.0 / TURN, abs=1)
+    assert race.turns[id(longer)] == pytest.approx(0.75 * 6.0 / TURN, abs=2)
+    assert won.shortest.duration == pytest.approx(11.0 * QUICK ** race.turns[id(longer)])
+    assert sum(race.turns.values()) == pytest.approx(6.0 / TURN, abs=2)  # all of it, and no more
+
+
+def test_of_four_ways_the_best_has_most_of_the_work(race: Race) -> None:
+    _, longer = race.given
+    others = [standing(race.problem, 10.5), standing(race.problem, 10.6)]
+    race.given += others
+    *_, won = race.shortened(12.0)
     assert won.given is longer
-    share = round(RACE_FRACTION * 6.0 / TURN)
-    assert race.turns[id(shorter)] == pytest.approx(share, abs=1)
-    assert race.turns[id(longer)] == pytest.approx(share, abs=1)
-    assert won.best.duration == pytest.approx(11.0 * QUICK ** race.turns[id(longer)])
-    won.until(never_cancelled)
-    assert race.clock.seconds == pytest.approx(6.0, abs=2 * TURN)  # all of it, and no more
+    # three rounds of 4 s: 1 s for each of four, 2 s for each of two, 4 s for the best
+    assert race.turns[id(longer)] == pytest.approx((1 + 2 + 4) / TURN, abs=3)
+    assert sum(race.turns.values()) == pytest.approx(12.0 / TURN, abs=3)
 
 
-def test_with_little_work_one_motion_is_shortened_alone(race: Race) -> None:
-    steps = race.given[0].duration / race.problem.step
-    assert race.winner(0.9 * RACE_SECONDS_PER_STEP * steps / RACE_FRACTION) is None
-    assert not race.turns
+# --- when to end ---
+
+
+@pytest.mark.parametrize(
+    ("spent", "others", "expected"),
+    [
+        (3.0, [11.0, 12.0], 0.05),  # three starts, three more: 1/2 of 10 %
+        (1.0, [11.0, 12.0], 0.08125),  # and with work for 13 more, 13/16
+        (3.0, [10.0, 12.0], 0.0),
+        (3.0, [11.0], math.inf),  # two say nothing of the spread
+    ],
+)
+def test_what_further_starts_may_gain_follows_from_the_spread(
+    spent: float, others: list[float], expected: float, race: Race
+) -> None:
+    """Records of n + m durations drawn alike: one of the last m has probability m / (n + m)."""
+    problem = race.problem
+    plan = problem.solve("rrt_fast", seed=1, optimize=False)
+    incumbent = Incumbent(problem, plan, Budget(100.0), float)
+    remaining = Budget(
+        spent + 3.0 if spent == 3.0 else spent + 13.0 / 3.0, started=0.0, clock=lambda: spent
+    )
+    ways = [Way(incumbent, standing(problem, duration), remaining) for duration in (*others, 10.0)]
+    assert _expected_gain(ways, remaining) == pytest.approx(expected)

@@ -1,0 +1,146 @@
+"""Further searches for motions to improve: the arms among which improvement chooses."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from kinolab.search import AbstractPlanner, Budget
+from kinolab.solve.attempt import motion
+from kinolab.solve.incumbent import Incumbent
+from kinolab.solve.plan import stream
+from kinolab.trajectory import Trajectory
+
+# A further search may take this many times the first one's iterations, and some more.
+SEARCH_FACTOR, MORE_ITERATIONS = 2, 200
+# added to the number of a search by guesses, or below a bound: other random numbers
+GUESSED_STREAM, BOUNDED_STREAM = 20_000, 10_000
+
+
+@dataclass
+class Arm:
+    """A kind of search, and what its motions were worth.
+
+    Attributes:
+        search: Takes a number that chooses random numbers, and a duration in [s] below which a
+            motion is wanted; returns a motion, of whatever duration, or None.
+        any_length: Whether its motions are worth shortening however long they are.
+        pulls: How often it was used.
+        rewards: How often the best plan came of it.
+    """
+
+    search: Callable[[int, float], Trajectory | None]
+    any_length: bool = False
+    pulls: int = 0
+    rewards: int = 0
+
+    def confidence(self, pulls: int) -> float:
+        """Return the upper confidence bound of its reward after so many pulls of all arms.
+
+        Source: Auer, Cesa-Bianchi, Fischer, Finite-time analysis of the multiarmed bandit problem,
+        Machine Learning 47, 2002 (UCB1).
+        """
+        if not self.pulls:
+            return math.inf
+        return self.rewards / self.pulls + math.sqrt(2.0 * math.log(pulls) / self.pulls)
+
+
+@dataclass
+class Starts:
+    """Motions of further searches, with other random numbers.
+
+    Attributes:
+        incumbent: The best plan, whose searches are watched and interrupted.
+        searcher: The planner.
+        remaining: Budget of the improvement's work.
+        watch: Called with the budget of each search, so that it can be interrupted.
+        made: Number of searches so far.
+        gained: Factor by which motions may become shorter: as much longer may trees begin.
+        exhausted: Whether the planner finds the same motion again and again: it is deterministic.
+    """
+
+    incumbent: Incumbent
+    searcher: AbstractPlanner
+    remaining: Budget
+    watch: Callable[[Budget], None] | None = None
+    made: int = 0
+    exhausted: bool = False
+    gained: float = 1.0
+    _last: Trajectory | None = None
+    arms: list[Arm] = field(init=False)
+
+    def __post_init__(self) -> None:
+        self._last = self.incumbent.best.trajectory
+        self.arms = [Arm(self._guessed, True), Arm(self.searched), Arm(self.bounded)]
+
+    def another(self, below: float) -> tuple[Arm, Trajectory | None]:
+        """Search by the most promising arm for a motion below a duration in [s], if it can."""
+        pulls = sum(arm.pulls for arm in self.arms)
+        arm = max(self.arms, key=lambda arm: arm.confidence(pulls))  # the first of several
+        arm.pulls += 1
+        self.made += 1
+        found = arm.search(self.made, below)
+        if found is not None:
+            last, self._last = self._last, found
+            self.exhausted = last is not None and np.array_equal(found.u, last.u)
+        return arm, found
+
+    def searched(self, k: int, below: float) -> Trajectory | None:
+        """Search with the planner and its k-th further seed."""
+        best, work = self.incumbent.best, self.incumbent.search_work
+        most = SEARCH_FACTOR * best.iterations + MORE_ITERATIONS
+        affordable = int(self.remaining.unspent * max(best.iterations, 1) / work)
+        budget = Budget(
+            math.inf,
+            min(most, affordable),
+            improve=0.0,
+            below=below,
+            cancelled=self.remaining.expired,  # guesses are work, too
+        )
+        return self._found(self.searcher, k, budget)
+
+    def bounded(self, k: int, below: float) -> Trajectory | None:
+        """Grow trees below a duration in [s]."""
+        from kinolab.solve.cost_bound import bounded_work, cost_bounded  # late: compiled trees
+
+        searcher = cost_bounded(self.incumbent.problem, self.searcher)
+        if searcher is None:
+            return self.searched(k, below)
+        seconds, patience = bounded_work(self.incumbent.problem, self.remaining.unspent)
+        budget = Budget(
+            seconds,
+            improve=seconds,
+            below=self.gained * below,
+            patience=patience,
+            clock=self.remaining.clock,
+            cancelled=self.remaining.expired,
+        )
+        return self._found(searcher, BOUNDED_STREAM + k, budget)
+
+    def _guessed(self, k: int, below: float) -> Trajectory | None:
+        """Optimise guesses along paths that are shorter than a duration in [s]."""
+        from kinolab.solve.cost_bound import GUESSED_SHARE, guessing  # late: compiled trees
+
+        searcher = guessing(self.incumbent.problem, self.searcher)
+        if searcher is None:
+            return self.searched(k, below)
+        budget = Budget(
+            GUESSED_SHARE * self.remaining.unspent,
+            below=below,
+            clock=self.remaining.clock,
+            cancelled=self.remaining.expired,
+        )
+        return self._found(searcher, GUESSED_STREAM + k, budget)
+
+    def _found(self, searcher: AbstractPlanner, k: int, budget: Budget) -> Trajectory | None:
+        """Search with the k-th further seed, so that the user can interrupt it."""
+        incumbent = self.incumbent
+        if self.watch:
+            self.watch(budget)
+        if incumbent.cancelled():
+            return None  # interrupted before this budget was registered
+        incumbent.budget = budget
+        return motion(incumbent.problem, searcher, stream(incumbent.best.seed, k), budget)
