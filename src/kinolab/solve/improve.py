@@ -15,6 +15,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
+from kinolab import trajopt
 from kinolab.numerics.compiling import compilation
 from kinolab.numerics.work import counted_work
 from kinolab.problem import PlanningTask
@@ -37,6 +38,7 @@ PATIENCE = 8.0  # times as many seconds by the clock may the improvement take, o
 # pays for them: a search is cheap beside shortening.
 SEARCHES_PER_WAY, SEARCH_FRACTION = 4, 0.15
 SECONDS_PER_STEP = 4e-3  # [s] of shortening that show something, for each of a motion's steps
+ALIKE = 0.1  # fraction by which least durations of ways on the same side may differ
 MIN_EXPECTED_GAIN = 0.01  # of the duration, by further starts, to go on
 MIN_WAYS = 3  # whose spread says something
 
@@ -170,18 +172,26 @@ class PlanImprover:
         ways, enough = 1, work + SECONDS_PER_STEP * first.duration / self.problem.step
         while remaining.unspent >= 2 * ways * (math.log2(2 * ways) + 1) * enough:
             ways *= 2
+        found.append(starts.guessed(0, found[-1].duration) or first)
         most = int(SEARCH_FRACTION * remaining.unspent / work)
         while starts.made < min(SEARCHES_PER_WAY * ways, most):
             starts.made += 1
             shortest = min(motion.duration for motion in found)
             found.append(starts.searched(starts.made, shortest) or first)
-        motions = sorted({id(one): one for one in found}.values(), key=lambda one: one.duration)
+        motions = self._on_short_ways([*{id(one): one for one in found}.values()])
         if motions[0] is first:
             return motions[:ways]
         if incumbent.beaten_by(motions[0]) and not incumbent.take(motions[0], "search"):
             return [first]
         Way(incumbent, motions[0], remaining).offer_exact()
         return motions[:ways]
+
+    def _on_short_ways(self, motions: list[Trajectory]) -> list[Trajectory]:
+        """Return motions whose ways are about as short as the shortest one, by their durations."""
+        ways = trajopt.least_durations(self.problem, motions)
+        shortest = (1.0 + ALIKE) * min(ways)
+        short = [motion for motion, way in zip(motions, ways, strict=True) if way <= shortest]
+        return sorted(short, key=lambda motion: motion.duration)
 
     def _halved(self, motions: Sequence[Trajectory], remaining: Budget) -> list[Way]:
         """Shorten motions by sequential halving; return all of them, the shortest last."""

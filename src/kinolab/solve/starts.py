@@ -74,7 +74,7 @@ class Starts:
 
     def __post_init__(self) -> None:
         self._last = self.incumbent.best.trajectory
-        self.arms = [Arm(self._guessed, True), Arm(self.searched), Arm(self.bounded)]
+        self.arms = [Arm(self.guessed, True), Arm(self.searched), Arm(self.bounded)]
 
     def another(self, below: float) -> tuple[Arm, Trajectory | None]:
         """Search by the most promising arm for a motion below a duration in [s], if it can."""
@@ -82,7 +82,7 @@ class Starts:
         arm = max(self.arms, key=lambda arm: arm.confidence(pulls))  # the first of several
         arm.pulls += 1
         self.made += 1
-        found = arm.search(self.made, below)
+        found = arm.search(self.made, below) or self.searched(self.made, below)
         if found is not None:
             last, self._last = self._last, found
             self.exhausted = last is not None and np.array_equal(found.u, last.u)
@@ -108,7 +108,7 @@ class Starts:
 
         searcher = cost_bounded(self.incumbent.problem, self.searcher)
         if searcher is None:
-            return self.searched(k, below)
+            return None
         seconds, patience = bounded_work(self.incumbent.problem, self.remaining.unspent)
         budget = Budget(
             seconds,
@@ -120,13 +120,13 @@ class Starts:
         )
         return self._found(searcher, BOUNDED_STREAM + k, budget)
 
-    def _guessed(self, k: int, below: float) -> Trajectory | None:
+    def guessed(self, k: int, below: float) -> Trajectory | None:
         """Optimise guesses along paths that are shorter than a duration in [s]."""
         from kinolab.solve.cost_bound import GUESSED_SHARE, guessing  # late: compiled trees
 
         searcher = guessing(self.incumbent.problem, self.searcher)
         if searcher is None:
-            return self.searched(k, below)
+            return None
         budget = Budget(
             GUESSED_SHARE * self.remaining.unspent,
             below=below,

@@ -95,7 +95,7 @@ class GeometricPaths:
             if met is not None and self._apart_by(met, reached[None])[0] == 0.0:
                 paths = [here.path(), there.path()]
                 path = np.vstack([paths[k % 2], paths[1 - k % 2][::-1]])
-                return self._shorter(self._space.continuous(path))
+                return self.shorter(self._space.continuous(path))
         return None
 
     def is_free(self, begin: Array, end: Array) -> bool:
@@ -115,14 +115,14 @@ class GeometricPaths:
         If none of ``max_draws`` samples is, return the last one.
         """
         for count in (1, GUESS.max_draws - 1):
-            x = self._anywhere(start, end, turning, count)
+            x = self.anywhere(start, end, turning, count)
             ends = (np.broadcast_to(at, x.shape) for at in (start, end))
             short = within(np.stack([next(ends), x, next(ends)], axis=1))
             if short.any():
                 return np.asarray(x[short.argmax()])
         return np.asarray(x[-1])
 
-    def _anywhere(self, start: Array, end: Array, turning: float, count: int) -> Array:
+    def anywhere(self, start: Array, end: Array, turning: float, count: int) -> Array:
         """Sample configurations with attitudes near those between start and end, (count, nx)."""
         nq, generator = self._problem.model.nq, self._generator
         lower, upper = self._problem.sampling_bounds[:nq].T
@@ -185,7 +185,7 @@ class GeometricPaths:
         charge(6e-5 + 3e-6 * len(line))
         return free
 
-    def _shorter(self, path: Array) -> Array:
+    def shorter(self, path: Array) -> Array:
         """Shorten a path, shape (m, nx), by random shortcuts."""
         for _ in range(GUESS.max_path_shortcuts):
             raise_if_cancelled(self._stop)

@@ -103,7 +103,7 @@ class Guesses:
 
     def least_times(self, paths: Array) -> Array:
         """Do what ``quickest`` does for several paths, shape (..., m, nx)."""
-        return np.asarray(self._leg_times(paths).sum(axis=-1))
+        return np.asarray(self.leg_times(paths).sum(axis=-1))
 
     def knots(self, path: Array, steps: int, h: float) -> Knots:
         """Return knots along a path, timed by the minimum time of each leg.
@@ -117,7 +117,7 @@ class Guesses:
             h: Step length in [s].
         """
         problem, generator = self._problem, self._generator
-        times = np.concatenate([[0.0], np.cumsum(self._leg_times(path))])  # of arrival, in [s]
+        times = np.concatenate([[0.0], np.cumsum(self.leg_times(path))])  # of arrival, in [s]
         if not times[-1] > 0:  # same configuration, other velocities
             times = np.linspace(0.0, 1.0, len(path))
         lower, upper = np.clip(problem.model.control_bounds.T, -1e3, 1e3)
@@ -126,7 +126,7 @@ class Guesses:
         shaken = GUESS.perturbation * generator.standard_normal(even.u.shape) * (upper - lower)
         return _rolled(problem, Knots(even.x, even.u + shaken, h))
 
-    def _leg_times(self, paths: Array) -> Array:
+    def leg_times(self, paths: Array) -> Array:
         """Return times in [s] at the maximum rates for legs of paths (..., m, nx), (..., m-1)."""
         at = paths[..., : self._problem.model.nq]
         needed = np.abs(at[..., 1:, :] - at[..., :-1, :]) / self._fastest

@@ -29,6 +29,7 @@ from kinolab.simulation.reference import trajectory_under
 from kinolab.trajectory import Trajectory
 from kinolab.trajopt.exact import make_exact
 from kinolab.trajopt.minimum_time import minimize_time
+from kinolab.trajopt.multistart.diverse_paths import DiversePaths
 from kinolab.trajopt.multistart.geometric_path import GeometricPaths
 from kinolab.trajopt.multistart.guesses import Guesses
 from kinolab.trajopt.multistart.headings import turned_along, turned_for_requirements
@@ -145,6 +146,7 @@ class Multistart:
         self._count, self._below, self._most = 0, below, math.inf
         self._least = 0.0  # [s] for which a path was sought in vain
         self._straight: tuple[Array, bool] | None = None  # where it ends, and whether it is free
+        self._ways: tuple[Array, DiversePaths] | None = None  # where they end
 
     def prepare(self) -> None:
         """Warm up: compile and load all that a guess needs, by solving a short one.
@@ -266,12 +268,29 @@ class Multistart:
             self._straight = end, self._geometric_paths.is_free(begin, end)
         straight = self._straight[1]
         if turning == GUESS.turning[0] or not (straight or math.isnan(turning)):
+            path = None if straight else self._another_way(begin, end)
+            if path is not None and self._guesses.quickest(path) < self._below:
+                return path
             branches = GUESS.max_branches[math.isfinite(self._below)]
             path = self._geometric_paths.find(begin, end, turning, self._short_enough, branches)
             if path is not None and self._short_enough(path):
                 return path
             self._least = max(self._least, self._most)
         return self._guesses.winding()
+
+    def _another_way(self, begin: Array, end: Array) -> Array | None:
+        """Return a short path from a roadmap: each way comes half as often as a shorter one."""
+        if self._ways is None or not np.array_equal(self._ways[0], end):
+            ways = DiversePaths(
+                self._problem,
+                self._geometric_paths,
+                self._guesses.leg_times,
+                np.stack([begin, end]),
+                self._generator,
+                self._cancelled,
+            )
+            self._ways = end, ways
+        return self._ways[1].path((self._count & -self._count).bit_length() - 1)
 
     def _short_enough(self, paths: Array) -> NDArray[np.bool_]:
         return np.asarray(self._guesses.least_times(paths) <= self._most)
