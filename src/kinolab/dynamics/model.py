@@ -444,6 +444,33 @@ class Model:
             return states.copy()
         return self._switch("reset", states, u, parameters, states.copy())
 
+    def guards(self, x: ArrayLike, u: ArrayLike = (), **parameters: float) -> Array:
+        """Return what the transitions of a state's mode wait for, shape (..., transitions, 3).
+
+        Of each: the expression that falls to zero, its rate in [1/s], and what must be positive.
+        Modes with fewer transitions than others have rows of 1, 0, 0 at the end.
+
+        Args:
+            x: State, shape (nx,), or states, shape (N, nx).
+            u: Inputs, shape (nu,), or one row per state.
+        """
+        sources = [transition.source for transition in self.machine.transitions]
+        most = max(map(sources.count, sources), default=0)
+        out = self._call("guards", x, u, parameters, size=1 + 3 * most)
+        return out[..., 1:].reshape(*out.shape[:-1], most, 3)
+
+    def after_transition(
+        self, x: ArrayLike, u: ArrayLike, number: int, **parameters: float
+    ) -> Array:
+        """Return the states after a transition, whether it takes place at those before or not.
+
+        Args:
+            x: State, shape (nx,), or states, shape (N, nx), all of one mode.
+            u: Inputs, shape (nu,), or one row per state.
+            number: Of the transition among those from that mode, from 1.
+        """
+        return self._call("through", x, u, parameters, size=self.nx, number=number)
+
     def frames(self, x: ArrayLike, **parameters: float) -> Array:
         """Return the bodies' poses as rows of [R | p], shape (..., bodies, 12)."""
         out = self._call("frames", x, None, parameters)
@@ -593,14 +620,21 @@ class Model:
         return equations_of(self.system)
 
     def _call(
-        self, name: str, x: ArrayLike, u: ArrayLike | None, parameters: dict[str, float]
+        self,
+        name: str,
+        x: ArrayLike,
+        u: ArrayLike | None,
+        parameters: dict[str, float],
+        size: int | None = None,
+        number: int = 0,
     ) -> Array:
         """Call a compiled function of (x, [u,] p) on a state or on each of several."""
         states = _array("x", x, self.nx)
         rows = np.atleast_2d(states)
         tables = [rows] if u is None else [rows, np.atleast_2d(self._inputs(u, states))]
-        out = np.empty((len(rows), self._code.sizes[name]))
-        row, status = self._code.evaluate(name, tables, self.parameter_vector(**parameters), out)
+        out = np.empty((len(rows), self._code.sizes[name] if size is None else size))
+        p = self.parameter_vector(**parameters)
+        row, status = self._code.evaluate(name, tables, p, out, number)
         if status:
             raise SingularError(_failure(self, status, rows[row]))
         return out.reshape(*states.shape[:-1], out.shape[1])

@@ -81,25 +81,31 @@ class StepSensitivities:
         code = self._coarse.held
         return int(code.feedback_updates * code.substeps * len(code.b))
 
-    def after(self, x: Array, u: Array, h: float) -> Array:
+    def after(self, x: Array, u: Array, h: float | Array) -> Array:
         """Return where every step leads, shape (N, nx); NaN where it fails.
 
         Args:
             x: States at the beginning of each step, shape (N, nx).
             u: Inputs, shape (N, nu).
-            h: Length of all steps in [s].
+            h: Length of all steps in [s], or of each, shape (N,).
         """
         return self.linearized(x, u, h, derive=False)[0]
 
     def linearized(
-        self, x: Array, u: Array, h: float, *, derive: bool = True, known: Array | None = None
+        self,
+        x: Array,
+        u: Array,
+        h: float | Array,
+        *,
+        derive: bool = True,
+        known: Array | None = None,
     ) -> tuple[Array, Array]:
         """Return where every step leads and the derivatives of that.
 
         Args:
             x: States at the beginning of each step, shape (N, nx).
             u: Inputs, shape (N, nu).
-            h: Length of all steps in [s].
+            h: Length of all steps in [s], or of each, shape (N,).
             derive: Whether derivatives are wanted.
             known: Where the steps lead, as ``after`` has returned it, shape (N, nx).
 
@@ -111,10 +117,11 @@ class StepSensitivities:
         after = np.empty((count, nx))
         tangents = np.empty((count if derive else 1, nx, nx + nu + 1))
         before, held = np.ascontiguousarray(x[:count]), np.ascontiguousarray(u)
+        spans = np.ascontiguousarray(np.broadcast_to(np.asarray(h, dtype=float), count))
 
         def work(code: Record, rows: slice, *, derive: bool) -> None:
             slopes = tangents[rows] if derive else np.empty((1, nx, nx + nu + 1))
-            linearise(code, before[rows], held[rows], h, int(derive), after[rows], slopes)
+            linearise(code, before[rows], held[rows], spans[rows], int(derive), after[rows], slopes)
 
         if derive:
             in_parts(partial(work, self._coarse, derive=True), count, ROWS_PER_THREAD)
@@ -166,7 +173,7 @@ def linearise(code, x, u, h, derive, after, tangents):  # type: ignore[no-untype
     Args:
         code: ``StepCode``.
         x, u: States (N, nx) and inputs (N, nu) at the beginning of each step.
-        h: Of each step in [s].
+        h: Lengths of the steps in [s], shape (N,).
         derive: Whether ``tangents`` are wanted.
         after, tangents: Shapes (N, nx) and (N, nx, nx + nu + 1); written.
     """
@@ -174,8 +181,8 @@ def linearise(code, x, u, h, derive, after, tangents):  # type: ignore[no-untype
     inputs, fraction = code.inputs, 1.0 / (code.feedback_updates * code.substeps)
     acting, gains = dual(inputs, wide), np.empty((nx + u.shape[1], inputs))
     scratch = step_scratch(nx, inputs, wide, code.b.shape[0])
-    step = Substep(code, acting, h * fraction, fraction, derive)
     for n in range(x.shape[0]):
+        step = Substep(code, acting, h[n] * fraction, fraction, derive)
         state = Dual(after[n], tangents[n if derive else 0])
         for i in range(nx):
             state.value[i] = x[n, i]

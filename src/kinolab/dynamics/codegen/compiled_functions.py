@@ -9,6 +9,7 @@ RATES = (  # functions of (x, u, p, out, mode)
     *("f", "velocity", "point_speed", "cable_speed", "energy", "power"),
     *("constraint_residual", "constraint_forces", "requirements"),
 )
-SWITCHES = ("leaves", "guards", "reset")  # of a machine with modes: whether one ends, and how
+# of a machine with modes: whether one ends, and how
+SWITCHES = ("leaves", "guards", "reset", "through")
 # have a twin of references, and so have the steps
 CLOSED_LOOP_FUNCTIONS = (*RATES, "tangent", "jacobian", "rows_under")

@@ -1,16 +1,18 @@
 """LLVM IR for a machine with modes: the functions of each, and those that choose among them.
 
 Every function of a machine asks the last entry of the state in which mode it is, and calls that
-mode's own. Three functions are new:
+mode's own. Four functions are new:
 
     int leaves(const double *x, const double *u, const double *p, double *out, long mode)
     int guards(const double *x, const double *u, const double *p, double *out, long mode)
     int reset(const double *x, const double *u, const double *p, double *out, long mode)
+    int through(const double *x, const double *u, const double *p, double *out, long mode)
 
 ``leaves`` writes the number, from 1, of the first transition that takes place at a state, 0 for
 none: its guard is not positive and falls. ``guards`` writes the same number and, for each
 transition, its guard, the guard's rate and the condition under which it counts. ``reset`` writes
-the state after that transition, x itself where none takes place.
+the state after that transition, x itself where none takes place; ``through`` the state after the
+transition whose number ``mode`` is, whether it takes place there or not.
 
 A step ends at the first instant at which a transition takes place, found by bisection of the step's
 length; after the reset the rest is made in the next mode. A guard may also fall below zero and
@@ -60,7 +62,8 @@ def emit_hybrid(modes: Sequence[ModeDerivation]) -> str:
             *(_Step(method, states, _most_guards(modes)).text() for method in steppers()),
             _leaves(modes),
             _guards(modes, states),
-            _reset(modes, states),
+            _through(modes, states),
+            _reset(),
         ]
     )
 
@@ -151,23 +154,31 @@ def _guards(modes: Sequence[ModeDerivation], states: int) -> str:
     return routine.text()
 
 
-def _reset(modes: Sequence[ModeDerivation], states: int) -> str:
-    routine = Routine("reset", RATE)
-    which, after = routine.array(1), routine.array(states)
-    asked = routine.call("@leaves", "%x", "%u", "%p", which)
-    chosen = routine.line(f"fptosi double {routine.load(which, 0)} to i64")
-    current = _mode_of(routine, states)
+def _through(modes: Sequence[ModeDerivation], states: int) -> str:
+    routine = Routine("through", RATE)
+    after, current = routine.array(states), _mode_of(routine, states)
     for k, mode in enumerate(modes):
         for j, target in enumerate(mode.targets):
             here = routine.line(f"icmp eq i64 {current}, {k}")
-            this = routine.line(f"icmp eq i64 {chosen}, {j + 1}")
+            this = routine.line(f"icmp eq i64 %mode, {j + 1}")
             mark = routine.fork(routine.line(f"and i1 {here}, {this}"))
             changed = routine.call(f"@{_in(k, f'reset{j}')}", "%x", "%u", "%p", after)
             landed = routine.call(f"@{_in(target, 'landed')}", after, "%u", "%p", "%out")
             routine.give(routine.line(f"or i32 {changed}, {landed}"))
             routine.join(mark)
     routine.copy("%x", "%out", states)
-    routine.give(asked)
+    routine.give("0")
+    return routine.text()
+
+
+def _reset() -> str:
+    routine = Routine("reset", RATE)
+    which = routine.array(1)
+    asked = routine.call("@leaves", "%x", "%u", "%p", which)
+    chosen = routine.line(f"fptosi double {routine.load(which, 0)} to i64")
+    arguments = f"ptr %x, ptr %u, ptr %p, ptr %out, i64 {chosen}"
+    done = routine.line(f"call i32 @through({arguments})")
+    routine.give(routine.line(f"or i32 {asked}, {done}"))
     return routine.text()
 
 

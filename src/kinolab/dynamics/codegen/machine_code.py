@@ -105,7 +105,9 @@ class MachineCode:
         step, f = map(self._library.address, names)
         return step, f
 
-    def evaluate(self, name: str, tables: Sequence[Array], p: Array, out: Array) -> tuple[int, int]:
+    def evaluate(
+        self, name: str, tables: Sequence[Array], p: Array, out: Array, number: int = 0
+    ) -> tuple[int, int]:
         """Evaluate a function of (x, p) or (x, u, p) at every row.
 
         Args:
@@ -113,13 +115,14 @@ class MachineCode:
             tables: States (N, nx), and inputs (N, nu) where it has any; contiguous.
             p: Parameters, shape (np,).
             out: Results, shape (N, size); written.
+            number: Of the transition, for ``through``.
 
         Returns:
             The first row that has no result and its status; status 0 where every row has one.
         """
         pointers = map(_pointer, (*tables, p, out))
         loop = self._loops[len(tables) - 1]
-        row = loop(self.address(name), *pointers, *out.shape, 0)
+        row = loop(self.address(name), *pointers, *out.shape, number)
         if row < 0 or name not in UNSOLVABLE:
             return row, 0
         return row, bound(self.address(name), *(table[row] for table in tables), p, out[row])()
