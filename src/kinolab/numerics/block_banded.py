@@ -24,12 +24,12 @@ REFINEMENTS = 3
 
 @dataclass(frozen=True, eq=False)
 class BlockBandedSystem:
-    """Linear equations sorted by knot, with one more variable shared by all rows.
+    """Linear equations sorted by knot, with a few more variables shared by many rows.
 
     Attributes:
         knot: Knot of each row, shape (m,), nondecreasing.
         rows: Coefficients of a knot's variables and the next one's states, shape (m, 2 nx + nu).
-        shared: Coefficients of the shared variable, shape (m,).
+        shared: Coefficients of the shared variables, shape (m, s).
         right: Right-hand sides, shape (m,).
     """
 
@@ -56,18 +56,18 @@ class BlockBandedSystem:
         place[order] = np.arange(len(order))
         return BlockBandedSystem(knot[order], *parts), place[len(self.knot) :]
 
-    def residual(self, z: Array, h: float) -> Array:
+    def residual(self, z: Array, h: Array) -> Array:
         """Return right-hand sides minus left-hand sides, shape (m,)."""
-        return np.asarray(self.right - product(self.knot, self.rows, z) - self.shared * h)
+        return np.asarray(self.right - product(self.knot, self.rows, z) - self.shared @ h)
 
-    def closed(self, z: Array, h: float, w: Array, w_h: float) -> tuple[Array, float, Array] | None:
+    def closed(self, z: Array, h: Array, w: Array, w_h: Array) -> tuple[Array, Array, Array] | None:
         """Return the solution nearest to the current variables in the weighted norm.
 
         Args:
             z: Current variables of each knot, shape (N+1, nx + nu).
-            h: Current shared variable.
+            h: Current shared variables, shape (s,).
             w: Inverse weight of each variable, 0 if it is fixed, same shape.
-            w_h: Inverse weight of the shared one.
+            w_h: The same of the shared ones, shape (s,).
 
         Returns:
             New z and h, and the multipliers (m,); None if no solution is found.
@@ -77,13 +77,13 @@ class BlockBandedSystem:
         except np.linalg.LinAlgError:
             return None
         pull = scipy.linalg.cho_solve_banded((factor, True), self.shared, check_finite=False)
-        yields = 1.0 + w_h * float(self.shared @ pull)
+        yields = np.eye(len(h)) + w_h[:, None] * (self.shared.T @ pull)
         missing, total = self.residual(z, h), np.zeros(len(self.right))
         enough = REFINEMENT_TOLERANCE * float(np.abs(missing).max(initial=0.0))
         for _ in range(REFINEMENTS):
             by = scipy.linalg.cho_solve_banded((factor, True), missing, check_finite=False)
-            dh = w_h * float(self.shared @ by) / yields
-            by -= dh * pull
+            dh = np.linalg.solve(yields, w_h * (self.shared.T @ by))
+            by -= pull @ dh
             total, h = total + by, h + dh
             z = z + w * transposed(self.knot, self.rows, by, *z.shape)
             missing = self.residual(z, h)

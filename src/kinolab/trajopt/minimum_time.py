@@ -12,6 +12,9 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
+
+from kinolab.numerics.arrays import Array
 from kinolab.trajopt.nlp.decision import Knots, Weights, cost
 from kinolab.trajopt.nlp.problem import TrajectoryProblem
 from kinolab.trajopt.options import SQP, TIGHT, StoppingTolerances
@@ -26,7 +29,7 @@ EFFORT = 1e-3  # weight of the mean square input, relative to 1 for the given du
 def minimize_time(
     task: TrajectoryProblem,
     knots: Knots,
-    lengths: tuple[float, float],
+    lengths: tuple[float | Array, float | Array],
     *,
     times: int = 1,
     tolerances: StoppingTolerances = TIGHT,
@@ -36,7 +39,7 @@ def minimize_time(
     Args:
         task: The problem.
         knots: Feasible initial guess.
-        lengths: Bounds of the step length in [s].
+        lengths: Bounds of the step lengths in [s], of all or each, shape (P,).
         times: Time steps of the problem per knot interval.
         tolerances: Stopping criteria.
     """
@@ -53,7 +56,11 @@ def minimize_time(
         if change.predicted < tolerances.min_predicted * before:
             break
         tried = knots.moved(change.dx, change.du, change.dh)
-        held = replace(scaling, h_bounds=(tried.h, tried.h))
+        least = most = tried.lengths
+        if len(most) > 1:  # how long a free fall lasts cannot be chosen: half the gain will do
+            half = (most + knots.lengths) / 2
+            least, most = np.minimum(least, half), np.maximum(most, half)
+        held = replace(scaling, h_bounds=(least, most))
         closed = minimize(
             transcription,
             tried,

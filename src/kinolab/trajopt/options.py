@@ -30,6 +30,9 @@ class NlpOptions:
     excess_factor: float = setting(1.2, meaning="Of what passes a limit between knots: reserve.")
     amplified_tolerance: float = setting(1e-6, meaning="Reserve of limits of discrete motions.")
     duration_digits: int = setting(9, meaning="Digits in which equal steps agree.", unit="s")
+    transition_lag: float = setting(
+        1e-2, meaning="Of a step: how long after its beginning a transition takes place."
+    )
     fd_step: float = setting(1e-6, meaning="Finite difference of a state's entry, in its unit.")
     scaled_fd_step: float = setting(1e-6, meaning="Finite difference in scales, for margins.")
     random_states: int = setting(8, meaning="States that show which margins inputs decide.")
@@ -141,6 +144,15 @@ class ShorteningOptions:
     shortcut_knots: int = setting(20, meaning="Knots of a shortcut at most.")
     curve_samples: tuple[int, ...] = setting((12, 60), meaning="Samples of a curve: first, later.")
     shortcut_duration: float = setting(1.5, meaning="Duration of a straight guess, of the least.")
+    phase_steps: int = setting(6, meaning="Steps of a phase between two transitions.")
+    phase_samples: int = setting(2, meaning="Samples of such a step, until a motion is checked.")
+    phase_pace: float = setting(0.3, meaning="Decrease of violation in a few subproblems.")
+    max_failed_phases: int = setting(4, meaning="Cycles of modes that are tried to be left out.")
+    max_slower_phases: int = setting(2, meaning="Numbers of phases that are no shorter, in turn.")
+    max_tightenings: int = setting(3, meaning="Times that limits of phases are tightened.")
+    coarse_phase_violation: float = setting(
+        1e-2, meaning="Violation of phases that become feasible."
+    )
     cycle_samples: int = setting(300, meaning="Samples that are compared at most.")
     min_cycle_spacing: int = setting(5, meaning="Steps between two of them at least.")
     blend_steps: int = setting(50, meaning="Steps on each side over which a gap is spread.")

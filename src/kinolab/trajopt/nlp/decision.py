@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from kinolab.dynamics.codegen.state_space import StateSpace
 from kinolab.numerics.arrays import Array
@@ -15,32 +16,83 @@ from kinolab.trajopt.options import SHORT
 
 
 @dataclass(frozen=True, eq=False)
+class Phases:
+    """How a motion is divided at the transitions between modes: P phases, each in one mode.
+
+    Attributes:
+        begins: The first step of each phase but the first one, shape (P-1,).
+        numbers: Of the transition in each of these steps, among those from its mode, from 1.
+        ratios: Length of the steps of each phase, of the longest, shape (P,).
+    """
+
+    begins: NDArray[np.int64]
+    numbers: tuple[int, ...]
+    ratios: Array
+
+
+ONE_PHASE = Phases(np.zeros(0, np.int64), (), np.ones(1))
+
+
+@dataclass(frozen=True, eq=False)
 class Knots:
     """Decision variables: states and inputs, with defects between them.
 
     Attributes:
-        x: States, shape (N+1, nx).
+        x: States, shape (N+1, nx); where a phase begins, those before the transition.
         u: Zero-order-hold inputs, shape (N, nu).
-        h: Length of every step in [s].
+        h: Length of every step in [s], of the longest where phases have their own.
+        phases: Of a motion in which transitions take place.
     """
 
     x: Array
     u: Array
     h: float
+    phases: Phases = ONE_PHASE
+
+    @property
+    def lengths(self) -> Array:
+        """Length of the steps of each phase in [s], shape (P,)."""
+        return self.h * self.phases.ratios
+
+    @property
+    def phase(self) -> NDArray[np.int64]:
+        """The phase of each step, shape (N,)."""
+        return np.searchsorted(self.phases.begins, np.arange(len(self.u)), side="right")
+
+    @property
+    def counts(self) -> NDArray[np.int64]:
+        """The number of steps of each phase, shape (P,)."""
+        return np.diff(self.phases.begins, prepend=0, append=len(self.u))
 
     @property
     def duration(self) -> float:
         """Duration in [s]."""
-        return len(self.u) * self.h
+        return float((self.counts * self.lengths).sum())
 
-    def moved(self, dx: Array, du: Array, dh: float) -> Knots:
-        """Return the knots plus a step: dx (N+1, nx), du (N, nu), dh in [s]."""
-        return Knots(self.x + dx, self.u + du, self.h + dh)
+    @property
+    def times(self) -> Array:
+        """Times of the knots in [s], shape (N+1,)."""
+        if self.phases is ONE_PHASE:
+            return self.h * np.arange(len(self.u) + 1.0)
+        return np.concatenate([[0.0], np.cumsum(self.lengths[self.phase])])
+
+    def moved(self, dx: Array, du: Array, dh: Array) -> Knots:
+        """Return the knots plus a step: dx (N+1, nx), du (N, nu), dh in [s], shape (P,)."""
+        x = self.x + dx
+        if self.phases is not ONE_PHASE:
+            x[:, -1] = self.x[:, -1]  # a mode that differs by rounding is another one
+        return replace(self, x=x, u=self.u + du).with_lengths(self.lengths + dh)
+
+    def with_lengths(self, lengths: Array) -> Knots:
+        """Return the knots with steps of other lengths in [s], shape (P,)."""
+        h = float(lengths.max())
+        if self.phases is ONE_PHASE:
+            return replace(self, h=h)
+        return replace(self, h=h, phases=replace(self.phases, ratios=lengths / h))
 
     def in_steps(self, count: int, space: StateSpace) -> Knots:
         """Resample to ``count`` steps over the same duration, by ``resampled``."""
-        times = self.h * np.arange(len(self.u) + 1.0)
-        return resampled(times, self.x, self.u, count, space)
+        return resampled(self.times, self.x, self.u, count, space)
 
 
 def resampled(t: Array, x: Array, u: Array, count: int, space: StateSpace) -> Knots:
@@ -73,14 +125,14 @@ class Scaling:
         u: Input scales, shape (nu,).
         x_bounds: Lower and upper state bounds, shape (nx, 2).
         u_bounds: Lower and upper input bounds, shape (nu, 2).
-        h_bounds: Shortest and longest step in [s].
+        h_bounds: Shortest and longest step in [s], or those of each phase, shape (P,) each.
     """
 
     x: Array
     u: Array
     x_bounds: Array
     u_bounds: Array
-    h_bounds: tuple[float, float]
+    h_bounds: tuple[float | Array, float | Array]
 
 
 @dataclass(frozen=True)

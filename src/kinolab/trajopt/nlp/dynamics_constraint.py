@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
+from numpy.typing import NDArray
 
 from kinolab.dynamics.codegen.methods import METHODS, RK4, Method
 from kinolab.numerics.arrays import Array
@@ -17,12 +20,14 @@ from kinolab.simulation.reference import (
     DivergedError,
     error_amplification,
     perturbed_start,
+    reference_motion,
     resimulate,
     trajectory_under,
 )
 from kinolab.simulation.sensitivities import StepSensitivities
 from kinolab.trajectory import Trajectory
-from kinolab.trajopt.nlp.decision import Knots
+from kinolab.trajopt.nlp.decision import ONE_PHASE, Knots
+from kinolab.trajopt.nlp.transitions import Transitions
 from kinolab.trajopt.options import NLP, SHORT
 
 # Methods that are tried in turn, with the fewest and the most substeps of each: order 8 pays where
@@ -40,6 +45,24 @@ def step_map(problem: PlanningTask, knots: Knots) -> StepSensitivities:
     return StepSensitivities(problem.model, *_steps_of(problem, knots))
 
 
+def true_steps(problem: PlanningTask, knots: Knots) -> Callable[[Array, Array, float], Array]:
+    """Return what makes steps, through transitions between modes as well.
+
+    Args:
+        problem: The planning problem.
+        knots: Near which the steps are accurate.
+
+    Returns:
+        From states (N, nx), inputs (N, nu) and one length in [s] to the states after, (N, nx).
+    """
+    method, substeps = _steps_of(problem, knots)
+    if not problem.machine.modes:
+        return StepSensitivities(problem.model, method, substeps).after
+    known = method.name in problem.model.methods
+    name, substeps = (method.name, substeps) if known else (RK4.name, NLP.max_substeps)
+    return partial(problem.model.step, method=name, substeps=substeps)
+
+
 def derived_map(problem: PlanningTask, knots: Knots, times: int) -> StepSensitivities:
     """Return the step map with derivatives accurate enough for a search direction."""
     model = problem.model
@@ -48,33 +71,48 @@ def derived_map(problem: PlanningTask, knots: Knots, times: int) -> StepSensitiv
     if is_discrete(problem):
         return StepSensitivities(model, method, times * substeps // acts, acts=acts)
     step = partial(StepSensitivities, model, method, acts=acts)
-    x, u = knots.x[:-1][:: NLP.sampled_step_stride], knots.u[:: NLP.sampled_step_stride]
-    few, coarse = 1, step(1).linearized(x, u, knots.h)[1]
+    some = slice(None, None, NLP.sampled_step_stride)
+    x, u, spans = knots.x[:-1][some], knots.u[some], knots.lengths[knots.phase][some]
+    few, coarse = 1, step(1).linearized(x, u, spans)[1]
     large = np.repeat(problem.scales[:, None], coarse.shape[2], axis=1)
     large[:, : model.nx] /= problem.scales
     while few < substeps:
-        fine = step(2 * few).linearized(x, u, knots.h)[1]
+        fine = step(2 * few).linearized(x, u, spans)[1]
         if _apart(coarse, fine, large) <= NLP.derivative_tolerance:
             break
         few, coarse = 2 * few, fine
     return step(substeps, few)
 
 
-def refined(problem: PlanningTask, knots: Knots, times: int) -> Knots:
-    """Return the motion under the same inputs with every step split into ``times``."""
-    short = Knots(knots.x, knots.u, knots.h / times)
+def refined(problem: PlanningTask, knots: Knots, times: int | NDArray[np.int64]) -> Knots:
+    """Return the motion under the same inputs with every step split.
+
+    Args:
+        problem: The planning problem.
+        knots: Of the motion.
+        times: Into how many steps, all or those of each phase, shape (P,).
+    """
+    parts_of = np.broadcast_to(times, len(knots.lengths))
+    short, count = knots.with_lengths(knots.lengths / parts_of), parts_of[knots.phase]
     step, parts = step_map(problem, short), [knots.x[:-1]]
-    for _ in range(times - 1):
-        parts.append(step.after(parts[-1], knots.u, short.h))
-    x = np.stack(parts, axis=1).reshape(-1, knots.x.shape[1])
-    return Knots(np.vstack([x, knots.x[-1:]]), np.repeat(knots.u, times, axis=0), short.h)
+    begin, spans = Transitions(problem, step, 0.0).entered(short)
+    for _ in range(int(count.max(initial=1)) - 1):
+        begin, spans = step.after(begin, knots.u, spans), short.lengths[short.phase]
+        parts.append(begin)
+    x = np.stack(parts, axis=1)[np.arange(len(parts)) < count[:, None]]
+    phases = short.phases
+    if phases is not ONE_PHASE:
+        firsts = np.cumsum(count) - count
+        phases = replace(phases, begins=firsts[phases.begins])
+    u = np.repeat(knots.u, count, axis=0)
+    return replace(short, x=np.vstack([x, knots.x[-1:]]), u=u, phases=phases)
 
 
 def true_trajectory(problem: PlanningTask, knots: Knots) -> Trajectory | None:
     """Re-simulate the inputs of knots; None if the simulation diverges."""
     model = problem.model
     u = np.clip(knots.u, *model.control_bounds.T)
-    t = knots.h * np.arange(len(u) + 1.0)
+    t = knots.times
     if is_discrete(problem):
         x = states_under(problem, u)
         if not np.isfinite(x).all():
@@ -122,6 +160,12 @@ def _defects(problem: PlanningTask, trajectory: Trajectory) -> Array:
 def repeatable(problem: PlanningTask, trajectory: Trajectory) -> bool:
     """Say whether the error amplification is small enough to execute the motion open-loop."""
     start = perturbed_start(problem, problem.start)
+    if problem.machine.modes:  # which may take place later, or never
+        try:
+            far = reference_motion(problem, start, trajectory.t, trajectory.inputs, between=False)
+        except DivergedError:
+            return False
+        return error_amplification(problem, trajectory.x, far.x) <= MAX_ERROR_AMPLIFICATION
     h = float(np.diff(trajectory.t).max(initial=0.0)) or 1.0
     x = np.vstack([start, np.empty((len(trajectory.inputs), len(start)))])
     step = step_map(problem, Knots(trajectory.x, trajectory.inputs, h))
@@ -136,11 +180,12 @@ def _steps_of(problem: PlanningTask, knots: Knots, acts: int = 1) -> tuple[Metho
     settings, model = problem.scenario.integration, problem.model
     if is_discrete(problem):
         return METHODS[settings.method], settings.substeps
+    spans = knots.lengths[knots.phase]
     for method, fewest, most in TRIED:
         substeps, step = fewest, partial(StepSensitivities, model, method, acts=acts)
-        coarse = step(substeps).after(knots.x, knots.u, knots.h)
+        coarse = step(substeps).after(knots.x, knots.u, spans)
         while substeps < most:
-            fine = step(2 * substeps).after(knots.x, knots.u, knots.h)
+            fine = step(2 * substeps).after(knots.x, knots.u, spans)
             if _apart(coarse, fine, problem.scales) <= NLP.step_tolerance:
                 return method, substeps
             substeps, coarse = 2 * substeps, fine

@@ -10,7 +10,7 @@ from kinolab.numerics.work import charge
 from kinolab.problem.task import LIMIT_TOLERANCE
 from kinolab.trajectory import Trajectory
 from kinolab.trajopt.nlp.decision import Knots
-from kinolab.trajopt.nlp.dynamics_constraint import repeatable, step_map
+from kinolab.trajopt.nlp.dynamics_constraint import repeatable, true_steps
 from kinolab.trajopt.nlp.path_constraints import PathConstraints, Samples, beginnings, samples
 from kinolab.trajopt.nlp.problem import Excess, TrajectoryProblem
 from kinolab.trajopt.options import NLP
@@ -77,11 +77,11 @@ def _on_the_way(task: TrajectoryProblem, trajectory: Trajectory) -> Samples:
     at = samples(knots, NLP.check_factor * task.samples_per_step(knots))
     if task.discrete:
         return at
-    step, count = step_map(task.problem, knots), len(at.x) // max(len(knots.u), 1)
+    after, count = true_steps(task.problem, knots), len(at.x) // max(len(knots.u), 1)
     x = at.x.copy().reshape(-1, count, at.x.shape[1])
     for span in np.unique(spans):
         own = np.flatnonzero(spans == span)
         before, held = knots.x[own], knots.u[own]
         for k, fraction in enumerate(at.share[:count].tolist()):
-            x[own, k] = step.after(before, held, fraction * float(span))
+            x[own, k] = after(before, held, fraction * float(span))
     return replace(at, x=x.reshape(at.x.shape))

@@ -10,7 +10,7 @@ from __future__ import annotations
 import copy
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TypeAlias
 
@@ -34,7 +34,9 @@ from kinolab.trajopt.nlp.path_constraints import (
     Samples,
     beginnings,
     samples,
+    variable_scales,
 )
+from kinolab.trajopt.nlp.transitions import Transitions
 from kinolab.trajopt.options import NLP
 
 Inequalities: TypeAlias = PathConstraints | CollisionConstraints  # along a trajectory
@@ -95,15 +97,16 @@ class TrajectoryProblem:
         cancelled: CancellationToken = never_cancelled,
     ) -> None:
         self.problem, self.discrete = problem, is_discrete(problem)
-        self.cancelled = cancelled
+        self.cancelled, self._most_samples = cancelled, NLP.max_samples_per_step
         self.bare = CollisionConstraints(problem, 0.0)
         self._gap = max(clearance * self.bare.size, room)
         self._obstacles = CollisionConstraints(problem, self._gap, near)
         reserve = NLP.amplified_tolerance if self.discrete else fraction * clearance
+        self._reserve = reserve
         self._demands = [
             PathConstraints(problem, reserve, begins=begins) for begins in (False, True)
         ]
-        self._inset = reserve * problem.scales
+        self._inset = reserve * variable_scales(problem)[0]
 
     def of(self, problem: PlanningTask) -> TrajectoryProblem:
         """Return the same for another problem of the same machine in the same world.
@@ -120,6 +123,12 @@ class TrajectoryProblem:
         other.cancelled = cancelled
         return other
 
+    def sampled(self, most: int) -> TrajectoryProblem:
+        """Return the same with at most so many samples per step."""
+        other = copy.copy(self)
+        other._most_samples = most
+        return other
+
     def tightened(self, excess: Excess) -> TrajectoryProblem:
         """Return the same with limits tightened by what a motion passes them between knots."""
         other = copy.copy(self)
@@ -129,8 +138,8 @@ class TrajectoryProblem:
         other._demands = [tighter, where_steps_begin]
         return other
 
-    def scaling(self, shortest: float, longest: float) -> Scaling:
-        """Return scales and bounds of all variables, given bounds of the step length in [s].
+    def scaling(self, shortest: float | Array, longest: float | Array) -> Scaling:
+        """Return scales and bounds of all variables, given bounds of the step lengths in [s].
 
         The limits of the states are tightened, and still contain start and goal.
         """
@@ -150,14 +159,17 @@ class TrajectoryProblem:
         scaling = self.scaling(knots.h, knots.h)
         x = np.clip(knots.x, *scaling.x_bounds.T)
         x[0] = self.problem.start
-        return Knots(x, np.clip(knots.u, *scaling.u_bounds.T), knots.h)
+        return replace(knots, x=x, u=np.clip(knots.u, *scaling.u_bounds.T))
 
     def transcription(self, knots: Knots, times: int = 1) -> MultipleShooting:
         """Return the transcription near a guess, with ``times`` steps of the problem per knot."""
         parts: list[Inequalities] = [*self._demands, self._obstacles]
         step = derived_map(self.problem, knots, times)
         pieces = self.samples_per_step(knots)
-        return MultipleShooting(self.problem, step, knots.x[-1], parts, pieces, self.cancelled)
+        linkage = Transitions(self.problem, step, self._reserve)
+        return MultipleShooting(
+            self.problem, step, linkage, knots.x[-1], parts, pieces, self.cancelled
+        )
 
     @cached_property
     def judge(self) -> Propagator:
@@ -177,7 +189,7 @@ class TrajectoryProblem:
         if not self.bare.size:
             return 1
         moved = float(speed) * knots.h / (NLP.check_resolution * self.bare.size)
-        return min(max(1, math.ceil(moved)), NLP.max_samples_per_step)
+        return min(max(1, math.ceil(moved)), self._most_samples)
 
 
 def usual_room(problem: PlanningTask) -> float:
@@ -191,6 +203,7 @@ class MultipleShooting:
     Args:
         problem: The planning problem.
         step_map: From knot to knot.
+        linkage: Of phases.
         end: Guess of the final state, shape (nx,); it selects the branch of the goal constraint.
         inequalities: Path and collision constraints.
         pieces: Samples per step at which inequalities are evaluated.
@@ -201,13 +214,15 @@ class MultipleShooting:
         self,
         problem: PlanningTask,
         step_map: StepSensitivities,
+        linkage: Transitions,
         end: Array,
         inequalities: Sequence[Inequalities],
         pieces: int,
         cancelled: CancellationToken = never_cancelled,
     ) -> None:
         self.cancelled = cancelled
-        self._map, self._ends, self._scales = step_map, GoalConstraint(problem, end), problem.scales
+        self._map, self._linkage, self._scales = step_map, linkage, problem.scales
+        self._ends = GoalConstraint(problem, end)
         self._inequalities, self._pieces = inequalities, pieces
         self._operations, self._rows = min(problem.model.operations, MOST_OPERATIONS), 0
         self._stepped: tuple[Knots, Array] | None = None  # an accepted candidate comes once more
@@ -215,10 +230,21 @@ class MultipleShooting:
     def linearization(self, knots: Knots, reach: float) -> Linearization:
         """Return the linearisation; ``reach`` is the largest scaled step it will be used for."""
         known = self._stepped[1] if self._stepped and self._stepped[0] is knots else None
-        after, tangents = self._map.linearized(knots.x, knots.u, knots.h, known=known)
+        entries = self._linkage.linearized(knots)
+        after, tangents = self._map.linearized(entries.x, knots.u, entries.spans, known=known)
         rows = LinearInequalities.joined(
-            [part.rows(at, reach) for part, at in self._samples(knots)]
+            [part.rows(at, reach) for part, at in self._samples(knots, entries.x)]
         )
+        nx, begins = knots.x.shape[1], knots.phases.begins
+        for k, slopes in zip(begins, entries.slopes, strict=True):  # by what is before a transition
+            own = rows.knot == k
+            rows.du[own] += rows.dx[own] @ slopes[:, nx:]
+            rows.dx[own] = rows.dx[own] @ slopes[:, :nx]
+            along = tangents[k, :, :nx] @ slopes
+            along[:, nx:] += tangents[k, :, nx:-1]
+            tangents[k, :, :-1] = along
+        if len(begins):
+            rows = LinearInequalities.joined([rows, entries.rows])
         self._rows = len(rows.knot)
         size = len(knots.u) * self._map.evaluations * knots.x.shape[1]
         charge(4e-4 + size * (8e-8 + 6e-10 * self._operations) + 2.4e-6 * self._rows)
@@ -230,14 +256,16 @@ class MultipleShooting:
         """Return the summed violations of dynamics (defects), goal and inequalities, scaled."""
         evaluated = len(knots.u) * self._map.evaluations * self._operations
         charge(6e-4 + 1.4e-9 * evaluated + 9e-7 * self._rows)
-        after = self._map.after(knots.x, knots.u, knots.h)
+        entered, spans = self._linkage.entered(knots)
+        after = self._map.after(entered, knots.u, spans)
         self._stepped = (knots, after)
         defects = float(np.abs((after - knots.x[1:]) / self._scales).sum())
-        short = sum(part.violation(at) for part, at in self._samples(knots))
+        short = sum(part.violation(at) for part, at in self._samples(knots, entered))
+        short += self._linkage.violation(knots)
         return defects, float(np.abs(self._ends.residual(knots.x[-1])).sum()), short
 
-    def _samples(self, knots: Knots) -> Iterator[tuple[Inequalities, Samples]]:
+    def _samples(self, knots: Knots, entered: Array) -> Iterator[tuple[Inequalities, Samples]]:
         """Yield each kind of inequality with its samples."""
-        begin, on_the_way = beginnings(knots), samples(knots, self._pieces)
+        begin, on_the_way = beginnings(knots, entered), samples(knots, self._pieces, entered)
         for part in self._inequalities:
             yield part, begin if part.begins else on_the_way

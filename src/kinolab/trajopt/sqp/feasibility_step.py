@@ -35,7 +35,8 @@ class ActiveSet:
     low: Flags  # (N+1, nx + nu)
     high: Flags
     rows: Flags  # (m,)
-    step: float | None  # change of the step length, None if free
+    held: Flags  # (P,), step lengths that are fixed
+    step: Array  # (P,), their change; 0 of those that are free
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,9 +44,9 @@ class LeastNormSolution:
     """Least-norm step for one active set."""
 
     z: Array  # (N+1, nx + nu)
-    h: float
+    h: Array
     pulled: Array  # variables implied by the multipliers if all were free, (N+1, nx + nu)
-    pulled_step: float  # likewise the step length
+    pulled_step: Array  # likewise the step lengths
     pushes: Array  # multipliers of inequalities, (m,), 0 for inactive ones
 
 
@@ -82,50 +83,50 @@ class _Program:
         self._equations = _equations(linearization, given.scaling)
         self._broken = given.rows.value < 0
         self.size = self._w.size * self._w.shape[1]  # which tells how long a solution takes
-        self._margins = _margins(given.rows, given.scaling)
+        self._margins = _margins(given.rows, given.scaling, self._step.shape[1])
 
     def first(self) -> ActiveSet:
         none = np.zeros(self._w.shape, dtype=bool)
-        fixed = float(self._step[0]) if self._step[0] == self._step[1] else None
-        return ActiveSet(none, none, self._broken, fixed)
+        fixed = self._step[0] == self._step[1]
+        return ActiveSet(none, none, self._broken, fixed, np.where(fixed, self._step[0], 0.0))
 
     def solved(self, guess: ActiveSet) -> LeastNormSolution | None:
         chain, place = self._equations.joined(self._margins, guess.rows)
         z = np.where(guess.low, self._least, np.where(guess.high, self._most, 0.0))
         w = np.where(guess.low | guess.high, 0.0, self._w)
-        closed = chain.closed(
-            z, guess.step or 0.0, w, 1 / SQP.step_length_weight if guess.step is None else 0.0
-        )
+        w_h = np.where(guess.held, 0.0, 1 / SQP.step_length_weight)
+        closed = chain.closed(z, guess.step, w, w_h)
         if closed is None:
             return None
         z, h, by = closed
         pushes = np.zeros(len(guess.rows))
         pushes[guess.rows] = by[place]
         pulled = self._w * transposed(chain.knot, chain.rows, by, *z.shape)
-        pulled_step = float(chain.shared @ by) / SQP.step_length_weight
+        pulled_step = chain.shared.T @ by / SQP.step_length_weight
         return LeastNormSolution(z, h, pulled, pulled_step, pushes)
 
     def next(self, guess: ActiveSet, found: LeastNormSolution, *, free: bool) -> ActiveSet | None:
         """Return the next active set; None if the solution is feasible."""
         step, z = found.h, found.z
-        over = guess.step is None and not self._step[0] <= step <= self._step[1]
-        broken = ~guess.rows & (self._margins.residual(z, 0.0) > SQP.inequality_tolerance)
+        shortest, longest = self._step
+        over = ~guess.held & ~((shortest <= step) & (step <= longest))
+        broken = ~guess.rows & (
+            self._margins.residual(z, np.zeros_like(step)) > SQP.inequality_tolerance
+        )
         low, high = z < self._least - SQP.bound_tolerance, z > self._most + SQP.bound_tolerance
-        if not (over or broken.any() or low.any() or high.any()):
+        if not (over.any() or broken.any() or low.any() or high.any()):
             return None
-        held = float(np.clip(step, *self._step)) if over else guess.step
+        held = over | guess.held
         if not free:
-            return ActiveSet(low | guess.low, high | guess.high, broken | guess.rows, held)
+            step = np.where(over, np.clip(step, shortest, longest), guess.step)
+            return ActiveSet(low | guess.low, high | guess.high, broken | guess.rows, held, step)
         low = found.pulled < self._least - SQP.bound_tolerance
         high = found.pulled > self._most + SQP.bound_tolerance
-        if guess.step is not None and self._let_go(guess.step, found.pulled_step):
-            held = None
-        return ActiveSet(low, high, broken | (guess.rows & (found.pushes > 0)), held)
-
-    def _let_go(self, held: float, pulled: float) -> bool:
-        """Say whether the multipliers pull a step length fixed at a limit back inside."""
-        shortest, longest = self._step
-        return bool((held < longest and pulled > held) or (held > shortest and pulled < held))
+        at, pulled = guess.step, found.pulled_step  # fixed lengths may be pulled back inside
+        inside = ((at < longest) & (pulled > at)) | ((at > shortest) & (pulled < at))
+        held &= ~(guess.held & inside)
+        step = np.where(held, np.where(over, np.clip(step, shortest, longest), at), 0.0)
+        return ActiveSet(low, high, broken | (guess.rows & (found.pushes > 0)), held, step)
 
 
 def _equations(linearization: Linearization, scaling: Scaling) -> BlockBandedSystem:
@@ -140,17 +141,21 @@ def _equations(linearization: Linearization, scaling: Scaling) -> BlockBandedSys
     dynamics[:, range(nx), range(nx + nu, 2 * nx + nu)] = 1.0
     rows[steps * nx :, :nx] = linearization.goal_jacobian * scaling.x
     knot = np.concatenate([np.repeat(np.arange(steps), nx), np.full(goals, steps)])
-    shared = np.concatenate([-tangents[:, :, -1].ravel() * linearization.knots.h, np.zeros(goals)])
+    shared = np.zeros((len(rows), len(linearization.knots.lengths)))
+    phase = np.repeat(linearization.knots.phase, nx)
+    slopes = -tangents[:, :, -1].ravel() * linearization.knots.lengths[phase]
+    shared[np.arange(steps * nx), phase] = slopes
     right = np.concatenate(
         [(linearization.defects / scaling.x).ravel(), -linearization.goal_residual]
     )
     return BlockBandedSystem(knot, rows, shared, right)
 
 
-def _margins(rows: LinearInequalities, scaling: Scaling) -> BlockBandedSystem:
+def _margins(rows: LinearInequalities, scaling: Scaling, phases: int) -> BlockBandedSystem:
     """Return all linearised inequalities as equations."""
     slopes = np.hstack([rows.dx * scaling.x, rows.du * scaling.u, rows.dx_next * scaling.x])
-    return BlockBandedSystem(rows.knot, slopes, np.zeros(len(rows.knot)), -rows.value)
+    none = np.zeros((len(rows.knot), phases))
+    return BlockBandedSystem(rows.knot, slopes, none, -rows.value)
 
 
 def _change(given: Subproblem, found: LeastNormSolution) -> Step:

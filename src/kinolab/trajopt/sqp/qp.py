@@ -37,7 +37,7 @@ def solve(given: Subproblem, accuracy: float = 1e-9) -> Step | None:
     linearization, scaling, weights = given.linearization, given.scaling, given.weights
     knots, rows = linearization.knots, given.rows
     nx, nu, steps = knots.x.shape[1], knots.u.shape[1], len(knots.u)
-    columns = _Columns(nx, nu, steps, rows, len(linearization.goal_residual))
+    columns = _Columns(nx, nu, steps, rows, len(linearization.goal_residual), len(knots.lengths))
     open_defects = linearization.open_defects(scaling)
     missing = linearization.violation(scaling)
     A, b = _equalities(linearization, scaling, columns)
@@ -62,13 +62,15 @@ def solve(given: Subproblem, accuracy: float = 1e-9) -> Step | None:
         return None
     z = np.clip(z, lower, upper)
     predicted = weights.penalty * missing - float(c @ z + 0.5 * z @ (P @ z))
-    return given.step(z[columns.x], z[columns.u], float(z[columns.h]), predicted)
+    return given.step(z[columns.x], z[columns.u], z[columns.h], predicted)
 
 
 class _Columns:
     """Column indices of the variables: grouped by knot, global ones last."""
 
-    def __init__(self, nx: int, nu: int, steps: int, rows: LinearInequalities, goals: int) -> None:
+    def __init__(
+        self, nx: int, nu: int, steps: int, rows: LinearInequalities, goals: int, phases: int
+    ) -> None:
         last = np.full(nx, steps)
         stage = np.concatenate(
             [
@@ -77,7 +79,7 @@ class _Columns:
                 np.repeat(np.arange(steps), nu),
                 rows.knot,
                 np.full(2 * goals, steps),
-                [steps + 1, steps + 1],
+                np.full(phases + 1, steps + 1),
             ]
         )
         self.size = len(stage)
@@ -87,7 +89,7 @@ class _Columns:
         x, u, slack, over, under, rest = np.split(place, parts)
         self.x, self.u = x.reshape(steps + 1, nx), u.reshape(steps, nu)
         self.slack, self.over, self.under = slack, over, under
-        self.h, self.left = rest
+        self.h, self.left = rest[:-1], rest[-1]
 
 
 def _matrix(entries: list[tuple[Any, Any, Any]], shape: tuple[int, int]) -> Any:
@@ -100,7 +102,7 @@ def _matrix(entries: list[tuple[Any, Any, Any]], shape: tuple[int, int]) -> Any:
 def _equalities(linearization: Linearization, scaling: Scaling, at: _Columns) -> tuple[Any, Array]:
     """Return the equality constraints A z = b: dynamics, start and goal."""
     steps, nx = linearization.defects.shape
-    nu = len(scaling.u)
+    nu, phase = len(scaling.u), linearization.knots.phase[:, None]
     defects = linearization.defects / scaling.x
     tangents = linearization.sensitivities / scaling.x[:, None]
     row = np.arange(steps * nx).reshape(steps, nx)
@@ -110,7 +112,7 @@ def _equalities(linearization: Linearization, scaling: Scaling, at: _Columns) ->
         (row, at.x[1:], 1.0),
         (row[:, :, None], at.x[:-1, None, :], -tangents[:, :, :nx] * scaling.x),
         (row[:, :, None], at.u[:, None, :], -tangents[:, :, nx : nx + nu] * scaling.u),
-        (row, at.h, -tangents[:, :, -1] * linearization.knots.h),
+        (row, at.h[phase], -tangents[:, :, -1] * linearization.knots.lengths[phase]),
         (row, at.left, defects),
         (first, at.x[0], 1.0),
         (goal[:, None], at.x[-1], linearization.goal_jacobian * scaling.x),
@@ -142,7 +144,7 @@ def _cost(
     steps, nu = knots.u.shape
     square, linear = np.full(at.size, SQP.step_damping), np.zeros(at.size)
     fraction = np.divide(knots.u, scaling.u)
-    linear[at.h] = weights.time * steps * knots.h
+    linear[at.h] = weights.time * knots.counts * knots.lengths
     linear[at.u] = 2 * weights.effort * fraction / max(steps * nu, 1)
     square[at.u] += 2 * (weights.effort + weights.stay) / max(steps * nu, 1)
     square[at.x] += 2 * weights.stay / knots.x.size

@@ -10,6 +10,7 @@ blocking strategies in receding horizon control, Journal of Process Control 17(6
 
 from __future__ import annotations
 
+from kinolab.numerics.arrays import Array
 from kinolab.trajopt.nlp.decision import Knots, Weights
 from kinolab.trajopt.nlp.dynamics_constraint import refined
 from kinolab.trajopt.nlp.problem import TrajectoryProblem
@@ -28,7 +29,7 @@ def restore_feasibility(
     *,
     iterations: int,
     times: int = 1,
-    lengths: tuple[float, float] | None = None,
+    lengths: tuple[float | Array, float | Array] | None = None,
     enough: float = SQP.exact_violation,
     most: float = SQP.rounding_violation,
     pace: float = 0.0,
@@ -41,14 +42,14 @@ def restore_feasibility(
         knots: Initial guess, clipped first to the limits of states and inputs.
         iterations: Maximum number of subproblems.
         times: Steps of the problem per knot interval.
-        lengths: Bounds of the step length in [s]; fixed if None.
+        lengths: Bounds of the step lengths in [s], of all or each (P,); fixed if None.
         enough: Total scaled violation at which to stop.
         most: Total scaled violation accepted of the result, or ``enough`` where that is more.
         pace: Fraction of the violation that every few subproblems must remove.
         penalty: Weight of the violation relative to the change.
     """
     knots = task.within_limits(knots)
-    scaling = task.scaling(*(lengths or (knots.h, knots.h)))
+    scaling = task.scaling(*(lengths or (knots.lengths, knots.lengths)))
     transcription = task.transcription(knots, times)
     descent = minimize(
         transcription, knots, scaling, restoration_weights(penalty),

@@ -21,7 +21,7 @@ class Step:
 
     dx: Array
     du: Array
-    dh: float
+    dh: Array
     predicted: float
     length: float
 
@@ -44,17 +44,17 @@ class Subproblem:
     region: TrustRegion
     rows: LinearInequalities
 
-    def step(self, x: Array, u: Array, h: float, predicted: float) -> Step:
+    def step(self, x: Array, u: Array, h: Array, predicted: float) -> Step:
         """Return the step in physical units from scaled changes.
 
         Args:
             x: Scaled change of the states, shape (N+1, nx).
             u: Scaled change of the inputs, shape (N, nu).
-            h: Relative change of the step length.
+            h: Relative change of the step length of each phase, shape (P,).
             predicted: Predicted reduction of the merit function.
         """
-        scaling, dh = self.scaling, h * self.linearization.knots.h
-        length = max(float(np.abs(part).max(initial=0.0)) for part in (x, u, np.array([h])))
+        scaling, dh = self.scaling, h * self.linearization.knots.lengths
+        length = max(float(np.abs(part).max(initial=0.0)) for part in (x, u, h))
         return Step(x * scaling.x, u * scaling.u, dh, predicted, length)
 
 
@@ -81,7 +81,7 @@ class TrustRegion:
     Attributes:
         x: Of the states, shape (2, N+1, nx); the start is fixed.
         u: Of the inputs, shape (2, N, nu).
-        h: Of the step length, shape (2,).
+        h: Of the step lengths, shape (2, P).
     """
 
     x: Array
@@ -100,8 +100,9 @@ def trust_region(knots: Knots, scaling: Scaling, radius: float) -> TrustRegion:
     x = _range(knots.x, scaling.x_bounds, scaling.x, radius)
     x[:, 0] = 0.0
     u = _range(knots.u, scaling.u_bounds, scaling.u, radius)
-    limits = np.array([scaling.h_bounds])
-    return TrustRegion(x, u, _range(np.array([knots.h]), limits, np.array([knots.h]), radius)[:, 0])
+    lengths = knots.lengths
+    limits = np.column_stack([np.broadcast_to(b, len(lengths)) for b in scaling.h_bounds])
+    return TrustRegion(x, u, _range(lengths, limits, lengths, radius))
 
 
 def inequalities_within(
