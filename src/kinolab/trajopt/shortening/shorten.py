@@ -8,10 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import replace
 from functools import partial
-
-import numpy as np
 
 from kinolab.concurrency.cancel import throttled
 from kinolab.numerics.work import counted_work
@@ -23,12 +20,7 @@ from kinolab.trajectory import Trajectory
 from kinolab.trajopt.exact import connect_to_goal
 from kinolab.trajopt.minimum_time import minimize_time
 from kinolab.trajopt.nlp.decision import Knots, even_knots, resampled
-from kinolab.trajopt.nlp.dynamics_constraint import (
-    is_motion,
-    refined,
-    smooth_pieces,
-    true_trajectory,
-)
+from kinolab.trajopt.nlp.dynamics_constraint import is_motion, refined, true_trajectory
 from kinolab.trajopt.nlp.feasibility_check import (
     excess_between_knots,
     satisfies_all,
@@ -37,8 +29,9 @@ from kinolab.trajopt.nlp.feasibility_check import (
 from kinolab.trajopt.nlp.goal_constraint import meets_centre
 from kinolab.trajopt.nlp.problem import NO_EXCESS, Excess, TrajectoryProblem, usual_room
 from kinolab.trajopt.options import END, SHORT, SQP
-from kinolab.trajopt.segments import Segments, SlidingWindow, is_long, segment_problem
+from kinolab.trajopt.segments import Segments, SlidingWindow, is_long
 from kinolab.trajopt.shortening.cycles import cycles_removed
+from kinolab.trajopt.shortening.phases import phases_of, shortened_phases
 from kinolab.trajopt.shortening.shortcuts import Shortcuts
 from kinolab.trajopt.sqp.restoration import make_knots_exact, restore_feasibility
 
@@ -80,8 +73,11 @@ def shortened(
     """
     if problem.model.nx >= END.many_states:
         return  # one subproblem takes 10 s and more
-    shorten_all = between_transitions if problem.machine.modes else shortened_smooth
-    yield from shorten_all(problem, trajectory, spent)
+    phases = phases_of(problem, trajectory) if problem.machine.modes else []
+    if len(phases) > 1:
+        yield from shortened_phases(problem, phases, spent)
+    else:
+        yield from shortened_smooth(problem, trajectory, spent)
 
 
 def shortened_smooth(
@@ -110,46 +106,6 @@ def shortened_smooth(
     whole = _shorten_whole(problem, trajectory, cancelled, over)
     if whole is not trajectory:
         yield whole
-
-
-def between_transitions(
-    problem: PlanningTask, trajectory: Trajectory, spent: Callable[[], float]
-) -> Iterator[Trajectory]:
-    """Yield shorter motions with the same transitions: each smooth piece is shortened by itself.
-
-    Pieces end where they did, but for the last one, which ends in the goal.
-    """
-    short, k = trajectory, 0
-    pieces = smooth_pieces(problem, trajectory)
-    while k < len(pieces) and spent() < 1.0:
-        (begin, end), last = pieces[k], k == len(pieces) - 1
-        part = partial(_part_of, spent, spent(), (1.0 - spent()) / (len(pieces) - k))
-        piece = short.piece(begin, end)
-        own = segment_problem(problem, piece.x[0], piece.x[-1])
-        if last and end == len(short.u):
-            own = replace(problem, start=piece.x[0])
-        for found in shortened_smooth(own, piece, part):
-            piece = found
-        spliced = short.with_piece(begin, end, piece, problem.space)
-        motion = _with_transitions(problem, spliced, len(pieces))
-        if motion is not None:
-            short, pieces = motion, smooth_pieces(problem, motion)
-        k += 1
-    if short is not trajectory and problem.goal_excess(short.x[-1]) <= 1.0:
-        yield short
-
-
-def _part_of(spent: Callable[[], float], before: float, part: float) -> float:
-    """Return which fraction of a part of the budget is spent."""
-    return (spent() - before) / part if part > 0 else 1.0
-
-
-def _with_transitions(problem: PlanningTask, spliced: Trajectory, pieces: int) -> Trajectory | None:
-    """Return the true motion under the same inputs; None if its transitions are others."""
-    motion = _true(problem, spliced)
-    if motion is None or not np.array_equal(motion.x[:, -1], spliced.x[:, -1]):
-        return None
-    return motion if len(smooth_pieces(problem, motion)) == pieces else None
 
 
 def _true(problem: PlanningTask, spliced: Trajectory) -> Trajectory | None:
