@@ -145,6 +145,9 @@ class ShorteningOptions:
     curve_samples: tuple[int, ...] = setting((12, 60), meaning="Samples of a curve: first, later.")
     shortcut_duration: float = setting(1.5, meaning="Duration of a straight guess, of the least.")
     phase_steps: int = setting(6, meaning="Steps of a phase between two transitions.")
+    phase_budgets: tuple[float, float] = setting(
+        (0.35, 0.75), meaning="Budget for guesses of fewer phases; until the last is checked."
+    )
     phase_samples: int = setting(2, meaning="Samples of such a step, until a motion is checked.")
     phase_pace: float = setting(0.3, meaning="Decrease of violation in a few subproblems.")
     max_failed_phases: int = setting(4, meaning="Cycles of modes that are tried to be left out.")

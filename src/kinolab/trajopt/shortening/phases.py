@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import combinations, islice
 
 import numpy as np
@@ -54,10 +55,11 @@ def shortened_phases(
     task = TrajectoryProblem(
         problem, SHORT.coarse_clearance, room=usual_room(problem), cancelled=lambda: spent() >= 1.0
     )
-    few = task.sampled(SHORT.phase_samples).until(lambda: spent() >= SHORT.first_try_budget)
+    few = task.sampled(SHORT.phase_samples)
+    guessing, few = (few.until(partial(_over, spent, most)) for most in SHORT.phase_budgets)
     best: Knots | None = None
     last, failures = math.inf, 0
-    for guess in reversed(_ever_fewer(few, phases)):
+    for guess in reversed(_ever_fewer(guessing, phases)):
         fast = _faster(few, guess, LOOSE)
         promising = fast is not None and (best is None or fast.duration < best.duration)
         motion = _checked(task, fast) if fast is not None and promising else None
@@ -72,6 +74,10 @@ def shortened_phases(
     motion = None if fast is None else _checked(task, fast)
     if motion is not None and motion.duration < last:
         yield motion
+
+
+def _over(spent: Callable[[], float], most: float) -> bool:
+    return spent() >= most
 
 
 def _ever_fewer(task: TrajectoryProblem, phases: Sequence[Phase]) -> list[Knots]:
