@@ -10,16 +10,12 @@ from collections.abc import Callable, Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from kinolab.dynamics.codegen.mode_formulas import ModeFormulas
+from kinolab.dynamics.codegen.mode_formulas import MOST_OPERATIONS, ModeFormulas
 from kinolab.dynamics.derivation.formulas import Formulas
 from kinolab.dynamics.model import Model
 from kinolab.numerics import intervals
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.intervals import IntervalArray
-
-# Forces of constraints are solutions of linear equations. Of many of them, intervals that are
-# computed like numbers are of no use: each operation makes them wider.
-MOST_OPERATIONS = 1000
 
 
 class Enclosures:

@@ -7,7 +7,7 @@ Source: Moore, Kearfott, Cloud, Introduction to Interval Analysis, SIAM 2009, ch
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -179,3 +179,57 @@ ON_INTERVALS: dict[str, Callable[..., IntervalArray]] = {
     **{"exp": _rising(np.exp), "tanh": _rising(np.tanh), "atan": _rising(np.arctan)},
     "sign": _rising(np.sign),
 }
+
+
+ONE = point(1.0)
+# operand, value -> derivative
+OUTER: dict[str, Callable[[IntervalArray, IntervalArray], IntervalArray]] = {
+    "fabs": lambda a, _: ON_INTERVALS["sign"](a),
+    "sin": lambda a, _: cos(a),
+    "cos": lambda a, _: neg(sin(a)),
+    "tan": lambda _, f: add(ONE, square(f)),
+    "exp": lambda _, f: f,
+    "log": lambda a, _: div(ONE, a),
+    "sqrt": lambda _, f: div(ONE, add(f, f)),
+    "tanh": lambda _, f: sub(ONE, square(f)),
+    "atan": lambda a, _: div(ONE, add(ONE, square(a))),
+}
+
+
+def slope_of(
+    name: str, k: int, operands: Sequence[IntervalArray], value: IntervalArray, d: IntervalArray
+) -> IntervalArray:
+    """Enclose the derivative of an operation as far as it comes from one of its operands.
+
+    Where an operation has a kink, all slopes between those beside it count, so that the mean value
+    theorem holds; where it jumps, any.
+
+    Args:
+        name: Of the operation, as in ``ON_INTERVALS``.
+        k: Which operand.
+        operands: Their enclosures.
+        value: The enclosure of the operation.
+        d: The derivative of the operand.
+
+    Source: Clarke, Optimization and Nonsmooth Analysis, 1983, section 2.3.
+    """
+    own, other = operands[k], operands[1 - k] if len(operands) > 1 else operands[k]
+    match name:
+        case "add":
+            return d
+        case "sub":
+            return neg(d) if k else d
+        case "neg":
+            return neg(d)
+        case "mul":
+            return mul(d, other)
+        case "div":
+            return div(neg(mul(d, value)) if k else d, operands[1])
+        case "fmax":
+            least, most = own.low > other.high, own.high >= other.low
+            share = IntervalArray(np.where(least, 1.0, 0.0), np.where(most, 1.0, 0.0))
+            return mul(share, d)
+        case "sign":
+            smooth = (own.low > 0.0) | (own.high < 0.0) | ((d.low == 0.0) & (d.high == 0.0))
+            return IntervalArray(np.where(smooth, 0.0, -np.inf), np.where(smooth, 0.0, np.inf))
+    return mul(OUTER[name](own, value), d)

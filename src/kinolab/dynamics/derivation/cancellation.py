@@ -15,6 +15,7 @@ from kinolab.dynamics.derivation.expression_graph import ExpressionGraph, Node
 
 Monomial: TypeAlias = tuple[tuple[Node, int], ...]  # powers of nodes, sorted by node
 Polynomial: TypeAlias = Mapping[Monomial, float]
+InTurn: TypeAlias = dict[tuple[int, int], Node]  # of cos^i sin^j of one angle, with j = 0 or 1
 
 MAX_TERMS = 12  # of a polynomial; a node with more is an indeterminate in those above it
 MAX_POWER = 8  # power of one node
@@ -130,3 +131,70 @@ def _times(one: Monomial, other: Monomial) -> Monomial:
     for node, power in other:
         powers[node] = powers.get(node, 0) + power
     return tuple(sorted(powers.items()))
+
+
+def without_turns(
+    tape: ExpressionGraph, nodes: Sequence[Node], angles: Sequence[Node]
+) -> list[Node]:
+    """Return the same functions as polynomials in sines and cosines of angles, as far as they are.
+
+    Squares of a sine are written as 1 - cos^2, so that equal functions have equal coefficients.
+    What is no polynomial, such as a quotient by one of the angle, stays as it is. What would become
+    longer stays, too.
+    """
+    found = list(nodes)
+    for angle in angles:
+        turned = _without_turn(tape, found, angle)
+        if len(tape.needed(turned)) <= len(tape.needed(found)):
+            found = turned
+    return found
+
+
+def _without_turn(tape: ExpressionGraph, nodes: Sequence[Node], angle: Node) -> list[Node]:
+    waves = tape.unary("cos", angle), tape.unary("sin", angle)
+    known: dict[Node, InTurn] = {waves[0]: {(1, 0): tape.one}, waves[1]: {(0, 1): tape.one}}
+    minus: InTurn = {(0, 0): tape.constant(-1.0)}
+    for node in tape.needed(nodes):
+        if node in known:
+            continue
+        name, operands, *_ = tape.operations[node]
+        parts = [known[operand] for operand in operands]
+        if name == "add":
+            known[node] = _sum(tape, *parts)
+        elif name == "sub":
+            known[node] = _sum(tape, parts[0], _product(tape, parts[1], minus))
+        elif name in ("neg", "mul"):
+            known[node] = _product(tape, *parts, *([minus] if name == "neg" else []))
+        elif name == "div" and set(parts[1]) == {(0, 0)}:
+            by = parts[1][0, 0]
+            known[node] = {power: tape.div(part, by) for power, part in parts[0].items()}
+        else:
+            known[node] = {(0, 0): tape.remade(node, [_node(tape, part, waves) for part in parts])}
+    return [_node(tape, known[node], waves) for node in nodes]
+
+
+def _sum(tape: ExpressionGraph, a: InTurn, b: InTurn) -> InTurn:
+    total = dict(a)
+    for power, node in b.items():
+        total[power] = tape.add(total.get(power, tape.zero), node)
+    return {power: node for power, node in total.items() if node != tape.zero}
+
+
+def _product(tape: ExpressionGraph, a: InTurn, b: InTurn) -> InTurn:
+    total: InTurn = {}
+    for (i, j), x in a.items():
+        for (k, m), y in b.items():
+            xy = tape.mul(x, y)
+            if j + m < 2:
+                total = _sum(tape, total, {(i + k, j + m): xy})
+            else:
+                total = _sum(tape, total, {(i + k, 0): xy, (i + k + 2, 0): tape.neg(xy)})
+    return total
+
+
+def _node(tape: ExpressionGraph, polynomial: InTurn, waves: tuple[Node, Node]) -> Node:
+    cos, sin = waves
+    return tape.sum(
+        tape.mul(node, tape.mul(tape.power(cos, i), tape.power(sin, j)))
+        for (i, j), node in polynomial.items()
+    )

@@ -12,7 +12,8 @@ Dynamics Algorithms, 2008, chapters 3 and 8.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -25,6 +26,7 @@ from kinolab.dynamics.derivation.lowering import Lowering
 from kinolab.dynamics.derivation.newton_euler import NewtonEuler
 from kinolab.dynamics.derivation.symbol_table import SymbolTable
 from kinolab.dynamics.derivation.symbolic_solve import Guards, solve_definite, solve_square
+from kinolab.dynamics.derivation.vectors import Vector
 from kinolab.dynamics.derivation.velocity_coordinates import (
     VelocityCoordinates,
     combine,
@@ -34,6 +36,7 @@ from kinolab.dynamics.derivation.velocity_coordinates import (
     unconstrained_coordinates,
     velocity_coordinates,
 )
+from kinolab.dynamics.language.frames import Frame, Translation
 from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.language.mechanism_parts import (
     atoms_of,
@@ -74,6 +77,11 @@ class Derivation:
         flow: q_dot, length nq.
         projection: The state projected onto constraints and unit spheres; may be empty.
         frames: Rows of [R | p], 12 per body.
+        spins: Angular velocity of each body in its own axes, 3 per body.
+        velocities_of_origins: Of each body, in its own axes, and in those before each of its last
+            turns, which do not move its origin.
+        seats: Where each body's origin is in the axes of each body, bodies * bodies * 3 in [m]; NaN
+            where that is not fixed.
         cables: World positions of both ends of every cable, 6 per cable.
         point_speeds: Upper bound on the speed of each body's points, in [m/s].
         cable_speeds: The same per cable.
@@ -98,6 +106,9 @@ class Derivation:
     flow: tuple[Node, ...]
     projection: tuple[Node, ...]
     frames: tuple[Node, ...]
+    spins: tuple[Node, ...]
+    velocities_of_origins: tuple[tuple[Vector, ...], ...]
+    seats: tuple[Node, ...]
     cables: tuple[Node, ...]
     point_speeds: tuple[Node, ...]
     cable_speeds: tuple[Node, ...]
@@ -203,6 +214,14 @@ class _Derivation:
                 for row, entry in zip(pose.rotation, pose.position, strict=True)
                 for node in (*row, entry)
             ),
+            spins=tuple(node for pose in poses for node in pose.velocity.angular),
+            velocities_of_origins=tuple(
+                tuple(
+                    kinetics.kinematics(frame).velocity.linear for frame in _at_origin(body.frame)
+                )
+                for body in self.system.bodies
+            ),
+            seats=self._seats(kinetics.kinematics, state),
             cables=tuple(node for pair in ends for end in pair for node in end.position),
             point_speeds=tuple(
                 _point_speed(binding, self.system.kept_shapes(body), pose)
@@ -222,6 +241,17 @@ class _Derivation:
             guards=tuple(self.guards.nodes),
             chart_guards=self.chart_guards,
         )
+
+    def _seats(self, kinematics: Kinematics, state: Sequence[Node]) -> tuple[Node, ...]:
+        """Return where origins of bodies are in the axes of bodies, NaN where that changes."""
+        tape, frames, found = self.tape, [body.frame for body in self.system.bodies], list[Node]()
+        nowhere, moving = (tape.constant(math.nan),) * 3, frozenset(state)
+        for frame in frames:
+            for carrier in frames:
+                at = kinematics.place(frame, carrier)
+                fixed = not any(tape.depends_on(node) & moving for node in at)
+                found += at if fixed else nowhere
+        return tuple(found)
 
     def _along(self, chart: VelocityCoordinates, **changes: Any) -> NewtonEuler:
         """Return the mechanics along motions, some parts of which may be other ones."""
@@ -454,6 +484,14 @@ class _Derivation:
         ]
         if mistakes:
             raise InputError(mistakes)
+
+
+def _at_origin(frame: Frame) -> Iterator[Frame]:
+    """Yield a frame, and it without its last turns: all have the same origin."""
+    yield frame
+    while frame.motions and not isinstance(frame.motions[-1], Translation):
+        frame = Frame(frame.motions[:-1])
+        yield frame
 
 
 def _massless_motion(M: np.ndarray) -> list[int]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,6 +19,7 @@ ON_ARRAYS: dict[str, np.ufunc] = {
     "fmax": np.maximum,
 }
 
+TURNED = ("add", "sub", "neg")  # an argument that grows by full turns makes these do so, too
 
 # Of the size of its terms, below which a sum counts as nothing: a root of what is that far below
 # zero is undefined, and a quotient by it has no bound. What cancels in numbers may not in boxes.
@@ -49,6 +50,51 @@ class Formulas:
             operations.append(Operation(made.name, operands, made.value, made.label))
         return cls(tuple(operations), tuple(place[node] for node in outputs))
 
+    def part(self, ends: Iterable[int]) -> Formulas:
+        """Return some of the functions, by their places among the ends."""
+        roots = [self.ends[k] for k in ends]
+        needed, stack = set[int](), list(roots)
+        while stack:
+            if (k := stack.pop()) not in needed:
+                needed.add(k)
+                stack += self.operations[k].operands
+        place = {k: i for i, k in enumerate(sorted(needed))}
+        operations = (
+            self.operations[k]._replace(
+                operands=tuple(place[o] for o in self.operations[k].operands)
+            )
+            for k in place
+        )
+        return Formulas(tuple(operations), tuple(place[k] for k in roots))
+
+    def beside(self, other: Formulas) -> Formulas:
+        """Return these functions, then other ones."""
+        shift = len(self.operations)
+        moved = (
+            operation._replace(operands=tuple(k + shift for k in operation.operands))
+            for operation in other.operations
+        )
+        ends = (*self.ends, *(k + shift for k in other.ends))
+        return Formulas((*self.operations, *moved), ends)
+
+    @property
+    def variables(self) -> set[str]:
+        """Names of what the functions depend on."""
+        return {operation.label for operation in self.operations if operation.label}
+
+    def turns_with(self, variable: str) -> bool:
+        """Whether the functions stay the same when a variable grows by a full turn, for sure.
+
+        It is so where the variable, with terms added to it, is an argument of waves alone.
+        """
+        bare: list[bool] = []  # does it grow by turns with the variable?
+        for operation in self.operations:
+            turned = any(bare[k] for k in operation.operands)
+            bare.append(operation.label == variable or (turned and operation.name in TURNED))
+            if turned and operation.name not in (*TURNED, "sin", "cos", "tan"):
+                return False
+        return not any(bare[k] for k in self.ends)
+
     def __call__(self, values: Mapping[str, Array]) -> list[Array]:
         """Evaluate at values of the variables; a constant's result has shape ()."""
         found: list[Array] = []
@@ -66,6 +112,60 @@ class Formulas:
         """Enclose what they are over boxes of the variables; a constant's has shape ()."""
         found = self._enclosed(values)
         return [found[k] for k in self.ends]
+
+    def enclose_closely(
+        self, values: Mapping[str, IntervalArray], varying: Sequence[str]
+    ) -> tuple[list[IntervalArray], list[Array]]:
+        """Enclose over boxes by the mean value theorem, too: four times as closely in half the box.
+
+        What differs from the value in the middle is at most the sum of derivatives in the box times
+        distances from the middle.
+
+        Args:
+            values: The boxes (m,) of each variable.
+            varying: Names of the variables that differ in them.
+
+        Returns:
+            Enclosures, and how much of their width comes from each of those variables at most,
+            shape (len(varying), m).
+
+        Source: Moore, Kearfott, Cloud, Introduction to Interval Analysis, SIAM 2009, section 6.3.
+        """
+        found = self._enclosed(values)
+        low, high = (
+            np.array([getattr(values[name], end) for name in varying]) for end in ("low", "high")
+        )
+        middle = 0.5 * (low + high)
+        at = dict(values) | dict(zip(varying, map(intervals.point, middle), strict=True))
+        slopes, reach = self._slopes(found, varying), np.maximum(high - middle, middle - low)
+        closer, spreads = [], []
+        for k, value in zip(self.ends, self.enclose(at), strict=True):
+            slope = slopes[k]
+            size = np.zeros_like(reach) if slope is None else slope.magnitude
+            spread = np.where(reach > 0.0, size * reach, 0.0)
+            gap = spread.sum(axis=0) * (1.0 + len(varying) * intervals.ROUNDING)
+            around = intervals.add(value, IntervalArray(-gap, gap))
+            low, high = np.fmax(found[k].low, around.low), np.fmin(found[k].high, around.high)
+            closer.append(IntervalArray(low, high))
+            spreads.append(spread)
+        return closer, spreads
+
+    def _slopes(
+        self, found: Sequence[IntervalArray], varying: Sequence[str]
+    ) -> list[IntervalArray | None]:
+        """Enclose derivatives of operations by some variables, (n, ...); None: all are 0."""
+        slopes: list[IntervalArray | None] = []
+        for (name, operands, _, label), value in zip(self.operations, found, strict=True):
+            slope = None
+            if label in varying:
+                own = np.array([label == variable for variable in varying], dtype=float)
+                slope = intervals.point(own[:, None])
+            for k, operand in enumerate(operands):
+                if (d := slopes[operand]) is not None:
+                    part = intervals.slope_of(name, k, [found[o] for o in operands], value, d)
+                    slope = part if slope is None else intervals.add(slope, part)
+            slopes.append(slope)
+        return slopes
 
     def enclose_with_sizes(
         self, values: Mapping[str, IntervalArray]
