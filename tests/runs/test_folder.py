@@ -26,7 +26,7 @@ from kinolab.cli.versions import Versions
 from kinolab.errors import InputError
 from kinolab.files import write_whole
 from kinolab.runs import (
-    add_diagnosis,
+    add_to_report,
     check_run,
     read_run,
     require_place,
@@ -551,7 +551,7 @@ def test_the_report_of_a_run_that_was_replaced_meanwhile_is_not_written(
         assert not there
     with still_there(tmp_path, second) as there:
         assert there
-    add_diagnosis(tmp_path, first, {"sentences": ["It is too narrow."]})
+    add_to_report(tmp_path, first, {"diagnosis": ["It is too narrow."]})
     assert json.loads((tmp_path / "report.json").read_text()) == second
 
 

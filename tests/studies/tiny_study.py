@@ -75,8 +75,9 @@ def row(index: int, planner: str = "rrt", status: str = "solved", **further: Any
     told: Mapping[str, Any] = {
         "task": f"task {index}", "scenario": "table", "seed": index, "settings": "{}",
         "fixed": "{}", "solved": solved, "checked": None, "iterations": 100, "search": 0.1,
-        "duration": 2.0 if solved else None, "first_duration": None, "goal_distance": 0.05,
-        "clearance": 0.01 if solved else None, "steps": 40 if solved else None, "motion": None,
+        "duration": 2.0 if solved else None, "first_duration": None, "duration_bound": None,
+        "goal_distance": 0.05, "clearance": 0.01 if solved else None,
+        "steps": 40 if solved else None, "motion": None,
         "statistics": "{}", "message": "", "prepare": 0.1, "verify": 0.1, "cpu": 0.5, "wall": 0.75,
         "memory": 150.5, "improvements": [], "began": 1.7e9 + index, "load": 0.5,
         "computer": "aaaaaaaa", "host": "one", "processor": "Some CPU", "cores": 8,

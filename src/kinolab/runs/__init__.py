@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from kinolab.runs.folder import PAGE as PAGE
     from kinolab.runs.folder import PLOT_NAMES as PLOT_NAMES
     from kinolab.runs.folder import Run as Run
-    from kinolab.runs.folder import add_diagnosis as add_diagnosis
+    from kinolab.runs.folder import add_to_report as add_to_report
     from kinolab.runs.folder import check_run as check_run
     from kinolab.runs.folder import read_run as read_run
     from kinolab.runs.folder import replaced_scenario as replaced_scenario

@@ -159,8 +159,8 @@ def still_there(folder: Path, report: Mapping[str, Any]) -> Iterator[bool]:
         yield (folder / "report.json").read_bytes() == _json(report)
 
 
-def add_diagnosis(
-    folder: Path, report: Mapping[str, Any], diagnosis: Mapping[str, Any]
+def add_to_report(
+    folder: Path, report: Mapping[str, Any], found: Mapping[str, Any]
 ) -> dict[str, Any]:
     """Write the report of a run once more, with what was found out since, and return it.
 
@@ -169,9 +169,9 @@ def add_diagnosis(
     Args:
         folder: Of the run, whose other files stay.
         report: As ``write_run`` returned it.
-        diagnosis: What is added to its ``diagnosis``.
+        found: Values of its keys.
     """
-    whole = {**report, "diagnosis": {**report["diagnosis"], **diagnosis}}
+    whole = {**report, **found}
     with still_there(folder, report) as there:
         if there:
             write_whole(folder / "report.json", _json(whole))

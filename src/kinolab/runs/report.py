@@ -48,6 +48,7 @@ def report_of(
         "statistics": plan.statistics,
         "notes": list(problem.notes),
         "warnings": [*problem_warnings(problem), *plan.warnings],
+        "duration_bound": None,
         "diagnosis": {"rejections": plan.rejections},
         "certificate": certified,
         "assets": {name: digest_of(content) for name, content in assets.items()},

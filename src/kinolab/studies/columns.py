@@ -65,6 +65,7 @@ COLUMNS = (
     ),
     Column("iterations", "whole", "of the search"),
     Column("duration", "number", "of the motion, in s"),
+    Column("duration_bound", "number", "below which no plan's is, proved, in s; 0: unknown"),
     Column("first_duration", "number", "of the first verified motion, in s"),
     Column("goal_distance", "number", "norm of the goal errors at the end, in SI units"),
     Column("clearance", "number", "smallest, in m"),

@@ -92,9 +92,10 @@ class SearchOrder(WorkOrder):
 
     def work(self, folder: Path) -> Answer:
         """Search, verify, and return what a row says of it."""
-        begun = time.perf_counter(), time.process_time()
+        begun, problem = (time.perf_counter(), time.process_time()), None
         try:
-            told = self._searched(_problem(folder, self.overrides))
+            problem = _problem(folder, self.overrides)
+            told = self._searched(problem)
         except MemoryError:
             told = {"status": "out_of_memory", "message": "it ran out of memory."}
         except KinolabError as error:
@@ -102,6 +103,10 @@ class SearchOrder(WorkOrder):
         except Exception:
             told = {"status": "crashed", "message": traceback.format_exc(limit=-3)}
         ended = time.perf_counter(), time.process_time()
+        if problem and told["status"] == "solved":
+            from kinolab.verification.lower_bound import duration_bound
+
+            told["duration_bound"] = duration_bound(problem).seconds
         return {**told, "wall": ended[0] - begun[0], "cpu": ended[1] - begun[1]}
 
     def _searched(self, problem: PlanningTask) -> Answer:

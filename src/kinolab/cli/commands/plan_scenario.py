@@ -7,6 +7,7 @@ import sys
 import webbrowser
 from collections.abc import Iterator
 from contextlib import ExitStack, redirect_stdout
+from dataclasses import asdict
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -92,7 +93,7 @@ def command(
     """Plan a scenario."""
     from kinolab.api import load
     from kinolab.concurrency.processors import processors
-    from kinolab.runs import PAGE, require_place, written_at
+    from kinolab.runs import PAGE, add_to_report, require_place, written_at
     from kinolab.solve.plan_summary import summary
 
     if live and jobs > 1:
@@ -107,10 +108,7 @@ def command(
     folder = out or Path("runs") / problem.name
     require_place(folder)
     earlier = written_at(folder)
-    for note in problem.notes:
-        progress(f"note: {note}", lasting=not quiet)
-    for warning in _warnings(problem, folder):
-        progress(f"warning: {warning}", lasting=True)
+    _warn(problem, folder, progress, quiet=quiet)
     with (
         compiled_ahead(),
         progress.compiling(),
@@ -144,6 +142,7 @@ def command(
         progress.close()
         if not as_json:
             _say(summary(problem, found, report["diagnosis"].get("sentences", ())))
+        bounds = _bound(problem, found, progress, quiet=as_json)
         early = (
             INTERRUPTS.seen and not complete
         )  # the command may be ended before the film is there
@@ -153,6 +152,7 @@ def command(
             progress("drawing the film")
         kept = complete or versions.wait_for_film()
     progress.close()
+    report = add_to_report(folder, report, bounds) if bounds else report
     if not kept:
         progress(f"warning: another run was written into {folder} meanwhile.", lasting=True)
     if not early and (kept or as_json):
@@ -171,6 +171,14 @@ def _live_page(
     opened.enter_context(progress.heard(page.say))
     progress(f"live on {page.address}", lasting=True)
     return page, browser and webbrowser.open(page.address)
+
+
+def _warn(problem: PlanningTask, folder: Path, progress: Progress, *, quiet: bool) -> None:
+    """Say what one should know before a search."""
+    for note in problem.notes:
+        progress(f"note: {note}", lasting=not quiet)
+    for warning in _warnings(problem, folder):
+        progress(f"warning: {warning}", lasting=True)
 
 
 def _warnings(problem: PlanningTask, folder: Path) -> Iterator[str]:
@@ -297,10 +305,27 @@ def _diagnose(
 ) -> dict[str, Any]:
     """Diagnose why no plan was found; return the report with the diagnosis."""
     from kinolab.analyze.diagnose import diagnose
-    from kinolab.runs import add_diagnosis
+    from kinolab.runs import add_to_report
 
     with redirect_stdout(sys.stderr):  # keep output of user planners out of the result
         diagnosis = diagnose(problem, found, progress=progress)
     INTERRUPTS.raise_if_seen()
     with INTERRUPTS.writing():
-        return add_diagnosis(folder, report, diagnosis.to_json())
+        whole = {**report["diagnosis"], **diagnosis.to_json()}
+        return add_to_report(folder, report, {"diagnosis": whole})
+
+
+def _bound(
+    problem: PlanningTask, found: PlanResult, progress: Progress, *, quiet: bool
+) -> dict[str, Any]:
+    """Prove how long every plan takes at least, and say so; return what the report says of it."""
+    if found.status != "solved" or found.trajectory is None or INTERRUPTS.seen:
+        return {}
+    from kinolab.verification.lower_bound import duration_bound
+
+    progress("proving how long every plan takes at least")
+    bound = duration_bound(problem)
+    progress.close()
+    if not quiet:
+        _say(f"  {bound.sentence(found.trajectory.duration)}")
+    return {"duration_bound": asdict(bound)}
