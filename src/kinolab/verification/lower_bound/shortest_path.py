@@ -79,8 +79,8 @@ def sees(blocked, points, k, done, seen):  # type: ignore[no-untyped-def]
     """Say which points (n, 2) one of them sees past blocked squares, but for those that are done.
 
     Args:
-        blocked: Which squares of a grid, whose border is open.
-        points: In units of a square.
+        blocked: Which squares of a grid, whose border is open, shape (nx, ny).
+        points: In units of a square, shape (n, 2).
         k: Which of the points looks.
         done: Which are not looked at, shape (n,).
         seen: Written, shape (n,).
@@ -93,7 +93,13 @@ def sees(blocked, points, k, done, seen):  # type: ignore[no-untyped-def]
 
 @kernel
 def line_is_open(blocked, x0, y0, x1, y1):  # type: ignore[no-untyped-def]
-    """Say whether a line enters no blocked square by more than ``GRAZED``."""
+    """Say whether a line enters no blocked square by more than ``GRAZED``.
+
+    Args:
+        blocked: Which squares of a grid, shape (nx, ny).
+        x0, y0: Where the line begins, in units of a square.
+        x1, y1: Where it ends.
+    """
     steep = abs(y1 - y0) > abs(x1 - x0)
     if steep:
         x0, y0, x1, y1 = y0, x0, y1, x1
