@@ -51,7 +51,8 @@ def free_way(
         return 0.0
     ends = np.array([start[:2], low[:2], high[:2]])
     blocked, first, edge = blocked_squares(problem, solids, float(start[2]), ends)
-    own, below, above = np.floor((ends - first) / edge).astype(int)
+    last = np.array(blocked.shape) - 1  # a goal may reach beyond the world
+    own, below, above = np.clip(np.floor((ends - first) / edge).astype(int), 0, last)
     blocked[own[0], own[1]] = False
     blocked[below[0] : above[0] + 1, below[1] : above[1] + 1] = False  # the way to the middle
     middle = 0.5 * (ends[1] + ends[2])
