@@ -21,7 +21,7 @@ from kinolab.solve import make_planner
 from kinolab.solve.improve import SEARCHES_PER_WAY, PlanImprover, _expected_gain
 from kinolab.solve.incumbent import Incumbent
 from kinolab.solve.plan import Request
-from kinolab.solve.ways import Way
+from kinolab.solve.refinement import Refinement
 from kinolab.trajectory import Trajectory
 from tests.support import OPEN, problem_of
 
@@ -69,7 +69,7 @@ class Race:
     given: list[Trajectory]
     turns: Counter[int]
 
-    def shortened(self, work: float) -> list[Way]:
+    def shortened(self, work: float) -> list[Refinement]:
         """Shorten them with so many seconds of work; return them, the shortest last."""
         plan = self.problem.solve("rrt_fast", seed=1, optimize=False)
         asked = Request(None, time_limit=100.0)
@@ -149,5 +149,8 @@ def test_what_further_starts_may_gain_follows_from_the_spread(
     remaining = Budget(
         spent + 3.0 if spent == 3.0 else spent + 13.0 / 3.0, started=0.0, clock=lambda: spent
     )
-    ways = [Way(incumbent, standing(problem, duration), remaining) for duration in (*others, 10.0)]
+    ways = [
+        Refinement(incumbent, standing(problem, duration), remaining)
+        for duration in (*others, 10.0)
+    ]
     assert _expected_gain(ways, remaining) == pytest.approx(expected)

@@ -23,8 +23,8 @@ from kinolab.scenario import Effort, improvement_seconds
 from kinolab.search import AbstractPlanner, Budget
 from kinolab.solve.incumbent import Incumbent
 from kinolab.solve.plan import CENTRE_TOLERANCE, REFUSED, PlanResult, Request
+from kinolab.solve.refinement import Refinement
 from kinolab.solve.starts import Starts
-from kinolab.solve.ways import Way
 from kinolab.trajectory import Trajectory
 
 # of the time limit, for repairing a motion that the verifier rejects
@@ -146,13 +146,13 @@ class PlanImprover:
             remaining = Budget(seconds, clock=lambda: work.seconds, cancelled=cancelled)
             if patience <= 0.0:  # a plan found late is made exact, and no more
                 remaining.cancelled = incumbent.cancelled
-                Way(incumbent, first, remaining).end()
+                Refinement(incumbent, first, remaining).end()
                 return 0
             starts = Starts(incumbent, self.searcher, remaining, self.watch)
             alone = refused or self.request.anytime
             ways = self._halved([first] if alone else self._several(first, starts), remaining)
             if ways[-1].given is not first and incumbent.best.goal_distance > CENTRE_TOLERANCE:
-                self._finish(Way(incumbent, first, remaining))  # it may end in the centre
+                self._finish(Refinement(incumbent, first, remaining))  # it may end in the centre
             unmended = refused and incumbent.best.status == REFUSED
             if not (self.request.anytime or unmended):
                 self._start_again(starts, ways)
@@ -167,7 +167,7 @@ class PlanImprover:
         several times as long as another way shorter than that one.
         """
         remaining, work, incumbent = starts.remaining, self._incumbent.search_work, self._incumbent
-        Way(incumbent, first, remaining).offer_exact()
+        Refinement(incumbent, first, remaining).offer_exact()
         found = [first, starts.bounded(0, first.duration) or first]
         ways, enough = 1, work + SECONDS_PER_STEP * first.duration / self.problem.step
         while remaining.unspent >= 2 * ways * (math.log2(2 * ways) + 1) * enough:
@@ -183,7 +183,7 @@ class PlanImprover:
             return motions[:ways]
         if incumbent.beaten_by(motions[0]) and not incumbent.take(motions[0], "search"):
             return [first]
-        Way(incumbent, motions[0], remaining).offer_exact()
+        Refinement(incumbent, motions[0], remaining).offer_exact()
         return motions[:ways]
 
     def _on_short_ways(self, motions: list[Trajectory]) -> list[Trajectory]:
@@ -193,10 +193,10 @@ class PlanImprover:
         short = [motion for motion, way in zip(motions, ways, strict=True) if way <= shortest]
         return sorted(short, key=lambda motion: motion.duration)
 
-    def _halved(self, motions: Sequence[Trajectory], remaining: Budget) -> list[Way]:
+    def _halved(self, motions: Sequence[Trajectory], remaining: Budget) -> list[Refinement]:
         """Shorten motions by sequential halving; return all of them, the shortest last."""
-        left = [Way(self._incumbent, motion, remaining) for motion in motions]
-        dropped: list[Way] = []
+        left = [Refinement(self._incumbent, motion, remaining) for motion in motions]
+        dropped: list[Refinement] = []
         rounds, work = math.log2(len(left)) + 1, remaining.unspent
         while len(left) > 1:
             for way in left:
@@ -207,13 +207,13 @@ class PlanImprover:
         self._finish(left[0])
         return [*dropped, left[0]]
 
-    def _finish(self, way: Way) -> None:
+    def _finish(self, way: Refinement) -> None:
         """Shorten a motion to the end, and make it end in the goal's centre."""
         way.go_on()
         way.end()
         self._learn(way.given.duration / way.shortest.duration)
 
-    def _start_again(self, starts: Starts, ways: list[Way]) -> None:
+    def _start_again(self, starts: Starts, ways: list[Refinement]) -> None:
         """Improve motions of further searches while they may be expected to gain something.
 
         Each is given up where it is longer than the best way's motion was after as much work.
@@ -232,7 +232,7 @@ class PlanImprover:
             incumbent.take(found, "search")
             if not (arm.any_length or self._promises(found.duration)):
                 continue
-            way = Way(incumbent, found, remaining)
+            way = Refinement(incumbent, found, remaining)
             way.race(best, SECONDS_PER_STEP * found.duration / self.problem.step)
             if way.over:
                 self._finish(way)
@@ -241,7 +241,7 @@ class PlanImprover:
             ways.insert(len(ways) if won else 0, way)
 
 
-def _expected_gain(ways: Sequence[Way], remaining: Budget) -> float:
+def _expected_gain(ways: Sequence[Refinement], remaining: Budget) -> float:
     """Return the fraction by which further starts may be expected to shorten the best motion.
 
     The shortest of n durations, drawn alike, is expected to be beaten by one of m more with

@@ -199,7 +199,6 @@ class GuessOptions:
     odds: tuple[float, ...] = setting((0.4, 0.1, 0.25, 0.25), meaning="And of a detour.")
     roadmap_states: int = setting(500, meaning="Free configurations of a roadmap.")
     roadmap_draws: int = setting(64, meaning="Of which so many are drawn at a time.")
-    roadmap_gap: float = setting(0.1, meaning="Of a path's duration, around what others avoid.")
     tight_samples: int = setting(60, meaning="Of a motion whose path is pulled tight.")
     tight_rounds: int = setting(3, meaning="Of shortcuts that do that.")
     max_branches: tuple[int, int] = setting((600, 2500), meaning="Of trees, and for short paths.")

@@ -10,10 +10,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from kinolab.concurrency.cancel import CancelledError
+from kinolab.concurrency.cancel import CancelledError, never_cancelled
 from kinolab.problem import PlanningTask
+from kinolab.trajectory import Trajectory
 from kinolab.trajopt.multistart.geometric_path import GeometricPaths
 from kinolab.trajopt.multistart.guesses import Guesses
+from kinolab.trajopt.multistart.lazy_roadmap import LazyRoadmap, least_durations
 from tests.support import problem_of
 
 Array = NDArray[np.float64]
@@ -238,3 +240,60 @@ def between(way: Array) -> Array:
     """Return many states on a way, quaternions on chords."""
     parts = np.linspace(0.0, 1.0, 30)[:, None]
     return np.vstack([a + parts * (b - a) for a, b in pairwise(way)])
+
+
+# --- roadmaps ---
+
+
+def shortest(problem: PlanningTask, seed: int) -> Array | None:
+    generator = np.random.default_rng(seed)
+    paths, guesses = GeometricPaths(problem, generator), Guesses(problem, generator)
+    ends = np.stack([problem.start, goal_of(problem)])
+    return LazyRoadmap(problem, paths, guesses.leg_times, ends, never_cancelled).path()
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize(
+    ("doors", "least"), [(("near",), 2.0), (("far",), 7.52), (("near", "far"), 2.0)]
+)
+def test_a_roadmap_has_about_the_shortest_way(
+    doors: tuple[str, ...], least: float, seed: int, tmp_path: Path
+) -> None:
+    """The centre comes no nearer to a door's edge than half the robot's width, 0.125 m.
+
+    So the way through the far door takes 2 hypot(1, 3.625) = 7.52 m at least, the near way 2 m.
+    """
+    way = shortest(hall(tmp_path, *doors), seed)
+    assert way is not None
+    assert door(way) == doors[0]
+    assert least - 1e-9 <= length(way) <= 1.25 * least
+
+
+def test_the_same_random_numbers_give_the_same_way(tmp_path: Path) -> None:
+    problem = hall(tmp_path, "near", "far")
+    one, other = (shortest(problem, 3) for _ in range(2))
+    assert one is not None
+    assert other is not None
+    assert np.array_equal(one, other)
+
+
+def test_a_roadmap_finds_no_way_where_there_is_none(tmp_path: Path) -> None:
+    assert shortest(hall(tmp_path), 1) is None
+
+
+@pytest.mark.parametrize(("name", "least"), [("near", 2.0), ("far", 7.52)])
+def test_a_detour_counts_as_long_as_it_is_when_pulled_tight(
+    name: str, least: float, tmp_path: Path
+) -> None:
+    """At 0.5 m/s in each direction of the plane: a diagonal takes as long as its longer side."""
+    problem, far = hall(tmp_path, name), name == "far"
+    y = 5.0 if far else 1.4
+    corners = [(1.0, 1.0), (0.6, 3.0), (1.2, y), (2.0, y), (2.8, y), (3.4, 4.0), (3.0, 1.0)]
+    x = np.zeros((len(corners), problem.model.nx))
+    x[:, :2] = corners
+    x = np.array([a + s * (b - a) for a, b in pairwise(x) for s in np.linspace(0.0, 1.0, 12)])
+    t, u = np.linspace(0.0, 1.0, len(x)), np.zeros((len(x) - 1, problem.model.nu))
+    names = problem.model.state_names, problem.model.control_names
+    (taken,) = least_durations(problem, [Trajectory(t, x, u, *names)])
+    longer_sides = 2 * 3.625 if far else 2.0  # [m]
+    assert longer_sides / 0.5 <= taken <= 1.25 * least / 0.475  # rates are drawn at random

@@ -29,10 +29,10 @@ from kinolab.simulation.reference import trajectory_under
 from kinolab.trajectory import Trajectory
 from kinolab.trajopt.exact import make_exact
 from kinolab.trajopt.minimum_time import minimize_time
-from kinolab.trajopt.multistart.diverse_paths import DiversePaths
 from kinolab.trajopt.multistart.geometric_path import GeometricPaths
 from kinolab.trajopt.multistart.guesses import Guesses
 from kinolab.trajopt.multistart.headings import turned_along, turned_for_requirements
+from kinolab.trajopt.multistart.lazy_roadmap import LazyRoadmap
 from kinolab.trajopt.multistart.rest_to_rest import along_corners
 from kinolab.trajopt.nlp.decision import Knots
 from kinolab.trajopt.nlp.dynamics_constraint import refined, repeatable
@@ -146,7 +146,7 @@ class Multistart:
         self._count, self._below, self._most = 0, below, math.inf
         self._least = 0.0  # [s] for which a path was sought in vain
         self._straight: tuple[Array, bool] | None = None  # where it ends, and whether it is free
-        self._ways: tuple[Array, DiversePaths] | None = None  # where they end
+        self._roadmap: tuple[Array, LazyRoadmap] | None = None  # where it ends
 
     def prepare(self) -> None:
         """Warm up: compile and load all that a guess needs, by solving a short one.
@@ -268,7 +268,7 @@ class Multistart:
             self._straight = end, self._geometric_paths.is_free(begin, end)
         straight = self._straight[1]
         if turning == GUESS.turning[0] or not (straight or math.isnan(turning)):
-            path = None if straight else self._another_way(begin, end)
+            path = self._shortest_path(begin, end) if self._count % 2 and not straight else None
             if path is not None and self._guesses.quickest(path) < self._below:
                 return path
             branches = GUESS.max_branches[math.isfinite(self._below)]
@@ -278,19 +278,18 @@ class Multistart:
             self._least = max(self._least, self._most)
         return self._guesses.winding()
 
-    def _another_way(self, begin: Array, end: Array) -> Array | None:
-        """Return a short path from a roadmap: each way comes half as often as a shorter one."""
-        if self._ways is None or not np.array_equal(self._ways[0], end):
-            ways = DiversePaths(
+    def _shortest_path(self, begin: Array, end: Array) -> Array | None:
+        """Return the shortest path of a roadmap between two states."""
+        if self._roadmap is None or not np.array_equal(self._roadmap[0], end):
+            roadmap = LazyRoadmap(
                 self._problem,
                 self._geometric_paths,
                 self._guesses.leg_times,
                 np.stack([begin, end]),
-                self._generator,
                 self._cancelled,
             )
-            self._ways = end, ways
-        return self._ways[1].path((self._count & -self._count).bit_length() - 1)
+            self._roadmap = end, roadmap
+        return self._roadmap[1].path()
 
     def _short_enough(self, paths: Array) -> NDArray[np.bool_]:
         return np.asarray(self._guesses.least_times(paths) <= self._most)

@@ -27,7 +27,7 @@ MAX_REFUSALS = 2  # shorter motions that the verifier refuses before others are 
 
 
 @dataclass
-class Way:
+class Refinement:
     """A motion, and what has been made of it.
 
     Attributes:
@@ -74,7 +74,7 @@ class Way:
             incumbent.take(self.shortest, "shorten")
         return self.shortest
 
-    def race(self, other: Way, work: float) -> None:
+    def race(self, other: Refinement, work: float) -> None:
         """Go on, after some work as long as it is no longer than another way's motion then was.
 
         Args:

@@ -1,12 +1,10 @@
-"""Short geometric paths that go different ways round obstacles, from a lazy roadmap.
+"""Short geometric paths round obstacles, from a lazy roadmap.
 
 The roadmap joins random free configurations to their nearest ones, as many as PRM* asks for. Edges
-are checked only where a shortest path would take them. After a path has been found, configurations
-around one of its places are left out, so that the next one goes elsewhere.
+are checked only where a shortest path would take them.
 
 Sources: Bohlin, Kavraki, Path planning using lazy PRM, ICRA 2000; Karaman, Frazzoli, Sampling-based
-algorithms for optimal motion planning, IJRR 30(7), 2011 (the number of neighbours); Voss, Moll,
-Kavraki, A heuristic approach to finding diverse short paths, ICRA 2015.
+algorithms for optimal motion planning, IJRR 30(7), 2011 (the number of neighbours).
 """
 
 from __future__ import annotations
@@ -35,9 +33,9 @@ GRAPH_SECONDS = (
 
 
 def least_durations(problem: PlanningTask, motions: Sequence[Trajectory]) -> list[float]:
-    """Return about how long motions take at least if they stay on their ways, in [s].
+    """Return about how long motions take at least when shortcuts are taken, in [s].
 
-    Their paths are pulled tight by random shortcuts, and gone along at the largest rates.
+    Paths are pulled tight by random shortcuts, and gone along at the largest rates.
     """
     generator = np.random.default_rng(0)
     guesses, paths = Guesses(problem, generator), GeometricPaths(problem, generator)
@@ -51,15 +49,14 @@ def least_durations(problem: PlanningTask, motions: Sequence[Trajectory]) -> lis
     return least
 
 
-class DiversePaths:
-    """Short paths between two states, each of which goes another way than those before.
+class LazyRoadmap:
+    """A roadmap between two states.
 
     Args:
         problem: The planning problem.
         paths: What is free, and shortens paths.
         times: Returns the least times in [s] for legs of paths, shape (..., m, nx), (..., m - 1).
         ends: First and last state, shape (2, nx).
-        generator: Random number generator.
         stop: Cancellation token; cancelling raises a CancelledError.
     """
 
@@ -69,30 +66,25 @@ class DiversePaths:
         paths: GeometricPaths,
         times: Callable[[Array], Array],
         ends: Array,
-        generator: np.random.Generator,
         stop: CancellationToken,
     ) -> None:
         self._space, self._paths, self._times, self._stop = problem.space, paths, times, stop
-        self._generator, self._found = generator, list[Array]()
         self._x = np.vstack([ends, *self._drawn(ends)])
         # Neighbours, as PRM* has them: e (1 + 1/d) log n.
         count = math.ceil(math.e * (1 + 1 / problem.model.nq) * math.log(len(self._x)))
         self._edges, self._costs = self._nearest(count)
         self._free: dict[tuple[int, int], bool] = {}
 
-    def path(self, k: int) -> Array | None:
-        """Return the k-th path, shape (m, nx), the shortest ones first; None if there is none.
+    def path(self) -> Array | None:
+        """Return the shortest free path, with random shortcuts, shape (m, nx); None without one.
 
         Raises:
             CancelledError: If the search is cancelled.
         """
-        while len(self._found) <= k:
-            nodes = self._shortest()
-            if nodes is None:
-                return None
-            self._found.append(self._paths.shorter(self._space.continuous(self._x[nodes])))
-            self._leave_out(nodes)
-        return self._found[k]
+        nodes = self._shortest()
+        return (
+            None if nodes is None else self._paths.shorter(self._space.continuous(self._x[nodes]))
+        )
 
     def _drawn(self, ends: Array) -> list[Array]:
         """Return random free states near the ends' attitudes, (nx,) each."""
@@ -135,12 +127,9 @@ class DiversePaths:
             blocked = [e for e in pairwise(nodes) if not self._is_free(e)]
             if not blocked:
                 return nodes[::-1]
-            n = len(self._x)
-            gone = np.sort(blocked) @ (n, 1)
-            self._keep(np.isin(self._edges @ (n, 1), gone, invert=True))
-
-    def _keep(self, edges: NDArray[np.bool_]) -> None:
-        self._edges, self._costs = self._edges[edges], self._costs[edges]
+            gone = np.sort(blocked) @ (len(self._x), 1)
+            left = np.isin(self._edges @ (len(self._x), 1), gone, invert=True)
+            self._edges, self._costs = self._edges[left], self._costs[left]
 
     def _is_free(self, edge: tuple[int, int]) -> bool:
         pair = min(edge), max(edge)
@@ -148,13 +137,3 @@ class DiversePaths:
             begin, end = self._x[[*pair]]
             self._free[pair] = self._paths.is_free(begin, self._space.nearest(begin, end))
         return self._free[pair]
-
-    def _leave_out(self, nodes: list[int]) -> None:
-        """Leave out the states around one of a path's inner ones; all, if it goes straight on."""
-        away = np.zeros(len(self._x), dtype=bool)
-        if len(nodes) > 2:
-            whole = float(self._times(self._space.continuous(self._x[nodes])).sum())
-            times = self._times_from(self._x[self._generator.choice(nodes[1:-1])])
-            away = times > GUESS.roadmap_gap * whole
-            away[:2] = True
-        self._keep(away[self._edges[:, 0]] & away[self._edges[:, 1]])
