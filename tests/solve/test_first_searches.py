@@ -146,11 +146,8 @@ def test_what_further_starts_may_gain_follows_from_the_spread(
     problem = race.problem
     plan = problem.solve("rrt_fast", seed=1, optimize=False)
     incumbent = Incumbent(problem, plan, Budget(100.0), float)
-    remaining = Budget(
-        spent + 3.0 if spent == 3.0 else spent + 13.0 / 3.0, started=0.0, clock=lambda: spent
-    )
-    ways = [
-        Refinement(incumbent, standing(problem, duration), remaining)
-        for duration in (*others, 10.0)
-    ]
+    left = 3.0 if spent == 3.0 else 13.0 / 3.0  # [s]
+    remaining = Budget(spent + left, started=0.0, clock=lambda: spent)
+    motions = [standing(problem, duration) for duration in (*others, 10.0)]
+    ways = [Refinement(incumbent, motion, remaining) for motion in motions]
     assert _expected_gain(ways, remaining) == pytest.approx(expected)
