@@ -268,7 +268,8 @@ class Multistart:
             self._straight = end, self._geometric_paths.is_free(begin, end)
         straight = self._straight[1]
         if turning == GUESS.turning[0] or not (straight or math.isnan(turning)):
-            path = self._shortest_path(begin, end) if self._count % 2 and not straight else None
+            short = bool(self._count % 2) and math.isfinite(self._below)
+            path = self._shortest_path(begin, end) if short and not straight else None
             if path is not None and self._guesses.quickest(path) < self._below:
                 return path
             branches = GUESS.max_branches[math.isfinite(self._below)]
