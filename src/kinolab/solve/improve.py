@@ -188,6 +188,8 @@ class PlanImprover:
 
     def _on_short_ways(self, motions: list[Trajectory]) -> list[Trajectory]:
         """Return motions whose ways are about as short as the shortest one, by their durations."""
+        if len(motions) == 1:
+            return motions
         ways = trajopt.least_durations(self.problem, motions)
         shortest = (1.0 + ALIKE) * min(ways)
         short = [motion for motion, way in zip(motions, ways, strict=True) if way <= shortest]
@@ -236,7 +238,7 @@ class PlanImprover:
             way.race(best, SECONDS_PER_STEP * found.duration / self.problem.step)
             if way.over:
                 self._finish(way)
-            won = way.over and way.shortest.duration < before
+            won = self._shortest < before  # verified
             arm.rewards += won
             ways.insert(len(ways) if won else 0, way)
 

@@ -143,9 +143,8 @@ def command(
         if not as_json:
             _say(summary(problem, found, report["diagnosis"].get("sentences", ())))
         bounds = _bound(problem, found, progress, quiet=as_json)
-        early = (
-            INTERRUPTS.seen and not complete
-        )  # the command may be ended before the film is there
+        # The command may be ended before the film is there.
+        early = INTERRUPTS.seen and not complete
         if early:
             say_place()
         if not complete:

@@ -27,9 +27,7 @@ from kinolab.trajopt.multistart.geometric_path import GeometricPaths
 from kinolab.trajopt.multistart.guesses import Guesses
 from kinolab.trajopt.options import GUESS
 
-GRAPH_SECONDS = (
-    2e-7  # [s] of work for an edge in a search for a shortest path, as ``charge`` counts
-)
+GRAPH_SECONDS = 2e-7  # [s] of work for an edge in a search for a shortest path
 
 
 def least_durations(problem: PlanningTask, motions: Sequence[Trajectory]) -> list[float]:
@@ -82,9 +80,9 @@ class LazyRoadmap:
             CancelledError: If the search is cancelled.
         """
         nodes = self._shortest()
-        return (
-            None if nodes is None else self._paths.shorter(self._space.continuous(self._x[nodes]))
-        )
+        if nodes is None:
+            return None
+        return self._paths.shorter(self._space.continuous(self._x[nodes]))
 
     def _drawn(self, ends: Array) -> list[Array]:
         """Return random free states near the ends' attitudes, (nx,) each."""
