@@ -20,6 +20,7 @@ import pytest
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import kinolab
+from kinolab.dynamics.codegen.methods import METHODS
 from kinolab.files import FileLock
 from kinolab.problem import PlanningTask
 from kinolab.solve import PlanResult
@@ -62,6 +63,18 @@ class Solver(Protocol):
     """Solves a built-in scenario, each only once."""
 
     def __call__(self, name: str) -> Solved: ...
+
+
+@pytest.fixture(autouse=True)
+def _methods_of_one_test() -> Iterator[None]:
+    """Methods of integration that a test adds, or that a scenario it reads brings, end with it.
+
+    Machines that are made later would have them, and so would their pages.
+    """
+    before = dict(METHODS)
+    yield
+    for name in METHODS.keys() - before:
+        del METHODS[name]
 
 
 @pytest.fixture(scope="session", autouse=True)

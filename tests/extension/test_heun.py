@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -43,10 +42,8 @@ b = [0.5, 0.5]
 
 
 @pytest.fixture(autouse=True)
-def known() -> Iterator[None]:
+def known() -> None:
     add_method(HEUN)
-    yield
-    METHODS.pop(HEUN.name)
 
 
 @pytest.fixture
