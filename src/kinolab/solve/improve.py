@@ -172,13 +172,17 @@ class PlanImprover:
         ways, enough = 1, work + SECONDS_PER_STEP * first.duration / self.problem.step
         while remaining.unspent >= 2 * ways * (math.log2(2 * ways) + 1) * enough:
             ways *= 2
-        found.append(starts.guessed(0, found[-1].duration) or first)
+        guess = None
+        if remaining.unspent >= 2 * enough:  # else it would leave too little for shortening
+            guess = starts.guessed(0, found[-1].duration)
         most = int(SEARCH_FRACTION * remaining.unspent / work)
         while starts.made < min(SEARCHES_PER_WAY * ways, most):
             starts.made += 1
             shortest = min(motion.duration for motion in found)
             found.append(starts.searched(starts.made, shortest) or first)
-        motions = self._on_short_ways([*{id(one): one for one in found}.values()])
+        motions = sorted({id(one): one for one in found}.values(), key=lambda one: one.duration)
+        if guess is not None:
+            motions = self._on_short_ways([motions[0], guess])
         if motions[0] is first:
             return motions[:ways]
         if incumbent.beaten_by(motions[0]) and not incumbent.take(motions[0], "search"):
@@ -188,8 +192,6 @@ class PlanImprover:
 
     def _on_short_ways(self, motions: list[Trajectory]) -> list[Trajectory]:
         """Return motions whose ways are about as short as the shortest one, by their durations."""
-        if len(motions) == 1:
-            return motions
         ways = trajopt.least_durations(self.problem, motions)
         shortest = (1.0 + ALIKE) * min(ways)
         short = [motion for motion, way in zip(motions, ways, strict=True) if way <= shortest]
