@@ -18,6 +18,7 @@ from kinolab.search import Budget
 from kinolab.settings import settings_of
 from kinolab.simulation import Propagator
 from kinolab.solve import PlanResult
+from tests.conftest import SLOWEST
 from tests.search.plugins.authors import Installer, install
 from tests.support import OPEN, ROOT, problem_of
 
@@ -85,7 +86,7 @@ def test_the_commands_of_the_page_work(home: Path, capsys: pytest.CaptureFixture
     scenarios = (ROOT / "docs" / "scenarios.md").read_text("utf-8")
     (home / "crate.toml").write_text(scenarios.split("```toml\n")[1].split("```")[0])
     for arguments in searches:
-        assert cli.run([*arguments, *SILENT]) == 0
+        assert cli.run([*arguments, *SILENT, f"--time-limit={SLOWEST}"]) == 0
     assert (home / "runs" / "crate" / "assets" / "greedy.py").is_file()
     capsys.readouterr()
     assert lists

@@ -10,7 +10,7 @@ import pytest
 import kinolab
 from benchmarks.exact_optima import reeds_shepp_cars
 from kinolab.dynamics import Body, Rate, System, length, move
-from kinolab.trajopt.multistart.two_trees import TwoTrees, reversal
+from kinolab.trajopt.multistart.two_trees import TwoTrees, luby, reversal
 from tests.support import ROOT
 
 BAY = ROOT / "benchmarks" / "trailers" / "baggage_bay.toml"
@@ -70,6 +70,12 @@ def test_guesses_begin_at_the_start_and_end_in_the_goal() -> None:
         assert knots.h == pytest.approx(block * problem.step)
         assert knots.x[0] == pytest.approx(problem.start)
         assert problem.goal_excess(knots.x[-1]) < 1e-6
+
+
+def test_trees_restart_as_luby_says() -> None:
+    """The sequence as its authors print it."""
+    printed = [1, 1, 2, 1, 1, 2, 4, 1, 1, 2, 1, 1, 2, 4, 8, 1]
+    assert [luby(k) for k in range(1, 17)] == printed
 
 
 def test_inputs_that_run_a_motion_backward_keep_the_curvature() -> None:

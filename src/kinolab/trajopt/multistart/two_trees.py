@@ -58,6 +58,19 @@ def reversal(problem: PlanningTask) -> Array | None:
     return None
 
 
+def luby(k: int) -> int:
+    """Return the k-th of 1, 1, 2, 1, 1, 2, 4, 1, 1, 2, 1, 1, 2, 4, 8, ... (k = 1, 2, ...).
+
+    Restarts of such lengths take at most a logarithm more than the best lengths, were they known.
+
+    Source: Luby, Sinclair, Zuckerman, Optimal speedup of Las Vegas algorithms, Information
+    Processing Letters 47, 1993.
+    """
+    while k & (k + 1):  # not the last one of a doubled sequence
+        k -= (1 << (k.bit_length() - 1)) - 1
+    return (k + 1) // 2
+
+
 class TwoTrees:
     """Guesses that lead from the start into the goal but for one gap.
 
@@ -77,7 +90,7 @@ class TwoTrees:
     ) -> None:
         self._problem, self._signs = problem, signs
         self._generator, self._cancelled = generator, cancelled
-        self._iterations = float(GUESS.tree_iterations)
+        self._grown_pairs = 0
 
     def prepare(self, end: Array) -> None:
         """Compile and load what trees from the start and from an end, shape (nx,), need."""
@@ -88,14 +101,14 @@ class TwoTrees:
         """Grow two new trees; yield guesses and their steps of the problem per knot interval.
 
         Pairs of nodes come by their gap times the duration, both of which shooting has to mend;
-        none begins at the children of one node again. Later trees are larger.
+        none begins at the children of one node again. How large trees are follows ``luby``.
 
         Args:
             end: A state in the goal, shape (nx,), free of collisions.
             knots: About how many knots a guess has.
         """
-        problem, iterations = self._problem, int(self._iterations)
-        self._iterations *= GUESS.tree_growth
+        self._grown_pairs += 1
+        problem, iterations = self._problem, GUESS.tree_iterations * luby(self._grown_pairs)
         back = segment_problem(problem, end, problem.start)
         trees = [self._grown(task, iterations) for task in (problem, back)]
         if self._cancelled():
@@ -140,7 +153,8 @@ class TwoTrees:
             points.append(np.where(circular, np.mod(at, np.where(circular, periods, 1.0)), at))
         index = scipy.spatial.cKDTree(points[1], boxsize=periods)
         charge(QUERY_SECONDS * len(points[0]))
-        gaps, nearest = index.query(points[0])
+        # Where all nodes are about as near, the nearest one would be looked for among all of them.
+        gaps, nearest = index.query(points[0], eps=GUESS.pair_slack)
         steps = here.nodes.cost[: len(gaps)] + there.nodes.cost[nearest]
         for k in np.argsort(gaps * steps, kind="stable").tolist():
             if steps[k]:
