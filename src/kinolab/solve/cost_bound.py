@@ -72,4 +72,4 @@ def bounded_work(problem: PlanningTask, seconds: float) -> tuple[float, float]:
 
 def _hardly_optimised(problem: PlanningTask) -> bool:
     """Say whether optimisation hardly shortens: across transitions, and with very many states."""
-    return bool(problem.machine.modes) or problem.model.nx >= END.many_states
+    return problem.model.nx >= END.many_states
