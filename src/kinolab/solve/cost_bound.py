@@ -51,9 +51,9 @@ def guessing(problem: PlanningTask, searcher: AbstractPlanner) -> AbstractPlanne
         searcher: The planner whose motion is to be shortened.
 
     Returns:
-        None if that one makes no guesses, or optimisation takes too long.
+        None if that one makes no guesses, or none of them would become a motion in time.
     """
-    if searcher.name != "auto" or _hardly_optimised(problem):
+    if searcher.name != "auto" or problem.machine.modes or _hardly_optimised(problem):
         return None
     return planners.make("shooting", {})
 
@@ -71,5 +71,5 @@ def bounded_work(problem: PlanningTask, seconds: float) -> tuple[float, float]:
 
 
 def _hardly_optimised(problem: PlanningTask) -> bool:
-    """Say whether optimisation hardly shortens: across transitions, and with very many states."""
+    """Say whether optimisation hardly shortens: with very many states it takes too long."""
     return problem.model.nx >= END.many_states
