@@ -125,7 +125,9 @@ class ShorteningOptions:
     coarse_knots: int = setting(50, meaning="Coarse knots of the first faster motion, about.")
     segment_budget: float = setting(0.9, meaning="Budget for segments.")
     inexact_segment_budget: float = setting(0.85, meaning="Where the goal is not met yet.")
-    first_try_budget: float = setting(0.8, meaning="Budget for the first reserve of gaps.")
+    whole_budgets: tuple[float, float] = setting(
+        (0.5, 0.8), meaning="Of what is left: for coarse knots, and the first reserve of gaps."
+    )
     segment_subproblems: int = setting(5, meaning="Subproblems of segments that count as one.")
     step_reduction: float = setting(0.7, meaning="Shortest step before there are fewer of them.")
     max_rounds: int = setting(20, meaning="Rounds with fewer and fewer steps at most.")

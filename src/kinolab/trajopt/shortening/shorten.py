@@ -85,9 +85,6 @@ def shortened_smooth(
 ) -> Iterator[Trajectory]:
     """Do what ``shortened`` does for a motion in which no transition takes place."""
 
-    def cancelled() -> bool:
-        return spent() >= SHORT.first_try_budget
-
     def over() -> bool:
         return spent() >= 1.0
 
@@ -101,9 +98,11 @@ def shortened_smooth(
         for short in _shortened_segments(problem, trajectory, enough, at_all):
             trajectory = short
             yield short
-        if cancelled():
-            return
-    whole = _shorten_whole(problem, trajectory, cancelled, over)
+    begun = spent()
+    few, first = (begun + part * (1.0 - begun) for part in SHORT.whole_budgets)
+    whole = _shorten_whole(
+        problem, trajectory, lambda: spent() >= few, lambda: spent() >= first, over
+    )
     if whole is not trajectory:
         yield whole
 
@@ -155,12 +154,22 @@ def _cut(segments: Segments, given: Trajectory) -> Iterator[Trajectory]:
     Where segments join, there may be small defects.
     """
     shortcuts, windows, short = Shortcuts(segments), SlidingWindow(segments), given
+    cuts: list[Callable[[Trajectory], Iterator[Trajectory]]] = [
+        shortcuts.taken,
+        partial(cycles_removed, segments),
+        windows.sweep,
+    ]
     while not segments.cancelled():
         before = short.duration
-        for cut in (shortcuts.taken, partial(cycles_removed, segments), windows.sweep):
+        for cut in tuple(cuts):
+            last = short
             for shorter in cut(short):
                 short = shorter
                 yield short
+            if short is last:
+                cuts.remove(
+                    cut
+                )  # what gains nothing gains nothing the next time, but takes as long
         if short.duration > (1 - SHORT.min_sweep_gain) * before:
             break
 
@@ -168,6 +177,7 @@ def _cut(segments: Segments, given: Trajectory) -> Iterator[Trajectory]:
 def _shorten_whole(
     problem: PlanningTask,
     given: Trajectory,
+    few_enough: Callable[[], bool],
     cancelled: Callable[[], bool],
     over: Callable[[], bool],
 ) -> Trajectory:
@@ -176,15 +186,19 @@ def _shorten_whole(
     Args:
         problem: The problem that the motion solves.
         given: Exact or not.
+        few_enough: Whether to stop doing so on a coarse grid.
         cancelled: Whether to stop shortening.
         over: Whether to stop making the shorter motion exact.
     """
-    guess, best, excess = _with_few_knots(problem, given, cancelled), given, NO_EXCESS
+    guess, best, excess = _with_few_knots(problem, given, few_enough), given, NO_EXCESS
     room, most, reserves = usual_room(problem), given.duration, list(SHORT.short_clearances)
     while reserves and not over():
         task = TrajectoryProblem(problem, reserves[0], room=room, cancelled=over)
         task = task.tightened(excess)
-        knots = guess and _in_steps(task, guess, len(given.inputs))
+        knots = guess and (
+            make_knots_exact(task, guess, iterations=20)
+            or _in_steps(task, guess, len(given.inputs))
+        )
         knots = knots or make_knots_exact(task, even_knots(problem, given))
         passed = NO_EXCESS
         if knots is not None:
