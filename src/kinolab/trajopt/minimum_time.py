@@ -10,20 +10,44 @@ Optimization Theory and Applications 104(1), 2000.
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
 
 from kinolab.numerics.arrays import Array
-from kinolab.trajopt.nlp.decision import Knots, Weights, cost
-from kinolab.trajopt.nlp.problem import TrajectoryProblem
-from kinolab.trajopt.options import SQP, TIGHT, StoppingTolerances
-from kinolab.trajopt.sqp.qp import solve
+from kinolab.problem import PlanningTask
+from kinolab.trajectory import Trajectory
+from kinolab.trajopt.nlp.decision import Knots, Weights, cost, even_knots
+from kinolab.trajopt.nlp.dynamics_constraint import derived_map
+from kinolab.trajopt.nlp.problem import TrajectoryProblem, linearization_seconds
+from kinolab.trajopt.options import END, SQP, TIGHT, StoppingTolerances
+from kinolab.trajopt.sqp.qp import program_seconds, solve
 from kinolab.trajopt.sqp.restoration import restoration_weights
 from kinolab.trajopt.sqp.solver import minimize
 from kinolab.trajopt.sqp.subproblem import subproblem
 
 EFFORT = 1e-3  # weight of the mean square input, relative to 1 for the given duration
+
+
+def subproblem_seconds(problem: PlanningTask, trajectory: Trajectory) -> float:
+    """Return the work of one subproblem of a whole motion, without inequalities, in [s].
+
+    Infinite with so many states that no such subproblem is solved.
+
+    Args:
+        problem: The problem that it solves.
+        trajectory: The motion.
+    """
+    if problem.model.nx >= END.many_states:
+        return math.inf
+    model, steps = problem.model, len(trajectory.inputs)
+    program = program_seconds(steps, model.nx + model.nu, 0)
+    if not steps:
+        return program
+    knots = even_knots(problem, trajectory)
+    step = derived_map(problem, knots, 1)
+    return linearization_seconds(step, knots, model.operations) + program
 
 
 def minimize_time(

@@ -41,9 +41,6 @@ from kinolab.trajopt.options import NLP
 
 Inequalities: TypeAlias = PathConstraints | CollisionConstraints  # along a trajectory
 
-# Machines of more operations are charged less than they take, so that they get as many subproblems.
-MOST_OPERATIONS = 500
-
 
 @dataclass(frozen=True, eq=False)
 class Excess:
@@ -197,6 +194,18 @@ def usual_room(problem: PlanningTask) -> float:
     return NLP.room * resolution(problem)
 
 
+def linearization_seconds(step_map: StepSensitivities, knots: Knots, operations: int) -> float:
+    """Return the work of a linearisation without inequalities, in [s].
+
+    Args:
+        step_map: From knot to knot.
+        knots: Of a motion.
+        operations: Of the machine's equations of motion.
+    """
+    size = int(len(knots.u) * step_map.evaluations * knots.x.shape[1])
+    return 4e-4 + size * (8e-8 + 6e-10 * operations)
+
+
 class MultipleShooting:
     """Multiple-shooting transcription of one problem for knots near a guess.
 
@@ -224,7 +233,7 @@ class MultipleShooting:
         self._map, self._linkage, self._scales = step_map, linkage, problem.scales
         self._ends = GoalConstraint(problem, end)
         self._inequalities, self._pieces = inequalities, pieces
-        self._operations, self._rows = min(problem.model.operations, MOST_OPERATIONS), 0
+        self._operations, self._rows = problem.model.operations, 0
         self._stepped: tuple[Knots, Array] | None = None  # an accepted candidate comes once more
 
     def linearization(self, knots: Knots, reach: float) -> Linearization:
@@ -246,8 +255,7 @@ class MultipleShooting:
         if len(begins):
             rows = LinearInequalities.joined([rows, entries.rows])
         self._rows = len(rows.knot)
-        size = len(knots.u) * self._map.evaluations * knots.x.shape[1]
-        charge(4e-4 + size * (8e-8 + 6e-10 * self._operations) + 2.4e-6 * self._rows)
+        charge(linearization_seconds(self._map, knots, self._operations) + 2.4e-6 * self._rows)
         end = knots.x[-1]
         miss, derivative = self._ends.residual(end), self._ends.jacobian(end)
         return Linearization(knots, after - knots.x[1:], tangents, rows, miss, derivative)

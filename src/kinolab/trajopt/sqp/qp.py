@@ -24,6 +24,22 @@ from kinolab.trajopt.nlp.path_constraints import LinearInequalities
 from kinolab.trajopt.options import SQP
 from kinolab.trajopt.sqp.subproblem import Step, Subproblem, TrustRegion
 
+USUAL_ITERATIONS = 15  # of PIQP, of which few programs need more than 25
+
+
+def program_seconds(
+    steps: int, variables: int, rows: int, iterations: int = USUAL_ITERATIONS
+) -> float:
+    """Return the work of a quadratic program in [s].
+
+    Args:
+        steps: Of the motion.
+        variables: States and inputs of each.
+        rows: Inequalities.
+        iterations: Of the interior-point method.
+    """
+    return 1.2e-3 + iterations * (3.5e-8 * steps * variables**2 + 8e-7 * rows)
+
 
 def solve(given: Subproblem, accuracy: float = 1e-9) -> Step | None:
     """Return the optimal step within the trust region; None if the solver fails.
@@ -53,8 +69,7 @@ def solve(given: Subproblem, accuracy: float = 1e-9) -> Step | None:
     settings.eps_duality_gap_abs = max(SQP.optimality_tolerance * worst, accuracy)
     solver.setup(P, c, A, b, G, low, np.full(len(low), np.inf), lower, upper)
     status = solver.solve()
-    size, made = steps * (nx + nu) ** 2, int(solver.result.info.iter)
-    charge(1.2e-3 + made * (3.5e-8 * size + 8e-7 * len(rows.knot)))
+    charge(program_seconds(steps, nx + nu, len(rows.knot), int(solver.result.info.iter)))
     if status not in (piqp.PIQP_SOLVED, piqp.PIQP_MAX_ITER_REACHED):
         return None
     z = np.asarray(solver.result.x)
