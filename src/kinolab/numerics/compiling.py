@@ -11,6 +11,8 @@ from numba.core.event import Event, Listener, install_listener
 KIND = "numba:compile"
 WAIT = "kinolab:wait"  # for another process that compiles
 
+_counting: list[Compilation] = []
+
 
 class Compilation(Listener):  # type: ignore[misc]
     """Counts compiled functions.
@@ -31,6 +33,10 @@ class Compilation(Listener):  # type: ignore[misc]
     def seconds(self) -> float:
         """Time spent compiling, and waiting for what others compile, so far, in [s]."""
         return self._spent + (time.monotonic() - self._begun if self._open else 0.0)
+
+    def add(self, seconds: float) -> None:
+        """Count seconds of another process."""
+        self._spent += seconds
 
     def on_start(self, event: Event) -> None:
         """Count a function, or begin to wait for one."""
@@ -55,7 +61,17 @@ def compilation(told: Callable[[Compilation], None] | None = None) -> Iterator[C
     """Count functions compiled inside the context, in any thread of this process."""
     counted = Compilation(told)
     with install_listener(KIND, counted), install_listener(WAIT, counted):
-        yield counted
+        _counting.append(counted)
+        try:
+            yield counted
+        finally:
+            _counting.remove(counted)
+
+
+def count_elsewhere(seconds: float) -> None:
+    """Count what another process, for which this one has waited, took to compile, in [s]."""
+    for counted in _counting:
+        counted.add(seconds)
 
 
 def running(functions: int, seconds: float) -> str:

@@ -32,14 +32,15 @@ _running: ContextVar[tuple[WorkClock, ...]] = ContextVar("running", default=())
 
 
 @contextmanager
-def counted_work(*, apart: bool = False) -> Iterator[WorkClock]:
+def counted_work(*, apart: bool = False, clock: WorkClock | None = None) -> Iterator[WorkClock]:
     """Count the work done inside the context, in this thread.
 
     Args:
         apart: Whether clocks that run already do not count it. They belong to another thread, which
             charges it when it has waited for this one: until then nobody knows how far it is.
+        clock: Goes on from what it has counted before; a new one by default.
     """
-    clock = WorkClock()
+    clock = WorkClock() if clock is None else clock
     before = _running.set((*(() if apart else _running.get()), clock))
     try:
         yield clock

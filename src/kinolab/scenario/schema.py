@@ -303,7 +303,7 @@ class PlannerSection(Section):
         Effort,
         Meaning(
             'Work on making a motion exact and shorter, on an idle computer; 0: none. "auto": '
-            "2 s, and for a motion of more than 200 steps more, up to 10 s.",
+            "that of 60 subproblems of the whole motion, from 2 to 30 s.",
             "s",
         ),
     ] = "auto"

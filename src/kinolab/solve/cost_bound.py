@@ -19,7 +19,7 @@ from kinolab.trajopt.options import END
 SHARE, PATIENCE = 0.25, 0.5  # of the improvement's work; of that, without a shorter motion
 # The same where optimisation hardly shortens.
 LARGE_SHARE, LARGE_PATIENCE = 0.75, 0.6
-GUESSED_SHARE = 0.25  # of the work that is left, for guesses until one becomes a motion
+GUESSED_SHARE = 0.2  # of the work that is left, for guesses until one becomes a motion
 HELD = ("min_steps", "max_steps")  # settings that hold for all trees of a scenario
 
 

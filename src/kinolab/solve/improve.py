@@ -2,8 +2,9 @@
 
 The result is never worse than the first solution, and every incumbent has been verified. How long a
 motion is says little of how short it can become on its way, so that work is given by *sequential
-halving*: with n motions, log2 n + 1 rounds take equal parts of the work, and after each the shorter
-half goes on. What is left is for further starts, as long as they may be expected to gain something.
+halving*: with n motions, log2 n rounds take equal parts of the work, and after each but the last
+the shorter half goes on; two are shortened to the end, at once where there are two processors. What
+is left is for further starts, as long as they may be expected to gain something.
 
 Sources: Karnin, Koren, Somekh, Almost optimal exploration in multi-armed bandits, ICML 2013;
 Jamieson, Talwalkar, Non-stochastic best arm identification, AISTATS 2016.
@@ -19,25 +20,26 @@ from kinolab import trajopt
 from kinolab.numerics.compiling import compilation
 from kinolab.numerics.work import counted_work
 from kinolab.problem import PlanningTask
-from kinolab.scenario import Effort, improvement_seconds
+from kinolab.scenario import Effort
 from kinolab.search import AbstractPlanner, Budget
-from kinolab.solve.incumbent import Incumbent
+from kinolab.solve.incumbent import AT_ONCE, Incumbent
 from kinolab.solve.plan import CENTRE_TOLERANCE, REFUSED, PlanResult, Request
-from kinolab.solve.refinement import Refinement
-from kinolab.solve.starts import Starts
+from kinolab.solve.refinement import Refinement, Way
+from kinolab.solve.starts import Arm, Starts
 from kinolab.trajectory import Trajectory
 
 # of the time limit, for repairing a motion that the verifier rejects
 REPAIR_TIME_FRACTION = 0.1
 MIN_REPAIR_SECONDS = 2.0  # [s] for that at least
-# Where nobody says how much work improvement may take, a motion of more steps than this gets more
-# in proportion, so many times as much at most.
-SHORT_MOTION, MAX_GROWTH = 200, 5.0
-PATIENCE = 8.0  # times as many seconds by the clock may the improvement take, on a busy computer
+# Where nobody says how much work improvement may take: that of so many subproblems of the whole
+# motion, at least and at most so many seconds, which is how long users are ready to wait.
+SUBPROBLEMS, LEAST_SECONDS, MOST_SECONDS = 60, 2.0, 30.0
+PATIENCE = 16.0  # times as many seconds by the clock may it take: on a busy computer, in turn
 # So many motions are searched for where one can be shortened, as far as this fraction of the work
 # pays for them: a search is cheap beside shortening.
 SEARCHES_PER_WAY, SEARCH_FRACTION = 4, 0.15
-SECONDS_PER_STEP = 4e-3  # [s] of shortening that show something, for each of a motion's steps
+SHORTENING = 0.6  # of the work, which searches leave to shortening at least, about
+SHOWING = 40  # subproblems of a whole motion that show what becomes of it
 ALIKE = 0.1  # fraction by which least durations of ways on the same side may differ
 MIN_EXPECTED_GAIN = 0.01  # of the duration, by further starts, to go on
 MIN_WAYS = 3  # whose spread says something
@@ -67,7 +69,9 @@ class PlanImprover:
     _unfinished: bool = False  # whether more work might give a shorter motion
     _out_of_time: float = 0.0  # [s] the time limit, where it ended an improvement
     _gained: float = 1.0  # largest factor by which a duration was reduced
-    _growth: float = 1.0  # of the work, for a long motion
+    _seconds: float = 0.0  # [s] of work on the plan
+    _subproblem: float = 0.0  # [s] of that for one subproblem of the whole motion
+    _last_half_gain: float = 0.0  # fraction by which the second half of it made a motion shorter
 
     def plan(self, found: PlanResult, budget: Budget) -> PlanResult:
         """Return an improved plan, or the same one.
@@ -76,7 +80,6 @@ class PlanImprover:
             found: A search's plan.
             budget: The budget of that search.
         """
-        self._growth = self._growth_for(found.trajectory)
         with compilation() as compiled:
             incumbent = self._incumbent = Incumbent(
                 self.problem,
@@ -86,34 +89,31 @@ class PlanImprover:
                 self.on_improved,
             )
             incumbent.begin()
-            wanted = self.request.optimize and self._seconds and not incumbent.cancelled()
+            wanted = self.request.optimize and self._wanted and not incumbent.cancelled()
             promises = found.status != "solved" or self._promises(found.cost)
             if found.trajectory is None or not (wanted and promises):
                 self._learn()
                 return incumbent.plan()
+            self._seconds = self._work_for(found.trajectory)
             begun, further = incumbent.time(), self._improve(found.trajectory)
             statistics = _statistics(found, incumbent.best, further)
             statistics["improvement_unfinished"] = float(self._unfinished)
             statistics["improvement_out_of_time"] = self._out_of_time
             statistics["improvement_seconds"] = self._seconds  # of work that it was allowed
-            statistics["last_half_gain"] = _last_half_gain(incumbent.gains, self._seconds)
+            statistics["last_half_gain"] = self._last_half_gain
             return incumbent.plan({"improve": incumbent.time() - begun}, statistics)
-
-    @property
-    def _seconds(self) -> float:
-        return self._growth * improvement_seconds(self._wanted)
 
     @property
     def _wanted(self) -> Effort:
         own = self.request.improve
         return self.problem.scenario.planner.improve if own is None else own
 
-    def _growth_for(self, found: Trajectory | None) -> float:
-        """Return how many times the usual work a motion gets, of which nobody says how much."""
-        if found is None or self._wanted != "auto":
-            return 1.0
-        steps = found.duration / self.problem.step
-        return min(max(steps / SHORT_MOTION, 1.0), MAX_GROWTH)
+    def _work_for(self, found: Trajectory) -> float:
+        """Return the work on a motion, in [s]."""
+        self._subproblem = trajopt.subproblem_seconds(self.problem, found)
+        if self._wanted != "auto":
+            return self._wanted
+        return min(max(SUBPROBLEMS * self._subproblem, LEAST_SECONDS), MOST_SECONDS)
 
     def _promises(self, duration: float | None) -> bool:
         """Say whether a motion would beat all others if it gained as much as they did."""
@@ -142,17 +142,19 @@ class PlanImprover:
             return incumbent.cancelled() or incumbent.time() - begun > patience
 
         with counted_work() as work:
-            incumbent.work = lambda: work.seconds
             remaining = Budget(seconds, clock=lambda: work.seconds, cancelled=cancelled)
             if patience <= 0.0:  # a plan found late is made exact, and no more
                 remaining.cancelled = incumbent.cancelled
-                Refinement(incumbent, first, remaining).end()
+                self._finish([Way(incumbent, first, remaining, alone=True)], remaining)
                 return 0
             starts = Starts(incumbent, self.searcher, remaining, self.watch)
             alone = refused or self.request.anytime
             ways = self._halved([first] if alone else self._several(first, starts), remaining)
+            if not ways:  # interrupted
+                return starts.made
+            self._last_half_gain = ways[-1].progress.last_half_gain
             if ways[-1].given is not first and incumbent.best.goal_distance > CENTRE_TOLERANCE:
-                self._finish(Refinement(incumbent, first, remaining))  # it may end in the centre
+                self._finish([Way(incumbent, first, remaining, alone=True)], remaining)
             unmended = refused and incumbent.best.status == REFUSED
             if not (self.request.anytime or unmended):
                 self._start_again(starts, ways)
@@ -166,29 +168,32 @@ class PlanImprover:
         Trees below the first one's duration are grown first: improvement hardly makes a detour
         several times as long as another way shorter than that one.
         """
-        remaining, work, incumbent = starts.remaining, self._incumbent.search_work, self._incumbent
-        Refinement(incumbent, first, remaining).offer_exact()
-        found = [first, starts.bounded(0, first.duration) or first]
-        ways, enough = 1, work + SECONDS_PER_STEP * first.duration / self.problem.step
-        while remaining.unspent >= 2 * ways * (math.log2(2 * ways) + 1) * enough:
-            ways *= 2
-        guess = None
-        if remaining.unspent >= 2 * enough:  # else it would leave too little for shortening
-            guess = starts.guessed(0, found[-1].duration)
-        most = int(SEARCH_FRACTION * remaining.unspent / work)
-        while starts.made < min(SEARCHES_PER_WAY * ways, most):
-            starts.made += 1
-            shortest = min(motion.duration for motion in found)
-            found.append(starts.searched(starts.made, shortest) or first)
-        motions = sorted({id(one): one for one in found}.values(), key=lambda one: one.duration)
+        remaining, incumbent = starts.remaining, self._incumbent
+        first = Refinement(incumbent, first, remaining).offered_exact()
+        ways, enough = AT_ONCE, SHOWING * self._subproblem
+        while SHORTENING * remaining.unspent >= ways * math.log2(2 * ways) * enough:
+            ways *= 2  # half of them on each line
+        affordable = int(SEARCH_FRACTION * remaining.unspent / incumbent.search_work)
+        most = min(affordable, SEARCHES_PER_WAY * ways)
+        # A guess takes as long as a search, and is worth nothing that nobody has time to shorten.
+        guessing = remaining.unspent >= 2 * (incumbent.search_work + enough)
+        kinds = [("bounded", 0), *([("guessed", 0)] if guessing else [])]
+        kinds += [("searched", k) for k in range(1, most + 1)]
+        starts.made = most
+        found = starts.at_once(kinds, first.duration)
+        if not found:
+            return []
+        guess = found.pop(1) if guessing else None
+        motions = [first, *(motion for motion in found if motion is not None)]
+        motions = sorted(motions, key=lambda motion: motion.duration)[:ways]
         if guess is not None:
-            motions = self._on_short_ways([motions[0], guess])
-        if motions[0] is first:
-            return motions[:ways]
-        if incumbent.beaten_by(motions[0]) and not incumbent.take(motions[0], "search"):
+            motions = self._on_short_ways([*motions, guess])[:ways]
+        best = motions[0]
+        if best is first:
+            return motions
+        if incumbent.beaten_by(best) and not incumbent.take(best, "search"):
             return [first]
-        Refinement(incumbent, motions[0], remaining).offer_exact()
-        return motions[:ways]
+        return [Refinement(incumbent, best, remaining).offered_exact(), *motions[1:]]
 
     def _on_short_ways(self, motions: list[Trajectory]) -> list[Trajectory]:
         """Return motions whose ways are about as short as the shortest one, by their durations."""
@@ -197,27 +202,51 @@ class PlanImprover:
         short = [motion for motion, way in zip(motions, ways, strict=True) if way <= shortest]
         return sorted(short, key=lambda motion: motion.duration)
 
-    def _halved(self, motions: Sequence[Trajectory], remaining: Budget) -> list[Refinement]:
+    def _halved(self, motions: Sequence[Trajectory], remaining: Budget) -> list[Way]:
         """Shorten motions by sequential halving; return all of them, the shortest last."""
-        left = [Refinement(self._incumbent, motion, remaining) for motion in motions]
-        dropped: list[Refinement] = []
-        rounds, work = math.log2(len(left)) + 1, remaining.unspent
-        while len(left) > 1:
+        numbers = [len(motions)]
+        while numbers[-1] > AT_ONCE:
+            numbers.append((numbers[-1] + 1) // 2)
+        # of the work, in each round
+        parts = [min(1.0, AT_ONCE / number) / len(numbers) for number in numbers]
+        work, until = remaining.unspent, 0.0
+        left = [
+            Way(self._incumbent, motion, remaining, sum(parts), alone=len(motions) == 1)
+            for motion in motions
+        ]
+        dropped: list[Way] = []
+        try:
+            for number, part in zip(numbers[1:], parts, strict=False):
+                until += part * work
+                if not self._joined(left, "go_on", until):
+                    break
+                left.sort(key=lambda way: way.duration)
+                dropped = [*left[number:], *dropped]
+                left = left[:number]
+                for way in dropped:
+                    way.end()
+            self._finish(left, remaining)
+        finally:
             for way in left:
-                way.go_on(Budget(work / rounds / len(left), clock=remaining.clock).expired)
-            left.sort(key=lambda way: way.shortest.duration)
-            half = (len(left) + 1) // 2
-            left, dropped = left[:half], [*left[half:], *dropped]
-        self._finish(left[0])
-        return [*dropped, left[0]]
+                way.end()
+        return [*dropped, *sorted(left, key=lambda way: -way.duration)]
 
-    def _finish(self, way: Refinement) -> None:
-        """Shorten a motion to the end, and make it end in the goal's centre."""
-        way.go_on()
-        way.end()
-        self._learn(way.given.duration / way.shortest.duration)
+    def _joined(self, ways: Sequence[Way], *question: object) -> bool:
+        """Ask all ways to do something at once, and wait for them; say whether they did it."""
+        for way in ways:
+            way.fork.ask(question)
+        made = self._incumbent.joined([way.fork for way in ways])
+        for way, progress in zip(ways, made or (), strict=False):
+            way.progress = progress
+        return made is not None
 
-    def _start_again(self, starts: Starts, ways: list[Refinement]) -> None:
+    def _finish(self, ways: Sequence[Way], remaining: Budget) -> None:
+        """Shorten motions to the end, and make them end in the goal's centre."""
+        self._joined(ways, "finish", remaining.unspent)
+        for way in ways:
+            self._learn(way.given.duration / way.duration)
+
+    def _start_again(self, starts: Starts, ways: list[Way]) -> None:
         """Improve motions of further searches while they may be expected to gain something.
 
         Each is given up where it is longer than the best way's motion was after as much work.
@@ -229,23 +258,33 @@ class PlanImprover:
                 return
             if _expected_gain(ways, remaining) < MIN_EXPECTED_GAIN:
                 return
-            best, before, starts.gained = ways[-1], self._shortest, self._gained
-            arm, found = starts.another(before)
-            if found is None or starts.exhausted:
-                continue
-            incumbent.take(found, "search")
-            if not (arm.any_length or self._promises(found.duration)):
-                continue
-            way = Refinement(incumbent, found, remaining)
-            way.race(best, SECONDS_PER_STEP * found.duration / self.problem.step)
-            if way.over:
-                self._finish(way)
-            won = self._shortest < before  # verified
-            arm.rewards += won
-            ways.insert(len(ways) if won else 0, way)
+            starts.gained = self._gained
+            found = starts.others(self._shortest)
+            for _, motion in found:
+                incumbent.take(motion, "search")
+            found = [one for one in found if one[0].any_length or self._promises(one[1].duration)]
+            alone = len(found) == 1
+            new = [(arm, Way(incumbent, motion, remaining, alone=alone)) for arm, motion in found]
+            self._race(new, ways, remaining)
+
+    def _race(self, new: list[tuple[Arm, Way]], ways: list[Way], remaining: Budget) -> None:
+        """Shorten further motions while they may beat the best one; then that one to the end."""
+        best, racing, until = ways[-1].progress, [way for _, way in new], remaining.unspent
+        try:
+            self._joined(racing, "go_on", until, best, SHOWING * self._subproblem)
+            for arm, way in sorted(new, key=lambda one: one[1].duration):
+                before = self._shortest
+                if way.progress.over or way.duration < best.shortest.duration:
+                    self._finish([way], remaining)
+                won = self._shortest < before  # verified
+                arm.rewards += won
+                ways.insert(len(ways) if won else 0, way)
+        finally:
+            for _, way in new:
+                way.end()
 
 
-def _expected_gain(ways: Sequence[Refinement], remaining: Budget) -> float:
+def _expected_gain(ways: Sequence[Way], remaining: Budget) -> float:
     """Return the fraction by which further starts may be expected to shorten the best motion.
 
     The shortest of n durations, drawn alike, is expected to be beaten by one of m more with
@@ -259,23 +298,10 @@ def _expected_gain(ways: Sequence[Refinement], remaining: Budget) -> float:
     """
     if len(ways) < MIN_WAYS:
         return math.inf
-    best, n = ways[-1], len(ways)
-    second = min(way.shortest.duration / best.duration_at(way.work) for way in ways[:-1])
+    best, n = ways[-1].progress, len(ways)
+    second = min(way.duration / best.duration_at(way.progress.work) for way in ways[:-1])
     more = remaining.unspent * n / remaining.elapsed
     return more / (n + more) * abs(second - 1.0)
-
-
-def _last_half_gain(gains: Sequence[tuple[float, float]], seconds: float) -> float:
-    """Return the fraction by which the second half of the work made the motion shorter.
-
-    Args:
-        gains: The work in [s] and the duration in [s] of each verified motion, in order.
-        seconds: All of the work.
-    """
-    first = [duration for work, duration in gains if work <= 0.5 * seconds]
-    if not first:
-        return 0.0
-    return max(0.0, 1.0 - min(duration for _, duration in gains) / min(first))
 
 
 def _statistics(found: PlanResult, best: PlanResult, further: int) -> dict[str, float]:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+import os
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TypeVar
+from typing import Any, Generic, TypeVar
 
+from kinolab.concurrency.forks import Fork, Telling, answers
 from kinolab.errors import KinolabError
-from kinolab.numerics.work import charge
+from kinolab.numerics.compiling import compilation, count_elsewhere
+from kinolab.numerics.work import WorkClock, charge, counted_work
 from kinolab.problem import PlanningTask
 from kinolab.search import Budget
 from kinolab.solve.attempt import MIN_SEARCH_WORK, judging
@@ -18,7 +21,18 @@ from kinolab.verification import verify
 T = TypeVar("T")
 
 SEARCHED_ALONE = "Found a trajectory into the goal region, which the search alone had missed."
+AT_ONCE = 2  # lines of work, in turn on one processor: their number must not change what is done
 VERIFICATION_SECONDS = 2e-4  # [s] for each knot, as ``charge`` counts it
+
+
+@dataclass(frozen=True)
+class Done(Generic[T]):
+    """What came of some work, by whom, and what that took in [s]: of work, and to compile."""
+
+    result: T
+    work: float
+    process: int
+    compiling: float
 
 
 @dataclass
@@ -32,8 +46,7 @@ class Incumbent:
         time: Returns the seconds since the first search began.
         on_improved: Called with each verified plan that is better than those before.
         improvements: All verified motions.
-        work: Returns the seconds of work that improvement has taken.
-        gains: That and the duration in [s], of each of them.
+        clock: Counts the work of what is done apart from others.
     """
 
     problem: PlanningTask
@@ -42,8 +55,7 @@ class Incumbent:
     time: Callable[[], float]
     on_improved: Callable[[PlanResult], None] | None = None
     improvements: list[Improvement] = field(default_factory=list)
-    work: Callable[[], float] = lambda: 0.0
-    gains: list[tuple[float, float]] = field(default_factory=list)
+    clock: WorkClock = field(default_factory=WorkClock)
 
     @property
     def search_work(self) -> float:
@@ -58,6 +70,54 @@ class Incumbent:
         """Record the search's plan."""
         if self.best.status == "solved":
             self._keep(self.best, "search")
+
+    def apart(self) -> Incumbent:
+        """Return one with the same plan and a clock of its own, for work beside that of others."""
+        return replace(self, improvements=[], clock=WorkClock(), on_improved=None)
+
+    def forked(self, work: Callable[..., T], *, alone: bool = False) -> Fork[Done[T]]:
+        """Return a fork that does some work apart from others, for ``joined``.
+
+        Args:
+            work: Uses this incumbent, and no other.
+            alone: Whether no other work is done at the same time.
+        """
+
+        def answer(arguments: Sequence[Any], tell: Telling) -> Done[T]:
+            self.on_improved, before = tell, self.clock.seconds
+            with counted_work(apart=True, clock=self.clock), compilation() as compiling:
+                result = work(*arguments)
+            return Done(result, self.clock.seconds - before, os.getpid(), compiling.seconds)
+
+        return Fork(answer, alone=alone)
+
+    def joined(self, forks: Sequence[Fork[Done[T]]]) -> list[T] | None:
+        """Wait for what forks were asked; charge its work, and keep what is better than the best.
+
+        What ``AT_ONCE`` processors need for it is charged, whether there are as many or not.
+
+        Returns:
+            Their results; None after an interrupt by the user.
+        """
+
+        told: list[tuple[int, PlanResult]] = [(-1, self.best)]
+
+        def tell(k: int, plan: PlanResult) -> None:
+            told.append((k, plan))
+            if plan.rank < self.best.rank:
+                self.best = plan
+                self.improvements.append(plan.improvements[-1])
+                if self.on_improved:
+                    self.on_improved(replace(plan, improvements=tuple(self.improvements)))
+
+        found = answers(forks, tell, self.cancelled)
+        # Of motions that are equally good the first fork's, whoever was the first to tell.
+        self.best = min(told, key=lambda one: (one[1].rank, one[0]))[1]
+        elsewhere = [done for done in found or () if done.process != os.getpid()]
+        count_elsewhere(max((done.compiling for done in elsewhere), default=0.0))
+        work = [done.work for done in found or ()]
+        charge(max(sum(work) / AT_ONCE, *work, 0.0))
+        return None if found is None else [done.result for done in found]
 
     def tried(self, work: Callable[[], T]) -> T | None:
         """Run some work; None if it fails or is interrupted."""
@@ -115,7 +175,6 @@ class Incumbent:
     def _keep(self, found: PlanResult, by: str) -> None:
         made = Improvement(self.time(), found.cost or 0.0, found.goal_distance, by, found.seed)
         self.improvements.append(made)
-        self.gains.append((self.work(), made.duration))
         self.best = found
         if self.on_improved:
             self.on_improved(replace(found, improvements=tuple(self.improvements)))

@@ -72,7 +72,7 @@ def _more_time(statistics: Mapping[str, float]) -> str:
         )
     seconds, gain = statistics["improvement_seconds"], statistics.get("last_half_gain", 0.0)
     late = (
-        f", and the second half of them made it {100 * gain:.0f} % shorter"
+        f", and the second half of the best motion's share made it {100 * gain:.0f} % shorter"
         if gain >= NOTABLE
         else ""
     )

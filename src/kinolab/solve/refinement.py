@@ -6,18 +6,21 @@ may go on different ways, are each improved for a while.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from typing import Any
 
 from kinolab import trajopt
 from kinolab.concurrency.cancel import never_cancelled
+from kinolab.concurrency.coroutine import Coroutine
 from kinolab.numerics.work import counted_work
 from kinolab.search import Budget
 from kinolab.solve.incumbent import Incumbent
 from kinolab.solve.plan import CENTRE_TOLERANCE
 from kinolab.trajectory import Trajectory
 
-# of the improvement's work, to make a motion exact before it is shortened
+# of a motion's work, to make it exact before it is shortened, or after that if that failed
 EXACTNESS_FRACTION = 0.25
 # the same for what searches find, at once and apart from that work
 EXACTNESS_AT_ONCE_FRACTION = 0.05
@@ -27,107 +30,220 @@ MAX_REFUSALS = 2  # shorter motions that the verifier refuses before others are 
 
 
 @dataclass
-class Refinement:
-    """A motion, and what has been made of it.
+class Progress:
+    """How far a motion has come.
 
     Attributes:
-        incumbent: The best plan; motions that are better are verified on the way.
         given: The motion to begin with.
-        remaining: Budget of the improvement's work.
         shortest: The shortest motion derived from the given one so far, or that one itself.
         work: What that took, in [s].
         curve: The work and the duration in [s] after each gain.
         over: Whether nothing more is gained.
     """
 
-    incumbent: Incumbent
     given: Trajectory
-    remaining: Budget
-    shortest: Trajectory = field(init=False)
+    shortest: Trajectory
     work: float = 0.0
     curve: list[tuple[float, float]] = field(default_factory=list)
     over: bool = False
-    _refusals: int = 0
-
-    def __post_init__(self) -> None:
-        self.shortest, self._motions = self.given, self._shorter_and_shorter()
-        self.curve.append((0.0, self.given.duration))
-
-    def go_on(self, enough: Callable[[], bool] = never_cancelled) -> Trajectory:
-        """Go on until that is enough, or nothing more is gained; return the shortest motion."""
-        incumbent, before = self.incumbent, self.shortest
-        while not (self.over or enough()):
-            with counted_work() as work:
-                motion = incumbent.tried(lambda: next(self._motions, None))
-            self.work += work.seconds
-            if motion is None:
-                self.over = True
-            elif not incumbent.beaten_by(motion, VERIFIED_GAIN) or incumbent.take(
-                motion, "shorten"
-            ):
-                self.shortest = motion
-                self.curve.append((self.work, motion.duration))
-            else:
-                self._refusals += 1
-                self.over = self._refusals >= MAX_REFUSALS
-        if self.shortest is not before and incumbent.beaten_by(self.shortest):
-            incumbent.take(self.shortest, "shorten")
-        return self.shortest
-
-    def race(self, other: Refinement, work: float) -> None:
-        """Go on, after some work as long as it is no longer than another way's motion then was.
-
-        Args:
-            other: That way.
-            work: After which they are compared, in [s].
-        """
-
-        def behind() -> bool:
-            return self.work >= work and self.shortest.duration > other.duration_at(self.work)
-
-        self.go_on(behind)
 
     def duration_at(self, work: float) -> float:
         """Return the duration in [s] that so many seconds of work had led to."""
         return next(duration for after, duration in reversed(self.curve) if after <= work)
 
-    def end(self) -> None:
-        """Make what it has come to end in the goal's centre, if it does not."""
-        if not self._central(self.shortest):
-            self.shortest = self._exact(self.shortest, self._budget(self.remaining.clock))
+    @property
+    def last_half_gain(self) -> float:
+        """The fraction by which the second half of the work made it shorter."""
+        return 1.0 - self.shortest.duration / self.duration_at(0.5 * self.work)
 
-    def offer_exact(self) -> None:
-        """Offer a motion into the goal's centre to whoever stops soon, apart from counted work."""
-        if self._central(self.given):
-            return
+
+class Refinement:
+    """Shortens a motion, and pauses wherever there has been enough work on it.
+
+    Args:
+        incumbent: The best plan; motions that are better are verified on the way.
+        given: The motion to begin with.
+        remaining: Budget of the work on it.
+
+    Attributes:
+        progress: How far it has come.
+    """
+
+    def __init__(self, incumbent: Incumbent, given: Trajectory, remaining: Budget) -> None:
+        self._incumbent, self._remaining = incumbent, remaining
+        self.progress = Progress(given, given, 0.0, [(0.0, given.duration)])
+        self._enough: Callable[[], bool] = never_cancelled
+        self._work: Coroutine[None] | None = None
+
+    def go_on(self, until: float, best: Progress | None = None, after: float = 0.0) -> Progress:
+        """Go on until there has been so much work on the motion, or nothing more is gained.
+
+        Args:
+            until: That work, in [s], all that went before included.
+            best: Another motion's: this one is given up where it is longer than that one was
+                after as much work.
+            after: Work in [s] from which they are compared.
+        """
+        incumbent, made, before = self._incumbent, self.progress, self.progress.shortest
+
+        def enough() -> bool:
+            made.work = self._remaining.elapsed
+            if best is None or made.work < after:
+                return made.work >= until
+            return made.work >= until or made.shortest.duration > best.duration_at(made.work)
+
+        if not (made.over or enough()):
+            self._enough = enough
+            self._work = self._work or Coroutine(self._shorten)
+            over = incumbent.tried(self._further)
+            if over is None:  # failed or interrupted: its thread ends as soon as it asks its budget
+                self._work = None
+            made.over = over is not False
+        made.work = self._remaining.elapsed
+        if made.shortest is not before and incumbent.beaten_by(made.shortest):
+            incumbent.take(made.shortest, "shorten")
+        return made
+
+    def finish(self, more: float) -> Progress:
+        """Go on to the end, and make what the motion has come to end in the goal's centre.
+
+        Args:
+            more: Work in [s] that there is for it.
+        """
+        self._remaining.time_limit = self.progress.work + more
+        made = self.go_on(math.inf)
+        if not self._central(made.shortest):
+            self._enough = never_cancelled
+            made.shortest = self._exact(
+                made.shortest, self._budget(self._remaining.clock), EXACTNESS_FRACTION
+            )
+        return made
+
+    def close(self) -> None:
+        """Shorten it no further."""
+        if self._work is not None:
+            self._work.close()
+
+    def offered_exact(self) -> Trajectory:
+        """Offer a motion into the goal's centre to whoever stops soon, apart from counted work.
+
+        Returns:
+            That motion, or the given one.
+        """
+        given = self.progress.given
+        if self._central(given):
+            return given
         with counted_work(apart=True) as own:
-            self._exact(self.given, self._budget(lambda: own.seconds), EXACTNESS_AT_ONCE_FRACTION)
+            budget = self._budget(lambda: own.seconds)
+            return self._exact(given, budget, EXACTNESS_AT_ONCE_FRACTION)
 
     def _central(self, motion: Trajectory) -> bool:
-        return self.incumbent.problem.goal_distance(motion.x[-1]) <= CENTRE_TOLERANCE
+        return self._incumbent.problem.goal_distance(motion.x[-1]) <= CENTRE_TOLERANCE
 
     def _budget(self, clock: Callable[[], float]) -> Budget:
-        return Budget(self.remaining.time_limit, clock=clock, cancelled=self.incumbent.cancelled)
+        return Budget(self._remaining.time_limit, clock=clock, cancelled=self._incumbent.cancelled)
+
+    def _further(self) -> bool:
+        """Go on with the work until it pauses; say whether nothing more is gained."""
+        assert self._work is not None
+        self._work.resume()
+        over = self._work.wait()
+        if over:
+            self._work.result  # noqa: B018 - raises what the work has raised
+        return over
+
+    def _pauses(self) -> bool:
+        """Pause where there has been enough work; say whether the rest is not wanted any more."""
+        return self._work is not None and self._enough() and self._work.suspend()
+
+    def _shorten(self) -> None:
+        """Make the motion shorter and shorter, as long as the verifier agrees."""
+        incumbent, made, refusals = self._incumbent, self.progress, 0
+        for motion in self._shorter_and_shorter():
+            if not incumbent.beaten_by(motion, VERIFIED_GAIN) or incumbent.take(motion, "shorten"):
+                made.shortest, made.work = motion, self._remaining.elapsed
+                made.curve.append((made.work, motion.duration))
+            else:
+                refusals += 1
+            if refusals >= MAX_REFUSALS or self._pauses():
+                return
 
     def _shorter_and_shorter(self) -> Iterator[Trajectory]:
         """Yield shorter motions; what is long and verified first loses its detours."""
-        problem, given = self.incumbent.problem, self.given
-        long = trajopt.is_long(problem, given)
-        if not (long and self.incumbent.best.status == "solved"):
-            self.shortest = self._exact(given, self.remaining, EXACTNESS_FRACTION if long else 1.0)
-        while not self.remaining.over:
-            before = self.shortest.duration
-            yield from trajopt.shortened(problem, self.shortest, self.remaining.fraction())
-            if not self.shortest.duration < (1 - MIN_GAIN) * before:
+        problem, made = self._incumbent.problem, self.progress
+        long = trajopt.is_long(problem, made.given)
+        if not (long and self._incumbent.best.status == "solved"):
+            fraction = EXACTNESS_FRACTION if long else 1.0
+            made.shortest = self._exact(made.given, self._remaining, fraction)
+        while not self._remaining.over:
+            before = made.shortest.duration
+            yield from trajopt.shortened(problem, made.shortest, self._spent(self._remaining))
+            if not made.shortest.duration < (1 - MIN_GAIN) * before:
                 return
+
+    def _spent(self, budget: Budget, fraction: float = 1.0) -> Callable[[], float]:
+        """Return how much of a budget is spent, as it does itself, with pauses on the way."""
+        spent = budget.fraction(fraction)
+        return lambda: math.inf if self._pauses() else spent()
 
     def _exact(self, motion: Trajectory, budget: Budget, fraction: float = 1.0) -> Trajectory:
         """Return a motion into the goal's centre, or the same one."""
-        spent = budget.fraction(fraction)
-        exact = self.incumbent.tried(
-            lambda: trajopt.make_exact(self.incumbent.problem, motion, lambda: spent() >= 1.0)
+        spent = self._spent(budget, fraction)
+        exact = self._incumbent.tried(
+            lambda: trajopt.make_exact(self._incumbent.problem, motion, lambda: spent() >= 1.0)
         )
         if exact is None:
             return motion
-        self.incumbent.take(exact, "repair")
+        self._incumbent.take(exact, "repair")
         return exact
+
+
+class Way:
+    """A motion that is shortened beside others.
+
+    Args:
+        incumbent: The best plan so far.
+        given: The motion.
+        remaining: Budget of the work on all of them.
+        share: Of what is left of that, for this one at most.
+        alone: Whether there are no others.
+
+    Attributes:
+        fork: Shortens it.
+        progress: How far it has come, as this process knows.
+    """
+
+    def __init__(
+        self,
+        incumbent: Incumbent,
+        given: Trajectory,
+        remaining: Budget,
+        share: float = 1.0,
+        *,
+        alone: bool = False,
+    ) -> None:
+        own = incumbent.apart()
+        self.most = share * remaining.unspent  # [s]
+        budget = Budget(self.most, clock=lambda: own.clock.seconds, cancelled=remaining.cancelled)
+        self._refinement = Refinement(own, given, budget)
+        self.progress = self._refinement.progress
+        self.fork = own.forked(self._do, alone=alone)
+
+    @property
+    def given(self) -> Trajectory:
+        """The motion to begin with."""
+        return self.progress.given
+
+    @property
+    def duration(self) -> float:
+        """Of the shortest motion so far, in [s]."""
+        return self.progress.shortest.duration
+
+    def end(self) -> None:
+        """Shorten it no further."""
+        self.fork.end()
+        self._refinement.close()
+
+    def _do(self, method: str, *arguments: Any) -> Progress:
+        done: Progress = getattr(self._refinement, method)(*arguments)
+        return done

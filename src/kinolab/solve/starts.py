@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 
 from kinolab.search import AbstractPlanner, Budget
 from kinolab.solve.attempt import motion
-from kinolab.solve.incumbent import Incumbent
+from kinolab.solve.incumbent import AT_ONCE, Incumbent
 from kinolab.solve.plan import stream
 from kinolab.trajectory import Trajectory
 
@@ -25,14 +26,15 @@ class Arm:
     """A kind of search, and what its motions were worth.
 
     Attributes:
-        search: Takes a number that chooses random numbers, and a duration in [s] below which a
-            motion is wanted; returns a motion, of whatever duration, or None.
+        kind: The name of a method of ``Starts``, which takes a number that chooses random numbers
+            and a duration in [s] below which a motion is wanted, and returns a motion of whatever
+            duration, or None.
         any_length: Whether its motions are worth shortening however long they are.
         pulls: How often it was used.
         rewards: How often the best plan came of it.
     """
 
-    search: Callable[[int, float], Trajectory | None]
+    kind: str
     any_length: bool = False
     pulls: int = 0
     rewards: int = 0
@@ -74,19 +76,68 @@ class Starts:
 
     def __post_init__(self) -> None:
         self._last = self.incumbent.best.trajectory
-        self.arms = [Arm(self.guessed, True), Arm(self.searched), Arm(self.bounded)]
+        self.arms = [Arm("guessed", any_length=True), Arm("searched"), Arm("bounded")]
 
-    def another(self, below: float) -> tuple[Arm, Trajectory | None]:
-        """Search by the most promising arm for a motion below a duration in [s], if it can."""
-        pulls = sum(arm.pulls for arm in self.arms)
-        arm = max(self.arms, key=lambda arm: arm.confidence(pulls))  # the first of several
-        arm.pulls += 1
-        self.made += 1
-        found = arm.search(self.made, below) or self.searched(self.made, below)
-        if found is not None:
-            last, self._last = self._last, found
-            self.exhausted = last is not None and np.array_equal(found.u, last.u)
-        return arm, found
+    def others(self, below: float) -> list[tuple[Arm, Trajectory]]:
+        """Search at once by the most promising arms for motions below a duration in [s]."""
+        chosen: list[Arm] = []
+        for _ in range(AT_ONCE):
+            pulls = sum(arm.pulls for arm in self.arms)
+            chosen.append(max(self.arms, key=lambda arm: arm.confidence(pulls)))  # the first
+            chosen[-1].pulls += 1
+        kinds = [(arm.kind, self.made + 1 + k) for k, arm in enumerate(chosen)]
+        self.made += AT_ONCE
+        found = []
+        searches = self.at_once(kinds, below, fall_back=True)
+        for arm, start in zip(chosen, searches, strict=False):
+            if start is not None:
+                last, self._last = self._last, start
+                self.exhausted |= last is not None and np.array_equal(start.u, last.u)
+                found.append((arm, start))
+        return found
+
+    def at_once(
+        self, kinds: Sequence[tuple[str, int]], below: float, *, fall_back: bool = False
+    ) -> list[Trajectory | None]:
+        """Search at once in several ways.
+
+        Args:
+            kinds: The kind of each search, and a number that chooses its random numbers.
+            below: Duration in [s] below which a motion is wanted.
+            fall_back: Whether to search with the planner where a kind finds none.
+
+        Returns:
+            What each of them found; nothing after an interrupt by the user.
+        """
+
+        def search(own: Incumbent, dealt: Sequence[tuple[str, int]]) -> list[Trajectory | None]:
+            return [self._apart(own, kind, k, below, fall_back) for kind, k in dealt]
+
+        n = min(AT_ONCE, len(kinds))
+        forks = []
+        for k in range(n):
+            own = self.incumbent.apart()
+            forks.append(own.forked(partial(search, own), alone=n == 1))
+            forks[-1].ask((kinds[k::n],))
+        try:
+            found = self.incumbent.joined(forks)
+        finally:
+            for fork in forks:
+                fork.end()
+        return [] if found is None else [found[k % n][k // n] for k in range(len(kinds))]
+
+    def _apart(
+        self, own: Incumbent, kind: str, k: int, below: float, fall_back: bool
+    ) -> Trajectory | None:
+        """Search with as much work as is left now, whatever others do meanwhile."""
+        remaining = Budget(
+            self.remaining.unspent,
+            clock=lambda: own.clock.seconds,
+            cancelled=self.remaining.cancelled,
+        )
+        starts = replace(self, incumbent=own, remaining=remaining)
+        found: Trajectory | None = getattr(starts, kind)(k, below)
+        return starts.searched(k, below) if found is None and fall_back else found
 
     def searched(self, k: int, below: float) -> Trajectory | None:
         """Search with the planner and its k-th further seed."""
