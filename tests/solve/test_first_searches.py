@@ -22,7 +22,7 @@ from kinolab.solve import make_planner
 from kinolab.solve.improve import SEARCHES_PER_WAY, PlanImprover, _expected_gain
 from kinolab.solve.incumbent import Incumbent
 from kinolab.solve.plan import Request
-from kinolab.solve.refinement import Way
+from kinolab.solve.refinement import RefinedWay
 from kinolab.trajectory import Trajectory
 from tests.support import OPEN, problem_of
 
@@ -71,7 +71,7 @@ class Race:
     turns: Counter[int]
     taken: float = 0.0  # [s] of work
 
-    def shortened(self, work: float) -> list[Way]:
+    def shortened(self, work: float) -> list[RefinedWay]:
         """Shorten them with so many seconds of work; return them, the shortest last."""
         plan = self.problem.solve("rrt_fast", seed=1, optimize=False)
         asked = Request(None, time_limit=100.0)
@@ -153,5 +153,5 @@ def test_what_further_starts_may_gain_follows_from_the_spread(
     left = 3.0 if spent == 3.0 else 13.0 / 3.0  # [s]
     remaining = Budget(spent + left, started=0.0, clock=lambda: spent)
     motions = [standing(problem, duration) for duration in (*others, 10.0)]
-    ways = [Way(incumbent, motion, remaining, alone=True) for motion in motions]
+    ways = [RefinedWay(incumbent, motion, remaining, alone=True) for motion in motions]
     assert _expected_gain(ways, remaining) == pytest.approx(expected)

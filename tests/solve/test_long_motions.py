@@ -11,7 +11,7 @@ import pytest
 from kinolab.solve import improve
 from kinolab.solve.improve import PlanImprover
 from kinolab.solve.plan import Request, make_planner
-from kinolab.solve.refinement import Progress
+from kinolab.solve.refinement import Shortening
 from kinolab.trajectory import Trajectory
 from tests.support import OPEN, problem_of
 
@@ -62,5 +62,5 @@ def test_the_gain_of_the_second_half_is_that_after_half_of_the_work(tmp_path: Pa
         for end in (20.0, 8.0)
     )
     curve = [(0.0, 20.0), (0.4, 16.0), (1.0, 10.0), (1.2, 9.0), (1.9, 8.0)]
-    assert Progress(given, short, 2.0, curve).last_half_gain == pytest.approx(0.2)
-    assert Progress(given, given, 0.0, curve[:1]).last_half_gain == 0.0
+    assert Shortening(given, short, 2.0, curve).last_half_gain == pytest.approx(0.2)
+    assert Shortening(given, given, 0.0, curve[:1]).last_half_gain == 0.0

@@ -84,6 +84,14 @@ def patient(patch: pytest.MonkeyPatch) -> None:
     patch.setattr(improve, "PATIENCE", 1000.0)
 
 
+@pytest.fixture(scope="module", autouse=True)
+def one_processor() -> Iterator[None]:
+    """Tests replace functions, and of two lines of work time decides which is the first to tell."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(forks, "processors", lambda: 1)
+        yield
+
+
 @pytest.fixture(scope="module")
 def driven(tmp_path_factory: pytest.TempPathFactory) -> Both:
     """A robot whose steps have a fixed length."""
@@ -297,11 +305,8 @@ def test_work_that_is_left_is_for_further_searches(driven: Both) -> None:
     assert trajectory_of(found).duration < trajectory_of(driven.raw).duration
 
 
-def test_a_busy_computer_gives_the_same_bits_as_an_idle_one(
-    solved: Both, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_busy_computer_gives_the_same_bits_as_an_idle_one(solved: Both) -> None:
     """The budget is work; all that a slow clock may do is to say that it takes long."""
-    monkeypatch.setattr(forks, "processors", lambda: 1)  # which line is first to tell is up to time
     idle, busy = (
         improver(solved.problem, 100.0, None, tick).plan(solved.raw, Budget(100.0))
         for tick in (0.0, 0.0005)

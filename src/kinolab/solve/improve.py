@@ -24,7 +24,7 @@ from kinolab.scenario import Effort
 from kinolab.search import AbstractPlanner, Budget
 from kinolab.solve.incumbent import AT_ONCE, Incumbent
 from kinolab.solve.plan import CENTRE_TOLERANCE, REFUSED, PlanResult, Request
-from kinolab.solve.refinement import Refinement, Way
+from kinolab.solve.refinement import RefinedWay, Refinement
 from kinolab.solve.starts import Arm, Starts
 from kinolab.trajectory import Trajectory
 
@@ -145,7 +145,7 @@ class PlanImprover:
             remaining = Budget(seconds, clock=lambda: work.seconds, cancelled=cancelled)
             if patience <= 0.0:  # a plan found late is made exact, and no more
                 remaining.cancelled = incumbent.cancelled
-                self._finish([Way(incumbent, first, remaining, alone=True)], remaining)
+                Refinement(incumbent, first, remaining).end()
                 return 0
             starts = Starts(incumbent, self.searcher, remaining, self.watch)
             alone = refused or self.request.anytime
@@ -154,7 +154,7 @@ class PlanImprover:
                 return starts.made
             self._last_half_gain = ways[-1].progress.last_half_gain
             if ways[-1].given is not first and incumbent.best.goal_distance > CENTRE_TOLERANCE:
-                self._finish([Way(incumbent, first, remaining, alone=True)], remaining)
+                self._finish([RefinedWay(incumbent, first, remaining, alone=True)], remaining)
             unmended = refused and incumbent.best.status == REFUSED
             if not (self.request.anytime or unmended):
                 self._start_again(starts, ways)
@@ -202,8 +202,10 @@ class PlanImprover:
         short = [motion for motion, way in zip(motions, ways, strict=True) if way <= shortest]
         return sorted(short, key=lambda motion: motion.duration)
 
-    def _halved(self, motions: Sequence[Trajectory], remaining: Budget) -> list[Way]:
+    def _halved(self, motions: Sequence[Trajectory], remaining: Budget) -> list[RefinedWay]:
         """Shorten motions by sequential halving; return all of them, the shortest last."""
+        if not motions:
+            return []
         numbers = [len(motions)]
         while numbers[-1] > AT_ONCE:
             numbers.append((numbers[-1] + 1) // 2)
@@ -211,10 +213,10 @@ class PlanImprover:
         parts = [min(1.0, AT_ONCE / number) / len(numbers) for number in numbers]
         work, until = remaining.unspent, 0.0
         left = [
-            Way(self._incumbent, motion, remaining, sum(parts), alone=len(motions) == 1)
+            RefinedWay(self._incumbent, motion, remaining, sum(parts), alone=len(motions) == 1)
             for motion in motions
         ]
-        dropped: list[Way] = []
+        dropped: list[RefinedWay] = []
         try:
             for number, part in zip(numbers[1:], parts, strict=False):
                 until += part * work
@@ -231,7 +233,7 @@ class PlanImprover:
                 way.end()
         return [*dropped, *sorted(left, key=lambda way: -way.duration)]
 
-    def _joined(self, ways: Sequence[Way], *question: object) -> bool:
+    def _joined(self, ways: Sequence[RefinedWay], *question: object) -> bool:
         """Ask all ways to do something at once, and wait for them; say whether they did it."""
         for way in ways:
             way.fork.ask(question)
@@ -240,13 +242,13 @@ class PlanImprover:
             way.progress = progress
         return made is not None
 
-    def _finish(self, ways: Sequence[Way], remaining: Budget) -> None:
+    def _finish(self, ways: Sequence[RefinedWay], remaining: Budget) -> None:
         """Shorten motions to the end, and make them end in the goal's centre."""
         self._joined(ways, "finish", remaining.unspent)
         for way in ways:
             self._learn(way.given.duration / way.duration)
 
-    def _start_again(self, starts: Starts, ways: list[Way]) -> None:
+    def _start_again(self, starts: Starts, ways: list[RefinedWay]) -> None:
         """Improve motions of further searches while they may be expected to gain something.
 
         Each is given up where it is longer than the best way's motion was after as much work.
@@ -264,10 +266,15 @@ class PlanImprover:
                 incumbent.take(motion, "search")
             found = [one for one in found if one[0].any_length or self._promises(one[1].duration)]
             alone = len(found) == 1
-            new = [(arm, Way(incumbent, motion, remaining, alone=alone)) for arm, motion in found]
+            new = [
+                (arm, RefinedWay(incumbent, motion, remaining, alone=alone))
+                for arm, motion in found
+            ]
             self._race(new, ways, remaining)
 
-    def _race(self, new: list[tuple[Arm, Way]], ways: list[Way], remaining: Budget) -> None:
+    def _race(
+        self, new: list[tuple[Arm, RefinedWay]], ways: list[RefinedWay], remaining: Budget
+    ) -> None:
         """Shorten further motions while they may beat the best one; then that one to the end."""
         best, racing, until = ways[-1].progress, [way for _, way in new], remaining.unspent
         try:
@@ -284,7 +291,7 @@ class PlanImprover:
                 way.end()
 
 
-def _expected_gain(ways: Sequence[Way], remaining: Budget) -> float:
+def _expected_gain(ways: Sequence[RefinedWay], remaining: Budget) -> float:
     """Return the fraction by which further starts may be expected to shorten the best motion.
 
     The shortest of n durations, drawn alike, is expected to be beaten by one of m more with

@@ -30,7 +30,7 @@ MAX_REFUSALS = 2  # shorter motions that the verifier refuses before others are 
 
 
 @dataclass
-class Progress:
+class Shortening:
     """How far a motion has come.
 
     Attributes:
@@ -71,11 +71,11 @@ class Refinement:
 
     def __init__(self, incumbent: Incumbent, given: Trajectory, remaining: Budget) -> None:
         self._incumbent, self._remaining = incumbent, remaining
-        self.progress = Progress(given, given, 0.0, [(0.0, given.duration)])
+        self.progress = Shortening(given, given, 0.0, [(0.0, given.duration)])
         self._enough: Callable[[], bool] = never_cancelled
         self._work: Coroutine[None] | None = None
 
-    def go_on(self, until: float, best: Progress | None = None, after: float = 0.0) -> Progress:
+    def go_on(self, until: float, best: Shortening | None = None, after: float = 0.0) -> Shortening:
         """Go on until there has been so much work on the motion, or nothing more is gained.
 
         Args:
@@ -104,14 +104,19 @@ class Refinement:
             incumbent.take(made.shortest, "shorten")
         return made
 
-    def finish(self, more: float) -> Progress:
+    def finish(self, more: float) -> Shortening:
         """Go on to the end, and make what the motion has come to end in the goal's centre.
 
         Args:
             more: Work in [s] that there is for it.
         """
         self._remaining.time_limit = self.progress.work + more
-        made = self.go_on(math.inf)
+        self.go_on(math.inf)
+        return self.end()
+
+    def end(self) -> Shortening:
+        """Make what the motion has come to end in the goal's centre, if it does not."""
+        made = self.progress
         if not self._central(made.shortest):
             self._enough = never_cancelled
             made.shortest = self._exact(
@@ -198,7 +203,7 @@ class Refinement:
         return exact
 
 
-class Way:
+class RefinedWay:
     """A motion that is shortened beside others.
 
     Args:
@@ -244,6 +249,6 @@ class Way:
         self.fork.end()
         self._refinement.close()
 
-    def _do(self, method: str, *arguments: Any) -> Progress:
-        done: Progress = getattr(self._refinement, method)(*arguments)
+    def _do(self, method: str, *arguments: Any) -> Shortening:
+        done: Shortening = getattr(self._refinement, method)(*arguments)
         return done
