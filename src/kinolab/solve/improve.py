@@ -54,7 +54,6 @@ class PlanImprover:
         searcher: The planner, to search again.
         request: Time limit, seeds and options.
         elapsed: Returns the seconds since the first search began.
-        watch: Called with the budget of each further search, so that it can be interrupted.
         on_improved: Called with each verified plan that is better than those before with this seed.
     """
 
@@ -62,7 +61,6 @@ class PlanImprover:
     searcher: AbstractPlanner
     request: Request
     elapsed: Callable[[], float]
-    watch: Callable[[Budget], None] | None = None
     on_improved: Callable[[PlanResult], None] | None = None
     _incumbent: Incumbent = field(init=False)  # of the plan that is being improved
     _shortest: float = math.inf  # [s] of all plans
@@ -147,7 +145,7 @@ class PlanImprover:
                 remaining.cancelled = incumbent.cancelled
                 Refinement(incumbent, first, remaining).end()
                 return 0
-            starts = Starts(incumbent, self.searcher, remaining, self.watch)
+            starts = Starts(incumbent, self.searcher, remaining)
             alone = refused or self.request.anytime
             ways = self._halved([first] if alone else self._several(first, starts), remaining)
             if not ways:  # interrupted

@@ -40,7 +40,7 @@ def sequential_runs(
         better: Called with each verified plan that is better than those before with its seed.
     """
     clock, solved = _Clock(progress), False
-    improving = PlanImprover(problem, searcher, request, lambda: clock.elapsed, watch, better)
+    improving = PlanImprover(problem, searcher, request, lambda: clock.elapsed, better)
     budget: Budget | None = None
     last: Budget | None = None
     for seed in request.seeds():

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 
@@ -58,7 +58,6 @@ class Starts:
         incumbent: The best plan, whose searches are watched and interrupted.
         searcher: The planner.
         remaining: Budget of the improvement's work.
-        watch: Called with the budget of each search, so that it can be interrupted.
         made: Number of searches so far.
         gained: Factor by which motions may become shorter: as much longer may trees begin.
         exhausted: Whether the planner finds the same motion again and again: it is deterministic.
@@ -67,7 +66,6 @@ class Starts:
     incumbent: Incumbent
     searcher: AbstractPlanner
     remaining: Budget
-    watch: Callable[[Budget], None] | None = None
     made: int = 0
     exhausted: bool = False
     gained: float = 1.0
@@ -187,11 +185,6 @@ class Starts:
         return self._found(searcher, GUESSED_STREAM + k, budget)
 
     def _found(self, searcher: AbstractPlanner, k: int, budget: Budget) -> Trajectory | None:
-        """Search with the k-th further seed, so that the user can interrupt it."""
+        """Search with the k-th further seed; the budget asks whether the user has interrupted."""
         incumbent = self.incumbent
-        if self.watch:
-            self.watch(budget)
-        if incumbent.cancelled():
-            return None  # interrupted before this budget was registered
-        incumbent.budget = budget
         return motion(incumbent.problem, searcher, stream(incumbent.best.seed, k), budget)
