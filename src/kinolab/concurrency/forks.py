@@ -30,13 +30,14 @@ from kinolab.concurrency.processors import processors
 A = TypeVar("A")
 
 Telling = Callable[[Any], None]
+FORKS = sys.platform == "linux"  # macOS's libraries do not survive it
 PERIOD = 0.05  # [s] between looks at the cancellation token
 
 
 def can_fork() -> bool:
     """Say whether forks of this process would do more than it does itself."""
     main = threading.current_thread() is threading.main_thread()
-    return sys.platform == "linux" and main and processors() > 1
+    return FORKS and main and processors() > 1
 
 
 class Fork(Generic[A]):

@@ -175,8 +175,8 @@ class PlanImprover:
         most = min(affordable, SEARCHES_PER_WAY * ways)
         # A guess takes as long as a search, and is worth nothing that nobody has time to shorten.
         guessing = remaining.unspent >= 2 * (incumbent.search_work + enough)
-        kinds = [("bounded", 0), *([("guessed", 0)] if guessing else [])]
-        kinds += [("searched", k) for k in range(1, most + 1)]
+        kinds = [(Starts.bounded, 0), *([(Starts.guessed, 0)] if guessing else [])]
+        kinds += [(Starts.searched, k) for k in range(1, most + 1)]
         starts.made = most
         found = starts.at_once(kinds, first.duration)
         if not found:
@@ -218,7 +218,7 @@ class PlanImprover:
         try:
             for number, part in zip(numbers[1:], parts, strict=False):
                 until += part * work
-                if not self._joined(left, "go_on", until):
+                if not self._joined(left, Refinement.go_on, until):
                     break
                 left.sort(key=lambda way: way.duration)
                 dropped = [*left[number:], *dropped]
@@ -242,7 +242,7 @@ class PlanImprover:
 
     def _finish(self, ways: Sequence[RefinedWay], remaining: Budget) -> None:
         """Shorten motions to the end, and make them end in the goal's centre."""
-        self._joined(ways, "finish", remaining.unspent)
+        self._joined(ways, Refinement.finish, remaining.unspent)
         for way in ways:
             self._learn(way.given.duration / way.duration)
 
@@ -274,9 +274,10 @@ class PlanImprover:
         self, new: list[tuple[Arm, RefinedWay]], ways: list[RefinedWay], remaining: Budget
     ) -> None:
         """Shorten further motions while they may beat the best one; then that one to the end."""
-        best, racing, until = ways[-1].progress, [way for _, way in new], remaining.unspent
+        best, racing = ways[-1].progress, [way for _, way in new]
+        until, showing = remaining.unspent, SHOWING * self._subproblem
         try:
-            self._joined(racing, "go_on", until, best, SHOWING * self._subproblem)
+            self._joined(racing, Refinement.go_on, until, best, showing)
             for arm, way in sorted(new, key=lambda one: one[1].duration):
                 before = self._shortest
                 if way.progress.over or way.duration < best.shortest.duration:

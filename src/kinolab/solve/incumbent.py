@@ -27,11 +27,10 @@ VERIFICATION_SECONDS = 2e-4  # [s] for each knot, as ``charge`` counts it
 
 @dataclass(frozen=True)
 class Done(Generic[T]):
-    """What came of some work, by whom, and what that took in [s]: of work, and to compile."""
+    """What came of some work, what it took, and what a fork took to compile for it, in [s]."""
 
     result: T
     work: float
-    process: int
     compiling: float
 
 
@@ -83,11 +82,14 @@ class Incumbent:
             alone: Whether no other work is done at the same time.
         """
 
+        here = os.getpid()
+
         def answer(arguments: Sequence[Any], tell: Telling) -> Done[T]:
             self.on_improved, before = tell, self.clock.seconds
             with counted_work(apart=True, clock=self.clock), compilation() as compiling:
                 result = work(*arguments)
-            return Done(result, self.clock.seconds - before, os.getpid(), compiling.seconds)
+            elsewhere = compiling.seconds if os.getpid() != here else 0.0  # nobody counts it there
+            return Done(result, self.clock.seconds - before, elsewhere)
 
         return Fork(answer, alone=alone)
 
@@ -99,7 +101,6 @@ class Incumbent:
         Returns:
             Their results; None after an interrupt by the user.
         """
-
         told: list[tuple[int, PlanResult]] = [(-1, self.best)]
 
         def tell(k: int, plan: PlanResult) -> None:
@@ -113,8 +114,7 @@ class Incumbent:
         found = answers(forks, tell, self.cancelled)
         # Of motions that are equally good the first fork's, whoever was the first to tell.
         self.best = min(told, key=lambda one: (one[1].rank, one[0]))[1]
-        elsewhere = [done for done in found or () if done.process != os.getpid()]
-        count_elsewhere(max((done.compiling for done in elsewhere), default=0.0))
+        count_elsewhere(max((done.compiling for done in found or ()), default=0.0))
         work = [done.work for done in found or ()]
         charge(max(sum(work) / AT_ONCE, *work, 0.0))
         return None if found is None else [done.result for done in found]

@@ -228,8 +228,8 @@ class RefinedWay:
         alone: bool = False,
     ) -> None:
         own = incumbent.apart()
-        self.most = share * remaining.unspent  # [s]
-        budget = Budget(self.most, clock=lambda: own.clock.seconds, cancelled=remaining.cancelled)
+        most = share * remaining.unspent  # [s]
+        budget = Budget(most, clock=lambda: own.clock.seconds, cancelled=remaining.cancelled)
         self._refinement = Refinement(own, given, budget)
         self.progress = self._refinement.progress
         self.fork = own.forked(self._do, alone=alone)
@@ -249,6 +249,5 @@ class RefinedWay:
         self.fork.end()
         self._refinement.close()
 
-    def _do(self, method: str, *arguments: Any) -> Shortening:
-        done: Shortening = getattr(self._refinement, method)(*arguments)
-        return done
+    def _do(self, method: Callable[..., Shortening], *arguments: Any) -> Shortening:
+        return method(self._refinement, *arguments)

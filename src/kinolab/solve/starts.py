@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
+from typing import TypeAlias
 
 import numpy as np
 
@@ -20,21 +21,22 @@ SEARCH_FACTOR, MORE_ITERATIONS = 2, 200
 # added to the number of a search by guesses, or below a bound: other random numbers
 GUESSED_STREAM, BOUNDED_STREAM = 20_000, 10_000
 
+Search: TypeAlias = Callable[["Starts", int, float], Trajectory | None]
+
 
 @dataclass
 class Arm:
     """A kind of search, and what its motions were worth.
 
     Attributes:
-        kind: The name of a method of ``Starts``, which takes a number that chooses random numbers
-            and a duration in [s] below which a motion is wanted, and returns a motion of whatever
-            duration, or None.
+        search: Takes a number that chooses random numbers, and a duration in [s] below which a
+            motion is wanted; returns a motion, of whatever duration, or None.
         any_length: Whether its motions are worth shortening however long they are.
         pulls: How often it was used.
         rewards: How often the best plan came of it.
     """
 
-    kind: str
+    search: Search
     any_length: bool = False
     pulls: int = 0
     rewards: int = 0
@@ -74,7 +76,11 @@ class Starts:
 
     def __post_init__(self) -> None:
         self._last = self.incumbent.best.trajectory
-        self.arms = [Arm("guessed", any_length=True), Arm("searched"), Arm("bounded")]
+        self.arms = [
+            Arm(Starts.guessed, any_length=True),
+            Arm(Starts.searched),
+            Arm(Starts.bounded),
+        ]
 
     def others(self, below: float) -> list[tuple[Arm, Trajectory]]:
         """Search at once by the most promising arms for motions below a duration in [s]."""
@@ -83,7 +89,7 @@ class Starts:
             pulls = sum(arm.pulls for arm in self.arms)
             chosen.append(max(self.arms, key=lambda arm: arm.confidence(pulls)))  # the first
             chosen[-1].pulls += 1
-        kinds = [(arm.kind, self.made + 1 + k) for k, arm in enumerate(chosen)]
+        kinds = [(arm.search, self.made + 1 + k) for k, arm in enumerate(chosen)]
         self.made += AT_ONCE
         found = []
         searches = self.at_once(kinds, below, fall_back=True)
@@ -95,12 +101,12 @@ class Starts:
         return found
 
     def at_once(
-        self, kinds: Sequence[tuple[str, int]], below: float, *, fall_back: bool = False
+        self, kinds: Sequence[tuple[Search, int]], below: float, *, fall_back: bool = False
     ) -> list[Trajectory | None]:
         """Search at once in several ways.
 
         Args:
-            kinds: The kind of each search, and a number that chooses its random numbers.
+            kinds: Of each search, and a number that chooses its random numbers.
             below: Duration in [s] below which a motion is wanted.
             fall_back: Whether to search with the planner where a kind finds none.
 
@@ -108,7 +114,7 @@ class Starts:
             What each of them found; nothing after an interrupt by the user.
         """
 
-        def search(own: Incumbent, dealt: Sequence[tuple[str, int]]) -> list[Trajectory | None]:
+        def search(own: Incumbent, dealt: Sequence[tuple[Search, int]]) -> list[Trajectory | None]:
             return [self._apart(own, kind, k, below, fall_back) for kind, k in dealt]
 
         n = min(AT_ONCE, len(kinds))
@@ -125,7 +131,7 @@ class Starts:
         return [] if found is None else [found[k % n][k // n] for k in range(len(kinds))]
 
     def _apart(
-        self, own: Incumbent, kind: str, k: int, below: float, fall_back: bool
+        self, own: Incumbent, kind: Search, k: int, below: float, fall_back: bool
     ) -> Trajectory | None:
         """Search with as much work as is left now, whatever others do meanwhile."""
         remaining = Budget(
@@ -134,7 +140,7 @@ class Starts:
             cancelled=self.remaining.cancelled,
         )
         starts = replace(self, incumbent=own, remaining=remaining)
-        found: Trajectory | None = getattr(starts, kind)(k, below)
+        found = kind(starts, k, below)
         return starts.searched(k, below) if found is None and fall_back else found
 
     def searched(self, k: int, below: float) -> Trajectory | None:

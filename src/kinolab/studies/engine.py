@@ -12,11 +12,12 @@ from pathlib import Path
 from typing import Self, TypeAlias, final
 
 from kinolab.concurrency.cancel import CancellationToken, never_cancelled
+from kinolab.concurrency.forks import FORKS
 from kinolab.concurrency.starting import WorkingProcess
 from kinolab.errors import KinolabError
 from kinolab.studies.orders import Answer, WorkOrder, failure
 from kinolab.studies.problem_files import ProblemFiles
-from kinolab.studies.worker_process import FORKS, MODULE, WorkerLostError, answer_of
+from kinolab.studies.worker_process import MODULE, WorkerLostError, answer_of
 
 AHEAD = 3  # orders per worker that are on their way or done
 TRIES = 10  # of one order whose workers are lost

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from kinolab.concurrency.cancel import CancellationToken, never_cancelled
+from kinolab.concurrency.forks import FORKS
 from kinolab.concurrency.processors import processors
 from kinolab.errors import InputError, Mistake
 from kinolab.files import write_whole
@@ -22,7 +23,6 @@ from kinolab.studies.expansion import RunSpec, StudyRuns, expanded
 from kinolab.studies.journal import ROWS, Journal, read_rows
 from kinolab.studies.orders import Answer, SearchOrder, as_told
 from kinolab.studies.study_file import Study
-from kinolab.studies.worker_process import FORKS
 
 SCENARIOS = "scenarios"  # folder of the files that runs are made from
 STUDY = "study.toml"

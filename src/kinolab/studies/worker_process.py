@@ -10,7 +10,6 @@ from __future__ import annotations
 import os
 import resource
 import signal
-import sys
 import time
 from contextlib import suppress
 from dataclasses import dataclass
@@ -19,13 +18,13 @@ from multiprocessing.connection import Connection, wait
 from pathlib import Path
 from typing import NoReturn
 
+from kinolab.concurrency.forks import FORKS
 from kinolab.concurrency.parent_death import end_with_parent
 from kinolab.concurrency.starting import WorkingProcess
 from kinolab.studies.hardware import computer
 from kinolab.studies.orders import Answer, WorkOrder, failure, peak_memory
 
 MODULE = __name__
-FORKS = sys.platform == "linux"
 PERIOD = 0.05  # [s] between looks at a run that has limits
 
 

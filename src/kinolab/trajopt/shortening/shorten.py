@@ -166,10 +166,8 @@ def _cut(segments: Segments, given: Trajectory) -> Iterator[Trajectory]:
             for shorter in cut(short):
                 short = shorter
                 yield short
-            if short is last:
-                cuts.remove(
-                    cut
-                )  # what gains nothing gains nothing the next time, but takes as long
+            if short is last:  # it gains nothing the next time either, and takes as long
+                cuts.remove(cut)
         if short.duration > (1 - SHORT.min_sweep_gain) * before:
             break
 
@@ -195,10 +193,8 @@ def _shorten_whole(
     while reserves and not over():
         task = TrajectoryProblem(problem, reserves[0], room=room, cancelled=over)
         task = task.tightened(excess)
-        knots = guess and (
-            make_knots_exact(task, guess, iterations=20)
-            or _in_steps(task, guess, len(given.inputs))
-        )
+        knots = guess and make_knots_exact(task, guess, iterations=20)
+        knots = knots or (guess and _in_steps(task, guess, len(given.inputs)))
         knots = knots or make_knots_exact(task, even_knots(problem, given))
         passed = NO_EXCESS
         if knots is not None:
