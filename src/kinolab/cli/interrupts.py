@@ -116,8 +116,9 @@ class Interrupts:
 
         Half-written files are removed.
         """
-        if processes := sys.modules.get("kinolab.concurrency.starting"):
-            processes.kill_all()
+        for kind in ("starting", "forks"):
+            if processes := sys.modules.get(f"kinolab.concurrency.{kind}"):
+                processes.kill_all()
         if files := sys.modules.get("kinolab.files"):
             files.discard_drafts()
         os._exit(exit_code)

@@ -33,6 +33,8 @@ Telling = Callable[[Any], None]
 FORKS = sys.platform == "linux"  # macOS's libraries do not survive it
 PERIOD = 0.05  # [s] between looks at the cancellation token
 
+_running: set[Fork[Any]] = set()
+
 
 def can_fork() -> bool:
     """Say whether forks of this process would do more than it does itself."""
@@ -75,6 +77,7 @@ class Fork(Generic[A]):
     def end(self) -> None:
         """End the fork, whatever it does; what is asked is answered here from now on."""
         if self.connection is not None:
+            _running.discard(self)
             os.kill(self._pid, signal.SIGKILL)
             os.waitpid(self._pid, 0)
             self.connection.close()
@@ -97,6 +100,13 @@ class Fork(Generic[A]):
         finally:
             signal.pthread_sigmask(signal.SIG_SETMASK, mask)
         self.connection = ours
+        _running.add(self)
+
+
+def kill_all() -> None:
+    """Kill all forks, for exits that skip the usual clean-up."""
+    for fork in tuple(_running):
+        fork.end()
 
 
 def answers(
