@@ -241,7 +241,7 @@ def facts_of(system: MechanismParts) -> MachineFacts:
         bodies=tuple(
             BodyGeometry(
                 *(b.name, system.resolved_shapes(b), b.touches_ground, b.color, b.whirl, b.drawn),
-                moves=b.frame.moves,
+                moves=b.located and b.frame.moves,
             )
             for b in system.bodies
         ),

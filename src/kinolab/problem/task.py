@@ -274,7 +274,7 @@ class PlanningTask:
         """
         mistakes = [
             *self.start_breaches(),
-            *(Mistake(f"{self._file} [start]", what) for what in self._faults(self.start)),
+            *(Mistake(f"{self._file} [start]", what) for what in self._faults(self.start).values()),
             *self._goal_mistakes(),
         ]
         if mistakes:
@@ -311,10 +311,14 @@ class PlanningTask:
     def _file(self) -> str:
         return self.scenario.origin.file.name
 
-    def _faults(self, x: Array) -> Iterator[str]:
-        for name, value, lower, upper in self.limit_violations(x):
-            yield f"{name} is {value:g}, outside {lower:g} to {upper:g}."
-        yield from self._unmet(x)
+    def _faults(self, x: Array) -> dict[str, str]:
+        """Return what is wrong with a state: a sentence for each limit, requirement and pair."""
+        return {
+            name: f"{name} is {value:g}, outside {lower:g} to {upper:g}."
+            for name, value, lower, upper in self.limit_violations(x)
+        } | dict([*self._unmet(x), *self._touching(x)])
+
+    def _touching(self, x: Array) -> Iterator[tuple[str, str]]:
         resting = {body.name for body in self.bodies if body.touches_ground}
         floor = ' If that is its floor, write ground = "plane" below [world].'
         for contact in self.checker().contacts(*self.placement(x)):
@@ -323,14 +327,17 @@ class PlanningTask:
             if str(self.scenario.system.file).endswith(ROBOT_FORMATS):  # where nobody can write it
                 wheel = " Lift it in [start] and [goal], or leave ground out of [world]."
             on_ground = contact.obstacle == GROUND_NAME
-            yield _contact_sentence(contact, wheel if on_ground else floor if stands else "")
+            remedy = wheel if on_ground else floor if stands else ""
+            told = _contact_sentence(contact, remedy)
+            yield told, told
 
-    def _unmet(self, x: Array) -> Iterator[str]:
+    def _unmet(self, x: Array) -> Iterator[tuple[str, str]]:
         """Name the requirements that no input can satisfy at a state."""
         margins = self.model.requirements(x).tolist()
         for requirement, margin in zip(self.machine.requirements, margins, strict=True):
             if not (requirement.needs_inputs or margin >= -LIMIT_TOLERANCE):
-                yield f"it breaks a requirement ({requirement.name}) by {-margin:g}."
+                name = f"a requirement ({requirement.name})"
+                yield name, f"it breaks {name} by {-margin:g}."
 
     def _goal_mistakes(self) -> Iterator[Mistake]:
         where = f"{self._file} [goal]"
@@ -338,21 +345,24 @@ class PlanningTask:
         if outside:
             yield from (Mistake(where, what) for what in outside)
             return
-        generator, reasons = np.random.default_rng(0), []
+        generator, reasons, looked = np.random.default_rng(0), dict[str, list[str]](), 0
         for _ in range(GOAL_SAMPLES):
             x = self.sample_goal(generator)
             if self.goal.needs_frames and not self.goal_excess(x) <= 1.0:
                 continue  # what a state beside the goal touches says nothing about it
-            faults = list(self._faults(x))
+            faults, looked = self._faults(x), looked + 1
             if not faults:
                 return
-            reasons += faults
+            for kind, fault in faults.items():
+                reasons.setdefault(kind, []).append(fault)
         if not reasons:
             yield from self._out_of_reach(generator)
             return
-        blocked = max(set(reasons), key=reasons.count)
-        what = f"none of {GOAL_SAMPLES} states in the goal region is free: {blocked}"
-        yield Mistake(where, what)
+        often = sorted(reasons.values(), key=len, reverse=True)
+        always = [faults[0] for faults in often if len(faults) == looked]
+        mostly = [f"in {len(faults)}, {faults[0]}" for faults in often[:2]]
+        what = f"none of {looked} states in the goal region is free: "
+        yield Mistake(where, what + " ".join(always[:1] or mostly))
 
     def _out_of_reach(self, generator: np.random.Generator) -> Iterator[Mistake]:
         """Name the point or the axis that no configuration brings to its target, if that is sure.

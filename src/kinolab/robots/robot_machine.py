@@ -363,7 +363,8 @@ class _Assembly:
                 self._requirements.append(require(inside, f"{joint.name} range"))
             if joint.armature > 0.0:
                 rotor = f"{joint.name} rotor"
-                self._bodies.append(Body(rotor, orient(turn), inertia=(joint.armature,) * 3))
+                own = (joint.armature,) * 3
+                self._bodies.append(Body(rotor, orient(turn), inertia=own, located=False))
                 self._bodies += [
                     self._weightless(f"{rotor} {at.name}", at, joint.armature) for at in place
                 ]
@@ -481,7 +482,7 @@ class _Assembly:
         """Return a body with the kinetic energy of a rotor, which turns with the joint alone."""
         name = f"{joint.name} rotor"
         if joint.kind == "revolute":
-            return Body(name, TURNS["z"](at), inertia=joint.armature)
+            return Body(name, TURNS["z"](at), inertia=joint.armature, located=False)
         return self._weightless(name, at, joint.armature)
 
     def _weightless(self, name: str, at: sympy.Expr, mass: float) -> Body:
@@ -490,7 +491,8 @@ class _Assembly:
         across = np.cross(down, np.eye(3)[int(np.abs(down).argmin())])
         size = float(np.linalg.norm(across))
         level = across / size if size else np.eye(3)[0]
-        return Body(name, move(*(float(part) * at for part in level)), mass=mass)
+        along = move(*(float(part) * at for part in level))
+        return Body(name, along, mass=mass, located=False)
 
 
 def _gravity(vector: tuple[float, float, float]) -> Gravity | None:

@@ -47,6 +47,7 @@ def kinematic_reduction(system: Mechanism, limits: Sequence[Limit]) -> Mechanism
                 color=body.color,
                 whirl=body.whirl,
                 drawn=body.drawn,
+                located=body.located,
             )
             for body in system.bodies
         ],

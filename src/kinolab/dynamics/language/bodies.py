@@ -37,6 +37,8 @@ class Body:
             is not modelled. Collision checks use the shape as given.
         drawn: What is drawn instead of its shapes, which alone can touch something; ``()`` for
             nothing.
+        located: Whether it is anywhere. False for an inertia alone, such as that of a rotor which
+            only its joint feels: its frame says how it moves, and no workspace limits it.
     """
 
     name: str
@@ -49,6 +51,7 @@ class Body:
     color: tuple[float, float, float] | None
     whirl: float
     drawn: tuple[DrawnMesh, ...] | None
+    located: bool
 
     def __init__(
         self,
@@ -63,6 +66,7 @@ class Body:
         color: tuple[float, float, float] | None = None,
         whirl: float = 0.0,
         drawn: Sequence[DrawnMesh] | None = None,
+        located: bool = True,
     ) -> None:
         given = () if shape is None else shape
         vars(self).update(
@@ -76,6 +80,7 @@ class Body:
             color=color,
             whirl=float(whirl),
             drawn=None if drawn is None else tuple(drawn),
+            located=located,
         )
 
     @property

@@ -240,6 +240,7 @@ def _described(system: Mechanism, body: Body) -> dict[str, Any]:
     facts = {name: _encode(getattr(body, name)) for name in BODY if name != "shapes"}
     facts["shapes"] = _encode(system.kept_shapes(body))
     facts |= {"whirl": body.whirl} if body.whirl else {}
+    facts |= {} if body.located else {"located": False}
     return facts | ({} if body.drawn is None else {"drawn": _encode(body.drawn)})
 
 
@@ -387,6 +388,7 @@ class _MachineReader:
     def _body(self, data: Mapping[str, Any], number: int) -> Any:
         entries = {name: data[name] for name in BODY}
         entries |= {"whirl": data.get("whirl", 0.0), "drawn": data.get("drawn")}
+        entries |= {"located": data.get("located", True)}
         return self._made(lambda shapes, **of: Body(shape=shapes, **of), entries, "bodies", number)
 
     def decode(self, data: Any, *where: object) -> Any:
