@@ -26,6 +26,7 @@ from kinolab.dynamics.language.constraints import PositionConstraint
 from kinolab.dynamics.language.expressions import exact
 from kinolab.dynamics.language.frames import time_derivative
 from kinolab.dynamics.language.mechanism import Mechanism
+from kinolab.dynamics.language.mechanism_parts import atoms_of
 from kinolab.dynamics.language.modes import MODE, Mode, Transition
 from kinolab.dynamics.language.symbols import ForceSymbol
 from kinolab.errors import InputError, Mistake, UnknownNameError
@@ -128,9 +129,13 @@ def _require_alike(system: Mechanism, derived: Sequence[Derivation]) -> None:
     if derived[0].quasi:
         what = "a machine with modes has rates as velocities, no quasi-velocities."
         raise InputError([Mistake(where, what, "Leave velocities= out.")])
+    asked = set(
+        atoms_of((system.transitions, system.requirements))
+    )  # such as a hand's command to close
     for i, entry in enumerate(system.inputs):
-        if not any(_reaches(d, d.binding.inputs[i]) for d in derived):
-            what = "it reaches nothing in any mode."
+        reached = any(_reaches(d, d.binding.inputs[i]) for d in derived)
+        if not (reached or entry.symbol in asked):
+            what = "it reaches nothing in any mode, and no transition asks it."
             raise InputError([Mistake(f"input {entry.name!r}", what, "Leave it out.")])
 
 
@@ -202,6 +207,10 @@ def _guard(
     tape = d.binding.tape
     until = lower(transition.until)
     (rate,) = tape.derivative([until], dict(zip(d.state, d.derivative, strict=True)))
+    if not tape.depends_on(until) & set(d.state):
+        rate = tape.constant(
+            -1.0
+        )  # inputs decide, and jump: where it is not positive, it has fallen
     condition = transition.provided
     return until, rate, tape.one if condition is None else lower(condition)
 

@@ -64,7 +64,9 @@ class Transition:
         source: Name of the mode that ends.
         target: Name of the mode that follows.
         until: The mode lasts until this expression falls to zero: in coordinates, rates, states,
-            parameters, inputs and ``force_of`` constraints.
+            parameters, inputs and ``force_of`` constraints. One of inputs alone, such as
+            ``0.5 - grip.symbol`` of a hand that closes on command, ends it as soon as it is not
+            positive.
         provided: The transition takes place only where this is positive, if it is given.
         restitution: Ratio of the speeds after and before the impact along ``until``, in 0..1, a
             number or a parameter; None where there is no such impact.
