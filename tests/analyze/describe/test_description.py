@@ -15,7 +15,18 @@ from kinolab.analyze.describe.data import description_to_json
 from kinolab.analyze.describe.description import Description, describe
 from kinolab.analyze.describe.description_text import described_as_text
 from kinolab.analyze.describe.topology import mechanisms, space_of
-from kinolab.dynamics import Body, SmallTime, System, angle, move, rot_z, toward
+from kinolab.dynamics import (
+    Body,
+    Force,
+    SmallTime,
+    System,
+    Torque,
+    angle,
+    length,
+    move,
+    rot_z,
+    toward,
+)
 from tests import registered
 from tests.machines import MACHINES
 
@@ -219,7 +230,7 @@ def test_constraints_are_called_what_they_are(name: str, kinds: list[str]) -> No
         ("unicycle1_v0", [SmallTime.DRIFTLESS]),
         ("unicycle1_v1", []),  # it cannot stop
         ("satellite", [SmallTime.UNREACHABLE]),
-        ("submarine", [SmallTime.KINKED]),  # its drag is |v| v
+        ("submarine", [SmallTime.KINKED] * 2),  # its drag is |v| v; level, and not
         ("snakeboard", [SmallTime.UNFINISHED, SmallTime.BRACKETS]),  # steered straight, and not
     ],
 )
@@ -316,3 +327,56 @@ def test_a_controller_that_must_not_rest_says_nothing_of_where_its_machine_can()
     differing = [a["name"] for a, b in zip(modes, modes_alone, strict=True) if a != b]
     assert differing == ["feedback"]
     assert not any("no state was found" in text for text in controlled["left_out"])
+
+
+def puck(low: float, high: float) -> System:
+    """A puck without friction, with a thruster ahead and a motor that turns it."""
+    x, y, t = length("x"), length("y"), angle("t")
+    frame = move(x, y) @ rot_z(t)
+    hull = Body("hull", frame, mass=2.0, inertia=0.3)
+    ahead = Force("ahead", on=hull, along=frame.x, limit=(low, high))
+    return System(
+        "puck", bodies=[hull], inputs=[ahead, Torque("yaw", on=hull, about=frame.z, limit=1.0)]
+    )
+
+
+@pytest.mark.parametrize(
+    ("limits", "controllable"), [((0.0, 1.0), False), ((-1.0, 1.0), True), ((-2.0, 0.0), False)]
+)
+def test_a_push_that_nothing_brakes_follows_no_field_from_rest_to_rest(
+    limits: tuple[float, float], controllable: bool
+) -> None:
+    """The speed ahead only grows, or only falls: no motion along x ends at rest."""
+    found = describe(puck(*limits))
+    assert found.decoupling is not None
+    assert found.decoupling.controllable is controllable
+    assert ("ahead" in " ".join(found.decoupling.one_way)) is not controllable
+
+
+def arm(*driven: int) -> System:
+    """Two links without gravity, whose centres lie off their joints."""
+    q1, q2 = angle("q1"), angle("q2")
+    first = rot_z(q1)
+    second = first @ move(0.9) @ rot_z(q2)
+    upper = Body("upper", first @ move(0.45), mass=1.3, inertia=0.12)
+    fore = Body("fore", second @ move(0.5), mass=1.6, inertia=0.14)
+    motors = [
+        Torque("tau1", on=upper, about=first.z, limit=3.0),
+        Torque("tau2", on=fore, about=second.z, limit=3.0, reacts_on=upper),
+    ]
+    return System("arm", bodies=[upper, fore], inputs=[motors[k] for k in driven])
+
+
+def test_what_holds_of_the_stretched_arm_alone_is_not_said_of_the_arm() -> None:
+    """Driven at its shoulder: M depends on cos q2, whose slope is 0 where the arm is stretched.
+
+    The bad bracket [tau1, [drift, tau1]] is the gradient of M's entries along tau1: zero there, and
+    one-sided elsewhere (Sussmann 1987).
+    """
+    stretched, bent = describe(arm(0)).rests
+    assert stretched.small_time is not None
+    assert stretched.small_time.controllable is True
+    assert bent.state["q2"] % np.pi > 0.1
+    assert bent.small_time is not None
+    assert bent.small_time.outcome is SmallTime.ONE_WAY
+    assert len(describe(arm(0, 1)).rests) == 1  # a motor per joint: the same at every rest

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from kinolab.dynamics import (
     LinearControllability,
     Model,
-    SmallTime,
     SmallTimeVerdict,
     System,
     VectorFields,
@@ -40,15 +39,17 @@ class AtRest:
     small_time: SmallTimeVerdict | None
     upright: frozenset[str] = frozenset()
 
-    @property
-    def open(self) -> bool:
-        """Whether another equilibrium may decide small-time controllability."""
-        undecided = (SmallTime.UNDECIDED, SmallTime.UNFINISHED)
-        return self.small_time is not None and self.small_time.outcome in undecided
+    def says_the_same(self, other: AtRest) -> bool:
+        """Whether what holds near this equilibrium holds near another one."""
+        first, second = self.small_time, other.small_time
+        alike = (first and first.outcome) == (second and second.outcome)
+        return alike and self.linear.rank == other.linear.rank
 
 
 def examined_at_rest(system: System, fields: VectorFields, left_out: list[str]) -> Iterator[AtRest]:
-    """Yield controllability near the rest position, and at another equilibrium if undecided.
+    """Yield controllability near the rest position, and near another if it differs there.
+
+    A rest position is often a special one: a stretched arm, wheels that are straight.
 
     Args:
         system: The machine.
@@ -65,9 +66,10 @@ def examined_at_rest(system: System, fields: VectorFields, left_out: list[str]) 
         left_out.append("controllability in small time: an input does not enter linearly.")
     first = _examined(model, fields, *found)
     yield first
-    other = held_state(model, elsewhere) if first.open else None
-    if other is not None:
-        yield _examined(model, fields, *other)
+    if (place := held_state(model, elsewhere)) is not None:
+        other = _examined(model, fields, *place)
+        if not other.says_the_same(first):
+            yield other
 
 
 def held_state(model: Model, starts: Iterable[Array]) -> tuple[Array, Array] | None:

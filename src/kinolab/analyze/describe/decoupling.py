@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from kinolab.dynamics import System
 from kinolab.dynamics.analysis.decoupling_fields import decoupling_fields
 from kinolab.dynamics.analysis.fields.growth_vectors import filtration
+from kinolab.dynamics.language.inputs import bounds_of
 from kinolab.errors import InputError
 
 MAX_NAMED = 4  # fields that a sentence names; more are counted
@@ -24,6 +25,8 @@ class Decoupling:
         dimension: Of the configurations that constraints leave.
         damped: Fields along which friction acts where no input does.
         together: Whether they may be followed at the same time.
+        one_way: Inputs that cannot push both ways, with their limits: what they set going, nothing
+            stops.
     """
 
     moved: dict[str, tuple[str, ...]]
@@ -31,11 +34,13 @@ class Decoupling:
     dimension: int
     damped: tuple[str, ...]
     together: bool
+    one_way: tuple[str, ...] = ()
 
     @property
     def controllable(self) -> bool:
         """Whether paths along the fields lead to every configuration near by."""
-        return bool(self.growth) and self.growth[-1] == self.dimension
+        spanned = bool(self.growth) and self.growth[-1] == self.dimension
+        return spanned and not self.one_way
 
     def sentences(self) -> Iterator[str]:
         """Yield what it means, in sentences."""
@@ -52,18 +57,23 @@ class Decoupling:
         yield f"It has {fields}: {'; '.join(named)}{more}. {self._followed()}"
         growth, whole = ", ".join(map(str, self.growth)), self.dimension
         reached = f"Their brackets span ({growth}) of {whole} dimensions of the configuration space"
-        if self.controllable:
-            yield f"{reached}: paths along them lead everywhere (kinematically controllable)."
-        else:
+        if self.growth[-1] < whole:
             yield f"{reached}: paths along them do not lead everywhere."
+        elif self.one_way:
+            yield f"{reached}."
+        else:
+            yield f"{reached}: paths along them lead everywhere (kinematically controllable)."
 
     def _followed(self) -> str:
         """Say how the machine can follow the fields, and what friction does about it."""
-        verb = "could" if self.damped else "can"
+        verb = "could" if self.damped or self.one_way else "can"
         which = "it" if len(self.moved) == 1 else "them and all their combinations"
         if len(self.moved) > 1 and not self.together:
             which = "them, one at a time,"
         text = f"it {verb} follow {which} with any time scaling, from rest to rest"
+        if self.one_way:
+            do = "does" if len(self.one_way) == 1 else "do"
+            return f"If every input pushed both ways, {text}; {', '.join(self.one_way)} {do} not."
         if not self.damped:
             return f"{text[0].upper()}{text[1:]}."
         named = ", ".join(self.damped)
@@ -84,4 +94,11 @@ def decoupling_of(system: System, dimension: int) -> Decoupling | None:
     if not found.names:
         return Decoupling({}, (), dimension, (), together=False)
     growth = filtration(found.fields).growth
-    return Decoupling(dict(found.moved), growth, dimension, found.damped, found.together)
+    limits = [(entry, *bounds_of(entry)) for entry in system.inputs]
+    one_way = tuple(
+        f"{entry.name} ({lower:g} to {upper:g} {entry.unit})"
+        for entry, lower, upper in limits
+        if not lower < 0.0 < upper
+    )
+    moved = dict(found.moved)
+    return Decoupling(moved, growth, dimension, found.damped, found.together, one_way)

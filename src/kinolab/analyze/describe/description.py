@@ -61,8 +61,8 @@ class Description:
         prolonged: Whether the inputs count as states there, because one does not enter linearly.
         pushes: Number of independent directions in which inputs act.
         potential: Whether the potential energy depends on the configuration.
-        rests: Equilibria and their controllability: near the rest position, and another one if that
-            is undecided.
+        rests: Equilibria and their controllability: near the rest position, and near another one
+            if it differs there.
         generalisations: Six generalisations of the upright rolling disk.
         left_out: What could not be determined, in sentences.
         bodies: Each with its mass and the extent of its shapes.
