@@ -249,10 +249,10 @@ class Problem(PlanningTask):
         return notebook_frame(self, None)
 
     def to_ompl(self) -> OmplSetup:
-        """Return the problem as OMPL objects, for any OMPL control planner.
+        """Return the problem as OMPL objects, for OMPL's control planners.
 
         ``.space_information`` and ``.problem_definition`` are ready to use; after a planner's
-        ``solve``, ``.trajectory()`` returns what it found.
+        ``solve``, ``.trajectory()`` returns what it found, or ``.trajectory(path)`` another path.
         """
         from kinolab.search.ompl import OmplSetup
 

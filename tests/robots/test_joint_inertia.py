@@ -147,3 +147,16 @@ def test_a_rotor_resists_a_joint_of_mjcf(tmp_path: Path) -> None:
     model = read_mjcf(path).model()
     inertia = 0.4 * 2 * 0.01**2 + 0.01
     assert model.f([0.0, 0.0], [1.0])[1] == pytest.approx(1 / inertia, rel=1e-9)
+
+
+@pytest.mark.parametrize("kind", ["fixed", "floating"])
+def test_what_follows_a_joint_that_has_no_position_is_told_so(kind: str, tmp_path: Path) -> None:
+    held = f'<joint name="held" type="{kind}"><parent link="base"/><child link="a"/></joint>'
+    parts = (
+        link("a", 0.5, 1e-3, at="0 0 -0.2"),
+        held,
+        link("b", 0.5, 1e-3, at="0 0 -0.2"),
+        joint("a", "b", "0 0 1", '<mimic joint="held" offset="0.3"/>', effort="0"),
+    )
+    with pytest.raises(InputError, match=r"held, which it follows, does not turn or slide.*0\.3"):
+        read_urdf(robot(tmp_path, *parts))

@@ -43,7 +43,11 @@ def tree_mistakes(
                 yield unknown_name("link", name, known=sorted(links), where=f"{place} {end}")
         if joint.parent == joint.child:
             yield Mistake(place, f"it joins {joint.child} to itself.", "Give another parent.")
-        if joint.mimics is not None and joint.mimics.joint not in movable:
+        if joint.mimics is not None and joint.mimics.joint in set(joints) - set(movable):
+            what = f"{joint.mimics.joint}, which it follows, does not turn or slide."
+            at = joint.mimics.offset
+            yield Mistake(f"{place} mimic", what, f"Make it a fixed joint, which stays at {at:g}.")
+        elif joint.mimics is not None and joint.mimics.joint not in movable:
             known = sorted(movable)
             yield unknown_name("joint", joint.mimics.joint, known=known, where=f"{place} mimic")
         magnitudes = {"friction": joint.friction, "armature": joint.armature}

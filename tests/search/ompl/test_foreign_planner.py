@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -134,3 +136,44 @@ def test_the_planner_that_kinolab_does_not_know_can_be_ended(table: PlanningTask
     status = planner.solve(ob.PlannerTerminationCondition(lambda: True))
     assert status.getStatus() == ob.PlannerStatus.TIMEOUT
     assert not bridge.problem_definition.hasSolution()
+
+
+SIMPLE = """
+import sys
+import kinolab
+from ompl import control
+
+setup = kinolab.load("rolling_disk_maze").replace(**{"goal.x": 2.0, "goal.y": 2.0}).to_ompl()
+simple = control.SimpleSetup(setup.space_information)
+simple.setStartState(setup.problem_definition.getStartState(0))
+simple.setGoal(setup.problem_definition.getGoal())
+simple.setPlanner(getattr(control, sys.argv[1])(setup.space_information))
+simple.solve(60.0)
+found = setup.trajectory(simple.getSolutionPath())
+assert kinolab.verify(setup.problem, found).passed
+"""
+
+
+@pytest.mark.parametrize("planner", ["RRT", "EST", "KPIECE1"])
+def test_a_planner_of_ompl_solves_the_maze_by_simple_setup_and_leaves_in_peace(
+    planner: str,
+) -> None:
+    """Python used to crash when it ended: the start was freed by OMPL and by its binding."""
+    command = [sys.executable, "-c", SIMPLE, planner]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
+    assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.parametrize("planner", ["SST", "PDST"])
+def test_what_the_pages_say_that_python_cannot_construct_it_cannot(planner: str) -> None:
+    setup = kinolab.load("rolling_disk_maze").to_ompl()
+    with pytest.raises(TypeError, match="no constructor"):
+        getattr(oc, planner)(setup.space_information)
+
+
+def test_the_start_can_be_looked_at_as_often_as_one_likes() -> None:
+    setup = kinolab.load("rolling_disk_maze").to_ompl()
+    seen = [setup.read(setup.problem_definition.getStartState(0)) for _ in range(3)]
+    assert seen == [pytest.approx(setup.problem.start.tolist())] * 3
+    with pytest.raises(IndexError):
+        setup.problem_definition.getStartState(1)

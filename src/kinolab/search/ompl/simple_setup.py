@@ -26,6 +26,23 @@ from kinolab.trajectory import Trajectory
 ou.setLogLevel(ou.LogLevel.LOG_NONE)
 
 
+class _ProblemDefinition(ob.ProblemDefinition):  # type: ignore[misc]
+    """A problem definition whose start can be looked at.
+
+    OMPL's own ``getStartState`` gives Python a state that both of them free.
+    """
+
+    def __init__(self, space_information: Any, start: Any) -> None:
+        super().__init__(space_information)
+        self.addStartState(start)  # which copies it
+        self._start = start
+
+    def getStartState(self, index: int) -> Any:
+        if index:
+            raise IndexError(index)
+        return self._start
+
+
 class OmplSetup:
     """A problem in OMPL's terms.
 
@@ -90,11 +107,10 @@ class OmplSetup:
         )
         self.projection.set_cells()
         self.space.registerDefaultProjection(self.projection)
-        self.problem_definition = ob.ProblemDefinition(information)
         start = self.space.allocState()
         # A start may violate a limit by rounding; OMPL would reject it.
         self.write(start, np.clip(problem.start, *problem.bounds.T).tolist())
-        self.problem_definition.addStartState(start)
+        self.problem_definition = _ProblemDefinition(information, start)
         goal = GoalRegion(problem, self.states, information, samples, last_step)
         self.problem_definition.setGoal(goal)
 
