@@ -69,14 +69,14 @@ def coin(**other: Any) -> System:
 def arm(**other: Any) -> System:
     """Two links in a vertical plane with a motor at each joint."""
     a, b = angle("a", *other.get("limits", (-2.0, 2.0)), speed=5.0), angle("b", speed=5.0)
-    l, turn = parameter("l", other.get("l", 0.4), "m"), other.get("turn", 0)
+    reach, turn = parameter("l", other.get("l", 0.4), "m"), other.get("turn", 0)
     shoulder = move(0, 0, 1) @ rot_y(a)
-    elbow = shoulder @ move(l) @ rot_y(b + turn)
+    elbow = shoulder @ move(reach) @ rot_y(b + turn)
     if other.get("swapped"):
-        elbow = move(0, 0, 1) @ move(l) @ rot_y(a) @ rot_y(b)
-    rod = Capsule(0.02, l, axis="x")
+        elbow = move(0, 0, 1) @ move(reach) @ rot_y(a) @ rot_y(b)
+    rod = Capsule(0.02, reach, axis="x")
     upper, fore = (
-        Body(name, joint @ move(l / 2), mass=mass, inertia=mass * 0.4**2 / 12, shape=rod)
+        Body(name, joint @ move(reach / 2), mass=mass, inertia=mass * 0.4**2 / 12, shape=rod)
         for name, joint, mass in (("upper", shoulder, 1.0), ("fore", elbow, other.get("m", 0.5)))
     )
     reacts = None if other.get("alone") else upper
@@ -88,7 +88,9 @@ def arm(**other: Any) -> System:
             Torque("first", on=upper, about=WORLD.y, limit=9.0),
             Torque("second", on=fore, about=elbow.y, limit=3.0, reacts_on=reacts),
         ],
-        efforts=[Wrench(on=fore, torque=(0, other.get("push", -0.1) * rate(b), 0), reacts_on=upper)],
+        efforts=[
+            Wrench(on=fore, torque=(0, other.get("push", -0.1) * rate(b), 0), reacts_on=upper)
+        ],
     )
 
 

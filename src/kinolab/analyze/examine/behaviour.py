@@ -18,7 +18,6 @@ from kinolab.dynamics.language.mechanism_parts import (
     atoms_of,
     coordinate_of,
     imposed_accelerations,
-    imposed_velocities,
     loads_in,
 )
 from kinolab.dynamics.language.quantities import written
@@ -181,19 +180,15 @@ def _left_alone(subject: Subject) -> Iterator[str]:
     """Name the coordinates along which no input, force, constraint or weight acts."""
     system = subject.system
     along = [c.velocity for c in system.constraints]
-    along += [written(load.velocity) for e in (*system.efforts, *system.inputs)
-              for load in loads_in(e)]  # fmt: skip
-    along += [entry.velocity for entry in imposed_velocities(system)]
-    held = {owner.name for part in along for atom in atoms_of(part) if atom in _rates(subject)
-            if (owner := coordinate_of(atom)) is not None}  # fmt: skip
+    along += [velocity for velocity, _ in subject.pushed_along]
+    along += [written(load.velocity) for e in system.inputs for load in loads_in(e)]
+    rates = {symbol for c in system.coordinates for symbol in c.rates}
+    owners = (coordinate_of(atom) for part in along for atom in atoms_of(part) if atom in rates)
+    held = {owner.name for owner in owners if owner is not None}
     held |= set(imposed_accelerations(system))
     free = [c.name for c in subject.plain if c.name not in held and not _weighs(subject, c.name)]
     if free:
         yield f"Nothing holds or drives {_listed(free)}: no input, force, constraint or weight."
-
-
-def _rates(subject: Subject) -> set[object]:
-    return {symbol for c in subject.system.coordinates for symbol in c.rates}
 
 
 def _weighs(subject: Subject, name: str) -> bool:
@@ -230,7 +225,8 @@ def _conserved(subject: Subject) -> Iterator[str]:
 
 
 def _energy_of(subject: Subject, x: Array) -> float:
-    return max(1e-9, sum(map(abs, subject.model.energy(x))))
+    kinetic, potential = subject.model.energy(x)
+    return max(1e-9, abs(float(kinetic)) + abs(float(potential)))
 
 
 def _sizes(subject: Subject) -> Iterator[str]:

@@ -107,10 +107,10 @@ def examine(
     checked = list(modes_alone(system.model())) if system.modes else []
     for title, machine in in_each_mode(system):
         subject = Subject(machine.with_feedback(None))
-        sentences += [*([title] if title else []), *behaviour(subject), *passing_bodies(subject)]
-        sentences += _limits(machine)
+        told = (*behaviour(subject), *passing_bodies(subject), *_limits(machine))
+        sentences += [title] * bool(title) + [one for one in told if one not in sentences]
         found += remarks_on(subject)
-        mode = f" ({title.partition(chr(10))[0]})" if title else ""
+        mode = title.partition("\n")[0].removeprefix(system.name)
         checked += [replace(law, law=law.law + mode) for law in laws(machine, integration)]
     if integration is not None:
         found += _law_of(system, integration)

@@ -10,7 +10,7 @@ from kinolab.analyze.examine.remark import Remark
 from kinolab.dynamics import Body, Coordinate, Parameter
 from kinolab.dynamics.language.mechanism_parts import atoms_of
 
-SMALL, LARGE = 0.15, 1.0  # shares of how far a coordinate may move
+SMALL, HALF, LARGE = 0.15, 0.5, 1.0  # shares of how far a coordinate may move
 CHANGED = 1.05  # a parameter's value, relative to its own
 
 
@@ -18,12 +18,13 @@ def parted(contact: Contact) -> Iterator[Remark]:
     """Yield that two bodies part by a coordinate that moves both, or by two that should not."""
     subject = contact.subject
     plain = [c for c in subject.plain if c.name in contact.moved_by]
-    kept = [c for c in plain if all(_together(contact, {c: w}) for w in (SMALL, -SMALL))]
+    near = HALF if contact.other is None else SMALL  # the ground has no end
+    kept = [c for c in plain if all(_together(contact, {c: way}) for way in (near, -near))]
     shared = contact.moved_together
     for one, other in combinations(kept, 2):
         if contact.other is not None and not {one.name, other.name} & shared:
             continue  # joints of two parts of a chain, which may part
-        shares = [{one: a, other: b} for a, b in product((SMALL, -SMALL), repeat=2)]
+        shares = [{one: a, other: b} for a, b in product((near, -near), repeat=2)]
         if not all(_together(contact, share) for share in shares):
             yield _parted(contact, f"{one} and {other} move together", (one, other))
             return

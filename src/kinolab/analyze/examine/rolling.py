@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, replace
 
 import numpy as np
 import sympy
@@ -14,12 +13,10 @@ from kinolab.analyze.examine.remark import Remark
 from kinolab.analyze.examine.subject import Subject
 from kinolab.dynamics import Body, Coordinate
 from kinolab.dynamics.language.mechanism_parts import (
+    atoms_of,
     configuration_symbols,
-    imposed_velocities,
-    loads_in,
     tangent_symbols,
 )
-from kinolab.dynamics.language.quantities import written
 from kinolab.dynamics.language.shapes import Shape, ShapeKind
 from kinolab.dynamics.language.symbols import RateSymbol
 from kinolab.errors import KinolabError
@@ -30,6 +27,7 @@ ROUNDING = 1e-6  # relative, of slips: compiled derivatives are exact
 WRONG = 0.02  # share of the spin's own slip from which a rolling wheel slips
 NEAR = 0.1  # of the radius: shapes of wheels are trimmed by as much
 ACROSS = 0.3  # cosine up to which a wheel stands on its rim and not on its face
+ASKEW = "rolling along the wrong direction"
 CONFIGURATIONS = ((0.0, 0.0), (0.35, -0.2), (-0.3, 0.4))  # shares of spans, alternating
 
 
@@ -62,9 +60,25 @@ def slips(contact: Contact) -> Iterator[Remark]:
             x = contact.subject.moved({c: shares[i % 2] for i, c in enumerate(plain)})
             wheel = _wheel(contact.subject, body, base, shape, x)
             found = [] if wheel is None else list(_judged(contact.subject, body, base, wheel, x))
+            if k and any(remark.kind.startswith("rolling") for remark in found):
+                found = [_aside(remark) for remark in found]
             yield from found
             if found or (k == 0 and wheel is None):
                 break
+
+
+def _aside(remark: Remark) -> Remark:
+    """Say that what rolls at rest, and so has sign and radius right, slips elsewhere."""
+    if not remark.kind.startswith("rolling"):
+        return remark
+    what = (
+        f"Where {remark.part[1]!r} holds, {remark.about} rolls at rest and slips where the machine "
+    )
+    what += (
+        "has turned: what is constrained is not the velocity along which it rolls. Take that of "
+    )
+    what += "a frame that is steered with it, V = velocity(frame), along its axis: V.x."
+    return replace(remark, kind=ASKEW, sentence=what)
 
 
 def _round_shape(subject: Subject, body: Body) -> Shape | None:
@@ -217,9 +231,8 @@ def _rolls(
         what += f"is {wheel.arm:.4g} m from where it touches: sign and radius are wrong."
         yield Remark("rolling with the wrong sign", about, begin + what, part)
     else:
-        what = "what the constraint holds is not the velocity along which it rolls. Take that of a "
-        what += "frame that does not turn with it, V = velocity(frame), along its axis: V.x."
-        yield Remark("rolling along the wrong direction", about, begin + what, part)
+        what = "what is constrained is not the velocity along which it rolls on that."
+        yield Remark(ASKEW, about, begin + what, part)
 
 
 def _slips_aside(
@@ -250,7 +263,7 @@ def _slips_aside(
 def _constraints_on(subject: Subject, coordinate: Coordinate) -> list[str]:
     """Return the names of constraints on a coordinate's rate and others."""
     own = RateSymbol(coordinate)
-    return [c.name for c in subject.system.constraints if own in _symbols(c.velocity)]
+    return [c.name for c in subject.system.constraints if own in set(atoms_of(c.velocity))]
 
 
 def _couples(subject: Subject, coordinate: Coordinate) -> bool:
@@ -260,32 +273,16 @@ def _couples(subject: Subject, coordinate: Coordinate) -> bool:
 def _rubs(subject: Subject, coordinate: Coordinate) -> bool:
     """Whether a force acts, or an input or a state decides, along its rate and others."""
     own = RateSymbol(coordinate)
-    along = [_symbols(velocity) for velocity in _velocities(subject)]
-    return any(own in symbols and len(_rates(symbols)) > 1 for symbols in along)
-
-
-def _velocities(subject: Subject) -> Iterator[Any]:
-    """Yield the velocities along which forces act, or which are imposed."""
-    for effort in subject.system.efforts:
-        yield from (load.velocity for load in loads_in(effort))
-    yield from (entry.velocity for entry in imposed_velocities(subject.system))
-
-
-def _symbols(velocity: Any) -> set[sympy.Symbol]:
-    return set(written(velocity).free_symbols)
-
-
-def _rates(symbols: set[sympy.Symbol]) -> list[sympy.Symbol]:
-    return [symbol for symbol in symbols if isinstance(symbol, RateSymbol)]
+    along = (symbols for _, symbols in subject.pushed_along if own in symbols)
+    return any(sum(isinstance(s, RateSymbol) for s in symbols) > 1 for symbols in along)
 
 
 def _acting_along(subject: Subject, x: Array, rates: Array) -> Array:
     """Return those velocities in motions at a state, shape (n, velocities)."""
     system = subject.system
     values = {p: system.parameter_values[p.name] for p in system.parameters}
-    stated = [written(velocity).subs(values) for velocity in _velocities(subject)]
     symbols = [*configuration_symbols(system), *tangent_symbols(system)]
-    known = [one for one in stated if one.free_symbols <= set(symbols)]
+    known = [one.subs(values) for one, own in subject.pushed_along if own <= {*symbols, *values}]
     if not known:
         return np.zeros((len(rates), 0))
     function = sympy.lambdify(symbols, known, "numpy")

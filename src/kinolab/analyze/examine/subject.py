@@ -6,9 +6,16 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+import sympy
 
 from kinolab.dynamics import Body, Coordinate, Frame, Model, System
-from kinolab.dynamics.language.mechanism_parts import atoms_of, coordinate_of
+from kinolab.dynamics.language.mechanism_parts import (
+    atoms_of,
+    coordinate_of,
+    imposed_velocities,
+    loads_in,
+)
+from kinolab.dynamics.language.quantities import Change, FrameSpeed, written
 from kinolab.errors import KinolabError
 from kinolab.numerics.arrays import Array
 
@@ -88,7 +95,7 @@ class Subject:
         limits = np.clip(model.control_bounds, -UNLIMITED, UNLIMITED)
         sizes = np.minimum(model.state_scales, UNLIMITED)[model.speeds]
         states[:, model.speeds] = sizes * generator.uniform(-1, 1, (SAMPLES, len(sizes)))
-        inputs = generator.uniform(*limits.T, (SAMPLES, model.nu))
+        inputs = generator.uniform(limits[:, 0], limits[:, 1], (SAMPLES, model.nu))
         return model.f(states, inputs)[:, : model.nq], model.velocity(states, inputs)
 
     def poses(self, x: Array) -> Array:
@@ -104,3 +111,18 @@ class Subject:
     def place_of(self, body: Body) -> int:
         """Return the row of a body in the tables of poses."""
         return self.system.bodies.index(body)
+
+    @cached_property
+    def pushed_along(self) -> tuple[tuple[sympy.Expr, frozenset[sympy.Symbol]], ...]:
+        """Velocities along which forces act or which are imposed, with their symbols.
+
+        Ropes and springs are left out: they act along distances of origins and rub on nothing.
+        """
+        loads = (load.velocity for e in self.system.efforts for load in loads_in(e))
+        imposed = (entry.velocity for entry in imposed_velocities(self.system))
+        stated = (written(v) for v in (*loads, *imposed) if not _is_change(v))
+        return tuple((one, frozenset(atoms_of(one))) for one in stated)
+
+
+def _is_change(velocity: sympy.Expr | FrameSpeed) -> bool:
+    return isinstance(velocity, sympy.Expr) and bool(velocity.atoms(Change))

@@ -35,8 +35,8 @@ LARGEST = 100.0  # [m] of a body: what is longer was hardly meant in m
 ROUNDING = 1e-9
 TURN = 2 * math.pi
 WEAKEST, STRONGEST = 0.1, 30.0  # [m/s^2] moons and planets: Ceres has 0.28, Jupiter 24.8
-DEGREES = (10, 12, 15, 18, 20, 25, 30, 35, 40, 45, 50, 55, 60, 65, 70, 75, 80, 85, 90, 100, 110)
-DEGREES = (*DEGREES, 120, 130, 135, 140, 145, 150, 160, 165, 170, 175, 180, 270, 360)
+# whole numbers as one has them in degrees: tens, multiples of 15, and 12 and 18, parts of a turn
+DEGREES = frozenset({12, 18, *range(10, 190, 5), 270, 360})
 
 
 def odd_numbers(subject: Subject) -> Iterator[Remark]:
