@@ -21,6 +21,7 @@ from kinolab.dynamics import Model
 from kinolab.errors import KinolabError
 from kinolab.numerics.arrays import Array
 from kinolab.scenario.schema import IntegrationSection
+from kinolab.simulation.stability import fastest_rate, step_too_long
 
 if TYPE_CHECKING:  # a machine that is in the cache needs no symbols
     from kinolab.dynamics.language.mechanism import Mechanism
@@ -78,6 +79,8 @@ def stiff_law(
         return None
     step = settings.step
     try:
+        if step_too_long(settings, fastest_rate(model)) is not None:
+            return None  # the method itself makes deviations grow, which is told elsewhere
         found = largest_multiplier(model, settings, step)
         if found <= GROWING:
             return None

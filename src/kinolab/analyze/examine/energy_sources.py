@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from kinolab.analyze.examine.remark import Remark
 from kinolab.analyze.examine.subject import Subject
-from kinolab.dynamics import Spring
 from kinolab.dynamics.derivation.derivation import is_kinematic
 from kinolab.dynamics.language.constraints import Requirement
 from kinolab.dynamics.language.expressions import exact
@@ -35,14 +34,13 @@ def energy_sources(subject: Subject) -> Iterator[Remark]:
     """
     system, model = subject.system, subject.model
     for effort in system.efforts:
-        if isinstance(effort, Spring) and _known(effort.stiffness) and (
-            (stiffness := system.number(effort.stiffness)) < 0
-        ):  # fmt: skip
+        stiffness = getattr(effort, "stiffness", 0)
+        if _known(stiffness) and system.number(stiffness) < 0:
             what = (
-                f"Its stiffness is {stiffness:g} N/m: it pushes its ends apart the more the longer "
+                f"Its stiffness is {system.number(stiffness):g} N/m: it pushes its ends apart the "
             )
-            what += "it is. A spring that pulls back has a positive one."
-            yield Remark("spring that pushes", "", what, ("Spring", ""))
+            what += "more the longer it is. A spring that pulls back has a positive one."
+            yield Remark("spring that pushes", "", what, (type(effort).__name__, ""))
     suspects = [effort for effort in system.efforts if _may_feed(effort)]
     if not suspects or is_kinematic(system):
         return

@@ -8,7 +8,7 @@ import numpy as np
 
 from kinolab.analyze.examine.remark import Remark
 from kinolab.analyze.examine.subject import Subject
-from kinolab.dynamics import Axis, Body, Force, Torque
+from kinolab.dynamics import Axis, Body
 from kinolab.dynamics.language.frames import AXES
 from kinolab.errors import KinolabError
 from kinolab.numerics.arrays import Array
@@ -20,12 +20,17 @@ SHARES = (0.3, -0.2, 0.45)  # of the spans of coordinates, where axes are looked
 def reactions(subject: Subject) -> Iterator[Remark]:
     """Yield the motors between two moving bodies whose reaction the world takes."""
     for entry in subject.system.inputs:
-        if isinstance(entry, Torque | Force) and entry.reacts_on is None:
-            axis = entry.about if isinstance(entry, Torque) else entry.along
-            found = _carrier(subject, entry.on, axis, turns=isinstance(entry, Torque))
+        on, about = getattr(entry, "on", None), getattr(entry, "about", None)
+        axis = about or getattr(entry, "along", None)
+        if (
+            isinstance(on, Body)
+            and isinstance(axis, Axis)
+            and getattr(entry, "reacts_on", on) is None
+        ):
+            found = _carrier(subject, on, axis, turns=about is not None)
             if found is not None:
                 kind = type(entry).__name__
-                what = f"{entry.name} pushes {entry.on.name} against {found.name}, on which it "
+                what = f"{entry.name} pushes {on.name} against {found.name}, on which it "
                 what += "is mounted, and the world takes the reaction, as of no motor. With "
                 what += f"reacts_on={found.name} it pushes both."
                 title = "no reaction"
@@ -91,16 +96,19 @@ def _axis(subject: Subject, axis: Axis, x: Array) -> Array | None:
 def turning_axes(subject: Subject) -> Iterator[Remark]:
     """Yield the torques about an axis that a wheel's own roll turns away."""
     for entry in subject.system.inputs:
-        if not isinstance(entry, Torque):
+        on, about = getattr(entry, "on", None), getattr(entry, "about", None)
+        if not (isinstance(on, Body) and isinstance(about, Axis)):
             continue
-        last = entry.about.frame.motions[-1:] if entry.about.frame == entry.on.frame else ()
-        round_about = {shape.axis for shape in entry.on.shapes if shape.symmetric == "z"}
+        last = about.frame.motions[-1:] if about.frame == on.frame else ()
+        round_about = {shape.axis for shape in on.shapes if shape.symmetric == "z"}
         for motion in last:
             name, angle = getattr(motion, "axis", ""), getattr(motion, "angle", None)
             unlimited = any(c in angle.free_symbols and not np.isfinite([c.lower, c.upper]).any()
                             for c in subject.plain) if angle is not None else False  # fmt: skip
-            if name in round_about and entry.about.name != name and unlimited:
-                what = f"{entry.name} acts about the {entry.about.name} axis of {entry.on.name}, "
+            if name in round_about and about.name != name and unlimited:
+                what = f"{entry.name} acts about the {about.name} axis of {on.name}, "
                 what += f"which turns as it rolls ({angle}): after half a turn it acts the other "
                 what += "way round. Take an axis of the frame before that rotation."
-                yield Remark("axis that rolls along", entry.name, what, ("Torque", entry.name))
+                yield Remark(
+                    "axis that rolls along", entry.name, what, (type(entry).__name__, entry.name)
+                )

@@ -55,10 +55,15 @@ def slips(contact: Contact) -> Iterator[Remark]:
     for body, base in ((contact.one, contact.other), (contact.other, contact.one)):
         if body is None or (shape := _round_shape(contact.subject, body)) is None:
             continue
-        for k, shares in enumerate(CONFIGURATIONS):
-            plain = contact.subject.plain
-            x = contact.subject.moved({c: shares[i % 2] for i, c in enumerate(plain)})
-            wheel = _wheel(contact.subject, body, base, shape, x)
+        plain = contact.subject.plain
+        places = [
+            contact.subject.moved({c: shares[i % 2] for i, c in enumerate(plain)})
+            for shares in CONFIGURATIONS
+        ]
+        wheels = [_wheel(contact.subject, body, base, shape, x) for x in places]
+        if not any(wheels[1:]):
+            continue  # they touch by chance, and part as the machine moves
+        for k, (x, wheel) in enumerate(zip(places, wheels, strict=True)):
             found = [] if wheel is None else list(_judged(contact.subject, body, base, wheel, x))
             if k and any(remark.kind.startswith("rolling") for remark in found):
                 found = [_aside(remark) for remark in found]

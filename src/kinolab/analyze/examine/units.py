@@ -12,11 +12,11 @@ import sympy
 from kinolab.analyze.examine.remark import Remark
 from kinolab.analyze.examine.subject import Subject
 from kinolab.dynamics import Body, Coordinate, Parameter
+from kinolab.dynamics.codegen.state_space import TURN
 from kinolab.dynamics.language.expressions import exact, parts_of
 from kinolab.dynamics.language.forces import Gravity
 from kinolab.dynamics.language.frames import Rotation
 from kinolab.dynamics.language.mechanism_parts import energies_in, loads_in
-from kinolab.dynamics.language.quantities import written
 from kinolab.dynamics.language.shapes import Shape
 from kinolab.numerics.arrays import Array
 from kinolab.world.geometry import triangles
@@ -33,7 +33,6 @@ AIR = 1.2  # [kg/m^3] at 20 °C
 LIGHTEST = 0.1 * AIR  # boxes around propellers hold little else than air
 LARGEST = 100.0  # [m] of a body: what is longer was hardly meant in m
 ROUNDING = 1e-9
-TURN = 2 * math.pi
 WEAKEST, STRONGEST = 0.1, 30.0  # [m/s^2] moons and planets: Ceres has 0.28, Jupiter 24.8
 # whole numbers as one has them in degrees: tens, multiples of 15, and 12 and 18, parts of a turn
 DEGREES = frozenset({12, 18, *range(10, 190, 5), 270, 360})
@@ -153,7 +152,7 @@ def _trigonometry(subject: Subject) -> Iterator[tuple[tuple[str, str], str, str,
         for effort in system.efforts
     ]  # fmt: skip
     for part, about, expressions in stated:
-        for entry in parts_of(tuple(written(exact(e)) for e in expressions)):
+        for entry in parts_of(tuple(map(exact, expressions))):
             if isinstance(entry, sympy.sin | sympy.cos | sympy.tan):
                 yield part, about, type(entry).__name__, entry.args[0]
 
@@ -176,7 +175,7 @@ def _limits(subject: Subject) -> Iterator[Remark]:
         ends = [end for end in (coordinate.lower, coordinate.upper) if math.isfinite(end) and end]
         if coordinate.unit == "rad" and ends and all(abs(end) in DEGREES for end in ends):
             what = f"Its limits are {coordinate.lower:g} and {coordinate.upper:g} rad, "
-            what += f"{max(map(abs, ends)) / TURN:.2g} turns. Limits are in rad: 90 degrees are "
+            what += "more than a whole turn. Limits are in rad: 90 degrees are "
             what += "pi / 2."
             yield Remark("degrees", coordinate.name, what, ("angle", coordinate.name))
 
