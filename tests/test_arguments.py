@@ -157,6 +157,7 @@ VALID: dict[str, dict[str, Any]] = {
         "feedback": None,
         "modes": [],
         "transitions": [],
+        "expected": [],
     },
     "Torque": {"name": "t", "on": BODY, "about": FRAME.z, "limit": 1.0, "reacts_on": None},
     "Trim": {"x": np.zeros(2), "u": np.zeros(1)},

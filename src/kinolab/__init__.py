@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from kinolab.analyze.diagnose import diagnose as diagnose
     from kinolab.api import Plan as Plan
     from kinolab.api import Problem as Problem
+    from kinolab.api import examine as examine
     from kinolab.api import load as load
     from kinolab.api import read_run as read_run
     from kinolab.api import simulate as simulate

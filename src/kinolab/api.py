@@ -19,6 +19,7 @@ from kinolab.solve.plan import PlanResult
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
+    from kinolab.analyze.examine import Examination
     from kinolab.analyze.simulate import Policy
     from kinolab.dynamics import System
     from kinolab.runs import Run
@@ -88,6 +89,36 @@ def simulate(
             raise InputError([Mistake("simulate start", what, f"The states are {names}.")])
         problem = replace(problem, start=x)
     return by_itself.simulate(problem, duration, policy)
+
+
+def examine(machine: System | PlanningTask | str | Path) -> Examination:
+    """Say what a machine does, what is odd about it, and whether the laws of mechanics hold.
+
+    Args:
+        machine: A system, a problem, or what ``plan examine`` takes: a system's name, a scenario or
+            ``machine.py:function``.
+
+    Returns:
+        ``.sentences``, ``.remarks``, ``.laws`` and ``.verdict``; ``print`` shows all of it, and so
+        does a notebook.
+
+    Raises:
+        InputError: If there is no such machine, or it cannot be derived.
+    """
+    from kinolab.analyze.examine import examine as examined
+    from kinolab.dynamics import System
+    from kinolab.dynamics.language.mechanism import Mechanism
+
+    require_fit("examine machine", Mechanism | PlanningTask | str | Path, machine)
+    if isinstance(machine, Mechanism):
+        return examined(System.of(machine))
+    if isinstance(machine, PlanningTask):
+        scenario, system = machine.scenario, machine.system
+    else:
+        scenario = loading.find_scenario(str(machine))
+        system = loading.find_system(scenario)
+    file = loading.file_of_machine(scenario)
+    return examined(System.of(system), scenario.integration, file=file)
 
 
 def _to_simulate(

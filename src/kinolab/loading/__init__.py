@@ -3,6 +3,7 @@
 from kinolab.loading.build import build_problem as build_problem
 from kinolab.loading.build import built as built
 from kinolab.loading.build import load as load
+from kinolab.loading.find import file_of_machine as file_of_machine
 from kinolab.loading.find import find_machine as find_machine
 from kinolab.loading.find import find_scenario as find_scenario
 from kinolab.loading.find import find_system as find_system

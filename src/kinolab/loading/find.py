@@ -96,6 +96,15 @@ def find_system(scenario: Scenario) -> System:
     return system  # the unknown ones are reported with all other names
 
 
+def file_of_machine(scenario: Scenario) -> Path | None:
+    """Return the Python file that describes a scenario's machine; None where there is none."""
+    section = scenario.system
+    if section.name is not None:
+        return Path(inspect.getfile(systems.maker(section.name)))
+    file = scenario.folder / str(section.file).rpartition(".py")[0]
+    return file.with_name(f"{file.name}.py") if ".py" in str(section.file) else None
+
+
 def _named_scenario(what: str, overrides: Sequence[str] = ()) -> Scenario | None:
     """Return the scenario that a text names, None where it can only name a machine."""
     if is_foreign(what):

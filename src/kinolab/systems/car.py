@@ -23,8 +23,6 @@ from kinolab.dynamics import (
 )
 
 TRACK = 1.5  # [m] between left and right wheels
-WHEEL = 0.3  # [m] radius of the shapes; the rolling radius is the parameter R
-WHEELS = [Disk(WHEEL, thickness=0.2, axis="y", at=(0, side, 0)) for side in (TRACK / 2, -TRACK / 2)]
 
 
 def car() -> System:
@@ -37,12 +35,14 @@ def car() -> System:
     """
     # I_z excludes the front wheels and is about the vertical through the centre of mass.
     m, I_z = parameter("m", 1200.0, "kg"), parameter("I_z", 2000.0, "kg m^2")
-    L, a, R = parameter("L", 2.7, "m"), parameter("a", 1.3, "m"), parameter("R", WHEEL, "m")
+    L, a, R = parameter("L", 2.7, "m"), parameter("a", 1.3, "m"), parameter("R", 0.3, "m")
     I_w, J_s = parameter("I_w", 2.0, "kg m^2"), parameter("J_s", 5.0, "kg m^2")
     c_d, c_s = parameter("c_d", 72.0, "N m s/rad"), parameter("c_s", 50.0, "N m s/rad")
     x, y, psi = length("x"), length("y"), angle("psi")  # middle of the rear axle, heading
     delta = angle("delta", -0.6, 0.6, speed=0.8)  # steering angle
     phi = angle("phi", speed=10.0)  # rotation of the rear wheels
+    sides = (TRACK / 2, -TRACK / 2)
+    wheels = [Disk(R, thickness=0.2, axis="y", at=(0, side, 0)) for side in sides]
     rear = move(x, y, R) @ rot_z(psi)
     front = rear @ move(L) @ rot_z(delta)
     shell = (
@@ -54,10 +54,10 @@ def car() -> System:
         "rear axle",
         rear @ rot_y(phi),
         inertia=(I_w / 2, I_w, I_w / 2),
-        shape=WHEELS,
+        shape=wheels,
         touches_ground=True,
     )
-    steering = Body("front wheels", front, inertia=J_s, shape=WHEELS, touches_ground=True)
+    steering = Body("front wheels", front, inertia=J_s, shape=wheels, touches_ground=True)
     V = velocity(rear)
     return System(
         "car",

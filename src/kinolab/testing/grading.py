@@ -237,16 +237,11 @@ def _project(what: str) -> Report:
     from kinolab.analyze.describe.each_mode import in_each_mode
     from kinolab.analyze.examine import examine
     from kinolab.dynamics import System
-    from kinolab.loading import find_scenario, find_system, load
+    from kinolab.loading import file_of_machine, find_scenario, find_system, load
 
     scenario = find_scenario(what)
     system = System.of(find_system(scenario))
-    odd = [
-        str(finding)
-        for _, one in in_each_mode(system)
-        for finding in examine(one, scenario.integration)
-        if not finding.holds
-    ]
+    odd = examine(system, scenario.integration, file=file_of_machine(scenario)).faults
     richer = any(
         generalisation.shown
         for _, machine in in_each_mode(system)

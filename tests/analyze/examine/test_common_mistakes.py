@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from kinolab import systems
 from kinolab.analyze.examine import examine
-from kinolab.analyze.examine.common_mistakes import mistakes_in
 from kinolab.dynamics import (
     WORLD,
     Body,
@@ -35,31 +33,24 @@ def rod(inertia: float) -> System:
 
 
 def broken(system: System) -> list[str]:
-    return [str(check) for check in examine(system) if not check.holds]
+    return list(examine(system).faults)
 
 
 def test_an_inertia_in_g_cm2_is_too_large_for_its_body() -> None:
     """1 kg m^2 = 10^7 g cm^2: more than m r^2 no body within the radius r can have."""
     (found,) = broken(rod(1e7 * UNIFORM))
-    assert "inertia of rod" in found
+    assert "inertia too large: rod" in found
     assert "g cm^2" in found
 
 
 def test_an_inertia_that_was_divided_once_too_often_is_too_small() -> None:
     (found,) = broken(rod(1e-7 * UNIFORM))
-    assert "inertia of rod" in found
+    assert "inertia too small: rod" in found
     assert "g cm^2" in found
 
 
 def test_the_inertia_of_a_uniform_rod_fits() -> None:
     assert broken(rod(UNIFORM)) == []
-
-
-@pytest.mark.parametrize("name", systems.names())
-def test_no_inertia_of_our_machines_is_odd(name: str) -> None:
-    model = systems.get(name).model()
-    found = list(mistakes_in(model, model.rest()[None]))
-    assert [str(check) for check in found if not check.holds] == []
 
 
 def tip(*, listed: bool, mass: float) -> System:
@@ -103,11 +94,11 @@ def sliders(pairs: list[tuple[str, str]]) -> System:
 
 
 def test_bodies_that_pass_through_each_other_are_told_with_the_remedy() -> None:
-    told = [str(check) for check in examine(sliders([])) if "collisions=" in str(check)]
+    told = [one for one in examine(sliders([])).sentences if "collisions=" in one]
     assert len(told) == 1
     assert "red and blue" in told[0]
     assert "('red', 'blue')" in told[0]
 
 
 def test_pairs_that_are_named_are_not_told() -> None:
-    assert not any("collisions=" in str(check) for check in examine(sliders([("red", "blue")])))
+    assert not any("collisions=" in one for one in examine(sliders([("red", "blue")])).sentences)

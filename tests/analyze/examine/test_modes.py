@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from kinolab.analyze.examine.examination import modes_alone
+from kinolab.analyze.examine import modes_alone
 from kinolab.analyze.simulate import drifting_constraints
 from kinolab.dynamics import Model
 from tests.dynamics.modes.test_light_parts import walker

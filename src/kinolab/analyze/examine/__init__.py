@@ -1,6 +1,8 @@
-"""``plan examine``: laws of mechanics checked on a machine, and what looks wrong about it."""
+"""``plan examine``: what a machine does, and what looks wrong about it."""
 
-from kinolab.analyze.examine.examination import examine, modes_alone
+from kinolab.analyze.examine.examination import Examination, examine
 from kinolab.analyze.examine.law_check import LawCheck
+from kinolab.analyze.examine.laws import laws, modes_alone
+from kinolab.analyze.examine.remark import Remark
 
-__all__ = ["LawCheck", "examine", "modes_alone"]
+__all__ = ["Examination", "LawCheck", "Remark", "examine", "laws", "modes_alone"]

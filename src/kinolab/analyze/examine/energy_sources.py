@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from kinolab.analyze.examine.law_check import LawCheck
-from kinolab.dynamics import Model, System
+from kinolab.analyze.examine.remark import Remark
+from kinolab.analyze.examine.subject import Subject
+from kinolab.dynamics.derivation.derivation import is_kinematic
 from kinolab.dynamics.language.constraints import Requirement
 from kinolab.dynamics.language.expressions import exact
 from kinolab.dynamics.language.forces import Effort
@@ -19,26 +21,32 @@ from kinolab.dynamics.language.symbols import (
     ReferenceSymbol,
     StateSymbol,
 )
+from kinolab.simulation.stability import random_states
 
 ROUNDING = 1e-9  # of the largest power of a force: a smaller one counts as zero
 
 
-def energy_sources(model: Model, states: NDArray[np.float64]) -> Iterator[LawCheck]:
+def energy_sources(subject: Subject) -> Iterator[Remark]:
     """Yield the forces whose work is positive though the machine's inputs are zero.
 
     Friction must not do any. A wrench may, such as a wind's; but if it does so however the motion
     is reversed, it is friction with the wrong sign.
-
-    Args:
-        model: The machine.
-        states: Where forces are looked at, shape (m, nx).
     """
-    system = System.of(model.system)
+    system, model = subject.system, subject.model
+    for effort in system.efforts:
+        stiffness = getattr(effort, "stiffness", 0)
+        if _known(stiffness) and system.number(stiffness) < 0:
+            what = (
+                f"Its stiffness is {system.number(stiffness):g} N/m: it pushes its ends apart the "
+            )
+            what += "more the longer it is. A spring that pulls back has a positive one."
+            yield Remark("spring that pushes", "", what, (type(effort).__name__, ""))
     suspects = [effort for effort in system.efforts if _may_feed(effort)]
-    if not suspects or system.feedback is not None:
+    if not suspects or is_kinematic(system):
         return
     margins = tuple(Requirement(effort.power, f"power {k}") for k, effort in enumerate(suspects))
-    watched = system.changed(requirements=margins, flat=None).model()
+    watched = system.changed(requirements=margins, flat=None, expected=()).model()
+    states = random_states(model)
     reversed_ = states.copy()
     reversed_[:, model.speeds] *= -1.0
     idle = np.zeros(model.nu)
@@ -49,20 +57,22 @@ def energy_sources(model: Model, states: NDArray[np.float64]) -> Iterator[LawChe
 
 def _found(
     effort: Effort, there: NDArray[np.float64], back: NDArray[np.float64]
-) -> Iterator[LawCheck]:
+) -> Iterator[Remark]:
     """Judge the powers of a force in [W] at states and at the reversed ones, shape (m,) each."""
     largest = max(np.abs(there).max(), np.abs(back).max())
     if not (np.isfinite(largest) and largest > 0):
         return
-    both = float(np.minimum(there, back).max() / largest)
-    most = float(np.maximum(there, back).max())
-    note = f"the {effort} feeds in up to {most:.3g} W while all inputs are 0"
-    if both > ROUNDING:
-        note += ", whichever way the machine moves; friction has the sign of -velocity"
-        yield LawCheck("friction takes energy out", both, ROUNDING, note)
-    elif not effort.size and most > ROUNDING * largest:
-        note = f"but {note}: right for a wind or a motor that always runs"
-        yield LawCheck("no energy comes from nowhere", 0.0, 0.0, note)
+    if float(np.minimum(there, back).max() / largest) > ROUNDING:
+        most = float(np.maximum(there, back).max())
+        what = (
+            f"The {effort} feeds in up to {most:.3g} W while all inputs are 0, whichever way the "
+        )
+        what += "machine moves: friction has the sign of -velocity."
+        yield Remark("friction that pushes", str(effort), what, (type(effort).__name__, ""))
+
+
+def _known(value: Any) -> bool:
+    return all(isinstance(symbol, Parameter) for symbol in exact(value).free_symbols)
 
 
 def _may_feed(effort: Effort) -> bool:
@@ -72,5 +82,4 @@ def _may_feed(effort: Effort) -> bool:
         return False  # it is, or may be, driven
     if not effort.size:
         return True
-    strength = exact(getattr(effort, effort.size))  # numbers and parameters were validated
-    return not all(isinstance(a, Parameter) for a in strength.free_symbols)
+    return not _known(getattr(effort, effort.size))  # numbers and parameters were validated

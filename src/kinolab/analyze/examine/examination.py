@@ -1,202 +1,176 @@
-"""Generic consistency checks of a machine, against independent computations.
-
-Each law is checked on the compiled model against code that it does not share: finite differences,
-an energy balance along a DOP853 run, or SymPy's own derivation.
-"""
+"""``plan examine``: what a machine does, what looks wrong about it, and whether its laws hold."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from html import escape
+from pathlib import Path
+from textwrap import wrap
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy.integrate import solve_ivp
 
-from kinolab.analyze.examine.common_mistakes import mistakes_in
+from kinolab.analyze.describe.each_mode import in_each_mode
+from kinolab.analyze.examine.behaviour import behaviour
+from kinolab.analyze.examine.contacts import contacts
 from kinolab.analyze.examine.energy_sources import energy_sources
+from kinolab.analyze.examine.joints import parted, sized_otherwise
 from kinolab.analyze.examine.law_check import LawCheck
-from kinolab.dynamics import Model, System
-from kinolab.dynamics.codegen.methods import METHODS
-from kinolab.dynamics.derivation.singularity import singularity_of
-from kinolab.dynamics.mode_derivations import in_mode
-from kinolab.errors import KinolabError, NoDynamicsError
+from kinolab.analyze.examine.laws import laws, modes_alone
+from kinolab.analyze.examine.passing_bodies import passing_bodies
+from kinolab.analyze.examine.place_in_file import place_in
+from kinolab.analyze.examine.reactions import reactions, turning_axes
+from kinolab.analyze.examine.remark import Remark, sorted_out
+from kinolab.analyze.examine.rolling import slips
+from kinolab.analyze.examine.subject import Subject
+from kinolab.analyze.examine.units import odd_numbers
+from kinolab.dynamics import System
 from kinolab.loading.well_posed import unlimited_sentences
 from kinolab.scenario.schema import IntegrationSection
-from kinolab.simulation.stability import fastest_rate, random_states, step_too_long
+from kinolab.simulation.held_law import stiff_law
 
-DURATION = 2.0  # [s] of the energy-balance run
-SHORTENINGS = 8  # times that a run into a singularity is halved
+LINE_WIDTH = 100  # characters per line
 
 
-def examine(system: System, integration: IntegrationSection | None = None) -> Iterator[LawCheck]:
-    """Yield the results of the generic checks of a machine.
+@dataclass(frozen=True)
+class Examination:
+    """What an examination of a machine has found.
+
+    Attributes:
+        name: Of the machine.
+        sentences: What it does, with titles where it has modes.
+        remarks: What is hardly ever meant, but for what the machine expects.
+        laws: The laws of mechanics that were checked.
+        unused: Entries of ``expected`` that no remark answers to.
+    """
+
+    name: str
+    sentences: tuple[str, ...]
+    remarks: tuple[Remark, ...]
+    laws: tuple[LawCheck, ...]
+    unused: tuple[str, ...] = ()
+
+    @property
+    def broken(self) -> tuple[LawCheck, ...]:
+        """The laws that do not hold."""
+        return tuple(law for law in self.laws if not law.holds)
+
+    @property
+    def faults(self) -> tuple[str, ...]:
+        """What speaks against the machine: remarks, broken laws, and what is expected in vain."""
+        vain = (f"expected={entry!r} answers to no remark" for entry in self.unused)
+        return (*map(str, self.remarks), *map(str, self.broken), *vain)
+
+    @property
+    def verdict(self) -> str:
+        """All of it in one line."""
+        if not self.faults:
+            return f"{self.name}: nothing to remark, and the laws of mechanics hold."
+        counts = {"remark": len(self.remarks), "broken law": len(self.broken)}
+        counts["expectation in vain"] = len(self.unused)
+        told = [f"{n} {what}{'s' * (n > 1)}" for what, n in counts.items() if n]
+        titles = "; ".join((*(r.title for r in self.remarks), *(law.law for law in self.broken)))
+        return f"{self.name}: {', '.join(told)}{': ' * bool(titles)}{titles}."
+
+    def __str__(self) -> str:
+        """What ``plan examine`` prints."""
+        return "\n".join(_lines(self))
+
+    __repr__ = __str__
+
+    def _repr_html_(self) -> str:
+        """Show it in a notebook."""
+        remarks = "".join(f"<li>{escape(str(remark))}</li>" for remark in self.remarks)
+        told = "".join(f"<li>{escape(sentence)}</li>" for sentence in self.sentences)
+        broken = "".join(f"<li>{escape(str(law))}</li>" for law in self.broken)
+        parts = [f"<b>{escape(self.verdict)}</b>", f"<ul>{told}</ul>"]
+        parts += [f"Remarks:<ul>{remarks}</ul>"] if remarks else []
+        parts += [f"Broken laws:<ul>{broken}</ul>"] if broken else []
+        return "".join(parts)
+
+
+def examine(
+    system: System, integration: IntegrationSection | None = None, *, file: Path | None = None
+) -> Examination:
+    """Examine a machine.
 
     Args:
         system: The machine.
-        integration: The integration settings for planning; not checked if left out.
+        integration: How planning integrates it; not checked if left out.
+        file: The file that describes it, in which the lines of remarks are looked up.
 
     Raises:
         InputError: If the machine cannot be derived.
     """
-    model = system.model()
-    states = random_states(model)
-    inputs = model.control_bounds.mean(axis=1) + 0.3 * np.ptp(model.control_bounds, axis=1)
-    inputs = inputs if model.nu else np.zeros(0)
-    yield _jacobian(model, states, inputs)
-    if system.constraints:
-        yield _constraints(model, states, inputs)
-        yield _velocities(system)
-    yield from modes_alone(model)
-    try:
-        yield from _mass_matrix(model, states)
-        yield _energy(model, states[0], inputs)
-        yield from energy_sources(model, states)
-    except NoDynamicsError as error:
-        yield LawCheck("a kinematic machine", 0.0, 0.0, str(error))
+    sentences: list[str] = []
+    found: list[Remark] = []
+    checked = list(modes_alone(system.model())) if system.modes else []
+    for title, machine in in_each_mode(system):
+        subject = Subject(machine.with_feedback(None))
+        told = (*behaviour(subject), *passing_bodies(subject), *_limits(machine))
+        sentences += [title] * bool(title) + [one for one in told if one not in sentences]
+        found += remarks_on(subject)
+        mode = title.partition("\n")[0].removeprefix(system.name)
+        checked += [replace(law, law=law.law + mode) for law in laws(machine, integration)]
     if integration is not None:
-        yield _steps(model, integration)
-    yield from mistakes_in(model, states)
-    yield from _limits(model)
+        found += _law_of(system, integration)
+    remarks, unused = sorted_out(found, system.expected)
+    placed = tuple(replace(one, place=place_in(file, one.part)) for one in remarks)
+    return Examination(system.name, tuple(sentences), placed, tuple(checked), unused)
 
 
-def _jacobian(model: Model, states: NDArray[np.float64], u: NDArray[np.float64]) -> LawCheck:
-    worst = 0.0
-    for x in states:
-        exact, _ = model.jacobian(x, u)
-        steps = 1e-6 * model.state_scales
-        columns = [
-            (model.f(x + h * e, u) - model.f(x - h * e, u)) / (2 * h)
-            for h, e in zip(steps, np.eye(model.nx), strict=True)
-        ]
-        size = max(1.0, float(np.abs(exact).max()))
-        worst = max(worst, float(np.abs(exact - np.array(columns).T).max()) / size)
-    return LawCheck(
-        "derivatives of f equal finite differences",
-        worst,
-        1e-6,
-        "a violation would mean a kink, such as that of a sign or an absolute value at zero",
-    )
+def remarks_on(subject: Subject) -> Iterator[Remark]:
+    """Yield what is hardly ever meant about a machine, without its controller."""
+    for contact in contacts(subject):
+        yield from slips(contact)
+        yield from parted(contact)
+        yield from sized_otherwise(contact)
+    yield from reactions(subject)
+    yield from turning_axes(subject)
+    yield from odd_numbers(subject)
+    yield from energy_sources(subject)
 
 
-def _constraints(model: Model, states: NDArray[np.float64], u: NDArray[np.float64]) -> LawCheck:
-    count = len(model.system.constraints)
-    residual = np.abs(model.constraint_residual(states, u)[:, :count]).max()
-    repeated = f"; follows from others: {', '.join(model.redundant)}" if model.redundant else ""
-    free = ", ".join(model.velocity_names)
-    return LawCheck(
-        "velocities obey the constraints",
-        float(residual),
-        1e-9,
-        f"independent: {free or 'nothing but the inputs'}{repeated}",
-    )
+def _law_of(system: System, integration: IntegrationSection) -> Iterator[Remark]:
+    if system.feedback is None:
+        return
+    found = stiff_law(system.model(), integration, lambda: system)
+    if found is not None:
+        word = type(system.feedback).__name__
+        yield Remark("law too stiff for its step", "", found.sentence, (word, ""))
 
 
-def modes_alone(model: Model) -> Iterator[LawCheck]:
-    """Compare each mode with the machine that has no other: by multipliers, and without."""
-    for number in range(len(model.machine.modes)):
-        yield _mode(model, random_states(model), number)
-
-
-def _mode(model: Model, states: NDArray[np.float64], number: int) -> LawCheck:
-    name = model.machine.modes[number]
-    own = System.of(in_mode(model.system, name)).model()
-    law = f"in mode {name!r} it moves as the machine that has no other mode"
-    x = states.copy()
-    x[:, -1] = number
-    for _ in range(20):
-        x = model.project(x)
-    u = model.null_control()
-    entries = [model.state_names.index(entry) for entry in own.state_names]
-    held = u[[model.control_names.index(entry) for entry in own.control_names]]
-    try:
-        whole, alone = model.f(x, u)[:, entries], own.f(x[:, entries], held)
-    except KinolabError as error:
-        return LawCheck(law, 0.0, 0.0, f"not compared: {error}")
-    gap = float(np.abs(whole - alone).max() / max(1.0, float(np.abs(alone).max())))
-    return LawCheck(law, gap, 1e-8, "masses that differ by many orders of magnitude cost digits")
-
-
-def _velocities(system: System) -> LawCheck:
-    """Say whether the velocities that are states determine all others everywhere."""
-    law, found = "independent velocities determine the others", singularity_of(system)
-    note = "no configuration within the limits was found where they do not"
-    return LawCheck(law, 0.0, 0.0, note if found is None else found.sentence)
-
-
-def _mass_matrix(model: Model, states: NDArray[np.float64]) -> Iterator[LawCheck]:
-    asymmetry, smallest = 0.0, np.inf
-    for x in states:
-        M = model.mass_matrix(x)
-        asymmetry = max(asymmetry, float(np.abs(M - M.T).max() / np.abs(M).max()))
-        own = np.sqrt(np.maximum(np.diag(M), 1e-300))
-        smallest = min(smallest, float(np.linalg.eigvalsh(M / np.outer(own, own))[0]))
-    yield LawCheck("the mass matrix is symmetric", asymmetry, 1e-12, "a check of kinolab itself")
-    note = f"smallest eigenvalue {smallest:.1e}, with each coordinate's own inertia as the unit"
-    if model.system.constraints and smallest <= 0:
-        note += "; constraints hold the massless directions"
-        yield LawCheck("every motion has inertia", 0.0, 1e-12, note)
-    else:
-        yield LawCheck("every motion has inertia", max(-smallest, 0.0), 1e-12, note)
-
-
-def _energy(model: Model, x: NDArray[np.float64], u: NDArray[np.float64]) -> LawCheck:
-    """Balance d/dt (T + V) against the power of inputs and friction along a run."""
-
-    def change(_: float, y: NDArray[np.float64]) -> NDArray[np.float64]:
-        return np.append(model.f(y[:-1], u), model.power(y[:-1], u))
-
-    def within(_: float, y: NDArray[np.float64]) -> float:
-        lower, upper = model.state_bounds.T
-        return float(min((upper - y[:-1]).min(), (y[:-1] - lower).min()))
-
-    within.terminal = True  # type: ignore[attr-defined]  # laws need hold within the limits only
-    law = "energy changes by the work of inputs and friction"
-    # Where velocities are singular somewhere, a run may end, though the laws hold.
-    shorter = SHORTENINGS if singularity_of(model.system) else 0
-    for duration in DURATION * 0.5 ** np.arange(shorter + 1):
-        try:
-            run = solve_ivp(
-                change,
-                (0.0, duration),
-                np.append(x, 0.0),
-                method="DOP853",
-                events=within,
-                rtol=1e-9,
-                atol=1e-11,
-            )
-            break
-        except KinolabError as error:
-            wrong = str(error)
-    else:
-        return LawCheck(law, np.inf, 1e-7, f"the run ended early: {wrong}")
-    energies = [sum(model.energy(run.y[:-1, k], u)) for k in (0, -1)]
-    work = float(run.y[-1, -1])
-    size = max(1.0, *map(abs, energies), abs(work))
-    gap = abs(energies[1] - energies[0] - work) / size
-    note = (
-        f"in {run.t[-1]:.3g} s the energy changes by {energies[1] - energies[0]:+.3g} J; "
-        f"the work is {work:+.3g} J"
-    )
-    return LawCheck(law, gap, 1e-7, note)
-
-
-def _steps(model: Model, settings: IntegrationSection) -> LawCheck:
-    """Compare the fastest decay rate, at rest and in motion, with the integrator's stability."""
-    rate = fastest_rate(model)
-    step, wrong = settings.step / settings.substeps, step_too_long(settings, rate)
-    law = f"{settings.method} is stable at steps of {step:g} s"
-    if wrong is not None:
-        return LawCheck(law, rate * step, METHODS[settings.method].stability, wrong.sentence)
-    note = f"the fastest decay rate is {rate:.3g} /s"
-    return LawCheck(law, rate * step, METHODS[settings.method].stability, note)
-
-
-def _limits(model: Model) -> Iterator[LawCheck]:
-    """Report the limits and inputs that a planner will miss, in the words in which it asks."""
-    for i in model.speeds:
-        if not np.isfinite(model.state_bounds[i]).all():
-            note = " ".join(unlimited_sentences(model, model.state_names[i]))
-            yield LawCheck("velocities without limits", 0.0, 0.0, note, advice=True)
+def _limits(system: System) -> Iterator[str]:
+    """Yield the limits and inputs that a planner will miss, in the words in which it asks."""
+    model = system.model()
+    names = [
+        model.state_names[i] for i in model.speeds if not np.isfinite(model.state_bounds[i]).all()
+    ]
+    if names:
+        more = f" So it is with {', '.join(names[1:])}." if names[1:] else ""
+        yield f"Before planning, {' '.join(unlimited_sentences(model, names[0]))}{more}"
     if not model.nu:
-        note = "there is nothing to plan; plan simulate shows how it moves"
-        yield LawCheck("without inputs", 0.0, 0.0, note, advice=True)
+        yield "It has no inputs: there is nothing to plan; plan simulate shows how it moves."
+
+
+def _lines(found: Examination) -> Iterator[str]:
+    yield found.name
+    for sentence in found.sentences:
+        yield from _wrapped(sentence, "  ", "    ")
+    for remark in found.remarks:
+        yield from _wrapped(str(remark), "  remark  ", "          ")
+    for entry in found.unused:
+        yield f"  remark  expected={entry!r} answers to no remark: take it out."
+    own = [law for law in found.laws if law.own and law.holds]
+    for law in found.laws:
+        if law not in own:
+            yield from _wrapped(str(law), "  ", "          ")
+    if own:
+        yield f"  holds   {len(own)} checks of kinolab's own derivation"
+    yield found.verdict
+
+
+def _wrapped(text: str, first: str, others: str) -> list[str]:
+    lines = text.splitlines()
+    wrapped = wrap(lines[0], LINE_WIDTH, initial_indent=first, subsequent_indent=others)
+    return [*wrapped, *(f"{others}{line.strip()}" for line in lines[1:])]

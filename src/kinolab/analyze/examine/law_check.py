@@ -13,15 +13,15 @@ class LawCheck:
         law: The law that must hold.
         value: The largest violation, relative.
         limit: What rounding and finite differences explain.
-        note: What a violation would mean; or, if it holds, what was observed.
-        advice: Whether it is no law, but what a scenario will have to say.
+        note: What was observed; of a law that is broken, what it means for the machine.
+        own: Whether it is kinolab itself that is checked, by a second computation.
     """
 
     law: str
     value: float
     limit: float
-    note: str
-    advice: bool = False
+    note: str = ""
+    own: bool = False
 
     @property
     def holds(self) -> bool:
@@ -29,7 +29,8 @@ class LawCheck:
         return bool(self.value <= self.limit)
 
     def __str__(self) -> str:
-        if self.advice:
-            return f"note    {self.law}: {self.note}"
-        verdict = "holds" if self.holds else "BROKEN"
-        return f"{verdict:6}  {self.law} ({self.value:.1e}, limit {self.limit:.0e}): {self.note}"
+        note = f": {self.note}" if self.note else ""
+        if self.holds:
+            return f"holds   {self.law}{note}"
+        off = f"off by {self.value:.1e}, where rounding explains {self.limit:.0e}"
+        return f"BROKEN  {self.law} ({off}){note}"

@@ -60,6 +60,9 @@ class Mechanism(MechanismParts):
         modes: What holds in each mode of a machine whose mechanics switch; its first state begins
             in the first one. Its state has an entry ``mode``, the mode's place in this list.
         transitions: How modes end, and what follows.
+        expected: Remarks of ``plan examine`` that are meant as they are: what stands before their
+            colon, ``"no rolling constraint"``, or also what they are about, ``"no rolling
+            constraint: ball"``. It leaves these out.
 
     Raises:
         InputError: With every mistake in the description.
@@ -87,6 +90,7 @@ class Mechanism(MechanismParts):
         feedback: Feedback | Regulator | None = None,
         modes: Sequence[Mode] = (),
         transitions: Sequence[Transition] = (),
+        expected: Sequence[str] = (),
     ) -> None:
         content = {
             "bodies": tuple(bodies),
@@ -123,6 +127,7 @@ class Mechanism(MechanismParts):
             parameters=tuple(sorted((a for a in atoms if isinstance(a, Parameter)), key=str)),
             values=tuple(sorted((values or {}).items())),
             flat=flat,
+            expected=tuple(expected),
         )
         mistakes = list(mistakes_of(self, atoms, used))
         if mistakes:

@@ -62,6 +62,7 @@ class MechanismParts:
     feedback: Feedback | Regulator | None
     modes: tuple[Mode, ...]
     transitions: tuple[Transition, ...]
+    expected: tuple[str, ...]
 
     @property
     def parameter_values(self) -> dict[str, float]:

@@ -297,6 +297,11 @@ def _places(system: MechanismParts) -> Iterator[Mistake]:
     if not all(isinstance(s, Parameter) for s in system.gravity.strength.free_symbols):
         what = f"its strength is {system.gravity.strength}."
         yield Mistake("gravity", what, "Give a number or a parameter; Potential takes the rest.")
+    elif not 0 <= (strength := system.number(system.gravity.strength)) < math.inf:
+        remedy = (
+            "Give 0 or more; its direction says which way it pulls, such as toward('-z', 9.81)."
+        )
+        yield Mistake("gravity", f"its strength is {strength:g} m/s^2.", remedy)
     if not math.isclose(math.hypot(*system.gravity.down), 1.0, rel_tol=1e-9):
         yield Mistake("gravity", f"{system.gravity.down} is not a unit vector.")
 

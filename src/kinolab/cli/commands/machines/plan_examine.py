@@ -1,35 +1,32 @@
-"""``plan examine``: check the laws of mechanics on a user's machine."""
+"""``plan examine``: say what a machine does, what is odd about it, and whether its laws hold."""
 
 from __future__ import annotations
 
+import sys
+from contextlib import redirect_stdout
+
 import click
 
-from kinolab.cli.common import FAILED, unlogged
+from kinolab.cli.common import FAILED, set_option, unlogged
 from kinolab.cli.terminal import say
 
 
 @click.command("examine")
 @click.argument("what")
-def command(what: str) -> int:
-    """Check the laws of mechanics on WHAT, and its steps, and say what is odd."""
-    from kinolab.analyze.describe.each_mode import in_each_mode
-    from kinolab.analyze.examine import examine, modes_alone
+@set_option
+def command(what: str, overrides: tuple[str, ...]) -> int:
+    """Say what WHAT does, what is odd about it, and whether the laws of mechanics hold."""
+    from kinolab.analyze.examine import examine
     from kinolab.dynamics import System
     from kinolab.dynamics.machine_facts import facts_of
-    from kinolab.loading import find_scenario, find_system
+    from kinolab.loading import file_of_machine, find_scenario, find_system
     from kinolab.problem.warnings import machine_warnings
 
-    with unlogged():
-        scenario = find_scenario(what)
-        system, holds = System.of(find_system(scenario)), True
+    with redirect_stdout(sys.stderr), unlogged():
+        scenario = find_scenario(what, overrides=overrides)
+        system = System.of(find_system(scenario))
     for told in machine_warnings(facts_of(system)):
         say(f"warning: {told}")
-    if system.modes:
-        findings = list(modes_alone(system.model()))
-        say("\n".join([system.name, *map(str, findings)]))
-        holds = all(finding.holds for finding in findings)
-    for title, machine in in_each_mode(system):
-        findings = list(examine(machine, scenario.integration))
-        say("\n".join([*([title] if title else []), *map(str, findings)]))
-        holds = holds and all(finding.holds for finding in findings)
-    return 0 if holds else FAILED
+    found = examine(system, scenario.integration, file=file_of_machine(scenario))
+    say(str(found))
+    return FAILED if found.faults else 0

@@ -1,0 +1,212 @@
+"""Numbers in other units: masses, lengths, inertias, angles and gravity against everyday size."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import sympy
+
+from kinolab.analyze.examine.remark import Remark
+from kinolab.analyze.examine.subject import Subject
+from kinolab.dynamics import Body, Coordinate, Parameter
+from kinolab.dynamics.codegen.state_space import TURN
+from kinolab.dynamics.language.expressions import exact, parts_of
+from kinolab.dynamics.language.forces import Gravity
+from kinolab.dynamics.language.frames import Rotation
+from kinolab.dynamics.language.mechanism_parts import energies_in, loads_in
+from kinolab.dynamics.language.shapes import Shape
+from kinolab.numerics.arrays import Array
+from kinolab.world.geometry import triangles
+
+# Of a body's largest moment of inertia to m r^2, where r is the reach of its shape. No body that
+# lies within its shape has more than 1; shapes may leave parts out. A wrong unit is a factor of 1e4
+# (kg cm^2) at least.
+LARGEST_INERTIA = 100.0
+SMALLEST_INERTIA = 1e-3  # a sphere of a third of the radius has 0.04
+DENSEST = 22_590.0  # [kg/m^3] osmium; CRC Handbook of Chemistry and Physics
+# A mass in g, or one of three lengths in mm, is a factor of 1e3; shapes may leave parts out.
+TOO_DENSE = 5 * DENSEST
+AIR = 1.2  # [kg/m^3] at 20 °C
+LIGHTEST = 0.1 * AIR  # boxes around propellers hold little else than air
+LARGEST = 100.0  # [m] of a body: what is longer was hardly meant in m
+ROUNDING = 1e-9
+WEAKEST, STRONGEST = 0.1, 30.0  # [m/s^2] moons and planets: Ceres has 0.28, Jupiter 24.8
+# whole numbers as one has them in degrees: tens, multiples of 15, and 12 and 18, parts of a turn
+DEGREES = frozenset({12, 18, *range(10, 190, 5), 270, 360})
+
+
+def odd_numbers(subject: Subject) -> Iterator[Remark]:
+    """Yield the numbers that look like another unit."""
+    for body in subject.system.bodies:
+        yield from _inertia(subject, body)
+        yield from _density(subject, body)
+        yield from _length(subject, body)
+    yield from _angles(subject)
+    yield from _limits(subject)
+    yield from _gravity(subject)
+
+
+def _corners(subject: Subject, body: Body) -> list[Array]:
+    return [triangles(shape)[0] for shape in subject.system.resolved_shapes(body)]
+
+
+def _reach(subject: Subject, body: Body) -> float:
+    """Return how far a body's shape goes from its centre of mass, in [m]; 0 without a shape."""
+    corners = _corners(subject, body)
+    return max((float(np.linalg.norm(points, axis=1).max()) for points in corners), default=0.0)
+
+
+def _inertia(subject: Subject, body: Body) -> Iterator[Remark]:
+    """Compare the largest principal moment with mass and shape."""
+    system = subject.system
+    mass = system.number(body.mass)
+    moments = np.array([system.number(entry) for entry in body.inertia_matrix]).reshape(3, 3)
+    largest, reach = float(np.linalg.eigvalsh(moments)[-1]), _reach(subject, body)
+    if not (mass > 0 and largest > 0 and reach > 0):
+        return  # a point mass, or a wheel whose mass counts elsewhere
+    share = largest / (mass * reach**2)
+    if SMALLEST_INERTIA <= share <= LARGEST_INERTIA:
+        return
+    size, most = ("large", "at most") if share > 1 else ("small", "about")
+    what = f"It is {largest:.3g} kg m^2, and {mass:.3g} kg within {reach:.3g} m have {most} "
+    what += f"{mass * reach**2:.3g} kg m^2: is it in kg m^2? 1 kg m^2 = 10^4 kg cm^2 = "
+    what += "10^6 kg mm^2 = 10^7 g cm^2."
+    yield Remark(f"inertia too {size}", body.name, what, ("Body", body.name))
+
+
+def _density(subject: Subject, body: Body) -> Iterator[Remark]:
+    """Compare a body's mass with what its shapes would weigh, made of something."""
+    mass = subject.system.number(body.mass)
+    volume = sum(map(_volume, subject.system.resolved_shapes(body)))
+    if not (mass > 0 and volume > 0):
+        return
+    density = mass / volume
+    told = f"{mass:.3g} kg in {volume:.3g} m^3 are {density:.3g} kg/m^3"
+    if density > TOO_DENSE:
+        what = (
+            f"{told}, and osmium, the densest metal, has {DENSEST:.5g}: is its mass in kg and not "
+        )
+        what += f"in g ({mass / 1e3:.3g} kg), are its sizes in m?"
+        yield Remark("mass too large", body.name, what, ("Body", body.name))
+    elif density < LIGHTEST:
+        what = f"{told}, far less than air ({AIR:g}): are its sizes in m and not in mm or cm, is "
+        what += "its mass in kg?"
+        yield Remark("mass too small", body.name, what, ("Body", body.name))
+
+
+def _volume(shape: Shape) -> float:
+    """Return the volume of a shape in [m^3], by the divergence theorem over its triangles."""
+    points, faces = triangles(shape)
+    a, b, c = (points[np.asarray(faces)[:, k]] - np.mean(points, axis=0) for k in range(3))
+    return float(np.abs(np.einsum("ij,ij->i", a, np.cross(b, c))).sum() / 6)
+
+
+def _length(subject: Subject, body: Body) -> Iterator[Remark]:
+    corners = _corners(subject, body)
+    if not corners:
+        return
+    largest = float(np.ptp(np.vstack(corners), axis=0).max())
+    if largest > LARGEST:
+        what = f"Its shape is {largest:.5g} m long: lengths are in m, not in mm or cm."
+        yield Remark("size too large", body.name, what, ("Body", body.name))
+
+
+def _angles(subject: Subject) -> Iterator[Remark]:
+    """Yield constant angles of more than a turn, in rotations, sines and cosines."""
+    system, told = subject.system, set[str]()
+    rotations = [
+        (("Body", body.name), body.name, f"rot_{motion.axis}", motion.angle)
+        for body in system.bodies
+        for motion in body.frame.motions
+        if isinstance(motion, Rotation)
+    ]
+    for part, about, word, angle in [*rotations, *_trigonometry(subject)]:
+        value = _constant(subject, angle)
+        if value is not None and abs(value) > TURN + 1e-9 and f"{word}({angle})" not in told:
+            told.add(f"{word}({angle})")
+            stated = str(angle) if angle.is_number else f"{angle}, with {value:g} in it"
+            what = f"{word}({stated}) is {value:g} rad, more than a whole turn. Angles are in rad: "
+            what += f"{value:g} degrees are {value:g} * pi / 180 = {math.radians(value):.4g} rad."
+            yield Remark("degrees", about, what, part)
+    for parameter in system.parameters:
+        if parameter.unit.lower() in {"deg", "degree", "degrees", "°"}:
+            what = f"Its unit is {parameter.unit!r}, and angles are in rad: convert it, value * pi "
+            what += "/ 180, where it is declared."
+            yield Remark("degrees", parameter.name, what, ("parameter", parameter.name))
+
+
+def _trigonometry(subject: Subject) -> Iterator[tuple[tuple[str, str], str, str, sympy.Expr]]:
+    """Yield the arguments of sines and cosines with their parts' words and names."""
+    system = subject.system
+    stated: list[tuple[tuple[str, str], str, list[Any]]] = [
+        (("Body", b.name), b.name, [e for m in b.frame.motions for e in getattr(m, "by", ())])
+        for b in system.bodies
+    ]
+    stated += [(("zero", c.name), c.name, [c.stated]) for c in system.constraints]
+    stated += [
+        ((type(effort).__name__, ""), str(effort), [*energies_in(effort),
+         *(load.magnitude for load in loads_in(effort))])
+        for effort in system.efforts
+    ]  # fmt: skip
+    for part, about, expressions in stated:
+        for entry in parts_of(tuple(map(exact, expressions))):
+            if isinstance(entry, sympy.sin | sympy.cos | sympy.tan):
+                yield part, about, type(entry).__name__, entry.args[0]
+
+
+def _constant(subject: Subject, angle: sympy.Expr) -> float | None:
+    """Return the constant part of an angle in [rad], where coordinates are 0; None of no number."""
+    stated = exact(angle)
+    if not all(isinstance(s, Coordinate | Parameter) for s in stated.free_symbols):
+        return None
+    zeros = {s: 0 for s in stated.free_symbols if isinstance(s, Coordinate)}
+    try:
+        return subject.system.number(stated.subs(zeros))
+    except (TypeError, ValueError):
+        return None
+
+
+def _limits(subject: Subject) -> Iterator[Remark]:
+    """Yield angles whose limits are whole numbers as one has them in degrees."""
+    for coordinate in subject.plain:
+        ends = [end for end in (coordinate.lower, coordinate.upper) if math.isfinite(end) and end]
+        if coordinate.unit == "rad" and ends and all(abs(end) in DEGREES for end in ends):
+            what = f"Its limits are {coordinate.lower:g} and {coordinate.upper:g} rad, "
+            what += "more than a whole turn. Limits are in rad: 90 degrees are "
+            what += "pi / 2."
+            yield Remark("degrees", coordinate.name, what, ("angle", coordinate.name))
+
+
+def _gravity(subject: Subject) -> Iterator[Remark]:
+    """Compare gravity's direction with the ground, and its strength with that of planets."""
+    gravity = subject.system.gravity
+    if gravity is None:
+        return
+    strength, part = subject.system.number(gravity.strength), ("toward", "")
+    standing = [b.name for b in subject.system.bodies if b.touches_ground]
+    upward = gravity.down[2] > 1 - ROUNDING  # oblique gravity stands for an inclined plane
+    if upward or (standing and abs(gravity.down[2]) < ROUNDING):
+        way = direction_of(gravity)
+        what = f"It pulls toward {way}, and the ground is the plane z = 0 with z up"
+        what += f", on which {standing[0]} stands" if standing else ""
+        what += ': it is toward("-z").'
+        title = "gravity points up" if upward else "gravity points aside"
+        yield Remark(title, "", what, part)
+    elif gravity.down[1] > 1 - ROUNDING:
+        what = "It pulls toward +y, the way that is up in a plane of x and y: "
+        what += 'it is toward("-y") there.'
+        yield Remark("gravity points up", "", what, part)
+    if strength and not WEAKEST <= strength <= STRONGEST:
+        what = f"Its strength is {strength:g} m/s^2, and that of the earth is 9.81 m/s^2."
+        yield Remark("gravity of another size", "", what, part)
+
+
+def direction_of(gravity: Gravity) -> str:
+    """Return which way gravity pulls: ``-z``, or the components of an oblique direction."""
+    along = [(axis, part) for axis, part in zip("xyz", gravity.down, strict=True) if part]
+    if len(along) != 1:
+        return f"({', '.join(f'{part:.3g}' for part in gravity.down)})"
+    return f"{'-' if along[0][1] < 0 else '+'}{along[0][0]}"

@@ -1,0 +1,133 @@
+"""Planted mistakes are named in the right words, with their line; right machines get no remark."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import kinolab
+from kinolab import systems
+from kinolab.analyze.examine.examination import examine, remarks_on
+from kinolab.analyze.examine.subject import Subject
+from kinolab.dynamics import System
+from kinolab.errors import InputError
+from tests.analyze.examine.planted import arm, ball, cart, coin
+from tests.registered import MAKERS
+
+SLOW = {"marionette"}  # a minute: 30 bodies, most of which touch each other
+
+
+def titles(system: System) -> set[str]:
+    return {remark.title for remark in remarks_on(Subject(system.with_feedback(None)))}
+
+
+@pytest.mark.parametrize("made", [coin, arm, cart, ball])
+def test_a_right_machine_gets_no_remark(made: Callable[..., System]) -> None:
+    assert titles(made()) == set()
+
+
+@pytest.mark.parametrize("name", sorted(set(MAKERS) - SLOW))
+def test_our_machines_get_no_remark(name: str) -> None:
+    assert titles(MAKERS[name]()) == set()
+
+
+@pytest.mark.parametrize(
+    ("made", "mistake", "title"),
+    [
+        (coin, {"without": ("rolling",)}, "no rolling constraint: coin"),
+        (coin, {"without": ("no sideslip",)}, "no sideslip constraint: coin"),
+        (coin, {"sign": -1}, "rolling with the wrong sign: coin"),
+        (coin, {"rolls": 0.4}, "rolling with the wrong radius: coin"),
+        (coin, {"along_x": True}, "rolling along the wrong direction: coin"),
+        (coin, {"swapped": True}, "touches at rest only: coin and the ground"),
+        (coin, {"own_axis": True}, "axis that rolls along: steer"),
+        (coin, {"down": "z"}, "gravity points up"),
+        (coin, {"down": "x"}, "gravity points aside"),
+        (coin, {"g": 981.0}, "gravity of another size"),
+        (coin, {"mass": 500.0}, "mass too large: coin"),
+        (coin, {"inertia": (50.0, 100.0, 50.0)}, "inertia too large: coin"),
+        (coin, {"radius": 0.2}, "size without its parameter: coin"),
+        (coin, {"push": 2.0}, "friction that pushes: wrench on body 'coin'"),
+        (arm, {"swapped": True}, "touches at rest only: upper and fore"),
+        (arm, {"alone": True}, "no reaction: second"),
+        (arm, {"turn": 45}, "degrees: fore"),
+        (arm, {"limits": (-90, 90)}, "degrees: a"),
+        (arm, {"l": 400.0}, "size too large: upper"),
+        (arm, {"m": 500.0}, "mass too large: fore"),
+        (arm, {"push": 0.1}, "friction that pushes: wrench on body 'fore'"),
+        (arm, {"down": "z"}, "gravity points up"),
+        (cart, {"free": True}, "no rolling constraint: wheel"),
+        (cart, {"way": -1}, "rolling with the wrong sign: wheel"),
+        (cart, {"rolls": 0.2}, "rolling with the wrong radius: wheel"),
+        (cart, {"radius": 0.1}, "size without its parameter: wheel"),
+        (cart, {"alone": True}, "no reaction: slide"),
+        (cart, {"inertia": 25.0}, "inertia too large: wheel"),
+        (ball, {"free": True}, "no rolling constraint: stone"),
+        (ball, {"radius": 0.05}, "size without its parameter: stone"),
+        (ball, {"mass": 400.0}, "mass too large: stone"),
+        (ball, {"inertia": 4.0}, "inertia too large: stone"),
+    ],
+)
+def test_a_planted_mistake_is_named(
+    made: Callable[..., System], mistake: dict[str, Any], title: str
+) -> None:
+    assert title in titles(made(**mistake))
+
+
+def test_a_wrong_radius_is_told_beside_the_right_one() -> None:
+    (found,) = remarks_on(Subject(coin(rolls=0.4)))
+    assert "it rolls as with the radius 0.4 m, and its middle is 0.2 m from where" in found.sentence
+
+
+def test_what_is_expected_is_left_out_and_what_is_not_there_is_told() -> None:
+    wrong = {"without": ("rolling",)}
+    for entry in ("no rolling constraint", "no rolling constraint: coin"):
+        assert examine(coin(**wrong, expected=[entry])).faults == ()
+    vain = examine(coin(expected=["no rolling constraint"]))
+    assert vain.faults == ("expected='no rolling constraint' answers to no remark",)
+    assert "1 expectation in vain" in vain.verdict
+
+
+@pytest.mark.parametrize("strength", [-9.81, math.inf])
+def test_a_strength_of_gravity_below_zero_is_refused(strength: float) -> None:
+    with pytest.raises(InputError) as refused:
+        coin(g=strength)
+    if strength < 0:
+        assert "gravity: its strength is -9.81 m/s^2. Give 0 or more" in str(refused.value)
+
+
+def test_a_remark_has_its_line_in_the_file(tmp_path: Path) -> None:
+    text = Path(systems.maker("rolling_disk").__code__.co_filename).read_text(encoding="utf-8")
+    wrong = text.replace("V.x - R * rate(phi)", "V.x + R * rate(phi)")
+    (tmp_path / "own.py").write_text(wrong, encoding="utf-8")
+    (found,) = kinolab.examine(tmp_path / "own.py").remarks
+    line = next(k for k, row in enumerate(wrong.splitlines(), 1) if "+ R * rate(phi)" in row)
+    assert found.place == f"own.py, line {line}"
+    assert f"(own.py, line {line})" in kinolab.examine(tmp_path / "own.py")._repr_html_()
+
+
+def test_sentences_say_what_one_can_agree_with() -> None:
+    told = examine(cart())
+    assert "It has 3 coordinates, 2 degrees of freedom and 2 inputs;" in told.sentences[0]
+    assert "Gravity pulls toward -z, down onto the ground z = 0, with 9.81" in told.sentences[1]
+    assert any("reacts on hull" in sentence for sentence in told.sentences)
+    assert len(told.sentences) <= 12
+    assert told.verdict == "cart: nothing to remark, and the laws of mechanics hold."
+
+
+def test_a_stone_that_is_let_go_falls_as_far_as_galilei_says() -> None:
+    """g t^2 / 2 = 1.2 m in half a second."""
+    from kinolab.dynamics import Body, Sphere, length, move, toward
+
+    stone = Body("stone", move(0, 0, length("z")), mass=1.0, shape=Sphere(0.05))
+    told = examine(System("stone", bodies=[stone], gravity=toward("-z")))
+    assert "Let go at rest, in 0.5 s stone falls 1.2 m." in told.sentences
+
+
+def test_what_nothing_holds_or_drives_is_named() -> None:
+    told = examine(ball(free=True))
+    assert "Nothing holds or drives phi: no input, force, constraint or weight." in told.sentences
