@@ -5,15 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, NoReturn
 
+import numpy as np
+
 from kinolab.errors import InputError, Mistake
 
 FUNCTIONS = "Write from sympy import cos, sin, sqrt, … instead."
 CHOICES = "Write sympy.Max(q, 0), or sympy.Piecewise((first, q > 0), (second, True))."
-# of math and NumPy, which know numbers alone; NumPy asks an object for a method of their name
-NUMERIC = frozenset(
-    "arccos arccosh arcsin arcsinh arctan arctan2 arctanh ceil cos cosh deg2rad degrees exp exp2 "
-    "expm1 fabs floor hypot log log10 log1p log2 rad2deg radians sin sinh sqrt tan tanh".split()
-)
 DERIVATIVES = {
     **dict.fromkeys(("dot", "dt", "deriv", "derivative", "velocity", "vel"), "rate({})"),
     **dict.fromkeys(("ddot", "dotdot", "acceleration", "acc"), "acceleration({})"),
@@ -49,7 +46,7 @@ def attribute(symbol: object, name: str) -> Callable[..., Any]:
         SlipError: If it is how time derivatives are written elsewhere.
         AttributeError: If it is anything else.
     """
-    if name in NUMERIC:
+    if isinstance(getattr(np, name, None), np.ufunc):
         return lambda *arguments: no_number(symbol, *arguments)
     if name in DERIVATIVES:
         slipped(f"{symbol}.{name}", "symbols have no such attribute.", written(symbol, name))
