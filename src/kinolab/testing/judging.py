@@ -167,4 +167,4 @@ def require_motion(
 
 
 def _short(value: Any) -> str:
-    return np.array2string(np.asarray(value), precision=4, separator=", ", max_line_width=200)
+    return np.array2string(np.asarray(value) + 0.0, precision=4, separator=", ", max_line_width=200)
