@@ -125,15 +125,16 @@ def _difference(
         yield WrongAnswerError(f"{trial.how} at {at}, it cannot be simulated: {told}")
         return
     if off is not None:
-        name, rate, due = off
-        yield WrongAnswerError(f"moved as it should at {at}, the rate of {name} is {rate:.4g}", due)
+        name, rate, wanted = off
+        told = f"moved as it should at {at}, the rate of {name} is {rate:.4g}"
+        yield WrongAnswerError(told, wanted)
         return
     sizes, units = asked.scales[there], state_units(asked.model)
     changes, dues = (moved - moved[0]) / sizes, (right - right[0]) / sizes
     largest = np.abs(dues).max(axis=0)
     slight = max(SLIGHT * float(largest.max(initial=0.0)), NO_MOTION)
     excess = np.abs(changes - dues) / (THREE_DIGITS * np.maximum(largest, slight))
-    k, i = np.unravel_index(int(excess.argmax()), excess.shape)
+    k, i = divmod(int(excess.argmax()), len(names))
     if not excess[k, i] <= 1.0:
         unit = f" {units[there[i]]}" if units[there[i]] else ""
         change, due = float(changes[k, i] * sizes[i]), float(dues[k, i] * sizes[i])

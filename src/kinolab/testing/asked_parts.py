@@ -102,5 +102,11 @@ def _places(asked: PlanningTask, given: PlanningTask) -> Iterator[WrongAnswerErr
         if not np.allclose(due[1, :, 3], own[1, :, 3], atol=NEAR):
             what = f"at {at} {name} is at {_vector(own[1, :, 3])} m"
             yield WrongAnswerError(what, f"{_vector(due[1, :, 3])} m")
-        elif not np.allclose(*(f[1, :, :3] @ f[0, :, :3].T for f in (due, own)), atol=NEAR):
+        elif not np.allclose(_turn(due), _turn(own), atol=NEAR):
             yield WrongAnswerError(f"from the start to {at} {name} turns otherwise than it should.")
+
+
+def _turn(frames: Array) -> Array:
+    """Return by which rotation in the world a body gets from one pose to another, (2, 3, 4)."""
+    turned: Array = frames[1, :, :3] @ frames[0, :, :3].T
+    return turned

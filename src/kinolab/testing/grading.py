@@ -128,8 +128,8 @@ def _notebook(path: Path, due: bool, told: Told) -> Report:
     try:
         notebook: Any = nbformat.read(path, as_version=4)  # type: ignore[no-untyped-call]
     except Exception as error:  # nbformat's readers raise whatever the bytes provoke
-        told = f"{type(error).__name__}: {error}".splitlines()[0]
-        raise InputError([Mistake(str(path), f"is no readable notebook ({told}).")]) from error
+        why = f"{type(error).__name__}: {error}".splitlines()[0]
+        raise InputError([Mistake(str(path), f"is no readable notebook ({why}).")]) from error
     wanted = _exercises_in(notebook)
     if not wanted:
         what, remedy = "no cell has a check(…).", "Grade a notebook that plan course has written."
@@ -141,8 +141,8 @@ def _notebook(path: Path, due: bool, told: Told) -> Report:
         try:
             mark = judged(exercises()[name], answer)
         except Exception as error:  # of an answer that its exercise did not expect
-            told = f"{type(error).__name__}: {error}"
-            mark = Mark(name, 0, exercises()[name].points, f"it cannot be judged ({told}).")
+            why = f"{type(error).__name__}: {error}"
+            mark = Mark(name, 0, exercises()[name].points, f"it cannot be judged ({why}).")
         quiet = replace(mark, due="")
         last[name] = mark if due else quiet
         return asdict(quiet)  # a notebook could answer once more, with what is due

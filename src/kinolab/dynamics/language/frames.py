@@ -17,8 +17,8 @@ import sympy
 from kinolab.arguments import checked
 from kinolab.dynamics.language.expressions import exact
 from kinolab.dynamics.language.shapes import AxisName
-from kinolab.dynamics.language.slips import slipped
 from kinolab.dynamics.language.symbols import Attitude, Coordinate, QuaternionEntry, rate
+from kinolab.dynamics.slips import slipped
 from kinolab.errors import InputError, Mistake, UnknownNameError
 
 Number: TypeAlias = int | float | sympy.Expr

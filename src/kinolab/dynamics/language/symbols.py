@@ -15,7 +15,7 @@ from typing import Any, Literal, Self, TypeAlias
 import sympy
 
 from kinolab.arguments import checked
-from kinolab.dynamics.language import slips
+from kinolab.dynamics import slips
 from kinolab.errors import InputError, Mistake
 from kinolab.numerics.manifolds.state_parts import Circle, Directions, Part, RealLine, Rotations
 
