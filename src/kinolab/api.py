@@ -167,12 +167,6 @@ class Problem(PlanningTask):
         """Return a planning task with these conveniences."""
         return cls(**{entry.name: getattr(task, entry.name) for entry in fields(task)})
 
-    def __repr__(self) -> str:
-        """Name the scenario, the machine and what stands in the way."""
-        count = len(self.world.obstacles)
-        things = f"{count} obstacle{'s' if count != 1 else ''}"
-        return f"<Problem {self.name}: {self.machine.name}, {things}>"
-
     def replace(self, changes: Mapping[str, Any] | None = None, /, **further: Any) -> Self:
         """Return the problem of the same scenario with some of its keys changed.
 

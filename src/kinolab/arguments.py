@@ -10,7 +10,7 @@ from __future__ import annotations
 import inspect
 import math
 import sys
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from functools import cache, wraps
 from numbers import Integral, Real
 from types import NoneType, UnionType
@@ -28,6 +28,8 @@ PHRASES = {
     "Axis": "an axis of a frame, such as fork.z",
     "Shape": "a Box or a Sphere or a Cylinder or a Capsule or a Disk",
     "Effort": "a force, such as Viscous(rate(x), 0.1)",
+    "InputSymbol": "the symbol of an input",
+    "ReferenceSymbol": "the symbol of a reference",
     "Input": 'an input, such as Control("u", limit=1)',
     "Coordinate": "a coordinate of length(…) or angle(…)",
     "Expr": "an expression of the machine's symbols",
@@ -153,8 +155,26 @@ def _mistake(where: str, hint: Any, value: Any) -> Mistake:
         entries = enumerate(value, start=1)
         k, wrong = next((k, entry) for k, entry in entries if not _fits(inner[0], entry))
         return _mistake(f"{where} entry {k}", inner[0], wrong)
+    table = next((one for one in (hint, *inner) if _is_table_of(one)), None)
+    if table is not None and isinstance(value, Mapping):
+        return _entry_mistake(where, get_args(table), value)
     phrases = " or ".join(dict.fromkeys(_phrases(hint)))
     return Mistake(where, f"it is {shown(value)}.", f"Give {phrases}.")
+
+
+def _entry_mistake(where: str, kinds: tuple[Any, ...], table: Mapping[Any, Any]) -> Mistake:
+    """Describe the first entry of a table whose key or value does not match."""
+    for key, value in table.items():
+        if not _fits(kinds[0], key):
+            return _mistake(f"{where} key {shown(key)}", kinds[0], key)
+        if not _fits(kinds[1], value):
+            return _mistake(f"{where} entry {shown(key)}", kinds[1], value)
+    raise AssertionError("a table is wrong in one of its entries")
+
+
+def _is_table_of(hint: Any) -> bool:
+    origin = get_origin(hint)
+    return inspect.isclass(origin) and issubclass(origin, Mapping)
 
 
 def _is_collection_of(hint: Any) -> bool:
@@ -165,7 +185,7 @@ def _is_collection_of(hint: Any) -> bool:
 
 
 def _is_collection(value: Any) -> bool:
-    return isinstance(value, Collection) and not isinstance(value, str | bytes)
+    return isinstance(value, Collection) and not isinstance(value, str | bytes | Mapping)
 
 
 def _fits(hint: Any, value: Any) -> bool:
@@ -186,7 +206,7 @@ def _fits(hint: Any, value: Any) -> bool:
             inner = inner[:1] * len(value)
         sized = isinstance(value, tuple) and len(value) == len(inner)
         return sized and all(map(_fits, inner, value))
-    if origin is not None and issubclass(origin, Mapping):
+    if _is_table_of(hint):
         return isinstance(value, Mapping) and all(
             _fits(inner[0], key) and _fits(inner[1], entry) for key, entry in value.items()
         )
@@ -233,7 +253,10 @@ def _phrases(hint: Any) -> Iterator[str]:
     if hint == ArrayLike or origin is np.ndarray:
         yield PHRASES["ndarray"]
     elif origin in (Union, UnionType):
+        tables = any(map(_is_table_of, inner))
         for argument in inner:
+            if tables and get_origin(argument) in (tuple, Sequence):
+                continue  # of pairs: the same as a table, in another way
             if argument is not NoneType and not (argument is int and float in inner):
                 yield from _phrases(argument)
     elif origin is Literal:
@@ -242,8 +265,9 @@ def _phrases(hint: Any) -> Iterator[str]:
         words = [" or ".join(dict.fromkeys(_phrases(argument))) for argument in inner]
         alike = len(set(words)) == 1
         yield f"a tuple of {len(words)}, each {words[0]}" if alike else f"({', '.join(words)})"
-    elif origin is not None and issubclass(origin, Mapping):
-        yield "a table"
+    elif _is_table_of(hint):
+        key, value = (" or ".join(dict.fromkeys(_phrases(argument))) for argument in inner)
+        yield f"a table {{key: value, …}}, each key {key}, each value {value}"
     elif origin is not None:
         kind = "tuple" if origin is tuple else "list"
         entry = " or ".join(dict.fromkeys(_phrases(inner[0])))

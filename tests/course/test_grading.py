@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import os
+import re
 import signal
 import threading
 import time
@@ -94,7 +95,7 @@ def test_a_project_is_graded_by_what_can_be_measured(tmp_path: Path) -> None:
     report = grade(tmp_path / "table.toml")
     points = {mark.exercise: mark.points for mark in report.marks}
     assert report.of == 12
-    assert points["the laws of mechanics hold"] == 4
+    assert points["nothing is wrong with the machine"] == 4
     assert points["more than the rolling disk"] == 0  # it is one
     assert points["a plan is found"] == 3
     assert points["it is proved"] == 2
@@ -119,6 +120,19 @@ def test_a_project_without_a_task_keeps_the_points_of_its_machine(
     report = grade(tmp_path / "table.toml")
     assert [mark.points for mark in report.marks] == [4, 0, 0, 0, 0]
     assert all(reason in mark.reason for mark in report.marks[2:])
+
+
+def test_what_is_due_is_said_to_teachers_alone(tmp_path: Path) -> None:
+    """A notebook that reads its marks learns nothing that it could answer then."""
+    reads = "import re\nmark = check('3.3', 1.5)\nassert mark.due == '' and '2' not in mark.reason"
+    work = handed_in(tmp_path / "eve.ipynb", CHECK + reads)
+    told: list[str] = []
+    report = grade(work, due=True, told=told.append)
+    assert report.errors == ()
+    assert "it is 1.5 where 2 is due." in str(report)
+    assert "where" not in str(grade(work))
+    assert told[0] == "cell 1 of 1"
+    assert re.fullmatch(r"cell 1 of 1 took \d+\.\d s", told[1])
 
 
 def test_notebooks_are_written_once_and_kept(

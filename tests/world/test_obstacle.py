@@ -8,6 +8,8 @@ import pytest
 import trimesh
 
 from kinolab.errors import InputError
+from kinolab.loading import load
+from kinolab.search import Outcome, SearchResult
 from kinolab.world import (
     Obstacle,
     World,
@@ -180,3 +182,16 @@ def test_a_world_tells_what_it_holds(tmp_path: Path) -> None:
         "ground: the plane z = 0",
     )
     assert len(world.warnings) == 2  # open mesh, 4000 m wide
+
+
+def test_what_holds_arrays_is_shown_in_one_line() -> None:
+    """An obstacle by name, kind and place; its world, its problem, and what a search returns."""
+    crate = box_obstacle("crate", (1.0, 2.0, 0.5), (0.0, 0.0, 0.25))
+    assert repr(crate) == "<Obstacle crate: box, from (-0.5, -1, 0) to (0.5, 1, 0.5) m>"
+    task = load("rolling_disk_maze")
+    found = SearchResult(Outcome.SOLVED, np.zeros(2), np.zeros((1, 2)), 7)
+    assert repr(found) == "<SearchResult SOLVED: 1 step, 7 iterations>"
+    assert repr(task) == "<PlanningTask rolling_disk_maze: rolling_disk, 4 obstacles>"
+    for thing in (*task.world.obstacles, task.world):
+        assert "\n" not in repr(thing)
+        assert "array" not in repr(thing)

@@ -39,7 +39,7 @@ REST = 1e-10  # of an entry's scale: what is slower rests
 SAME = 1e-12  # smaller differences are not printed
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class PlanningTask:
     """A planning problem.
 
@@ -72,6 +72,12 @@ class PlanningTask:
     circular: NDArray[np.bool_]
     keep_outs: tuple[KeepOutCone, ...] = ()
     whole: Model | None = None
+
+    def __repr__(self) -> str:
+        """Name the scenario, the machine and what stands in the way."""
+        count = len(self.world.obstacles)
+        things = f"{count} obstacle{'s' if count != 1 else ''}"
+        return f"<{type(self).__name__} {self.name}: {self.machine.name}, {things}>"
 
     def __getstate__(self) -> dict[str, Any]:
         """Return the picklable state; collision checkers are rebuilt after unpickling."""

@@ -12,11 +12,13 @@ import sys
 import traceback
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from functools import cache
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 from types import ModuleType
 
+from kinolab.dynamics.slips import SlipError, remedy_for
 from kinolab.errors import InputError, KinolabError, Mistake
 from kinolab.files import is_file
 
@@ -95,12 +97,15 @@ def blamed(
     kept: tuple[type[BaseException], ...] = (*own, *passing)
     try:
         yield
+    except SlipError as error:
+        place = _place(error, file)
+        raise InputError(replace(m, where=f"{m.where}{place}") for m in error.mistakes) from error
     except kept:
         raise
     except BaseException as error:
         words = " ".join(f"{type(error).__name__}: {error}".split())
         what = f"{doing} failed{_place(error, file)} ({words})."
-        raise InputError([Mistake(where, what, remedy)]) from error
+        raise InputError([Mistake(where, what, remedy_for(error) or remedy)]) from error
 
 
 def _place(error: BaseException, file: Path | None) -> str:

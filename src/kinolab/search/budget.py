@@ -15,6 +15,7 @@ from kinolab.search.graph import SearchGraph
 T = TypeVar("T")
 
 PICTURE_PERIOD = 0.5  # [s] between snapshots of the search graph
+LATE = 1.0  # [s] after its end until a search that does not ask is named
 READY = 30.0  # [s] of preparation that do not count, such as loading code on a slow computer
 PICTURE_COST_FACTOR = 4.0  # minimum interval between snapshots, in multiples of their cost
 
@@ -43,6 +44,7 @@ class Budget:
         iterations: Iterations so far.
         started: Clock time from which time counts.
         prepared: Seconds of preparation, which do not count.
+        asked: Seconds of searching after which it was asked last whether it is spent.
         clock: Returns the time in [s].
         compiled: Returns the seconds spent on compilation, which never count.
         cancelled: Cancellation token of the caller.
@@ -62,6 +64,7 @@ class Budget:
     iterations: int = 0
     started: float = math.nan  # now by default
     prepared: float = 0.0
+    asked: float = 0.0
     clock: Callable[[], float] = time.monotonic
     compiled: Callable[[], float] = lambda: 0.0
     cancelled: CancellationToken = never_cancelled
@@ -129,7 +132,13 @@ class Budget:
 
     def expired(self) -> bool:
         """Say whether even the current iteration must end; counts nothing."""
-        return self.interrupted or self.elapsed > self.time_limit or self.cancelled()
+        self.asked = self.elapsed
+        return self.interrupted or self.asked > self.time_limit or self.cancelled()
+
+    @property
+    def unasked(self) -> bool:
+        """Whether its time has been over for ``LATE`` and the search has not asked since."""
+        return self.elapsed > self.time_limit + LATE and self.asked <= self.time_limit
 
     @property
     def over(self) -> bool:

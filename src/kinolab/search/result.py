@@ -24,7 +24,7 @@ class Outcome(Enum):
     INTERRUPTED = "Interrupted; the nearest approach is kept."
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class SearchResult:
     """Result of a search.
 
@@ -36,6 +36,7 @@ class SearchResult:
         statistics: Counters to report, by name.
         rejections: Fractions of all rejected motions, by cause and source.
         graph: Search graph, None if the planner keeps none.
+        warnings: What is wrong with the search, in sentences.
     """
 
     outcome: Outcome
@@ -45,6 +46,12 @@ class SearchResult:
     statistics: Mapping[str, float] = field(default_factory=dict)
     rejections: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     graph: SearchGraph | None = None
+    warnings: tuple[str, ...] = ()
+
+    def __repr__(self) -> str:
+        """Say in a line what came of it."""
+        steps = f"{len(self.u)} step{'s' if len(self.u) != 1 else ''}"
+        return f"<SearchResult {self.outcome.name}: {steps}, {self.iterations} iterations>"
 
 
 def unsolved(budget: Budget, steps: int) -> Outcome:

@@ -93,7 +93,7 @@ def attempt(
         verdict.message,
         interrupted=budget.interrupted,
         graph=result.graph,
-        warnings=() if wrong is None else (wrong.sentence,),
+        warnings=(*result.warnings, *(() if wrong is None else (wrong.sentence,))),
         search_work=work.seconds,
     )
 

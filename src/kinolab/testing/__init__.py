@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     )
     from kinolab.testing.exercises import Mark as Mark
     from kinolab.testing.exercises import check as check
-    from kinolab.testing.grading import Report as Report
+    from kinolab.testing.grade_report import Report as Report
     from kinolab.testing.grading import grade as grade
     from kinolab.testing.grading import grade_class as grade_class
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from importlib import import_module
 from pkgutil import iter_modules
@@ -15,6 +15,7 @@ from kinolab.testing import chapters
 from kinolab.testing.judging import Exercise, WrongAnswerError
 
 RECORD = "KINOLAB_GRADES"  # environment: the address at which a grader judges answers
+SHOW_DUE = "KINOLAB_DUE"  # environment: reasons say what would be right
 MUST_BE_RIGHT = "KINOLAB_SOLUTIONS"  # environment: wrong answers are errors, as in the book
 
 
@@ -27,12 +28,14 @@ class Mark:
         points: What was reached.
         of: What there is.
         reason: What is not right; empty where all is.
+        due: The same with what would be right, where that may be said.
     """
 
     exercise: str
     points: int
     of: int
     reason: str = ""
+    due: str = ""
 
     def __bool__(self) -> bool:
         """Whether the answer is right."""
@@ -41,12 +44,14 @@ class Mark:
     def __repr__(self) -> str:
         """Say it in words."""
         if self.reason:
-            return f"{self.exercise}: not yet: {self.reason}"
+            return f"{self.exercise}: not yet: {self.due or self.reason}"
         return f"{self.exercise}: right, {self.points} point{'' if self.points == 1 else 's'}"
 
 
 def check(exercise: str, answer: Any) -> Mark:
     """Compare the answer to an exercise of the course with the right one.
+
+    Where the environment has ``KINOLAB_DUE=1``, a wrong answer is told with what would be right.
 
     Args:
         exercise: Its name, such as ``"3.1"``.
@@ -67,6 +72,7 @@ def check(exercise: str, answer: Any) -> Mark:
         mark = Mark(**mark_from_afar(grader, exercise, answer))
     else:
         mark = judged(known[exercise], answer)
+        mark = mark if os.environ.get(SHOW_DUE) else replace(mark, due="")
     if os.environ.get(MUST_BE_RIGHT) and not mark:
         raise AssertionError(repr(mark))
     return mark
@@ -79,7 +85,7 @@ def judged(exercise: Exercise, answer: Any) -> Mark:
     try:
         exercise.judge(answer)
     except WrongAnswerError as error:
-        return Mark(exercise.name, 0, exercise.points, str(error))
+        return Mark(exercise.name, 0, exercise.points, str(error), error.said(due=True))
     return Mark(exercise.name, exercise.points, exercise.points)
 
 

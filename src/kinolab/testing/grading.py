@@ -10,69 +10,42 @@ import signal
 import tempfile
 import threading
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor, wait
 from contextlib import suppress
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
 from kinolab.arguments import require_fit
 from kinolab.errors import InputError, KinolabError, Mistake
 from kinolab.lazy import library_of
-from kinolab.problem import PlanningTask
 from kinolab.testing.answers_from_afar import judging, processes_with
 from kinolab.testing.exercises import RECORD, Mark, exercises, judged
+from kinolab.testing.grade_report import Report
+from kinolab.testing.project import Told, project_report
 
 CELL_SECONDS = 300  # [s] for each cell of a notebook
 NOTEBOOK_SECONDS = 1800  # [s] for all of them
 MOST_OUTPUT = 10_000_000  # [bytes] of all that a notebook prints, and of one message of it
-SOUND, RICH, SOLVED, PROVED, NEAR = 4, 2, 3, 2, 1  # points of a project
-PLAN_FOUND, PROOF, CENTRE = "a plan is found", "it is proved", "it ends in the goal's centre"
-CENTRE_WIDTH = 1e-3  # in SI units
 POLL = 0.1  # [s] between looks at a notebook
 
 _interrupted = threading.Event()  # whether somebody who grades a class has given up
 
 
-@dataclass(frozen=True)
-class Report:
-    """What one notebook or project is worth.
-
-    Attributes:
-        source: The file.
-        marks: Of each exercise, in order.
-        errors: Cells that failed, in words.
-    """
-
-    source: str
-    marks: tuple[Mark, ...]
-    errors: tuple[str, ...] = ()
-
-    @property
-    def points(self) -> int:
-        """What was reached."""
-        return sum(mark.points for mark in self.marks)
-
-    @property
-    def of(self) -> int:
-        """What there is."""
-        return sum(mark.of for mark in self.marks)
-
-    def __str__(self) -> str:
-        """List the exercises, then what failed."""
-        lines = [f"{self.source}: {self.points} of {self.of} points"]
-        lines += [f"  {mark!r}" for mark in self.marks]
-        lines += [f"  {error}" for error in self.errors]
-        return "\n".join(lines)
-
-
-def grade(work: str | Path) -> Report:
+def grade(
+    work: str | Path,
+    *,
+    against: str | Path | None = None,
+    due: bool = False,
+    told: Told | None = None,
+) -> Report:
     """Grade the notebook of a chapter, or a project.
 
     A notebook is run from its beginning, in a process and an empty folder of its own; the last
-    answer to each exercise of its chapter counts. A project is a scenario; its machine must obey
-    the laws of mechanics, do more than the upright rolling disk, and be planned for with a proof.
+    answer to each exercise of its chapter counts. A project is a scenario; its machine must
+    be right, do more than the upright rolling disk, and be planned for with a proof. Right is one
+    that ``plan examine`` has nothing against and that moves as the machine which was asked for.
 
     Answers are judged in this process, which the notebook's can send data only: it cannot write
     marks. But its code is somebody else's, and runs with your rights: grade only the work of people
@@ -80,17 +53,30 @@ def grade(work: str | Path) -> Report:
 
     Args:
         work: A notebook (``.ipynb``), or what ``plan`` takes: a scenario's file or name.
+        against: What was asked for in a project: a scenario, by whose world and goal the plan is
+            judged, too, or a machine; without it nothing is compared.
+        due: Whether the report says what would be right; notebooks are not told.
+        told: Called with what is being done, in words, and with the time that each cell took.
 
     Raises:
         InputError: If it cannot be read, or what runs notebooks is not installed.
     """
     require_fit("grade work", str | Path, work)
+    require_fit("grade against", str | Path | None, against)
+    say = told or (lambda _: None)
     if str(work).endswith(".ipynb"):
-        return _notebook(Path(work))
-    return _project(str(work))
+        return _notebook(Path(work), due, say)
+    return project_report(str(work), None if against is None else str(against), due, say)
 
 
-def grade_class(works: Sequence[str | Path], jobs: int = 1) -> str:
+def grade_class(
+    works: Sequence[str | Path],
+    jobs: int = 1,
+    *,
+    against: str | Path | None = None,
+    due: bool = False,
+    told: Told | None = None,
+) -> str:
     """Grade many, and return a table as CSV: one row each, with the points of each exercise.
 
     Work that cannot be read has a row, too, which says why.
@@ -98,12 +84,23 @@ def grade_class(works: Sequence[str | Path], jobs: int = 1) -> str:
     Args:
         works: Notebooks of one chapter, or scenarios.
         jobs: How many are graded at once.
+        against: As ``grade`` takes it.
+        due: As ``grade`` takes it.
+        told: As ``grade`` takes it; what it is called with begins with the name of the work.
     """
     require_fit("grade_class works", Sequence[str | Path], works)
     require_fit("grade_class jobs", int, jobs)
+
+    def graded(work: str | Path) -> Report:
+        say = told and (lambda text: told(f"{Path(work).name}: {text}"))
+        try:
+            return grade(work, against=against, due=due, told=say)
+        except KinolabError as error:
+            return Report(str(work), (), (" ".join(str(error).split()),))
+
     with ThreadPoolExecutor(max(jobs, 1)) as pool:  # each notebook runs in a process of its own
         try:
-            reports = list(pool.map(_whatever_happens, works))
+            reports = list(pool.map(graded, works))
         except KeyboardInterrupt:
             _interrupted.set()
             pool.shutdown(wait=True, cancel_futures=True)
@@ -121,14 +118,7 @@ def grade_class(works: Sequence[str | Path], jobs: int = 1) -> str:
     return table.getvalue()
 
 
-def _whatever_happens(work: str | Path) -> Report:
-    try:
-        return grade(work)
-    except KinolabError as error:
-        return Report(str(work), (), (" ".join(str(error).split()),))
-
-
-def _notebook(path: Path) -> Report:
+def _notebook(path: Path, due: bool, told: Told) -> Report:
     library_of("course", "nbclient", "notebooks are run by nbclient")
     import nbformat
     from nbclient.exceptions import CellTimeoutError, DeadKernelError
@@ -138,8 +128,8 @@ def _notebook(path: Path) -> Report:
     try:
         notebook: Any = nbformat.read(path, as_version=4)  # type: ignore[no-untyped-call]
     except Exception as error:  # nbformat's readers raise whatever the bytes provoke
-        told = f"{type(error).__name__}: {error}".splitlines()[0]
-        raise InputError([Mistake(str(path), f"is no readable notebook ({told}).")]) from error
+        why = f"{type(error).__name__}: {error}".splitlines()[0]
+        raise InputError([Mistake(str(path), f"is no readable notebook ({why}).")]) from error
     wanted = _exercises_in(notebook)
     if not wanted:
         what, remedy = "no cell has a check(…).", "Grade a notebook that plan course has written."
@@ -151,13 +141,19 @@ def _notebook(path: Path) -> Report:
         try:
             mark = judged(exercises()[name], answer)
         except Exception as error:  # of an answer that its exercise did not expect
-            told = f"{type(error).__name__}: {error}"
-            mark = Mark(name, 0, exercises()[name].points, f"it cannot be judged ({told}).")
-        last[name] = mark
-        return asdict(mark)
+            why = f"{type(error).__name__}: {error}"
+            mark = Mark(name, 0, exercises()[name].points, f"it cannot be judged ({why}).")
+        quiet = replace(mark, due="")
+        last[name] = mark if due else quiet
+        return asdict(quiet)  # a notebook could answer once more, with what is due
 
-    with tempfile.TemporaryDirectory() as folder, judging(judge) as address:
-        client = client_of(notebook, folder, CELL_SECONDS, MOST_OUTPUT)
+    with (
+        tempfile.TemporaryDirectory() as folder,
+        tempfile.TemporaryDirectory() as place,
+        judging(judge) as address,
+    ):
+        client = client_of(notebook, folder, CELL_SECONDS, MOST_OUTPUT, place)
+        client.on_cell_start, client.on_cell_executed = _clocks(notebook, told)
         try:
             _execute(client, {**os.environ, RECORD: address, "MPLBACKEND": "Agg"})
         except CellTimeoutError:
@@ -177,6 +173,29 @@ def _notebook(path: Path) -> Report:
     missing = "it was not reached, or its check was removed."
     marks = [last.get(name, Mark(name, 0, exercises()[name].points, missing)) for name in wanted]
     return Report(str(path), tuple(marks), (*errors, *_failures(notebook)))
+
+
+def _clocks(notebook: Any, told: Told) -> tuple[Callable[..., None], Callable[..., None]]:
+    """Return what is called before and after each cell: it tells which runs, and what it took."""
+    numbers = {k: n for n, k in enumerate(_code_cells(notebook), start=1)}
+    begun = 0.0
+
+    def begin(cell_index: int, **_: Any) -> None:
+        nonlocal begun
+        begun = time.monotonic()
+        if cell_index in numbers:
+            told(f"cell {numbers[cell_index]} of {len(numbers)}")
+
+    def end(cell_index: int, **_: Any) -> None:
+        if cell_index in numbers:
+            took = time.monotonic() - begun
+            told(f"cell {numbers[cell_index]} of {len(numbers)} took {took:.1f} s")
+
+    return begin, end
+
+
+def _code_cells(notebook: Any) -> list[int]:
+    return [k for k, cell in enumerate(notebook.cells) if cell.cell_type == "code"]
 
 
 def _execute(client: Any, environment: dict[str, str]) -> None:
@@ -229,61 +248,3 @@ def _failures(notebook: Any) -> Iterator[str]:
         for output in cell.outputs:
             if output.output_type == "error":
                 yield f"Cell {number} fails: {output.ename}: {output.evalue}".splitlines()[0]
-
-
-def _project(what: str) -> Report:
-    """Grade a scenario by the points at the top of this file."""
-    from kinolab.analyze.describe.description import describe
-    from kinolab.analyze.describe.each_mode import in_each_mode
-    from kinolab.analyze.examine import examine
-    from kinolab.dynamics import System
-    from kinolab.loading import file_of_machine, find_scenario, find_system, load
-
-    scenario = find_scenario(what)
-    system = System.of(find_system(scenario))
-    odd = examine(system, scenario.integration, file=file_of_machine(scenario)).faults
-    richer = any(
-        generalisation.shown
-        for _, machine in in_each_mode(system)
-        for generalisation in describe(machine).generalisations
-    )
-    machine = (
-        _part("the laws of mechanics hold", SOUND, not odd, "; ".join(odd)),
-        _part("more than the rolling disk", RICH, richer, "it generalises it in no way."),
-    )
-    try:
-        return Report(what, (*machine, *_planned(load(what))))
-    except KinolabError as error:
-        return Report(what, (*machine, *_unplanned(" ".join(str(error).split()))))
-
-
-def _planned(problem: PlanningTask) -> Iterator[Mark]:
-    """Yield what the plan for a project is worth; where it starts in the goal, that is nothing."""
-    from kinolab.problem.goal_entries import goal_entries
-    from kinolab.solve import solve
-
-    entries = goal_entries(problem, problem.start)
-    if entries and all(entry.reached for entry in entries):
-        yield from _unplanned("it starts in its goal.")
-        return
-    plan = solve(problem)
-    yield _part(PLAN_FOUND, SOLVED, plan.status == "solved", plan.message or plan.status)
-    certificate, motion = plan.certificate, plan.trajectory
-    failures = [str(one) for one in certificate.failures] if certificate else ["there is no plan."]
-    yield _part(PROOF, PROVED, not failures, "; ".join(failures))
-    off = [
-        f"{one.name} is off by {one.error:.3g}{f' {one.unit}' if one.unit else ''}"
-        for one in (goal_entries(problem, motion.x[-1]) if motion else ())
-        if one.error > CENTRE_WIDTH
-    ]
-    near = plan.status == "solved" and not off
-    yield _part(CENTRE, NEAR, near, "; ".join(off) or "there is no plan.")
-
-
-def _unplanned(reason: str) -> Iterator[Mark]:
-    wanted = ((PLAN_FOUND, SOLVED), (PROOF, PROVED), (CENTRE, NEAR))
-    yield from (Mark(name, 0, points, reason) for name, points in wanted)
-
-
-def _part(name: str, points: int, reached: bool, reason: str) -> Mark:
-    return Mark(name, points if reached else 0, points, "" if reached else reason)

@@ -19,7 +19,23 @@ TOLERANCE = 1e-6  # of an answer's size
 
 
 class WrongAnswerError(Exception):
-    """An answer that is not right; says where it differs."""
+    """An answer that is not right; says where it differs.
+
+    Args:
+        told: What is not right: a sentence, or one that ends in what ``due`` is due for.
+        due: What would be right, for those whom a teacher allows to see it.
+    """
+
+    def __init__(self, told: str, due: str = "") -> None:
+        self.told, self.due = told, due
+        super().__init__(f"{told}, which is not right." if due else told)
+
+    def said(self, due: bool) -> str:
+        """Return the sentence, with what would be right if that may be said and is known."""
+        return f"{self.told} where {self.due} is due." if due and self.due else str(self)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (self.told, self.due)
 
 
 @dataclass(frozen=True)
@@ -44,7 +60,8 @@ def require_number(answer: Any, expected: float, unit: str = "", tolerance: floa
     except (TypeError, ValueError) as error:
         raise WrongAnswerError(f"a number is wanted, not {answer!r}.") from error
     if not abs(given - expected) <= tolerance * max(abs(expected), 1e-9):
-        raise WrongAnswerError(f"{given:g}{f' {unit}' if unit else ''} is not right.")
+        unit = f" {unit}" if unit else ""
+        raise WrongAnswerError(f"it is {given:g}{unit}", f"{expected:.6g}{unit}")
 
 
 def require_values(
@@ -63,8 +80,9 @@ def require_values(
     """
     if not callable(answer):
         raise WrongAnswerError(f"a function is wanted, not {answer!r}.")
-    for case in cases:
+    for number, case in enumerate(cases, start=1):
         shown = ", ".join(_short(value) for value in case)
+        called = f"called with ({shown}), case {number} of {len(cases)},"
         try:
             returned = answer(*deepcopy(case))  # it may write over its arrays
             if returned is None:
@@ -76,15 +94,29 @@ def require_values(
             told = f"{type(error).__name__}: {error}"
             if "ellipsis" in told:  # of the dots that the exercise has in place of an answer
                 raise WrongAnswerError("there is no answer.") from error
-            raise WrongAnswerError(f"called with ({shown}), it fails: {told}") from error
+            raise WrongAnswerError(f"{called} it fails: {told}") from error
         right = np.asarray(expected(*case), dtype=float)
         if given.shape != right.shape:
-            what = f"called with ({shown}), it returns shape {given.shape}, not {right.shape}."
+            what = f"{called} it returns shape {given.shape}, not {right.shape}."
             raise WrongAnswerError(what)
         size = max(float(np.abs(right).max(initial=0.0)), 1e-9)
-        if not (np.abs(given - right) <= tolerance * size).all():
-            what = f"called with ({shown}), it returns {_short(given)}, which is not right."
-            raise WrongAnswerError(what)
+        wrong = ~(np.abs(given - right) <= tolerance * size)
+        if wrong.any():
+            raise WrongAnswerError(*_entries(called, given, right, wrong))
+
+
+def _entries(called: str, given: Any, right: Any, wrong: Any) -> tuple[str, str]:
+    """Say what a call returns that is not right: one entry, or all; and what is due."""
+    if wrong.all():
+        return f"{called} it returns {_short(given)}", _short(right)
+    places = np.argwhere(wrong)
+    count, first = len(places), tuple(places[0])
+    entry = ", ".join(str(index + 1) for index in first)
+    entry = f"entry ({entry})" if len(first) > 1 else f"entry {entry}"
+    of = f"{entry} of {wrong.size}"
+    if count > 1:
+        of = f"{count} of {wrong.size} entries are wrong: {entry}"
+    return f"{called} {of} is {given[first]:.6g}", f"{right[first]:.6g}"
 
 
 def require_model(answer: Any) -> Model:
@@ -130,9 +162,9 @@ def require_motion(
             if not abs(found[f"{name}_dot"] - right) <= TOLERANCE * max(abs(right), 1.0):
                 at = ", ".join(f"{entry} = {state[entry]:.3g}" for entry in wanted)
                 under = f" under inputs of {_short(u)}" if inputs else ""
-                what = f"at {at}{under} the acceleration of {name} is {found[f'{name}_dot']:.4g}."
-                raise WrongAnswerError(what)
+                what = f"at {at}{under} the acceleration of {name} is {found[f'{name}_dot']:.4g}"
+                raise WrongAnswerError(what, f"{right:.4g}")
 
 
 def _short(value: Any) -> str:
-    return np.array2string(np.asarray(value), precision=4, separator=", ", max_line_width=200)
+    return np.array2string(np.asarray(value) + 0.0, precision=4, separator=", ", max_line_width=200)

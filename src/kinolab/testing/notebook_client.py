@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import subprocess
+from pathlib import Path
 from typing import Any
 
 import zmq
 from nbclient import NotebookClient
+from traitlets.config import Config
 
 
 class ThriftyClient(NotebookClient):
@@ -50,18 +52,24 @@ class ThriftyClient(NotebookClient):
         return super().output(outs, msg, display_id, cell_index)
 
 
-def client_of(notebook: Any, folder: str, seconds: int, most: int) -> ThriftyClient:
+def client_of(notebook: Any, folder: str, seconds: int, most: int, place: str) -> ThriftyClient:
     """Return a client that runs a notebook in a folder.
+
+    It talks to the notebook's process by files that nobody else of the computer can open; by ports,
+    as Jupyter does otherwise, others could listen, of which its process warns.
 
     Args:
         notebook: As nbformat reads it.
         folder: In which it runs.
         seconds: Limit of each cell, in [s].
         most: Size of all outputs that are kept, in bytes.
+        place: A folder of its own, for those files.
     """
+    by_files = {"transport": "ipc", "ip": str(Path(place, "line"))}
     client = ThriftyClient(
         notebook, timeout=seconds, allow_errors=True,
         resources={"metadata": {"path": folder}}, kernel_name="python3",
+        config=Config({"KernelManager": by_files}),
     )  # fmt: skip
     client.most = most
     return client

@@ -182,7 +182,8 @@ class Trajectory:
             except ImportError:
                 continue
         absent = f"{library} is" if library else "pandas is not installed, and polars is"
-        remedy = f"pip install {library or 'pandas'}, or write to_csv(path)."
+        package = "polars" if library == "polars" else "'kinolab[tables]'"
+        remedy = f"pip install {package}, or write to_csv(path)."
         raise InputError([Mistake("to_dataframe", f"{absent} not installed.", remedy)])
 
     def _columns(self) -> dict[str, Array]:

@@ -30,7 +30,7 @@ UPRIGHT: dict[str, Array] = {
 }
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Obstacle:
     """One thing to stay clear of, in world coordinates.
 
@@ -49,6 +49,19 @@ class Obstacle:
     parts: Components | None = None  # of a mesh, where they are known already
     colors: Array | None = None  # (m, 3) red, green, blue in 0..1 of a file that has some
     error: float = 0.0  # [m] by which a mesh that was simplified may stand out of its triangles
+
+    def __str__(self) -> str:
+        """What it is: its name, and its kind."""
+        if self.primitive is not None:
+            return f"{self.name}: {type(self.primitive[0]).__name__.lower()}"
+        origin = f" from {self.source.name}" if self.source else ""
+        filling = "solid" if self.solid else "surface only"
+        return f"{self.name}: mesh of {len(self.faces)} triangles{origin}, {filling}"
+
+    def __repr__(self) -> str:
+        """Say in a line what it is, and where."""
+        low, high = (", ".join(f"{x:.4g}" for x in corner) for corner in self.bounding_box())
+        return f"<Obstacle {self}, from ({low}) to ({high}) m>"
 
     def bounding_box(self) -> tuple[Array, Array]:
         """Return the lowest and highest (x, y, z) in [m]; of a primitive exactly."""

@@ -48,17 +48,9 @@ class World:
 
     def describe(self) -> tuple[str, ...]:
         """Say in one line per obstacle what it is."""
-        lines = [_describe(obstacle) for obstacle in self.obstacles]
+        lines = [*map(str, self.obstacles)]
         lines += self.notes
         return (*lines, "ground: the plane z = 0") if self.ground else tuple(lines)
-
-
-def _describe(obstacle: Obstacle) -> str:
-    if obstacle.primitive is not None:
-        return f"{obstacle.name}: {type(obstacle.primitive[0]).__name__.lower()}"
-    origin = f" from {obstacle.source.name}" if obstacle.source else ""
-    filling = "solid" if obstacle.solid else "surface only"
-    return f"{obstacle.name}: mesh of {len(obstacle.faces)} triangles{origin}, {filling}"
 
 
 def _covered(floor: Obstacle) -> str:

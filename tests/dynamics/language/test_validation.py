@@ -312,17 +312,17 @@ def test_several_mistakes_are_reported_together() -> None:
 
 def test_a_constraint_that_never_bites() -> None:
     assert derivation_mistake(zero(0 * rate(X), "idle")) == (
-        "constraint 'idle': no rate occurs in it. State a velocity, such as V.y."
+        "constraint 'idle': no rate occurs in it. State a velocity, such as V.y or rate(x)."
     )
     assert derivation_mistake(zero(velocity(BLADE).z, "flat")) == (
-        "constraint 'flat': no rate occurs in it. State a velocity, such as V.y."
+        "constraint 'flat': no rate occurs in it. State a velocity, such as V.y or rate(x)."
     )
 
 
 @pytest.mark.parametrize("velocity_", [rate(X) ** 2, rate(X) * rate(Y), sp.sin(rate(X))], ids=str)
 def test_a_constraint_that_is_not_linear(velocity_: Any) -> None:
     assert derivation_mistake(zero(velocity_, "odd")) == (
-        "constraint 'odd': it is not linear in the rates. State a velocity, such as V.y."
+        "constraint 'odd': it is not linear in the rates. State a velocity, such as V.y or rate(x)."
     )
 
 
@@ -342,7 +342,7 @@ def test_friction_of_what_is_not_linear() -> None:
         system.model()
     assert str(caught.value) == (
         "viscous friction of x_dot**2: it is not linear in the rates. "
-        "State a velocity, such as V.y."
+        "State a velocity, such as V.y or rate(x)."
     )
 
 
@@ -368,7 +368,7 @@ def test_an_energy_or_a_loop_of_velocities() -> None:
 def test_a_constraint_that_rest_does_not_satisfy(velocity_: Any) -> None:
     assert derivation_mistake(zero(velocity_, "moving")) == (
         "constraint 'moving': it does not vanish when the machine rests. "
-        "State a velocity, such as V.y."
+        "State a velocity, such as V.y or rate(x)."
     )
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import shutil
 from pathlib import Path
 
@@ -454,3 +455,32 @@ def test_numbers_of_any_kind_can_be_reported(home: Path, capsys: Capture) -> Non
     report = json.loads(capsys.readouterr().out)
     assert report["statistics"] == {"far": 0.5, "many": 3.0}
     assert report["iterations"] > 1
+
+
+# --- a planner that does not ask whether its time is over ---
+
+PUSH = "x, rows = problem.model.step"
+
+
+@pytest.mark.parametrize("asks", ["", "budget.spent(); ", "budget.over; budget.spend(1); "])
+def test_a_planner_that_does_not_ask_its_budget_is_named(
+    asks: str, home: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    """While it runs, and in the summary of its plan, which counts all the same."""
+    begin = "        u = self"
+    code = PLANNER.replace(begin, f"        import time; {asks}time.sleep(2.1)\n{begin}")
+    (home / "pusher.py").write_text(code.replace(" and not budget.spent()", ""))
+    problem = kinolab.load("problems/table.toml")
+    plan = problem.solve(planner=REFERENCE, time_limit=0.1, improve=0.0, share=1.0)
+    since = "since" if asks else "once"
+    told = f"Pusher.solve() of pusher.py does not ask its budget: it has run for .* {since}"
+    pattern = re.compile(told.replace("()", r"\(\)"))
+    assert any(map(pattern.search, plan.warnings)), plan.warnings
+    assert any(map(pattern.search, caplog.messages)), caplog.messages
+
+
+def test_a_planner_that_asks_in_time_is_not_blamed_for_a_slow_iteration(home: Path) -> None:
+    (home / "pusher.py").write_text(PLANNER.replace(PUSH, f"import time; time.sleep(1.3); {PUSH}"))
+    plan = kinolab.load("problems/table.toml").solve(planner=REFERENCE, time_limit=0.1)
+    assert plan.status != "solved"
+    assert not any("budget" in warning for warning in plan.warnings)

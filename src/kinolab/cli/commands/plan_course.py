@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Sequence
+from contextlib import redirect_stdout
 from importlib.resources import files
 from pathlib import Path
+from typing import Any
 
 import click
 
 from kinolab.cli.common import PATH
+from kinolab.cli.progress import Progress
 from kinolab.cli.terminal import say
 from kinolab.errors import InputError, Mistake
 
@@ -19,17 +23,33 @@ REQUIREMENTS = "kinolab[course]\n"  # for Binder and Colab
 @click.command("course")
 @click.argument("folder", type=PATH, default=Path("course"))
 @click.option("--grade", "graded", multiple=True, type=PATH, help="Work to grade.")
+@click.option(
+    "--against", type=PATH, help="What was asked for in projects: its scenario or machine."
+)
+@click.option("--due", is_flag=True, help="Say what would be right where an answer is not.")
 @click.option("--jobs", default=1, show_default=True, help="How many are graded at once.")
-def command(folder: Path, graded: Sequence[Path], jobs: int) -> int:
+def command(
+    folder: Path, graded: Sequence[Path], against: Path | None, due: bool, jobs: int
+) -> int:
     """Write the course's notebooks into FOLDER, or grade what was handed in.
 
     Notebooks that are there already are kept. --grade may be repeated; one piece of work gives a
-    report, several give a table as CSV. Graded code runs with your rights.
+    report, several give a table as CSV, while stderr says what is done and what each cell took.
+    A project's machine is compared with that of --against: its motions, and the plan in its world.
+    Graded code runs with your rights.
     """
     if graded:
         from kinolab.testing import grade, grade_class
 
-        say(str(grade(graded[0]) if len(graded) == 1 else grade_class(graded, jobs)))
+        known: dict[str, Any] = {"against": against, "due": due}
+        progress = Progress(quiet=False)
+        with redirect_stdout(sys.stderr):
+            if len(graded) == 1:
+                report = str(grade(graded[0], told=progress, **known))
+            else:
+                report = grade_class(graded, jobs, told=progress, **known)
+        progress.close()
+        say(report)
         return 0
     for path, new in write_course(folder):
         say(f"{'written' if new else 'kept'} {path}")

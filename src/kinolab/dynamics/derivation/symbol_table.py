@@ -24,7 +24,7 @@ from kinolab.errors import InputError, Mistake
 from kinolab.numerics.manifolds.state_parts import spheres_of
 
 RANDOM_STATES = 12  # more never changed a choice
-SOME_VELOCITY = "State a velocity, such as V.y."
+SOME_VELOCITY = "State a velocity, such as V.y or rate(x)."
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import takewhile
-from typing import TypeAlias
+from typing import NoReturn, TypeAlias
 
 import sympy
 
@@ -18,6 +18,7 @@ from kinolab.arguments import checked
 from kinolab.dynamics.language.expressions import exact
 from kinolab.dynamics.language.shapes import AxisName
 from kinolab.dynamics.language.symbols import Attitude, Coordinate, QuaternionEntry, rate
+from kinolab.dynamics.slips import slipped
 from kinolab.errors import InputError, Mistake, UnknownNameError
 
 Number: TypeAlias = int | float | sympy.Expr
@@ -80,6 +81,15 @@ class Frame:
 
     def __rmatmul__(self, other: object) -> Frame:
         return _frame(other) @ self
+
+    def _no_number(self, _: object) -> NoReturn:
+        what = "frames are neither numbers nor arrays."
+        slipped(
+            "Frame", what, "The product of two is first @ second, as in move(x, y) @ rot_z(psi)."
+        )
+
+    __mul__ = __rmul__ = __add__ = __radd__ = __sub__ = __rsub__ = __pow__ = _no_number
+    __array_ufunc__ = None  # NumPy asks the frame, too
 
     def after(self, other: Frame) -> tuple[Motion, ...]:
         """Return the motions after those with which another frame begins alike."""

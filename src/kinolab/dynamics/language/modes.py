@@ -12,7 +12,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass
-from typing import Any
 
 import sympy
 
@@ -81,7 +80,7 @@ class Transition:
     until: Number
     provided: Number | None = None
     restitution: Number | None = None
-    reset: Mapping[Any, Number] | tuple[tuple[sympy.Symbol, sympy.Expr], ...] = ()
+    reset: Mapping[sympy.Symbol, Number] | tuple[tuple[sympy.Symbol, sympy.Expr], ...] = ()
 
     def __post_init__(self) -> None:
         """Convert numbers to expressions, and the reset to pairs."""

@@ -15,6 +15,7 @@ from typing import Any, Literal, Self, TypeAlias
 import sympy
 
 from kinolab.arguments import checked
+from kinolab.dynamics import slips
 from kinolab.errors import InputError, Mistake
 from kinolab.numerics.manifolds.state_parts import Circle, Directions, Part, RealLine, Rotations
 
@@ -51,6 +52,28 @@ class MachineSymbol(sympy.Symbol):  # type: ignore[misc]
 
     def __reduce_ex__(self, protocol: Any) -> tuple[Any, ...]:
         return self.__reduce__()
+
+    def __getattr__(self, name: str) -> Any:
+        return slips.attribute(self, name)
+
+    __float__ = __int__ = __round__ = slips.no_number
+
+    def diff(self, *symbols: Any, **assumptions: Any) -> sympy.Expr:
+        """Differentiate by symbols of the machine; by time ``rate`` does.
+
+        Raises:
+            SlipError: If by something else, by which SymPy's derivative would be 0.
+        """
+        if not symbols or not all(map(_may_vary, symbols)):
+            call = f"{self}.diff({', '.join(map(repr, symbols))})"
+            slips.slipped(call, "time is no symbol of a machine.", slips.written(self))
+        return super().diff(*symbols, **assumptions)
+
+
+def _may_vary(symbol: Any) -> bool:
+    """Whether a symbol is not time under one of its usual names, nor a text."""
+    plain = isinstance(symbol, sympy.Symbol) and not isinstance(symbol, MachineSymbol)
+    return not isinstance(symbol, str) and not (plain and symbol.name in ("t", "time"))
 
 
 @checked

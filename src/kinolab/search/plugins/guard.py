@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import logging
 import sys
+import threading
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
@@ -15,10 +17,11 @@ from kinolab.errors import InputError, Mistake
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 from kinolab.scenario.user_code import blamed
-from kinolab.search.budget import Budget
+from kinolab.search.budget import LATE, Budget
 from kinolab.search.planner import AbstractPlanner
 from kinolab.search.result import Outcome, SearchResult
 
+LOG = logging.getLogger("kinolab")
 WHERE = "[planner]"
 
 
@@ -49,12 +52,43 @@ def search(
         return planner.solve(problem, seed, budget)
     file = _file_of(kind)
     what = f"{kind.__name__}.solve(){_of(file)}"
-    with blamed(f"running {what}", WHERE, file, passing=()):
+    with _overseen(budget, what), blamed(f"running {what}", WHERE, file, passing=()):
         result = planner.solve(problem, seed, budget)
+        late = budget.unasked
     result = _checked(result, what, problem)
+    if late:
+        result = replace(result, warnings=(*result.warnings, _unasked(what, budget)))
     if budget.interrupted and result.outcome is not Outcome.SOLVED:
         return replace(result, outcome=Outcome.INTERRUPTED)  # whatever it reported
     return result
+
+
+@contextmanager
+def _overseen(budget: Budget, what: str) -> Iterator[None]:
+    """Log it once if a search goes on after its time and does not ask whether it may."""
+    ended = threading.Event()
+
+    def oversee() -> None:
+        while not ended.wait(LATE / 2.0):
+            if budget.unasked:
+                LOG.warning("%s Ctrl-C ends it.", _unasked(what, budget))
+                return
+
+    threading.Thread(target=oversee, daemon=True).start()
+    try:
+        yield
+    finally:
+        ended.set()
+
+
+def _unasked(what: str, budget: Budget) -> str:
+    """Say that a search does not ask its budget, and what would work."""
+    since = f"since {budget.asked:.3g} s" if budget.asked else "once"
+    return (
+        f"{what} does not ask its budget: it has run for {budget.elapsed:.3g} s, where the limit "
+        f"is {budget.time_limit:g} s, and has not called budget.spent() {since}. "
+        "Let each iteration begin with: if budget.spent(): break"
+    )
 
 
 def _file_of(planner: type[AbstractPlanner]) -> Path | None:

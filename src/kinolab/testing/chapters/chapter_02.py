@@ -71,9 +71,9 @@ def _rod(answer: Any) -> None:
     middle = np.asarray(model.frames(x))[0].reshape(3, 4)[:, 3]
     along = np.array([sin(0.8) * cos(0.3), sin(0.8) * sin(0.3), cos(0.8)])
     if not np.allclose(middle, -LENGTH / 2.0 * along, atol=TOLERANCE):
-        place = ", ".join(f"{entry:.4g}" for entry in middle)
-        what = f"at alpha = 0.3, beta = 0.8 its centre of mass is at ({place}), which is not right."
-        raise WrongAnswerError(what)
+        own, due = (", ".join(f"{x:.4g}" for x in at) for at in (middle, -LENGTH / 2.0 * along))
+        what = f"at alpha = 0.3, beta = 0.8 its centre of mass is at ({own})"
+        raise WrongAnswerError(what, f"({due})")
 
 
 EXERCISES = (

@@ -41,7 +41,7 @@ def _named(name: str, given: Callable[..., Any], right: Callable[..., float]) ->
     try:
         require_values(given, right, CASES)
     except WrongAnswerError as error:
-        raise WrongAnswerError(f"{name}: {error}") from error
+        raise WrongAnswerError(f"{name}: {error.told}", error.due) from error
 
 
 def _elastic_pendulum(answer: Any) -> None:

@@ -29,7 +29,7 @@ def _train(answer: Any) -> None:
         raise WrongAnswerError(f"two growth vectors are wanted, not {len(given)}.")
     for place, ours, theirs in zip(("ordinary", "singular"), GROWTH, given, strict=True):
         if ours != theirs:
-            raise WrongAnswerError(f"{theirs} at the {place} configuration is not right.")
+            raise WrongAnswerError(f"at the {place} configuration it is {theirs}", f"{ours}")
 
 
 def _aside(length: float, steering: float) -> float:

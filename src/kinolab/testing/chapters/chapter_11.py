@@ -53,10 +53,10 @@ def _between(answer: Any) -> None:
                 state = model.step(state, [], STEP)
         except KinolabError as error:
             raise WrongAnswerError(f"{thrown}, it fails: {error}") from error
-        found = state[:2]
-        if not (np.abs(found - np.array(_thrown(h, v, t))) <= TOLERANCE).all():
-            what = f"{thrown}, after {t:g} s it is at {found[0]:.4g} m with {found[1]:.4g} m/s."
-            raise WrongAnswerError(what)
+        due = np.array(_thrown(h, v, t))
+        if not (np.abs(state[:2] - due) <= TOLERANCE).all():
+            own, right = (f"at {one[0]:.4g} m with {one[1]:.4g} m/s" for one in (state, due))
+            raise WrongAnswerError(f"{thrown}, after {t:g} s it is {own}", right)
 
 
 EXERCISES = (
