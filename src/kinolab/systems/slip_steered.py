@@ -24,7 +24,7 @@ from kinolab.dynamics import (
     velocity,
 )
 
-RADIUS, WIDTH = 0.12, 0.11  # [m] of the shapes of wheels; they roll on the parameter r
+WIDTH = 0.11  # [m] of wheels
 RUBBER, STEEL = (0.13, 0.13, 0.15), (0.35, 0.37, 0.4)
 
 
@@ -44,7 +44,7 @@ def slip_steered() -> System:
     m, I_z = parameter("m", 50.0, "kg"), parameter("I_z", 3.0, "kg m^2")
     I_w, c_w = parameter("I_w", 0.1, "kg m^2"), parameter("c_w", 4.0, "N m s/rad")
     a, c = parameter("a", 0.25, "m"), parameter("c", 0.3, "m")  # half of wheelbase and track
-    r, g = parameter("r", RADIUS, "m"), parameter("g", 9.81, "m/s^2")
+    r, g = parameter("r", 0.12, "m"), parameter("g", 9.81, "m/s^2")
     mu, eps = parameter("mu", 0.7), parameter("eps", 0.05, "m/s")  # tyres creep before they slide
     ahead, left = parameter("ahead", 0.0, "m"), parameter("left", 0.0, "m")  # centre of mass
     x, y = length("x", speed=1.0), length("y", speed=1.0)  # middle of the wheels
@@ -57,7 +57,7 @@ def slip_steered() -> System:
     for side, phi, across in (("left", phi_l, c), ("right", phi_r, -c)):
         for end, along in (("front", a), ("rear", -a)):
             hub = middle @ move(along, across) @ rot_y(phi)
-            wheels.append(_wheel(f"{end} {side} wheel", hub, I_w))
+            wheels.append(_wheel(f"{end} {side} wheel", hub, r, I_w))
             slip = (V.x - across * V.wz - r * rate(phi), V.y + along * V.wz)
             load = m * g / 4 * (1 + along * ahead / a**2 + across * left / c**2)
             friction.append(SlidingFriction(slip, mu * load, eps))
@@ -93,12 +93,12 @@ def _chassis(
     return chassis, Body("bumpers and mast", frame, shape=(*bumpers, *head), color=STEEL)
 
 
-def _wheel(name: str, hub: Frame, I_w: Expr) -> Body:
+def _wheel(name: str, hub: Frame, r: Expr, I_w: Expr) -> Body:
     return Body(
         name,
         hub,
         inertia=(I_w / 2, I_w, I_w / 2),
-        shape=Disk(RADIUS, thickness=WIDTH, axis="y"),
+        shape=Disk(r, thickness=WIDTH, axis="y"),
         touches_ground=True,
         color=RUBBER,
     )
