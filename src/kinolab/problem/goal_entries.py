@@ -59,9 +59,7 @@ def goal_entries(
     return tuple(sorted(entries, key=lambda entry: -entry.error / entry.tolerance))
 
 
-def _entries(
-    problem: PlanningTask, x: Array, frames: Array | None = None
-) -> Iterator[GoalEntry]:
+def _entries(problem: PlanningTask, x: Array, frames: Array | None = None) -> Iterator[GoalEntry]:
     goal, model, bodies = problem.goal, problem.model, problem.bodies
     units = state_units(model)
     values = np.where(problem.circular, wrapped(x), x)

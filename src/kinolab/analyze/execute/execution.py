@@ -22,7 +22,8 @@ from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 from kinolab.problem.unwrapping import unwrapped
 from kinolab.simulation import ReferenceStep
-from kinolab.simulation.reference import DivergedError
+from kinolab.simulation.dop853 import TOO_SMALL
+from kinolab.simulation.reference import REASONS, DivergedError
 from kinolab.trajectory import Trajectory
 
 KEPT = 1000  # runs whose paths are kept; of further ones only how they ended
@@ -257,12 +258,14 @@ class Executor:
         within = error.time if isinstance(error, DivergedError) else 0.0
         reason = error.reason if isinstance(error, DivergedError) else str(error)
         cause = reason.partition(" at ")[0].rpartition(": ")[2]  # without the numbers of this run
+        if reason == REASONS[TOO_SMALL]:
+            cause = "something grows beyond all bounds, or jumps"
         return Failure("lost", cause.rstrip("."), reason.rstrip("."), begun + within, i)
 
     def _acting(
         self, i: int, x: Array, generator: np.random.Generator
     ) -> tuple[Array, NDArray[np.bool_]]:
-        """Return the plant's inputs in step i, (nu,), and of which of ``_inputs`` more is wanted."""
+        """Return the plant's inputs in step i, (nu,), and which of ``_inputs`` want more."""
         problem, model = self.problem, self.problem.whole or self.problem.model
         seen = self.conditions.measured(problem, x, generator)
         wanted = self.tracker.planned(i)

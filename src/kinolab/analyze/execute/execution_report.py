@@ -74,7 +74,8 @@ def summary_lines(
     if far.amount > 0:
         units = dict(zip(problem.model.state_names, state_units(problem.model), strict=True))
         amount = f"{far.amount:.3g} {units[far.name]}".rstrip()
-        yield f"  farthest from the plan: {far.name} was off by {amount} at {far.time:.3g} s in run {run + 1}"
+        when = f"at {far.time:.3g} s in run {run + 1}"
+        yield f"  farthest from the plan: {far.name} was off by {amount} {when}"
     if diagnosis is not None:
         yield from (f"  {sentence}" for sentence in diagnosis.sentences)
 

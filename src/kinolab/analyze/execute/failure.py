@@ -11,7 +11,7 @@ Outcome: TypeAlias = Literal["reached", "missed", "collided", "strayed", "lost"]
 PHRASES: dict[Outcome, str] = {
     "missed": "missed the goal",
     "collided": "collided",
-    "strayed": "went where they may not",
+    "strayed": "strayed",
     "lost": "could not be followed",
 }
 

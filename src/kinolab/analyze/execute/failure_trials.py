@@ -150,7 +150,9 @@ def _suspects(execution: Execution, group: FailureGroup, shares: dict[str, float
         mine, theirs = ([values[name] for values in of] for of in (failed, others))
         if not mine or not theirs:
             return 0.0
-        return float(abs(np.mean(mine) - np.mean(theirs)) / (shares[name] * np.ptp(mine + theirs) + 1e-300))
+        return float(
+            abs(np.mean(mine) - np.mean(theirs)) / (shares[name] * np.ptp(mine + theirs) + 1e-300)
+        )
 
     return sorted(shares, key=lambda name: -apart(name))[:MOST_PARAMETERS]
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -15,7 +14,6 @@ from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 from kinolab.problem.goal_entries import GoalEntry, goal_entries
 from kinolab.world import NO_ENDS, CollisionChecker
-from kinolab.world.collision.contact_report import GROUND_NAME
 
 BETWEEN = " – "  # the names of a pair that touches
 MOST_NAMED = 3  # entries of the goal, or pairs, that a sentence names
@@ -148,9 +146,7 @@ class RunMonitor:
     def _is_mode(self, entry: GoalEntry) -> bool:
         return bool(self._problem.machine.modes) and entry.name == MODE
 
-    def _strayed(
-        self, k: int, t: float, left: list[tuple[str, float, float, float]]
-    ) -> Failure:
+    def _strayed(self, k: int, t: float, left: list[tuple[str, float, float, float]]) -> Failure:
         """Return what left the workspace, or which axis came into a forbidden cone."""
         causes, details, bodies = [], [], []
         for name, value, lower, upper in left[:MOST_NAMED]:
@@ -214,10 +210,3 @@ def _collided(
 
 def _length(metres: float) -> str:
     return f"{metres:.3g} m" if metres >= 1.0 else f"{1000 * metres:.3g} mm"
-
-
-def hit_obstacles(failures: Iterator[Failure]) -> set[str]:
-    """Return the names of what was hit, the ground left out."""
-    return {pair.rpartition(BETWEEN)[2] for f in failures for pair in f.cause.split(", ")} - {
-        GROUND_NAME
-    }

@@ -88,7 +88,7 @@ def _paths(axes: Axes, problem: PlanningTask, plan: Trajectory, execution: Execu
 
 
 def _shown(problem: PlanningTask, execution: Execution) -> int:
-    """Return the body whose paths are drawn: the one that fails most often, else the leading one."""
+    """Return the body whose paths are drawn: what fails most often, else the leading one."""
     names = [body.name for body in problem.bodies]
     failed = (body for group in execution.failures for body in group.first.bodies)
     moving = (names.index(name) for name in failed if name in names)

@@ -20,8 +20,12 @@ SHARE: dict[str, Any] = {"type": float, "metavar": "SHARE", "default": 0.0, "sho
 
 @click.command("execute")
 @click.argument("folder", type=PATH)
-@click.option("--parameters", **SHARE, help="Vary each parameter by up to this share of its value, but for the "
-"strength of gravity and what the machine lists as keep.")
+@click.option(
+    "--parameters",
+    **SHARE,
+    help="Vary each parameter by up to this share of its value, but for the "
+    "strength of gravity and what the machine lists as keep.",
+)
 @click.option(
     "--vary",
     "varied",
