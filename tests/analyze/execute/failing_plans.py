@@ -291,7 +291,7 @@ CASES = {
     ),
     "arms touch each other": FailingPlan(
         scissors(),
-        "[start]\nb = 1.922\n[goal]\na = 1.0\nat_rest = true\ntolerance = 0.3\n",
+        "[start]\nb = 1.931\n[goal]\na = 1.0\nat_rest = true\ntolerance = 0.1\n",
         Conditions(vary={"J": 0.1}),
         r"collided on the way: left arm – right arm",
         r"--keep J.*mm more room",

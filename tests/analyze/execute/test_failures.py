@@ -70,7 +70,7 @@ def test_a_box_hits_the_wall_when_it_is_there() -> None:
 
 
 def test_gravity_and_what_the_machine_keeps_do_not_vary() -> None:
-    machine = carriage().changed(keep=("r", "c"))
+    machine = carriage(height="r").changed(keep=("r", "c"))
     assert machine_from_json(machine_to_json(machine)).keep == ("r", "c")
     conditions = Conditions(parameters=0.1)
     assert conditions.shares(machine.with_parameters(c=1.0)) == {"m": 0.1}
@@ -93,7 +93,7 @@ def test_what_varies_or_stays_is_a_parameter_and_not_both() -> None:
 
 
 def test_one_more_parameter_that_is_kept_leaves_the_others_as_they_were() -> None:
-    system = carriage().with_parameters(c=1.0)
+    system = carriage(height="r").with_parameters(c=1.0)
     drawn = [
         Conditions(parameters=0.1, keep=keep).machine(system, np.random.default_rng(3))
         for keep in ((), ("r",))
