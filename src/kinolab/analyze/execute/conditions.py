@@ -101,7 +101,8 @@ class Conditions:
         """Return by which fraction of its value each parameter varies, of those that do."""
         kept = {*kept_by_default(system), *self.keep}
         values = {name: value for name, value in system.parameter_values.items() if value}
-        shares = {name: 0.0 if name in kept else self.parameters for name in values} | self.vary
+        shares = {name: 0.0 if name in kept else self.parameters for name in values}
+        shares |= self.vary
         return {name: share for name, share in shares.items() if share and name in values}
 
     def machine(self, system: Mechanism, generator: np.random.Generator) -> Mechanism:

@@ -126,8 +126,14 @@ def command(
     if mistakes := apply_overrides(values, built)[1]:  # the machine itself validates the values
         raise InputError(mistakes)
     conditions = Conditions(
-        *(parameters, noise, disturbance, values, not untracked),
-        **{"vary": _shares(varied), "keep": _names(keep), "track": _names(track)},
+        parameters,
+        noise,
+        disturbance,
+        built=values,
+        tracked=not untracked,
+        vary=_shares(varied),
+        keep=_names(keep),
+        track=_names(track),
     )
     progress("reading the run and compiling the machine")
     run = read_run(folder)
