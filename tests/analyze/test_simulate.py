@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import json
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +14,7 @@ import kinolab
 from kinolab.analyze.examine import examine
 from kinolab.analyze.simulate import simulate
 from kinolab.cli import run
-from kinolab.cli.commands.machines.plan_new import write_starter
+from kinolab.cli.commands.machines.plan_new import STARTERS, write_starter
 from kinolab.dynamics import Body, System, Torque, Wrench, angle, move, rate, rot_z
 from kinolab.errors import InputError
 from kinolab.loading import build_problem, find_scenario
@@ -128,15 +129,30 @@ def test_a_new_machine_never_overwrites_and_needs_a_usable_name(tmp_path: Path) 
         write_starter("my-puck", tmp_path)
 
 
-@pytest.mark.parametrize("kind", ["wheels", "arm", "flyer"])
+@pytest.mark.parametrize("kind", [*STARTERS.keys() - {"puck"}])
 def test_other_machines_to_start_from_are_planned_for_as_they_are(
     kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    assert run(["new", f"my_{kind}", f"--{kind}"]) == 0
-    found = run([f"my_{kind}.toml", "--no-animation", "--quiet", "--no-optimize"])
+    name = f"my_{kind.replace('-', '_')}"
+    assert run(["new", name, f"--{kind}"]) == 0
+    found = run([f"{name}.toml", "--no-animation", "--quiet", "--no-optimize"])
     assert found == 0  # solved and verified
-    assert run(["examine", f"my_{kind}.py"]) == 0
+    assert run(["examine", f"{name}.py"]) == 0
+
+
+@pytest.mark.parametrize("kind", ["wheels", "segway", "pick-and-place", "hopper"])
+def test_machines_that_are_a_little_off_carry_out_the_plans_to_start_from(
+    kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    write_starter("mine", tmp_path, kind)
+    assert run(["mine.toml", "--no-animation", "--quiet"]) == 0
+    for seed in (1, 2, 3):
+        options = ["--parameters", "0.05", "--seed", str(seed), "--no-picture", "--no-diagnosis"]
+        assert run(["execute", "runs/mine", *options, "--quiet"]) == 0
+        report = json.loads(Path("runs/mine/execution.json").read_text())
+        assert report["reached"] >= 95
 
 
 # --- from Python ---

@@ -44,13 +44,22 @@ class GoalEntry:
         return f"{self.name} = {self.value:.4g} (wanted {wanted})"
 
 
-def goal_entries(problem: PlanningTask, x: Array) -> tuple[GoalEntry, ...]:
-    """Return the goal's entries at a state (nx,), largest violation in tolerances first."""
-    entries = _entries(problem, x)
+def goal_entries(
+    problem: PlanningTask, x: Array, frames: Array | None = None
+) -> tuple[GoalEntry, ...]:
+    """Return the goal's entries at a state, largest violation in tolerances first.
+
+    Args:
+        problem: Whose goal.
+        x: State, shape (nx,).
+        frames: Poses of the bodies, shape (bodies, 12), where they are not those of the problem's
+            machine.
+    """
+    entries = _entries(problem, x, frames)
     return tuple(sorted(entries, key=lambda entry: -entry.error / entry.tolerance))
 
 
-def _entries(problem: PlanningTask, x: Array) -> Iterator[GoalEntry]:
+def _entries(problem: PlanningTask, x: Array, frames: Array | None = None) -> Iterator[GoalEntry]:
     goal, model, bodies = problem.goal, problem.model, problem.bodies
     units = state_units(model)
     values = np.where(problem.circular, wrapped(x), x)
@@ -61,7 +70,8 @@ def _entries(problem: PlanningTask, x: Array) -> Iterator[GoalEntry]:
     measured = [(f"turn of {one.part.name}", "rad") for one in goal.parts]
     measured += [(f"distance of {bodies[point.body].name}", "m") for point in goal.points]
     measured += [(f"angle of {bodies[axis.body].name}", "rad") for axis in goal.directions]
-    errors = np.abs(problem.goal_errors(x)).tolist()
+    found = problem.goal_errors(x) if frames is None else goal.errors(x, frames)
+    errors = np.abs(found).tolist()
     sizes = errors[len(told) :]
     told += [(name, size, 0.0, unit) for (name, unit), size in zip(measured, sizes, strict=True)]
     rows = zip(told, errors, goal.error_tolerances.tolist(), strict=True)

@@ -36,12 +36,12 @@ PERTURBATION = 1e-6  # of a state's scale, of the start; its amplification is me
 
 
 class DivergedError(KinolabError):
-    """The integration stopped before the final time; ``.time`` is where, in [s]."""
+    """The integration stopped before the end: ``.time`` is where, in [s], and ``.reason`` why."""
 
     exit_code = 7
 
     def __init__(self, time: float, reason: str) -> None:
-        self.time = time
+        self.time, self.reason = time, reason
         super().__init__(f"the motion cannot be followed beyond t = {time:.6g} s: {reason}")
 
 

@@ -24,7 +24,7 @@ from kinolab.studies.problem_files import ProblemFiles, files_in
 BATCH = 50  # runs of an order: about a second
 NEEDED = ("scenario.toml", "report.json", "trajectory.csv", "trajectory.npz", "assets")
 TABLE = "execution.csv"
-HEADING = ("run", "outcome", "excess", "deviation", "steps")
+HEADING = ("run", "outcome", "excess", "deviation", "steps", "time", "why", "detail")
 
 
 @dataclass(frozen=True)
@@ -133,7 +133,12 @@ def _rows_written(writer: Any, runs: Iterable[ExecutionRun]) -> Iterator[Executi
         if not k:
             writer.writerow([*HEADING, *run.parameters])
         told = (k + 1, run.outcome, run.excess, run.deviation, run.steps)
-        writer.writerow([*told, *run.parameters.values()])
+        failure = run.failure
+        why: tuple[object, ...] = ("", "", "")
+        if failure is not None:
+            detail = "; ".join(filter(None, (failure.detail, failure.slip)))
+            why = (failure.time, failure.cause, detail)
+        writer.writerow([*told, *why, *run.parameters.values()])
         yield run
 
 

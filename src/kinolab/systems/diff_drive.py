@@ -59,8 +59,8 @@ def diff_drive() -> System:
             zero(V.x + turning - r * rate(phi_r), "right wheel rolls"),
         ],
         inputs=[
-            Torque("left", on=left, about=axle.y, limit=0.6),
-            Torque("right", on=right, about=axle.y, limit=0.6),
+            Torque("left", on=left, reacts_on=robot, about=axle.y, limit=0.6),
+            Torque("right", on=right, reacts_on=robot, about=axle.y, limit=0.6),
         ],
         efforts=[Viscous(rate(phi_l), c_w), Viscous(rate(phi_r), c_w)],
         velocities=[phi_l, phi_r],  # the independent ones

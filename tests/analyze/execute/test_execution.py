@@ -126,7 +126,7 @@ def test_parameters_are_drawn_within_their_share(
     problem: PlanningTask, trajectory: Trajectory
 ) -> None:
     runs = execute(problem, trajectory, Conditions(parameters=0.1), runs=40).runs
-    nominal = problem.system.parameter_values
+    nominal = {n: v for n, v in problem.system.parameter_values.items() if n != "g"}  # it stays
     shares = np.array([[run.parameters[n] / v - 1.0 for n, v in nominal.items()] for run in runs])
     assert np.abs(shares).max() <= 0.1
     assert (np.ptp(shares, axis=0) > 0.1).all()  # each of them

@@ -14,7 +14,7 @@ import kinolab
 from kinolab import planners
 from kinolab.analyze.diagnose.diagnosis import Diagnosis
 from kinolab.analyze.execute.conditions import Conditions
-from kinolab.analyze.execute.tube_plot import execution_to_json
+from kinolab.analyze.execute.execution_report import execution_to_json
 from kinolab.cli.manual.run_files import page as files_page
 from kinolab.cli.manual.sections import sections_of
 from kinolab.problem import PlanningTask
@@ -127,7 +127,9 @@ def test_what_the_search_explored_is_on_the_page(maze_run: Finished) -> None:
 
 
 def test_every_key_of_an_execution_is_on_the_page(short: Solved) -> None:
-    found = execution_to_json(execute(short.problem, short.trajectory, Conditions(), runs=1))
+    found = execution_to_json(
+        short.problem, execute(short.problem, short.trajectory, Conditions(), runs=1)
+    )
     told = SECTIONS["execution.json"].text
     assert set(found) <= set(rows_of("execution.json"))
     for key in (*found["conditions"], *found["each"][0]):

@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from kinolab.dynamics import Model
 from kinolab.dynamics.language.mechanism import Mechanism
-from kinolab.errors import InputError, Mistake
+from kinolab.dynamics.language.symbols import Parameter
+from kinolab.errors import InputError, Mistake, unknown_name
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 
 MAX_FRACTION = 1.0  # above it a mass could be negative
 SHARES = ("parameters", "noise", "disturbance")
+GRAVITY = "g"  # what everybody calls it, also where it is written in a force of one's own
 MAX_DRAWS = 100  # of parameters, until they are valid: moments of inertia must be consistent
 
 
@@ -23,13 +25,18 @@ class Conditions:
     """Deviations of the machine and its measurements from what the plan assumes.
 
     Attributes:
-        parameters: Every parameter is drawn uniformly within this fraction of its value.
+        parameters: Every parameter is drawn uniformly within this fraction of its value, but for
+            the strength of gravity and those that the machine lists as ``keep``.
         noise: Standard deviation of the measurement of each state, as a fraction of its scale.
         disturbance: Standard deviation of the noise on each input in every step, as a fraction of
             its range.
         built: Actual values of parameters, unknown to the plan, by name, such as friction that the
             planner neglected. They are perturbed, too.
         tracked: Whether feedback gains track the plan; a machine's own feedback always acts.
+        vary: Fractions of single parameters, by name, instead of ``parameters``.
+        keep: Names of further parameters that stay as they are.
+        track: Names of coordinates that are tracked though nothing depends on them, such as how far
+            a wheel has rolled.
     """
 
     parameters: float = 0.0
@@ -37,16 +44,22 @@ class Conditions:
     disturbance: float = 0.0
     built: Mapping[str, float] = field(default_factory=dict)
     tracked: bool = True
+    vary: Mapping[str, float] = field(default_factory=dict)
+    keep: tuple[str, ...] = ()
+    track: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         """Reject invalid fractions."""
+        told = {f"--{name}": getattr(self, name) for name in SHARES}
+        told |= {f"--vary {name}": share for name, share in self.vary.items()}
         mistakes = [
-            Mistake(
-                f"--{name}", f"{value:g} is no share.", f"Give 0 or more, below {MAX_FRACTION:g}."
-            )
-            for name in SHARES
-            if not 0.0 <= (value := getattr(self, name)) < MAX_FRACTION
+            Mistake(where, f"{value:g} is no share.", f"Give 0 or more, below {MAX_FRACTION:g}.")
+            for where, value in told.items()
+            if not 0.0 <= value < MAX_FRACTION
         ]
+        for name in (name for name in self.vary if name in self.keep):
+            what = f"{name} is also given to --vary."
+            mistakes.append(Mistake(f"--keep {name}", what, "Leave one of the two out."))
         if mistakes:
             raise InputError(mistakes)
 
@@ -56,12 +69,14 @@ class Conditions:
         Raises:
             InputError: If it has no parameters that differ from 0, or no inputs with a range.
         """
-        system, mistakes = problem.system, list[Mistake]()
-        if self.parameters and not any(
-            system.with_parameters(**self.built).parameter_values.values()
-        ):
+        system = problem.system.with_parameters(**self.built)
+        mistakes = list(self._unknown(problem))
+        if self.parameters and not any(self.shares(system).values()):
             what = f"{system.name} has no parameter to vary, or they are all 0."
             remedy = "Describe the machine in Python, or vary --noise or --disturbance."
+            if kept := kept_by_default(system):
+                what = f"{system.name} has no parameter to vary but {', '.join(kept)}."
+                remedy = f"Name what shall vary: --vary {kept[0]}={self.parameters:g}."
             mistakes.append(Mistake("--parameters", what, remedy))
         plant = (problem.whole or problem.model).plant
         if self.disturbance and not np.ptp(plant.control_bounds, axis=1).any():
@@ -69,6 +84,26 @@ class Conditions:
             mistakes.append(Mistake("--disturbance", what, "Vary --parameters or --noise."))
         if mistakes:
             raise InputError(mistakes)
+
+    def _unknown(self, problem: PlanningTask) -> Iterator[Mistake]:
+        """Yield what is named here and does not exist."""
+        parameters = list(problem.system.parameter_values)
+        for where, names in (("--vary", self.vary), ("--keep", self.keep)):
+            for name in names:
+                if name not in parameters:
+                    yield unknown_name("parameter", name, known=parameters, where=where)
+        coordinates = problem.model.state_names[: problem.model.nq]
+        for name in self.track:
+            if name not in coordinates:
+                yield unknown_name("coordinate", name, known=coordinates, where="--track")
+
+    def shares(self, system: Mechanism) -> dict[str, float]:
+        """Return by which fraction of its value each parameter varies, of those that do."""
+        kept = {*kept_by_default(system), *self.keep}
+        values = {name: value for name, value in system.parameter_values.items() if value}
+        shares = {name: 0.0 if name in kept else self.parameters for name in values}
+        shares |= self.vary
+        return {name: share for name, share in shares.items() if share and name in values}
 
     def machine(self, system: Mechanism, generator: np.random.Generator) -> Mechanism:
         """Return a machine with perturbed parameters.
@@ -86,11 +121,11 @@ class Conditions:
         return self._drawn(meant, generator)
 
     def _drawn(self, meant: Mechanism, generator: np.random.Generator) -> Mechanism:
-        values = meant.parameter_values
-        shares = generator.uniform(-self.parameters, self.parameters, len(values))
-        drawn = zip(values.items(), shares, strict=True)
+        values, shares = meant.parameter_values, self.shares(meant)
+        # All are drawn, so that a further one that is kept leaves the others as they were.
+        drawn = dict(zip(values, generator.uniform(-1.0, 1.0, len(values)), strict=True))
         return meant.with_parameters(
-            **{name: float(value * (1.0 + fraction)) for (name, value), fraction in drawn}
+            **{n: float(values[n] * (1.0 + share * drawn[n])) for n, share in shares.items()}
         )
 
     def measured(self, problem: PlanningTask, x: Array, generator: np.random.Generator) -> Array:
@@ -110,3 +145,11 @@ class Conditions:
         span = np.ptp(model.control_bounds, axis=1)
         acting: Array = u + self.disturbance * span * generator.standard_normal(len(u))
         return acting
+
+
+def kept_by_default(system: Mechanism) -> tuple[str, ...]:
+    """Return the parameters that nobody builds: the strength of gravity, and the machine's own."""
+    strength = () if system.gravity is None else (system.gravity.strength,)
+    weight = {entry.name for entry in strength if isinstance(entry, Parameter)}
+    kept = {GRAVITY, *weight, *system.keep}
+    return tuple(name for name in system.parameter_values if name in kept)

@@ -1,31 +1,49 @@
-"""Monte Carlo execution of a plan on perturbed machines, and checks of their collisions."""
+"""Monte Carlo execution of a plan on perturbed machines."""
 
 from __future__ import annotations
 
 import math
 from collections import Counter
 from collections.abc import Callable, Iterable
+from copy import copy
 from dataclasses import dataclass, replace
-from typing import Literal, TypeAlias
+from typing import Self
 
 import numpy as np
+from numpy.typing import NDArray
 
 from kinolab.analyze.execute.conditions import Conditions
+from kinolab.analyze.execute.failure import Failure, FailureCount, FailureGroup, Outcome
+from kinolab.analyze.execute.run_monitor import RunMonitor
 from kinolab.analyze.execute.tracker import LARGE_DEVIATION, Tracker
 from kinolab.dynamics.language.mechanism import Mechanism
-from kinolab.dynamics.machine_facts import facts_of
 from kinolab.errors import InputError, KinolabError, Mistake
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 from kinolab.problem.unwrapping import unwrapped
 from kinolab.simulation import ReferenceStep
+from kinolab.simulation.dop853 import TOO_SMALL
+from kinolab.simulation.reference import REASONS, DivergedError
 from kinolab.trajectory import Trajectory
 
-Fault: TypeAlias = Literal["collided", "strayed"]
-Outcome: TypeAlias = Literal["reached", "missed", "lost"] | Fault
-
 KEPT = 1000  # runs whose paths are kept; of further ones only how they ended
+LITTLE = 1e-6  # of an input's range: less is rounding
 SETTLING_FRACTION = 0.25  # of the plan's duration: how much sooner or later it may reach the goal
+
+
+@dataclass(frozen=True)
+class Deviation:
+    """The entry of the state that was farthest from the plan, in its own unit.
+
+    Attributes:
+        name: Of the entry.
+        amount: How far it was from the plan.
+        time: When, in [s].
+    """
+
+    name: str
+    amount: float
+    time: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,9 +56,14 @@ class ExecutionRun:
             motion.
         x: States, one per step, shape (steps + 1, nx); up to the goal or the fault.
         excess: Smallest goal error around the plan's end, in tolerances of the plan.
-        off: Largest weighted deviation of a state's entry from the plan, shape (steps + 1,).
+        off: Largest deviation of a tracked state's entry from the plan, times its weight, shape
+            (steps + 1,).
         parameters: Parameters of the machine, by name.
         steps: Their number.
+        failure: Why it failed; None if it reached the goal.
+        farthest: Which entry was farthest from the plan.
+        wanting: Share of the steps in which the feedback wanted more of an input than there is,
+            by the input's name; those that never were are left out.
     """
 
     outcome: Outcome
@@ -49,6 +72,9 @@ class ExecutionRun:
     off: Array
     parameters: dict[str, float]
     steps: int
+    failure: Failure | None
+    farthest: Deviation
+    wanting: dict[str, float]
 
     @property
     def deviation(self) -> float:
@@ -70,14 +96,18 @@ class Execution:
         seed: Random seed.
         runs: Results of the first 1000.
         counts: Number of runs by outcome, of all.
+        failures: Why they failed, of all, the most frequent reason first.
         worst: Largest deviation from the plan, of all, in the weights of [metric].
+        farthest: Which entry that was, and the number of the run, from 0.
     """
 
     conditions: Conditions
     seed: int
     runs: tuple[ExecutionRun, ...]
     counts: dict[str, int]
+    failures: tuple[FailureGroup, ...]
     worst: float
+    farthest: tuple[Deviation, int]
 
     @property
     def total(self) -> int:
@@ -88,6 +118,25 @@ class Execution:
     def reached(self) -> int:
         """Number of runs that reached the goal without colliding or straying."""
         return self.counts.get("reached", 0)
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """How a perturbed machine moves along a plan, whatever it may touch.
+
+    Attributes:
+        x: States, one per step, shape (steps + 1, nx).
+        t: Their times in [s], shape (steps + 1,).
+        nearest: Smallest goal error around the plan's end, in tolerances of the plan.
+        failure: Why it does not come to the goal; None if it does.
+        wanting: As of ``ExecutionRun``.
+    """
+
+    x: Array
+    t: Array
+    nearest: float
+    failure: Failure | None
+    wanting: dict[str, float]
 
 
 class Executor:
@@ -119,15 +168,26 @@ class Executor:
         if not len(trajectory.u):
             raise InputError([Mistake("trajectory", "it has no steps.", "Give a plan that moves.")])
         conditions.require_something_to_vary(problem)
-        self._problem, self._conditions, self._seed = problem, conditions, seed
-        self._plan = unwrapped(problem, trajectory)
-        self._tracker = Tracker.along(problem, self._plan, large=large)
-        self._surveillance = CollisionMonitor(problem)
-        spans = np.diff(self._plan.t)
-        later = math.ceil(SETTLING_FRACTION * self._plan.duration / spans[-1])
-        self._enough = 1.0 / (1.0 - problem.scenario.goal.reserve)
+        self.problem, self.conditions, self.seed, self.large = problem, conditions, seed, large
+        self.plan = unwrapped(problem, trajectory)
+        self.tracker = Tracker.along(problem, self.plan, large=large, asked=conditions.track)
+        self.monitor = RunMonitor(problem, self.plan.x)
+        spans = np.diff(self.plan.t)
+        later = math.ceil(SETTLING_FRACTION * self.plan.duration / spans[-1])
         self._first = math.floor((1.0 - SETTLING_FRACTION) * len(spans))
         self._spans = [*spans.tolist(), *[float(spans[-1])] * later]
+
+    def under(self, conditions: Conditions) -> Self:
+        """Return the same under other conditions, with the same gains."""
+        other = copy(self)
+        other.conditions = conditions
+        return other
+
+    def tracked_by(self, tracker: Tracker) -> Self:
+        """Return the same with other gains."""
+        other = copy(self)
+        other.tracker = tracker
+        return other
 
     def run(self, k: int) -> ExecutionRun:
         """Return the result of run k, counted from 0; without its path from the 1000th on.
@@ -137,49 +197,105 @@ class Executor:
         Raises:
             InputError: If no machine has such parameters.
         """
-        generator = np.random.default_rng([self._seed, k])
-        built = self._conditions.machine(self._problem.system, generator)
-        parameters = built.parameter_values
-        step = ReferenceStep(self._problem, parameters)
-        states, nearest = [self._plan.x[0]], math.inf
-        outcome: Outcome = "missed"
-        try:
-            for i, span in enumerate(self._spans):
-                states.append(step(states[-1], self._acting(i, states[-1], generator), span))
-                if i + 1 >= self._first:
-                    excess = self._surveillance.goal_excess(states[-1], parameters)
-                    nearest = min(nearest, excess)
-                if nearest <= self._enough:
-                    outcome = "reached"
-                    break
-        except KinolabError:
-            outcome = "lost"
-        x = np.array(states)
-        fault = self._surveillance.first_fault(x, built)
-        if fault is not None:
-            last, outcome = fault
-            x = x[: last + 1]
-        made = ExecutionRun(outcome, x, nearest, self._off(x), parameters, len(x) - 1)
+        built, motion = self.motion(k)
+        fault = self.monitor.first_fault(motion.x, motion.t, built)
+        failure = motion.failure if fault is None else fault
+        x = motion.x if fault is None else motion.x[: fault.step + 1]
+        if failure is not None:
+            failure = replace(failure, slip=self.monitor.slip(x, motion.t))
+        off, farthest = self._off(x, motion.t)
+        outcome: Outcome = "reached" if failure is None else failure.outcome
+        parameters, steps = built.parameter_values, len(x) - 1
+        made = ExecutionRun(
+            outcome, x, motion.nearest, off, parameters, steps, failure, farthest, motion.wanting
+        )
         return made if k < KEPT else made.ending
 
-    def _acting(self, i: int, x: Array, generator: np.random.Generator) -> Array:
-        """Return the plant's inputs in step i, which the nominal controller finds at a state."""
-        problem, model = self._problem, self._problem.whole or self._problem.model
-        seen = self._conditions.measured(problem, x, generator)
-        tracked = self._conditions.tracked
-        wanted = self._tracker.inputs(i, seen) if tracked else self._tracker.planned(i)
-        acting = model.plant_inputs(seen, wanted)
-        return self._conditions.disturbed(model.plant, acting, generator)
+    def motion(self, k: int) -> tuple[Mechanism, Motion]:
+        """Return the machine of run k and how it moves, whatever it may touch.
 
-    def _off(self, x: Array) -> Array:
-        """Return the largest weighted deviation of each state from the planned one, (n,)."""
-        planned = self._plan.x
-        deviations = [
-            np.abs(self._tracker.deviation(planned[min(k, len(planned) - 1)], state))
-            for k, state in enumerate(x)
-        ]
-        off: Array = (np.array(deviations) * self._problem.weights).max(axis=1)
-        return off
+        Raises:
+            InputError: If no machine has such parameters.
+        """
+        generator = np.random.default_rng([self.seed, k])
+        built = self.conditions.machine(self.problem.system, generator)
+        parameters = built.parameter_values
+        step = ReferenceStep(self.problem, parameters)
+        states, nearest, best = [self.plan.x[0]], math.inf, 0
+        wanting, lost = np.zeros(len(self._inputs)), None
+        for i, span in enumerate(self._spans):
+            try:
+                acting, beyond = self._acting(i, states[-1], generator)
+                states.append(step(states[-1], acting, span))
+            except KinolabError as error:
+                lost = self._lost(error, i)
+                break
+            wanting += beyond
+            if i + 1 >= self._first:
+                excess = self.monitor.goal_excess(states[-1], parameters)
+                nearest, best = min((nearest, best), (excess, i + 1))
+            if nearest <= self.monitor.enough:
+                break
+        x, t = np.array(states), np.concatenate([[0.0], np.cumsum(self._spans)])[: len(states)]
+        failure = lost
+        if lost is None and not nearest <= self.monitor.enough:
+            best = best or len(x) - 1  # where no error was a number
+            failure = self.monitor.missed(x[best], float(t[best]), best, parameters)
+        shares = dict(zip(self._inputs, (wanting / len(x)).tolist(), strict=True))
+        asked = {name: share for name, share in shares.items() if share}
+        return built, Motion(x, t, nearest, failure, asked)
+
+    @property
+    def _inputs(self) -> tuple[str, ...]:
+        """Names of the plant's inputs, then of the references of its feedback, if any."""
+        model = self.problem.whole or self.problem.model
+        references = () if model.plant is model else model.control_names
+        return (*model.plant.control_names, *references)
+
+    def _lost(self, error: KinolabError, i: int) -> Failure:
+        """Return why the motion could not be followed in step i."""
+        begun = float(sum(self._spans[:i]))
+        within = error.time if isinstance(error, DivergedError) else 0.0
+        reason = error.reason if isinstance(error, DivergedError) else str(error)
+        cause = reason.partition(" at ")[0].rpartition(": ")[2]  # without the numbers of this run
+        if reason == REASONS[TOO_SMALL]:
+            cause = "something grows beyond all bounds, or jumps"
+        return Failure("lost", cause.rstrip("."), reason.rstrip("."), begun + within, i)
+
+    def _acting(
+        self, i: int, x: Array, generator: np.random.Generator
+    ) -> tuple[Array, NDArray[np.bool_]]:
+        """Return the plant's inputs in step i, (nu,), and which of ``_inputs`` want more."""
+        problem, model = self.problem, self.problem.whole or self.problem.model
+        seen = self.conditions.measured(problem, x, generator)
+        wanted = self.tracker.planned(i)
+        if self.conditions.tracked:
+            wanted = self.tracker.wanted(i, seen)
+        held = self.tracker.limited(wanted)
+        acting = model.plant_inputs(seen, held)
+        beyond = np.abs(wanted - held) > LITTLE * np.ptp(model.control_bounds, axis=1)
+        if model.plant is not model:  # the law cuts its inputs itself
+            lower, upper = model.plant.control_bounds.T
+            beyond = np.append((acting <= lower) | (acting >= upper), beyond)
+        return self.conditions.disturbed(model.plant, acting, generator), beyond
+
+    def _off(self, x: Array, t: Array) -> tuple[Array, Deviation]:
+        """Return the largest weighted deviation of each state from the planned one, and the worst.
+
+        Args:
+            x: States, shape (n, nx).
+            t: Times in [s], shape (n,) or longer.
+        """
+        planned, names = self.plan.x, self.problem.model.state_names
+        deviations = np.array(
+            [
+                np.abs(self.tracker.deviation(planned[min(k, len(planned) - 1)], state))
+                for k, state in enumerate(x)
+            ]
+        )
+        weighted = deviations * self.tracker.weights
+        k, i = np.unravel_index(int(np.argmax(weighted)), weighted.shape)
+        return weighted.max(axis=1), Deviation(names[i], float(deviations[k, i]), float(t[k]))
 
     def tally(
         self, runs: Iterable[ExecutionRun], told: Callable[[int], None] = lambda _: None
@@ -191,57 +307,16 @@ class Executor:
             told: Called after each run with the number of runs so far.
         """
         kept: list[ExecutionRun] = []
-        counts, worst = Counter[str](), 0.0
+        counts, failures = Counter[str](), FailureCount()
+        worst, farthest = -1.0, (Deviation("", 0.0, 0.0), 0)
         for k, run in enumerate(runs):
             if k < KEPT:
                 kept.append(run)
             counts[run.outcome] += 1
-            worst = max(worst, run.deviation)
+            if run.failure is not None:
+                failures.add(k, run.failure)
+            if run.deviation > worst:
+                worst, farthest = run.deviation, (run.farthest, k)
             told(k + 1)
-        return Execution(self._conditions, self._seed, tuple(kept), dict(counts), worst)
-
-
-class CollisionMonitor:
-    """Checks motions of machines with other parameters in the world of a problem.
-
-    A plan's margins to obstacles and cones are its reserve; here they are not added.
-
-    Args:
-        problem: The problem of the plan.
-    """
-
-    def __init__(self, problem: PlanningTask) -> None:
-        world = replace(problem.world, clearance=0.0)
-        cones = tuple(cone.forbidden for cone in problem.keep_outs)
-        self._problem = replace(problem, world=world, keep_outs=cones)
-
-    def first_fault(self, x: Array, built: Mechanism) -> tuple[int, Fault] | None:
-        """Return the index of the first faulty state and its fault; None if there is none.
-
-        Args:
-            x: States, shape (N, nx).
-            built: The actual machine.
-        """
-        problem, model = self._as_built(built), self._problem.model
-        parameters = built.parameter_values
-        frames = model.frames(x, **parameters)
-        ends = model.cables(x, **parameters) if problem.cables else None
-        hit = problem.checker().first_collision(frames, ends)
-        for k in range(len(x) if hit is None else hit):
-            if any(True for _ in problem.outside_world(frames[k])):
-                return k, "strayed"
-        return None if hit is None else (hit, "collided")
-
-    def goal_excess(self, x: Array, parameters: dict[str, float]) -> float:
-        """Return the goal error at a state (nx,), in tolerances of the plan."""
-        goal, model = self._problem.goal, self._problem.model
-        return goal.excess(x, model.frames(x, **parameters) if goal.needs_frames else None)
-
-    def _as_built(self, system: Mechanism) -> PlanningTask:
-        """Return the problem of the actual machine: its shapes may depend on parameters.
-
-        If they do not, it is the same one, whose mesh search trees exist already.
-        """
-        built = replace(self._problem, machine=facts_of(system))
-        same = built.bodies == self._problem.bodies and built.cables == self._problem.cables
-        return self._problem if same else built
+        groups, made = failures.groups, tuple(kept)
+        return Execution(self.conditions, self.seed, made, dict(counts), groups, worst, farthest)

@@ -5,6 +5,7 @@ Source: Tedrake, Underactuated Robotics, 2023, section 8.2 (time-varying LQR).
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,6 +15,7 @@ from kinolab.dynamics.codegen.methods import METHODS
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 from kinolab.simulation.sensitivities import StepSensitivities
+from kinolab.steering.cyclic_coordinates import cyclic_coordinates
 from kinolab.trajectory import Trajectory
 
 LARGE_DEVIATION = 0.2  # of one over a state's weight in [metric]: a large deviation
@@ -32,6 +34,7 @@ class Tracker:
         u: Planned inputs, and those that hold the last state, shape (N+1, nu).
         gains: On deviations along the plan, and from its last state, shape (N+1, nu, nx).
         limits: Of the inputs, shape (nu, 2): the machine's own, regardless of [bounds].
+        weights: Of deviations, shape (nx,): those of [metric], and 0 for what is not tracked.
     """
 
     problem: PlanningTask
@@ -39,10 +42,16 @@ class Tracker:
     u: Array
     gains: Array
     limits: Array
+    weights: Array
 
     @classmethod
     def along(
-        cls, problem: PlanningTask, trajectory: Trajectory, *, large: float = LARGE_DEVIATION
+        cls,
+        problem: PlanningTask,
+        trajectory: Trajectory,
+        *,
+        large: float = LARGE_DEVIATION,
+        asked: Sequence[str] = (),
     ) -> Tracker:
         """Design gains along a plan.
 
@@ -51,6 +60,7 @@ class Tracker:
             trajectory: The plan, of at least one step.
             large: The deviation that is worth a large correction, as a fraction of one over each
                 state's weight in the metric.
+            asked: Names of coordinates that are tracked though nothing depends on them.
         """
         model, settings = problem.whole or problem.model, problem.scenario.integration
         step = StepSensitivities(model, METHODS[settings.method], settings.substeps)
@@ -62,28 +72,51 @@ class Tracker:
         ]
         table, nx = np.array(slopes), model.nx
         A, B = table[:, :, :nx], table[:, :, nx : nx + model.nu]
-        Q = np.diag((problem.weights / large) ** 2)
+        weights = tracked_weights(problem, asked)
+        Q = np.diag((weights / large) ** 2)
         R = np.diag((LARGE_CORRECTION * np.ptp(model.control_bounds, axis=1)) ** -2.0)
         gains = [*tvlqr(A[:-1], B[:-1], Q, R, TERMINAL_WEIGHT * Q), _staying(A[-1], B[-1], Q, R)]
-        return cls(problem, x, u, np.array(gains), model.control_bounds)
+        return cls(problem, x, u, np.array(gains), model.control_bounds, weights)
 
     def planned(self, k: int) -> Array:
         """Return the planned inputs of step k, or those that hold the end, shape (nu,)."""
         return np.asarray(self.u[min(k, len(self.u) - 1)])
 
-    def inputs(self, k: int, seen: Array) -> Array:
-        """Return the inputs of step k at a measured state, within their limits, shape (nu,).
+    def wanted(self, k: int, seen: Array) -> Array:
+        """Return the inputs of step k at a measured state, whatever their limits, shape (nu,).
 
         After the end of the plan its last state is tracked.
         """
         at = min(k, len(self.u) - 1)
         off = self.deviation(self.x[at], seen)
-        wanted: Array = np.clip(self.u[at] - self.gains[at] @ off, *self.limits.T)
+        wanted: Array = self.u[at] - self.gains[at] @ off
         return wanted
+
+    def limited(self, wanted: Array) -> Array:
+        """Return inputs (nu,) within their limits."""
+        within: Array = np.clip(wanted, *self.limits.T)
+        return within
 
     def deviation(self, planned: Array, x: Array) -> Array:
         """Return the deviation of a state from a planned one, shape (nx,)."""
         return self.problem.space.difference(planned, x)
+
+
+def tracked_weights(problem: PlanningTask, asked: Sequence[str]) -> Array:
+    """Return the weight of each state's entry for tracking, shape (nx,).
+
+    It is 0 for coordinates on which neither the motion nor what may be touched nor the goal
+    depends, such as how far a wheel has rolled: bringing them back would cost what does matter.
+
+    Args:
+        problem: Machine, world, goal and metric.
+        asked: Names of such coordinates that are tracked all the same.
+    """
+    if problem.machine.modes:  # guards and resets may depend on what the equations do not
+        return problem.weights
+    names = problem.model.state_names
+    free = cyclic_coordinates(problem) & [name not in asked for name in names]
+    return np.where(free, 0.0, problem.weights)
 
 
 def _keeping(model: Model, x: Array, u: Array) -> Array:

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import io
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
 from kinolab.analyze.execute.execution import Execution
+from kinolab.analyze.execute.execution_report import varied_text
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
+from kinolab.scenario.toml_text import shortened
 from kinolab.trajectory import Trajectory
 
 if TYPE_CHECKING:
@@ -27,6 +29,8 @@ COLOURS = {
 FIGURE_SIZE = (11.0, 4.8)  # inches
 TUBE_STYLE = (5.0, 95.0)  # percentiles
 MAX_FACES = 20_000  # drawn per mesh
+AXES = {"top": (0, 1), "front": (0, 2), "side": (1, 2)}  # across and up, by [render] view
+MOST_NAMED = 4  # groups of failures that the picture names
 
 
 def tube_png(problem: PlanningTask, plan: Trajectory, execution: Execution, title: str) -> bytes:
@@ -46,37 +50,66 @@ def tube_png(problem: PlanningTask, plan: Trajectory, execution: Execution, titl
     left, right = figure.subplots(1, 2, width_ratios=[3, 2])
     _paths(left, problem, plan, execution)
     _deviations(right, plan, execution)
-    c, reached = execution.conditions, f"{execution.reached} of {execution.total} reached the goal"
-    varied = f"parameters ±{c.parameters:.0%}, noise {c.noise:.1%}, disturbance {c.disturbance:.1%}"
-    figure.suptitle(f"{title}: {reached} ({varied})", parse_math=False, usetex=False)
+    reached = f"{execution.reached} of {execution.total} reached the goal"
+    varied = shortened(varied_text(problem, execution.conditions), 120)
+    figure.suptitle(f"{title}: {reached}\n{varied}", parse_math=False, usetex=False, fontsize=10)
     out = io.BytesIO()
     figure.savefig(out, format="png", dpi=110)
     return out.getvalue()
 
 
 def _paths(axes: Axes, problem: PlanningTask, plan: Trajectory, execution: Execution) -> None:
-    """Plot the paths of the main body, along the two axes of largest extent."""
-    planned = _places(problem, plan.x)
-    across, up = sorted(np.argsort(np.ptp(planned, axis=0), kind="stable")[-2:].tolist())
+    """Plot the paths of what moves, or of what touched something, and where runs failed."""
+    shown = _shown(problem, execution)
+    planned = _places(problem, plan.x, shown)
+    across, up = _axes(problem, planned)
     for outline in _outlines(problem, across, up):
         axes.fill(*outline.T, color="#b8b8b8", linewidth=0)
     for run in execution.runs:
-        path = _places(problem, run.x, run.parameters)
-        axes.plot(
-            path[:, across], path[:, up], color=COLOURS[run.outcome], linewidth=0.6, alpha=0.5
-        )
+        path, colour = _places(problem, run.x, shown, run.parameters), COLOURS[run.outcome]
+        axes.plot(path[:, across], path[:, up], color=colour, linewidth=0.6, alpha=0.5)
+        if run.failure is not None:
+            axes.plot(*path[-1][[across, up]], "x", color=colour, markersize=6)
     axes.plot(planned[:, across], planned[:, up], color="black", linewidth=1.6, label="plan")
-    for outcome in execution.counts:
-        axes.plot([], [], color=COLOURS[outcome], label=f"{outcome}: {execution.counts[outcome]}")
-    axes.set(xlabel=f"{'xyz'[across]} [m]", ylabel=f"{'xyz'[up]} [m]", aspect="equal")
+    if execution.reached:
+        axes.plot([], [], color=COLOURS["reached"], label=f"{execution.reached} reached the goal")
+    for group in execution.failures[:MOST_NAMED]:
+        label = shortened(f"{group.count} {group.first.phrase}", 60)
+        axes.plot([], [], color=COLOURS[group.first.outcome], marker="x", label=label)
+    if problem.world.ground and up == 2:
+        axes.axhline(0.0, color="#8a8a8a", linewidth=1.0)
+    axes.set(
+        xlabel=f"{'xyz'[across]} of {problem.bodies[shown].name} [m]",
+        ylabel=f"{'xyz'[up]} [m]",
+        aspect="equal",
+    )
+    axes.set_adjustable("datalim")
     axes.legend(loc="best", fontsize=8)
 
 
-def _places(problem: PlanningTask, x: Array, parameters: dict[str, float] | None = None) -> Array:
-    """Return the origins of the heaviest body at states (N, nx), shape (N, 3)."""
-    masses = [problem.system.number(body.mass) for body in problem.system.bodies]
+def _shown(problem: PlanningTask, execution: Execution) -> int:
+    """Return the body whose paths are drawn: what fails most often, else the leading one."""
+    names = [body.name for body in problem.bodies]
+    failed = (body for group in execution.failures for body in group.first.bodies)
+    moving = (names.index(name) for name in failed if name in names)
+    return next((k for k in moving if problem.bodies[k].moves), problem.leading)
+
+
+def _axes(problem: PlanningTask, planned: Array) -> tuple[int, int]:
+    """Return the axes across and up: the view of [render], else those of largest extent."""
+    view = problem.scenario.render.view
+    if view in AXES:
+        return AXES[view]
+    across, up = sorted(np.argsort(np.ptp(planned, axis=0), kind="stable")[-2:].tolist())
+    return across, up
+
+
+def _places(
+    problem: PlanningTask, x: Array, body: int, parameters: dict[str, float] | None = None
+) -> Array:
+    """Return the origins of a body at states (N, nx), shape (N, 3)."""
     frames = problem.model.frames(x, **(parameters or {})).reshape(len(x), -1, 3, 4)
-    places: Array = frames[:, int(np.argmax(masses)), :, 3]
+    places: Array = frames[:, body, :, 3]
     return places
 
 
@@ -109,27 +142,6 @@ def _deviations(axes: Axes, plan: Trajectory, execution: Execution) -> None:
     )
     axes.fill_between(t, low, high, color="#2a7de1", alpha=0.25, linewidth=0, label="5 to 95 %")
     axes.plot(t, middle, color="#2a7de1", label="median")
-    axes.set(xlabel="t [s]", ylabel="largest deviation, weighted")
+    axes.set(xlabel="t [s]", ylabel="off the plan, in large deviations ([metric])")
     axes.set_ylim(bottom=0.0)
     axes.legend(loc="best", fontsize=8)
-
-
-def execution_to_json(execution: Execution) -> dict[str, Any]:
-    """Return an execution as plain data; what is not finite becomes null."""
-    return {
-        "conditions": dict(vars(execution.conditions)),
-        "seed": execution.seed,
-        "runs": execution.total,
-        "reached": execution.reached,
-        "counts": execution.counts,
-        "each": [
-            {
-                "outcome": run.outcome,
-                "excess": run.excess if np.isfinite(run.excess) else None,
-                "deviation": run.deviation if np.isfinite(run.deviation) else None,
-                "steps": run.steps,
-                "parameters": run.parameters,
-            }
-            for run in execution.runs
-        ],
-    }

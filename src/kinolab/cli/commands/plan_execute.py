@@ -20,7 +20,28 @@ SHARE: dict[str, Any] = {"type": float, "metavar": "SHARE", "default": 0.0, "sho
 
 @click.command("execute")
 @click.argument("folder", type=PATH)
-@click.option("--parameters", **SHARE, help="Vary each parameter by up to this share of its value.")
+@click.option(
+    "--parameters",
+    **SHARE,
+    help="Vary each parameter by up to this share of its value, but for the "
+    "strength of gravity and what the machine lists as keep.",
+)
+@click.option(
+    "--vary",
+    "varied",
+    metavar="NAME=SHARE,…",
+    multiple=True,
+    help="Vary these parameters, each by its own share: m=0.1,mu=0.2.",
+)
+@click.option(
+    "--keep", metavar="NAME,…", multiple=True, help="Parameters that --parameters leaves alone."
+)
+@click.option(
+    "--track",
+    metavar="NAME,…",
+    multiple=True,
+    help="Track coordinates on which nothing depends, such as how far a wheel has rolled.",
+)
 @click.option("--noise", **SHARE, help="Measurement noise, as a share of each state's scale.")
 @click.option("--disturbance", **SHARE, help="Disturbance of each input, as a share of its range.")
 @click.option(
@@ -58,12 +79,16 @@ SHARE: dict[str, Any] = {"type": float, "metavar": "SHARE", "default": 0.0, "sho
 @dask_option
 @json_option
 @click.option("--no-picture", is_flag=True, help="Leave execution.png out.")
+@click.option("--no-diagnosis", is_flag=True, help="Do not look for what makes runs fail.")
 @quiet_option
 def command(
     folder: Path,
     parameters: float,
     noise: float,
     disturbance: float,
+    varied: tuple[str, ...],
+    keep: tuple[str, ...],
+    track: tuple[str, ...],
     built: tuple[str, ...],
     large: float,
     untracked: bool,
@@ -73,9 +98,10 @@ def command(
     dask: str | None,
     as_json: bool,
     no_picture: bool,
+    no_diagnosis: bool,
     quiet: bool,
 ) -> int:
-    """Execute the plan of a finished run many times in closed loop, and count the outcomes.
+    """Execute the plan of a finished run many times in closed loop, and say what fails, and why.
 
     Each simulated machine differs from the one that the plan was made for. Feedback gains along the
     plan keep it on course, together with the machine's own feedback if it has any; both are
@@ -84,7 +110,10 @@ def command(
     up to 500 runs are done by one process, unless --jobs says otherwise.
     """
     from kinolab.analyze.execute.conditions import Conditions
-    from kinolab.analyze.execute.tube_plot import execution_to_json, tube_png
+    from kinolab.analyze.execute.execution import Executor
+    from kinolab.analyze.execute.execution_diagnosis import diagnose_execution
+    from kinolab.analyze.execute.execution_report import execution_to_json, summary_lines
+    from kinolab.analyze.execute.tube_plot import tube_png
     from kinolab.errors import InputError, printable
     from kinolab.files import write_whole
     from kinolab.runs import read_run
@@ -96,12 +125,21 @@ def command(
     values: dict[str, Any] = {}
     if mistakes := apply_overrides(values, built)[1]:  # the machine itself validates the values
         raise InputError(mistakes)
-    conditions = Conditions(parameters, noise, disturbance, values, not untracked)
+    conditions = Conditions(
+        parameters,
+        noise,
+        disturbance,
+        built=values,
+        tracked=not untracked,
+        vary=_shares(varied),
+        keep=_names(keep),
+        track=_names(track),
+    )
     progress("reading the run and compiling the machine")
     run = read_run(folder)
 
     def told(made: int) -> None:
-        progress(f"carried out {made} of {runs} times", passing=True)
+        progress(f"executing the plan, {made} of {runs} runs done", passing=True)
 
     with engine_of(jobs, dask, progress) as (make, stop):
         execution = execute_many(
@@ -115,8 +153,12 @@ def command(
             told=told,
             stop=stop,
         )
+    found = None
+    if execution.failures and not no_diagnosis:
+        executor = Executor(run.problem, run.trajectory, conditions, seed=seed, large=large)
+        found = diagnose_execution(executor, execution, say=progress)
     progress.close()
-    report = execution_to_json(execution)
+    report = execution_to_json(run.problem, execution, found)
     with INTERRUPTS.writing():
         write_whole(folder / "execution.json", (json.dumps(report, indent=1) + "\n").encode())
         if not no_picture:
@@ -126,10 +168,37 @@ def command(
     if as_json:
         echo_json(report)
         return 0
-    counts = ", ".join(f"{count} {outcome}" for outcome, count in sorted(report["counts"].items()))
-    say(escaped(f"{folder}: {execution.reached} of {runs} reached the goal ({counts})"))
-    say(f"  largest deviation from the plan: {execution.worst:.3g}, weighted")
+    first, *rest = summary_lines(run.problem, execution, found)
+    say(escaped(f"{folder}: {first}"))
+    for line in rest:
+        say(escaped(line))
     if run.report.get("status") not in ("solved", "simulated"):
         why = printable(str(run.report.get("message", "")))
         say(f"  the plan itself does not reach the goal: {why}")
     return 0
+
+
+def _names(texts: tuple[str, ...]) -> tuple[str, ...]:
+    """Return the names in lists that are separated by commas."""
+    return tuple(name.strip() for text in texts for name in text.split(",") if name.strip())
+
+
+def _shares(texts: tuple[str, ...]) -> dict[str, float]:
+    """Return the shares that were typed, by name.
+
+    Raises:
+        InputError: If one has no number.
+    """
+    from kinolab.errors import InputError, Mistake
+
+    shares, mistakes = {}, []
+    for entry in _names(texts):
+        name, _, number = entry.partition("=")
+        try:
+            shares[name.strip()] = float(number)
+        except ValueError:
+            what = f"{entry!r} is no name with a share."
+            mistakes.append(Mistake("--vary", what, "Write it as m=0.1, several with commas."))
+    if mistakes:
+        raise InputError(mistakes)
+    return shares

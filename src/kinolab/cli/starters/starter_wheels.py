@@ -15,6 +15,7 @@ SCENARIO = """
 [world]
 bounds = {{ x = [0, 5], y = [0, 4] }}     # [m]
 ground = "plane"
+clearance = 0.05                        # [m] kept from obstacles, for what is not as planned
 
 [[world.obstacle]]
 name = "wall"
@@ -30,6 +31,11 @@ x = 4.0
 y = 1.0
 at_rest = true
 tolerance = 0.1                         # [m] and [rad/s]
+reserve = 0.3                           # share of it that the plan leaves to the execution
+
+[bounds]                                # of 0.6 N m: the rest is left to correct errors with
+left = [-0.45, 0.45]
+right = [-0.45, 0.45]
 
 [planner]
 time_limit = 30.0                       # [s]

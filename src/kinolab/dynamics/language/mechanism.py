@@ -54,6 +54,8 @@ class Mechanism(MechanismParts):
             forces as multipliers, for machines where no fixed choice is valid everywhere.
         coordinates: Order of the coordinates; by default that of their creation.
         values: Parameter values other than the defaults, by name.
+        keep: Names of parameters that are exact, such as the height of a bar: ``plan execute``
+            does not vary them by itself.
         flat: Flatness description, if the machine is flat; used by steering.
         feedback: Controller that is part of the machine, if any: planners then choose its
             references, which determine the inputs.
@@ -86,6 +88,7 @@ class Mechanism(MechanismParts):
         velocities: Sequence[AnyCoordinate | QuasiVelocity] | Literal["all"] | None = None,
         coordinates: Sequence[AnyCoordinate] | None = None,
         values: Mapping[str, Any] | None = None,  # validated with their parameters
+        keep: Sequence[str | Parameter] = (),
         flat: Flat | None = None,
         feedback: Feedback | Regulator | None = None,
         modes: Sequence[Mode] = (),
@@ -126,6 +129,7 @@ class Mechanism(MechanismParts):
             ),
             parameters=tuple(sorted((a for a in atoms if isinstance(a, Parameter)), key=str)),
             values=tuple(sorted((values or {}).items())),
+            keep=tuple(map(str, keep)),
             flat=flat,
             expected=tuple(expected),
         )

@@ -58,6 +58,7 @@ class MechanismParts:
     coordinates: tuple[AnyCoordinate, ...]
     parameters: tuple[Parameter, ...]
     values: tuple[tuple[str, float], ...]
+    keep: tuple[str, ...]
     flat: Flat | None
     feedback: Feedback | Regulator | None
     modes: tuple[Mode, ...]

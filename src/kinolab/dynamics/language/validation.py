@@ -201,6 +201,9 @@ def _values(system: MechanismParts) -> Iterator[Mistake]:
             yield unknown_name("parameter", name, known=known, where=_where(system))
         elif not _is_number(value):
             yield Mistake(f"parameter {name!r}", f"its value is {value!r}.", "Give a number.")
+    for name in system.keep:
+        if name not in known:
+            yield unknown_name("parameter", name, known=known, where=f"{_where(system)} keep")
 
 
 def _is_number(value: Any) -> bool:

@@ -6,7 +6,15 @@ from pathlib import Path
 
 import click
 
-from kinolab.cli.starters import starter_arm, starter_flyer, starter_puck, starter_wheels
+from kinolab.cli.starters import (
+    starter_arm,
+    starter_flyer,
+    starter_hopper,
+    starter_pick_and_place,
+    starter_puck,
+    starter_segway,
+    starter_wheels,
+)
 from kinolab.cli.terminal import say
 from kinolab.errors import InputError, Mistake
 
@@ -21,6 +29,9 @@ STARTERS = {
     "wheels": starter_wheels,
     "arm": starter_arm,
     "flyer": starter_flyer,
+    "segway": starter_segway,
+    "pick-and-place": starter_pick_and_place,
+    "hopper": starter_hopper,
 }
 
 
@@ -29,6 +40,11 @@ STARTERS = {
 @click.option("--wheels", "kind", flag_value="wheels", help="A robot on two driven wheels.")
 @click.option("--arm", "kind", flag_value="arm", help="An arm with two links.")
 @click.option("--flyer", "kind", flag_value="flyer", help="A drone in a vertical plane.")
+@click.option("--segway", "kind", flag_value="segway", help="A body that balances on two wheels.")
+@click.option(
+    "--pick-and-place", "kind", flag_value="pick-and-place", help="A hand that moves a block."
+)
+@click.option("--hopper", "kind", flag_value="hopper", help="A body that hops on a springy leg.")
 def command(name: str, kind: str | None) -> int:
     """Write a commented machine NAME.py and a scenario NAME.toml to start from.
 

@@ -101,6 +101,7 @@ def machine_to_json(system: Mechanism) -> str:
             {"name": p.name, "default": p.default, "unit": p.unit} for p in system.parameters
         ],
         "values": dict(system.values),
+        **({"keep": list(system.keep)} if system.keep else {}),
         "velocities": velocities
         if velocities is None or isinstance(velocities, str)
         else [_encode(c) if isinstance(c, QuasiVelocity) else c.name for c in velocities],
@@ -348,6 +349,7 @@ class _MachineReader:
             velocities=velocities,
             coordinates=list(self.coordinates.values()),
             values=data["values"],
+            keep=data.get("keep", []),
             flat=flat,
             feedback=feedback,
             **content,
