@@ -96,11 +96,16 @@ def find_system(scenario: Scenario) -> System:
     return system  # the unknown ones are reported with all other names
 
 
+def names_scenario(what: str) -> bool:
+    """Whether a text names a scenario, or a problem in a file of another tool; not a machine."""
+    return is_foreign(what) or what.endswith(".toml") or what in builtin_scenarios()
+
+
 def _named_scenario(what: str, overrides: Sequence[str] = ()) -> Scenario | None:
     """Return the scenario that a text names, None where it can only name a machine."""
     if is_foreign(what):
         return sound(*read_any(what, overrides=overrides))
-    if what.endswith(".toml") or what in builtin_scenarios():
+    if names_scenario(what):
         return load_scenario(what, overrides=overrides)
     return None
 

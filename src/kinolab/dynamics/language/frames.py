@@ -43,6 +43,11 @@ class Translation:
 
     by: Vector
 
+    @property
+    def entries(self) -> Sequence[sympy.Expr]:
+        """What it depends on."""
+        return self.by
+
 
 @checked
 @dataclass(frozen=True)
@@ -56,6 +61,11 @@ class Rotation:
         """Validate the axis."""
         check_axis(self.axis)
 
+    @property
+    def entries(self) -> Sequence[sympy.Expr]:
+        """What it depends on."""
+        return (self.angle,)
+
 
 @checked
 @dataclass(frozen=True)
@@ -63,6 +73,11 @@ class Orientation:
     """A rotation by an attitude coordinate."""
 
     attitude: Attitude
+
+    @property
+    def entries(self) -> Sequence[sympy.Expr]:
+        """What it depends on."""
+        return self.attitude.quaternion
 
 
 Motion: TypeAlias = Translation | Rotation | Orientation
@@ -90,11 +105,7 @@ class Frame:
     @property
     def moves(self) -> bool:
         """Whether the pose depends on a coordinate."""
-        return any(
-            exact(entry).atoms(Coordinate, QuaternionEntry)
-            for motion in self.motions
-            for entry in (motion.by if isinstance(motion, Translation) else _turn_of(motion))
-        )
+        return any(movers_of(motion) for motion in self.motions)
 
     @property
     def x(self) -> Axis:
@@ -112,8 +123,11 @@ class Frame:
         return Axis(self, "z")
 
 
-def _turn_of(motion: Rotation | Orientation) -> Sequence[sympy.Expr]:
-    return (motion.angle,) if isinstance(motion, Rotation) else motion.attitude.quaternion
+def movers_of(motion: Motion) -> list[Coordinate | Attitude]:
+    """Return the coordinates that a motion depends on, in the order of their creation."""
+    atoms = {a for e in motion.entries for a in exact(e).atoms(Coordinate, QuaternionEntry)}
+    movers = {a.attitude if isinstance(a, QuaternionEntry) else a for a in atoms}
+    return sorted(movers, key=lambda mover: mover.serial)
 
 
 def _frame(factor: object) -> Frame:

@@ -15,6 +15,7 @@ from kinolab.show.film.raster.camera import Camera, frame_scene
 from kinolab.show.film.raster.shading import pen
 from kinolab.show.film.scene import SUPERSAMPLING, Scene
 from kinolab.show.film.staging.backdrop import Still, backdrop
+from kinolab.show.film.staging.frame_axes import reach_of
 from kinolab.show.film.staging.viewpoint import outlook
 
 
@@ -51,7 +52,8 @@ def set_up(picture: Picture, motion: Array) -> tuple[Still, Array]:
         flat = box_corners(np.append(floor.low, 0.0), np.append(floor.high, 0.0))[::2]
         cloud = np.concatenate([cloud, flat])
     look, largest = outlook(picture, obstacles, cloud, motion), float(np.ptp(cloud, axis=0).max())
-    return Still(picture, obstacles, look, floor, largest, machine), cloud
+    reach = reach_of(machine, motion)
+    return Still(picture, obstacles, look, floor, largest, machine, reach), cloud
 
 
 def nearest_pixel(
