@@ -4,7 +4,7 @@ import { element } from "./dom.js";
 import { cableOf } from "./machine.js";
 import { quaternionOf } from "./drive/between.js";
 
-const COLORS = [0xd02c2c, 0x18843c, 0x2c5cd0]; // x, y, z, as in films
+const COLORS = [0xd55e00, 0x009e73, 0x0072b2]; // x, y, z, as in films and in the corner
 const LINE = 17; // [pixel] from a name to the one below it
 const LINES = 5; // of names under each other, where several frames have the same origin
 

@@ -14,7 +14,7 @@ from kinolab.show.film.raster.shading import Pen
 from kinolab.show.film.raster.stroke import strokes
 from kinolab.show.film.text import Words, caption_size, name_tag
 
-X, Y, Z = (208, 44, 44), (24, 132, 60), (44, 92, 208)  # red, green and blue, as is usual
+X, Y, Z = (213, 94, 0), (0, 158, 115), (0, 114, 178)  # as on the page; told apart by all eyes
 WIDTH = 1.8  # [pixel]
 LEAD = 1.0  # of 1 / depth: bodies that are less than twice as near as an axis do not hide it
 LENGTH = 0.4  # of axes, in geometric means of the sizes of a machine and its world
@@ -43,14 +43,18 @@ def axis_length(reach: float, size: float, frames: int) -> float:
     return LENGTH * math.sqrt(reach * size / max(frames, 1))
 
 
+def axes_of(poses: Array, length: float) -> Array:
+    """Return x, y and z axes of frames at poses (..., 12) as segments, shape (n, 3, 2, 3)."""
+    g = poses.reshape(-1, 3, 4).swapaxes(1, 2)  # rows: the axes, then the origin
+    origins = np.repeat(g[:, 3:], 3, axis=1)
+    return np.stack([origins, origins + length * g[:, :3]], axis=2)
+
+
 def axes_at(pen: Pen, poses: Array, length: float) -> Facets:
     """Draw the axes of frames at poses, shape (n, 12)."""
-    g = poses.reshape(-1, 3, 4)
-    tips = g[..., 3:] + length * g[..., :3]  # a column for each axis
-    segments = np.stack([np.broadcast_to(g[..., 3:], tips.shape), tips], axis=-1).swapaxes(1, 3)
-    segments = pen.at(segments.swapaxes(1, 2).reshape(-1, 2, 3))
+    segments = pen.at(axes_of(poses, length).reshape(-1, 2, 3))
     seen = np.isfinite(segments).all(axis=(1, 2))
-    colors = np.repeat(np.tile([X, Y, Z], (len(g), 1))[seen], 2, axis=0)  # two triangles each
+    colors = np.repeat(np.tile([X, Y, Z], (len(poses), 1))[seen], 2, axis=0)  # two triangles each
     return strokes(segments[seen], WIDTH * pen.scale, colors, LEAD)
 
 
