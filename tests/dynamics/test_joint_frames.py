@@ -22,11 +22,11 @@ def test_a_coin_has_a_frame_that_walks_and_one_that_turns_with_its_heading() -> 
 
 
 def test_joints_of_an_arm_are_where_its_links_meet_whatever_its_parameters() -> None:
-    l, a, b = parameter("l", 1.0, "m"), angle("a"), angle("b")
+    reach, a, b = parameter("l", 1.0, "m"), angle("a"), angle("b")
     upper = rot_z(a)
     links = [
-        Body("upper", upper @ move(l / 2), mass=1.0, inertia=0.1),
-        Body("fore", upper @ move(l) @ rot_z(b) @ move(l / 2), mass=1.0, inertia=0.1),
+        Body("upper", upper @ move(reach / 2), mass=1.0, inertia=0.1),
+        Body("fore", upper @ move(reach) @ rot_z(b) @ move(reach / 2), mass=1.0, inertia=0.1),
     ]
     arm = System("arm", bodies=links).with_parameters(l=3.0)
     joints, q = facts_of(arm).joints, np.array([[0.4, 0.7], [1.0, -2.0]])
