@@ -19,7 +19,10 @@ import pytest
 from kinolab import cli
 from tests.support import ROOT
 
-NAMES = ("vector_fields.md", "feedback.md", "python.md", "tools.md")
+NAMES = (
+    *("vector_fields.md", "feedback.md", "python.md", "tools.md"),
+    *("walk.md", "not_as_expected.md"),
+)
 PAGES = [ROOT / "docs" / name for name in NAMES]
 
 

@@ -416,8 +416,8 @@ def test_the_command_says_what_goes_on_and_writes_the_same_bits(
         assert written["u"].tobytes() == trajectory_of(driven.found).u.tobytes()
     raw, final = driven.raw.cost, driven.found.cost
     assert f"optimising {raw:.2f} s of motion" in done.err
-    assert f"optimising: {raw:.2f} s -> {final:.2f} s of motion, after " in done.err
-    assert f"motion of {final:.2f} s (found with {raw:.2f} s), ending " in done.out
+    assert f"optimising: {final:.2f} s (first found: {raw:.2f} s), after " in done.err
+    assert f"motion of {final:.2f} s (first found: {raw:.2f} s), ending " in done.out
     assert cli.run(["table.toml", *options, "--no-optimize"]) == 0
     bare = capsys.readouterr()
     assert f"motion of {raw:.2f} s, ending " in bare.out

@@ -5,8 +5,11 @@ They are kept with the compiled machine, so that one from the cache needs no sym
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
+
+import numpy as np
 
 from kinolab.dynamics.derivation.expression_graph import ExpressionGraph
 from kinolab.dynamics.derivation.formulas import Formulas
@@ -152,6 +155,25 @@ class FlatFacts:
 
 
 @dataclass(frozen=True)
+class JointFrames:
+    """The joints' frames as functions of the configuration.
+
+    Attributes:
+        names: Of the coordinates that move them, such as ``psi`` or ``x, y``.
+        poses: Rows of [R | p], 12 functions per frame, with the values of parameters.
+    """
+
+    names: tuple[str, ...]
+    poses: Formulas
+
+    def at(self, x: Array, names: Sequence[str]) -> Array:
+        """Return the poses at states (n, nx) whose entries have names, shape (n, joints, 12)."""
+        values = self.poses(dict(zip(names, x.T, strict=False)))
+        columns = [np.broadcast_to(value, len(x)) for value in values]
+        return np.reshape(columns, (len(self.names), 12, len(x))).transpose(2, 0, 1)
+
+
+@dataclass(frozen=True)
 class MachineFacts:
     """A machine without its mechanics, in the order of ``Mechanism``'s own fields.
 
@@ -164,6 +186,7 @@ class MachineFacts:
         down: Unit vector of gravity in the world; None where there is none.
         modes: Names of its modes, if its mechanics switch.
         transitions: Between its modes, in the order in which they are tried.
+        joints: The frames of its joints, for pictures.
     """
 
     name: str
@@ -185,6 +208,7 @@ class MachineFacts:
     down: tuple[float, float, float] | None
     modes: tuple[str, ...]
     transitions: tuple[TransitionFacts, ...]
+    joints: JointFrames
 
     def transitions_from(self, x: Array) -> list[TransitionFacts]:
         """Return the transitions that may end the mode of a state, shape (nx,)."""
@@ -267,7 +291,20 @@ def facts_of(system: MechanismParts) -> MachineFacts:
             TransitionFacts(t.name, names.index(t.source), names.index(t.target))
             for t in system.transitions
         ),
+        joints=_joints(system),
     )
+
+
+def _joints(system: MechanismParts) -> JointFrames:
+    from kinolab.dynamics.derivation.lowering import Lowering
+    from kinolab.dynamics.joint_frames import joint_frames, pose_nodes
+    from kinolab.dynamics.language.mechanism_parts import configuration_symbols
+
+    graph, frames = ExpressionGraph(), joint_frames(system)
+    numbers = {p: graph.constant(system.parameter_values[p.name]) for p in system.parameters}
+    entries = {s: graph.variable(s.name) for s in configuration_symbols(system)}
+    poses = pose_nodes(Lowering(graph, {**numbers, **entries}), tuple(frames))
+    return JointFrames(tuple(frames.values()), Formulas.of(graph, poses))
 
 
 def _flat(system: MechanismParts, flat: Flat) -> FlatFacts:

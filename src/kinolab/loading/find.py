@@ -105,11 +105,16 @@ def file_of_machine(scenario: Scenario) -> Path | None:
     return file.with_name(f"{file.name}.py") if ".py" in str(section.file) else None
 
 
+def names_scenario(what: str) -> bool:
+    """Whether a text names a scenario, or a problem in a file of another tool; not a machine."""
+    return is_foreign(what) or what.endswith(".toml") or what in builtin_scenarios()
+
+
 def _named_scenario(what: str, overrides: Sequence[str] = ()) -> Scenario | None:
     """Return the scenario that a text names, None where it can only name a machine."""
     if is_foreign(what):
         return sound(*read_any(what, overrides=overrides))
-    if what.endswith(".toml") or what in builtin_scenarios():
+    if names_scenario(what):
         return load_scenario(what, overrides=overrides)
     return None
 

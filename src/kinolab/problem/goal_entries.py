@@ -92,8 +92,12 @@ def distance_by_unit(entries: Iterable[GoalEntry]) -> dict[str, float]:
 
 
 def distance_text(problem: PlanningTask, x: Array) -> str:
-    """Print the distance of a state (nx,) to the goal's centre: ``1.2e-09 m and 3.4e-10 rad``."""
+    """Print the distance of a state (nx,) to the goal's centre: ``1.2e-09 m and 3.4e-10 rad``.
+
+    What has no unit, such as a mode, is told where it is missed.
+    """
     norms = distance_by_unit(_entries(problem, x))
+    norms = {unit: norm for unit, norm in norms.items() if unit or norm} or norms
     parts = [f"{norm:.3g} {unit}".rstrip() for unit, norm in norms.items()]
     head, last = ", ".join(parts[:-1]), parts[-1]
     return f"{head} and {last}" if head else last

@@ -167,14 +167,19 @@ class PlanningTask:
         """Return the goal violation of a state in tolerances: at most 1 inside."""
         return self.goal.excess(x, self._goal_frames(x))
 
+    @property
+    def asks(self) -> bool:
+        """Whether the goal asks for something."""
+        goal = self.goal
+        return bool(goal.indices or goal.points or goal.directions or goal.parts)
+
     def require_goal(self) -> None:
         """Require that the goal asks for something.
 
         Raises:
             InputError: If every state is in it.
         """
-        goal = self.goal
-        if not (goal.indices or goal.points or goal.directions or goal.parts):
+        if not self.asks:
             what, remedy = "nothing says where it shall go.", "Write x = 1.0 below it, for example."
             raise InputError([Mistake(f"{self._file} [goal]", what, remedy)])
 

@@ -331,6 +331,7 @@ class RenderSection(Section):
     speed: Positive = 1.0  # seconds of motion per second of picture
     size: PictureSize = (800, 600)
     magnify: bool = True  # whether a machine that is tiny in it is shown enlarged in a corner
+    axes: bool = False  # whether frames of joints and bodies are drawn, with their names
 
 
 class Scenario(Section):

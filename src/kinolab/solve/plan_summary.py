@@ -23,9 +23,11 @@ def progress_text(found: PlanResult, *, anytime: bool) -> str:
         best = min(found.improvements, key=lambda one: one.duration)
         return f"seed {best.seed}: {best.duration:.2f} s of motion, after {best.after:.1f} s"
     if first is last:
-        return f"optimising {first.duration:.2f} s of motion"
+        return f"optimising a motion of {first.duration:.2f} s"
+    if last.duration > first.duration:
+        return f"optimising: it ends in the goal's centre now, and takes {last.duration:.2f} s"
     return (
-        f"optimising: {first.duration:.2f} s -> {last.duration:.2f} s of motion, "
+        f"optimising: {last.duration:.2f} s (first found: {first.duration:.2f} s), "
         f"after {last.after:.1f} s"
     )
 
@@ -67,25 +69,20 @@ def _more_time(statistics: Mapping[str, float]) -> str:
     """Say what gives the improvement of a plan more time."""
     if limit := statistics["improvement_out_of_time"]:
         return (
-            f"  it may become shorter: the time limit of {limit:g} s ended improving it; "
-            f"--time-limit {4 * limit:g} gives it more"
+            f"  the time limit of {limit:g} s ended its improvement: "
+            f"--time-limit {4 * limit:g} may make it shorter"
         )
     seconds, gain = statistics["improvement_seconds"], statistics.get("last_half_gain", 0.0)
-    late = (
-        f", and the second half of the best motion's share made it {100 * gain:.0f} % shorter"
-        if gain >= NOTABLE
-        else ""
-    )
-    return (
-        f"  it may become shorter: all {seconds:.3g} s for improving it were used{late}; "
-        f"--set planner.improve={math.ceil(4 * seconds)} gives it more"
-    )
+    more = f"--set planner.improve={math.ceil(4 * seconds)}"
+    if gain >= NOTABLE:
+        return f"  it was still becoming shorter after {seconds:.3g} s: {more} goes on"
+    return f"  with more time than {seconds:.3g} s it may become shorter: {more}"
 
 
 def _before(found: PlanResult) -> str:
     """Describe the duration before optimisation, if it was shortened."""
     raw = found.statistics.get("raw_duration")
-    return f" (found with {raw:.2f} s)" if raw not in {None, found.cost} else ""
+    return f" (first found: {raw:.2f} s)" if raw not in {None, found.cost} else ""
 
 
 def _refusals(refused: Mapping[str, int]) -> str:

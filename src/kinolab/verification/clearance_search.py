@@ -115,7 +115,7 @@ class ClearanceSearch:
             if self.told:
                 open_time = (self._open.end - self._open.begin)[wanted].sum()
                 done = 1.0 - open_time / self.dense.motion.t[-1]
-                self.told(f"verifying: {what}, {max(done, 0.0):.0%} of the motion")
+                self.told(f"verifying a motion: {what}, {max(done, 0.0):.0%} done")
             halves = self._halved(self._open.part(wanted))
             self._open = Intervals.joined([self._open.part(~wanted), *halves])
 

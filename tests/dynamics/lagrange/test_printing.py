@@ -5,7 +5,19 @@ from typing import Any
 import pytest
 import sympy as sp
 
-from kinolab.dynamics import angle, length, parameter, rate
+from kinolab.dynamics import (
+    Body,
+    System,
+    acceleration,
+    angle,
+    length,
+    move,
+    parameter,
+    rate,
+    rot_y,
+    rot_z,
+    toward,
+)
 from kinolab.dynamics.lagrange.printing import letter, one_line
 from kinolab.dynamics.language.symbols import Acceleration
 
@@ -57,3 +69,37 @@ def test_an_indexed_rate_is_spelled_like_its_coordinate() -> None:
 def test_names_become_letters() -> None:
     spelled = [letter(n) for n in ("lambda_1", "psi", "Omega", "x_left", "q_12", "F")]
     assert spelled == ["λ₁", "ψ", "Ω", "x_left", "q₁₂", "F"]
+
+
+@pytest.mark.parametrize(
+    ("name", "first", "second"),
+    [
+        ("left", "left_dot", "left_ddot"),  # a dot is one letter's
+        ("hip_left", "hip_left_dot", "hip_left_ddot"),
+        ("q1", "q\u03071", "q\u03081"),
+        ("x", "x\u0307", "x\u0308"),
+        ("theta1", "θ\u03071", "θ\u03081"),
+        ("phi_l", "φ\u0307_l", "φ\u0308_l"),
+    ],
+)
+def test_dots_stand_over_single_letters_and_words_are_called_as_in_tables(
+    name: str, first: str, second: str
+) -> None:
+    q = angle(name)
+    assert one_line(rate(q)) == first
+    assert one_line(rate(q) ** 2) == f"{first}²"
+    assert one_line(acceleration(q)) == second
+
+
+def test_equations_write_a_number_and_its_double_one_way_and_leave_constants_out() -> None:
+    """A ball of mass m that rolls on a shelf at H; 7/10 is the half of 7/5, 0.15 that of 0.3."""
+    x, phi, psi = length("x"), angle("phi"), angle("psi")
+    m, R, H = parameter("m", 1.0, "kg"), parameter("R", 0.1, "m"), parameter("H", 2.0, "m")
+    ball = Body("ball", move(R * phi, 0, H) @ rot_y(phi), mass=m, inertia=2 * m * R**2 / 5)
+    top = Body("top", move(x) @ rot_z(psi), mass=1.0, inertia=0.3)
+    text = System("ball", bodies=[ball, top], gravity=toward("-z", 9.81)).equations().text()
+    assert "7/10 m R² φ\u0307²" in text
+    assert "7/5 m R² φ\u0308" in text
+    assert "0.15 ψ\u0307²" in text
+    assert "0.3 ψ\u0308" in text
+    assert "H" not in text

@@ -27,20 +27,24 @@ def unreached_directions(problem: PlanningTask) -> tuple[dict[str, float], ...]:
     """Return the directions of velocity that no input changes, as components by name.
 
     A direction counts if it is uncontrollable in the linearisations at all of several random states
-    and inputs. A kinematic machine has none.
+    and inputs, and no constraint keeps it at zero. A kinematic machine has none.
     """
     names = problem.model.state_names
     rates = list(range(problem.model.nq, problem.model.nq + problem.model.nv))
     generator, model = np.random.default_rng(0), problem.model
-    parts = []
+    parts, held = [], np.zeros((len(rates), len(rates)))
     for _ in range(RANDOM_STATES):
         x = model.project(problem.sample(generator))
         u = np.asarray(generator.uniform(*model.control_bounds.T))
         parts.append(_reached(problem, x, u)[rates])
+        held += _held(problem, x, rates) / RANDOM_STATES
     parts = [part for part in parts if part.size]
     if not rates or not parts:
         return ()
     missing = scipy.linalg.null_space(np.concatenate(parts, axis=1).T, RANK_TOLERANCE)
+    # What constraints keep at zero everywhere is no surprise: there the mean projection is 1.
+    shares, turned = np.linalg.eigh(missing.T @ held @ missing)
+    missing = missing @ turned[:, shares < 1.0 - RANK_TOLERANCE]
     return tuple(
         {
             names[i]: float(value)
@@ -58,6 +62,18 @@ def unreached_sentences(directions: Sequence[dict[str, float]]) -> Iterator[str]
         if abs(direction[name]) < SINGLE_VELOCITY_COMPONENT:
             name = " ".join(f"{value:+.2g} {key}" for key, value in direction.items())
         yield f"No input ever changes {name}."
+
+
+def _held(problem: PlanningTask, x: Array, rates: Sequence[int]) -> Array:
+    """Return the projection onto the rates that constraints keep at zero, shape (nv, nv)."""
+    plant = problem.model.plant
+    if not plant.machine.all_rates:
+        return np.zeros((len(rates), len(rates)))  # the others follow from those that are states
+    still = np.array(x)
+    still[list(rates)] = 0.0
+    moved = still + np.eye(len(x))[list(rates)] * problem.scales[list(rates), None]
+    slips = (plant.constraint_residual(moved) - plant.constraint_residual(still)).T
+    return np.asarray(np.linalg.pinv(slips, rcond=RANK_TOLERANCE) @ slips)
 
 
 def _reached(problem: PlanningTask, x: Array, u: Array) -> Array:

@@ -1,4 +1,4 @@
-"""``plan view``: show a finished run, or a scenario before planning, in the browser."""
+"""``plan view``: show a finished run, a scenario before planning, or a machine, in the browser."""
 
 from __future__ import annotations
 
@@ -7,7 +7,9 @@ import tempfile
 import webbrowser
 from collections.abc import Sequence
 from contextlib import redirect_stdout
+from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
@@ -17,6 +19,9 @@ from kinolab.cli.progress import Progress
 from kinolab.cli.terminal import escaped, say
 from kinolab.errors import EndpointError, InputError, Mistake
 from kinolab.files import is_file_with, utf_8, write_whole
+
+if TYPE_CHECKING:
+    from kinolab.problem import PlanningTask
 
 
 @click.command("view")
@@ -34,12 +39,13 @@ def command(
     no_browser: bool,
     quiet: bool,
 ) -> int:
-    """Open the interactive page of WHAT: the folder of a run, or a scenario before planning.
+    """Open the interactive page of WHAT: the folder of a run, a scenario, or a machine.
 
     A run's page is drawn from its files. It is scene.html in its folder, unless the one there is
     another, which anybody may have written: then it goes to a new folder for temporary files. A
-    scenario is shown with its world, start and goal, to be checked by eye; its page goes to --out,
-    or else to a new folder for temporary files.
+    scenario is shown with its world, start and goal, to be checked by eye; a machine, given by its
+    name or as machine.py:function, is shown by itself. Both can be moved by sliders, one for each
+    coordinate. The page goes to --out, or else to a new folder for temporary files.
     """
     progress = Progress(quiet)
     folder = Path(what)
@@ -86,17 +92,28 @@ def _page_of_run(folder: Path, progress: Progress) -> Path:
 def _page_of_scenario(
     what: str, overrides: Sequence[str], out: Path | None, progress: Progress
 ) -> Path:
-    from kinolab.loading import load
+    from kinolab.loading import load, names_scenario
     from kinolab.show.view import save_page
 
     progress("deriving and compiling the machine")
     with redirect_stdout(sys.stderr):  # keep output of user code out of the result
-        problem = load(what, overrides=list(overrides))
+        named = names_scenario(what)
+        problem = load(what, overrides=overrides) if named else _alone(what, overrides)
     page = out or Path(tempfile.mkdtemp(prefix="kinolab-")) / f"{problem.name}.html"
     written = save_page(problem, None, page)
     try:
-        problem.check_endpoints()
+        if problem.asks:
+            problem.check_endpoints()
     except EndpointError as error:  # shown all the same: one sees best there what is wrong
         progress.close()
         say(str(error), err=True)
     return written
+
+
+def _alone(what: str, overrides: Sequence[str]) -> PlanningTask:
+    """Return the problem of a machine by itself, on the ground if one of its bodies touches it."""
+    from kinolab.loading import build_problem, find_scenario
+
+    problem = build_problem(find_scenario(what, overrides=overrides), planning=False)
+    grounded = any(body.touches_ground for body in problem.bodies)
+    return replace(problem, world=replace(problem.world, ground=grounded or problem.world.ground))

@@ -15,6 +15,7 @@ from kinolab.dynamics.derivation.symbol_table import SymbolTable
 from kinolab.dynamics.javascript.constraint_forces import constraint_forces
 from kinolab.dynamics.javascript.facts import as_json, facts_of
 from kinolab.dynamics.javascript.functions import emit_function
+from kinolab.dynamics.javascript.posing import posing
 from kinolab.dynamics.language.expressions import exact
 from kinolab.dynamics.language.feedback import Feedback
 from kinolab.dynamics.language.shapes import Hull, Shape
@@ -44,10 +45,11 @@ def emitted_module(model: Model, runtime: str, *, implicit: bool) -> str:
 def _assembled(model: Model, d: Derivation, functions: Sequence[Function], **facts: Any) -> str:
     """Return statements that return a machine: its functions and what is known of it."""
     (constraints, holding), (shapes, dimensions) = constraint_forces(d), body_sizes(d.binding)
-    functions = [*functions, *holding, dimensions]
+    posed, placing = posing(d)
+    functions = [*functions, *holding, dimensions, *placing]
     sizes = {function.name: len(function.outputs) for function in functions}
     facts |= facts_of(model, d)
-    facts |= {"sizes": sizes, "constraints": constraints, "shapes": shapes}
+    facts |= {"sizes": sizes, "constraints": constraints, "shapes": shapes, **posed}
     names = ", ".join(function.name for function in functions)
     return "\n".join(
         [

@@ -12,11 +12,12 @@ import math
 import re
 import time
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import sympy
 
 from kinolab.dynamics.lagrange.energies import kinetic_energy, weight_energy
+from kinolab.dynamics.lagrange.numbers import number_families, written_alike
 from kinolab.dynamics.lagrange.printing import as_latex, one_line, written_length
 from kinolab.dynamics.lagrange.simplification import grouped, simplified
 from kinolab.dynamics.language.expressions import exact
@@ -36,7 +37,7 @@ from kinolab.dynamics.language.quasi_velocities import (
     QuasiVelocity,
     QuasiVelocitySymbol,
 )
-from kinolab.dynamics.language.symbols import Acceleration, TurnAcceleration, TurnRate
+from kinolab.dynamics.language.symbols import Acceleration, Parameter, TurnAcceleration, TurnRate
 
 # [s] of CPU time after which no further equation is simplified
 SIMPLIFICATION_SECONDS = 4.0
@@ -52,7 +53,7 @@ class Equations(Sequence[sympy.Eq]):
     """A machine's equations of motion; as a sequence, all except the reduced ones.
 
     Attributes:
-        lagrangian: L = T - V.
+        lagrangian: L = T - V; texts leave out its constants, which change no equation.
         balance: d/dt(dL/dq_dot) - dL/dq = F + w^T lambda, one per velocity; of a driven
             coordinate, its imposed acceleration.
         constraints: w(q) q_dot = 0 or h(q) = 0, one per constraint, and velocities that are
@@ -70,6 +71,26 @@ class Equations(Sequence[sympy.Eq]):
     further: tuple[sympy.Eq, ...]
     reduced: tuple[sympy.Eq, ...]
     kinematics: tuple[sympy.Eq, ...] = ()
+
+    def alike(self) -> Equations:
+        """Return the same with numbers written one way, and no constants in the Lagrangian.
+
+        A constant there changes no equation of motion.
+        """
+        sides = (side for _, group in _groups(self) for e in group for side in e.args)
+        families = number_families([self.lagrangian, *sides])
+
+        def written_all(group: tuple[sympy.Eq, ...]) -> tuple[sympy.Eq, ...]:
+            return tuple(
+                sympy.Eq(*(written_alike(side, families) for side in e.args), evaluate=False)
+                for e in group
+            )
+
+        moving = self.lagrangian.free_symbols - self.lagrangian.atoms(Parameter)
+        _, lagrangian = self.lagrangian.as_independent(*moving, as_Add=True)
+        groups = ("balance", "constraints", "further", "reduced", "kinematics")
+        written = {name: written_all(getattr(self, name)) for name in groups}
+        return replace(self, lagrangian=written_alike(lagrangian, families), **written)
 
     def __len__(self) -> int:
         return len(self.balance) + len(self.constraints) + len(self.further)
@@ -391,6 +412,7 @@ def _terms(expression: sympy.Expr) -> int:
 
 
 def _text(equations: Equations) -> Iterator[str]:
+    equations = equations.alike()
     if equations.balance:
         yield from _lines("L", equations.lagrangian, "")
     for title, group in _groups(equations):
@@ -424,10 +446,11 @@ def _line(expression: sympy.Expr) -> str:
     length = written_length(expression)
     if length > MAX_SIMPLIFIED:
         return f"(an expression of {length} symbols, numbers and operations)"
-    return one_line(expression)
+    return one_line(expression, short=False)
 
 
 def _latex(equations: Equations) -> Iterator[str]:
+    equations = equations.alike()
     if equations.balance:
         yield f"L = {_formula(equations.lagrangian)}"
     for _, group in _groups(equations):
@@ -439,7 +462,7 @@ def _formula(expression: sympy.Expr) -> str:
     length = written_length(expression)
     if length > MAX_SIMPLIFIED:
         return rf"\text{{(an expression of {length} symbols, numbers and operations)}}"
-    return as_latex(expression)
+    return as_latex(expression, short=False)
 
 
 def _groups(equations: Equations) -> Iterator[tuple[str, tuple[sympy.Eq, ...]]]:

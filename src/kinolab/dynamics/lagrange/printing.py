@@ -26,30 +26,34 @@ GREEK = (
 )
 SUBSCRIPTS = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")
 SUPERSCRIPTS = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
-DIGITS = 6  # significant digits printed of a float
-DOT, DOUBLE_DOT = "\u0307", "\u0308"
+PLACES = 6  # significant digits printed of a float
+DIGITS = "0123456789"
+DOT = "\u0307"
+DOTS = {1: DOT, 2: "\u0308"}
+RATE = "_dot"  # ends the name of a plain symbol that is the rate of an auxiliary state
 
 
-def one_line(expression: sympy.Expr) -> str:
-    """Print an expression on one line in mathematical notation."""
-    return str(_Printer().doprint(with_short_numbers(expression)))
+def one_line(expression: sympy.Expr, *, short: bool = True) -> str:
+    """Print an expression on one line in mathematical notation, its numbers short or as given."""
+    return str(_Printer().doprint(with_short_numbers(expression) if short else expression))
 
 
-def as_latex(expression: sympy.Expr) -> str:
-    """Print an expression in LaTeX, its factors in the order of the text."""
-    short = with_short_numbers(expression)
-    numbers = {n: sympy.Float(one_line(n)) for n in short.atoms(sympy.Float)}
-    return str(_LatexPrinter({"fold_func_brackets": True}).doprint(short.xreplace(numbers)))
+def as_latex(expression: sympy.Expr, *, short: bool = True) -> str:
+    """Print an expression in LaTeX, in the order of the text; numbers as in ``one_line``."""
+    kept = with_short_numbers(expression) if short else expression
+    numbers = {n: sympy.Float(one_line(n, short=False)) for n in kept.atoms(sympy.Float)}
+    return str(_LatexPrinter({"fold_func_brackets": True}).doprint(kept.xreplace(numbers)))
 
 
 def letter(name: str) -> str:
     """Spell a symbol's name with Greek letters and subscripts: ``lambda_1`` is λ₁."""
     base, _, index = name.partition("_")
-    greek = base.lower()
+    stem = base.rstrip(DIGITS)
+    greek = stem.lower()
     if greek in GREEK:
         case = "CAPITAL" if base[0].isupper() else "SMALL"
         spelled = "LAMDA" if greek == "lambda" else greek.upper()
-        base = unicodedata.lookup(f"GREEK {case} LETTER {spelled}")
+        base = unicodedata.lookup(f"GREEK {case} LETTER {spelled}") + base.removeprefix(stem)
     if not index:
         return base
     return base + index.translate(SUBSCRIPTS) if index.isdigit() else f"{base}_{index}"
@@ -70,18 +74,19 @@ class _Printer(_OrderedFactors, StrPrinter):  # type: ignore[misc]
     """SymPy's string printer, with products by juxtaposition and Greek letters."""
 
     def _print_Symbol(self, expression: sympy.Symbol) -> str:
-        return letter(expression.name)
+        name = expression.name
+        return _dotted(name[: -len(RATE)], 1) if name.endswith(RATE) else letter(name)
 
     _print_MachineSymbol = _print_Symbol  # noqa: N815
 
     def _print_Float(self, expression: sympy.Float) -> str:
-        return f"{float(expression):.{DIGITS}g}"
+        return f"{float(expression):.{PLACES}g}"
 
     def _print_RateSymbol(self, expression: RateSymbol) -> str:
-        return _dotted(expression.coordinate.name, DOT)
+        return _dotted(expression.coordinate.name, 1)
 
     def _print_Acceleration(self, expression: Acceleration) -> str:
-        return _dotted(expression.coordinate.name, DOUBLE_DOT)
+        return _dotted(expression.coordinate.name, 2)
 
     def _print_TurnRate(self, expression: TurnRate) -> str:
         return f"ω_{expression.attitude.name}{'xyz'[expression.index]}"
@@ -91,7 +96,7 @@ class _Printer(_OrderedFactors, StrPrinter):  # type: ignore[misc]
         return f"ω{DOT}_{turn.attitude.name}{'xyz'[turn.index]}"
 
     def _print_QuasiAcceleration(self, expression: QuasiAcceleration) -> str:
-        return _dotted(expression.velocity.name, DOT)
+        return _dotted(expression.velocity.name, 1)
 
     def _print_Pow(self, expression: sympy.Pow, rational: bool = False) -> str:
         base, exponent = expression.args
@@ -158,9 +163,18 @@ def _above_and_below(product: sympy.Expr) -> tuple[sympy.Expr, sympy.Expr]:
     return sympy.Mul(*above), sympy.Mul(*below)
 
 
-def _dotted(name: str, dots: str) -> str:
-    base = name.partition("_")[0]
-    return letter(base) + dots + letter(name).removeprefix(letter(base))
+def _dotted(name: str, order: int) -> str:
+    """Spell a time derivative: ψ̇, φ̇_l and q̇1, or left_dot, as scenarios and tables call it.
+
+    A dot belongs to one letter. Over a word it would be that of its last one, and d(left)/dt could
+    not be squared.
+    """
+    head, _, index = name.partition("_")
+    base = head.rstrip(DIGITS)
+    if len(letter(base)) != 1:
+        return f"{name}_{'d' * order}ot"
+    digits = head.removeprefix(base)
+    return letter(base) + DOTS[order] + digits + letter(f"a_{index}")[1:] * bool(index)
 
 
 def _order(factor: sympy.Expr) -> tuple[int, str]:

@@ -44,6 +44,11 @@ class Translation:
 
     by: Vector
 
+    @property
+    def entries(self) -> Sequence[sympy.Expr]:
+        """What it depends on."""
+        return self.by
+
 
 @checked
 @dataclass(frozen=True)
@@ -57,6 +62,11 @@ class Rotation:
         """Validate the axis."""
         check_axis(self.axis)
 
+    @property
+    def entries(self) -> Sequence[sympy.Expr]:
+        """What it depends on."""
+        return (self.angle,)
+
 
 @checked
 @dataclass(frozen=True)
@@ -64,6 +74,11 @@ class Orientation:
     """A rotation by an attitude coordinate."""
 
     attitude: Attitude
+
+    @property
+    def entries(self) -> Sequence[sympy.Expr]:
+        """What it depends on."""
+        return self.attitude.quaternion
 
 
 Motion: TypeAlias = Translation | Rotation | Orientation
@@ -100,11 +115,7 @@ class Frame:
     @property
     def moves(self) -> bool:
         """Whether the pose depends on a coordinate."""
-        return any(
-            exact(entry).atoms(Coordinate, QuaternionEntry)
-            for motion in self.motions
-            for entry in (motion.by if isinstance(motion, Translation) else _turn_of(motion))
-        )
+        return any(movers_of(motion) for motion in self.motions)
 
     @property
     def x(self) -> Axis:
@@ -122,8 +133,11 @@ class Frame:
         return Axis(self, "z")
 
 
-def _turn_of(motion: Rotation | Orientation) -> Sequence[sympy.Expr]:
-    return (motion.angle,) if isinstance(motion, Rotation) else motion.attitude.quaternion
+def movers_of(motion: Motion) -> list[Coordinate | Attitude]:
+    """Return the coordinates that a motion depends on, in the order of their creation."""
+    atoms = {a for e in motion.entries for a in exact(e).atoms(Coordinate, QuaternionEntry)}
+    movers = {a.attitude if isinstance(a, QuaternionEntry) else a for a in atoms}
+    return sorted(movers, key=lambda mover: mover.serial)
 
 
 def _frame(factor: object) -> Frame:

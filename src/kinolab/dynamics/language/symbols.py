@@ -13,6 +13,8 @@ from dataclasses import dataclass
 from typing import Any, Literal, Self, TypeAlias
 
 import sympy
+from sympy.printing.pretty.pretty_symbology import pretty_symbol
+from sympy.printing.pretty.stringpict import prettyForm
 
 from kinolab.arguments import checked
 from kinolab.dynamics import slips
@@ -225,8 +227,10 @@ class TimeDerivative(MachineSymbol):
         return rf"\{'d' * self.order}ot{{{letter}}}"
 
     def _pretty(self, printer: Any) -> Any:
-        # SymPy's pretty printer puts dots over a letter that ends in dot or ddot.
+        # SymPy's pretty printer puts dots over what ends in dot or ddot: of a word over one letter.
         letter, _, index = self.coordinate.name.partition("_")
+        if len(pretty_symbol(letter.rstrip("0123456789"))) > 1:
+            return prettyForm(self.name)
         dotted = f"{letter}{'d' * self.order}ot" + (f"_{index}" if index else "")
         return printer._print(sympy.Symbol(dotted))
 

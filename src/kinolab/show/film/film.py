@@ -51,20 +51,21 @@ class Film:
     def shots(self, run: slice) -> Iterator[Bytes]:
         """Draw some frames: RGB pixels, shape (h, w, 3) each."""
         script, still = self.script, self.stage.still
-        poses, lines = script.poses[run], None if script.lines is None else script.lines[run]
+        poses, lines, axes = (None if each is None else each[run] for each in script.moving)
+        assert poses is not None
         window = None if self.magnifier is None or self.magnifier.framed else self.magnifier
-        images = window.views(poses, lines) if window else self._whole(poses, lines)
+        images = (window.views if window else self._whole)(poses, lines, axes)
         around = still.around if window else None
         for time, image in zip(script.playback.times[run], images, strict=False):
             stamp = time_stamp(float(time), script.playback.speed)
             letter(image, script.title, stamp, still.words, around)
             yield image
 
-    def _whole(self, poses: Array, lines: Array | None) -> Iterator[Bytes]:
+    def _whole(self, poses: Array, lines: Array | None, axes: Array | None) -> Iterator[Bytes]:
         """Draw the scene with its signs and its inset, if any."""
         inset = self.magnifier
-        views = repeat(None) if inset is None else inset.views(poses, lines)
-        for image, view in zip(self.stage.shots(poses, lines), views, strict=False):
+        views = repeat(None) if inset is None else inset.views(poses, lines, axes)
+        for image, view in zip(self.stage.shots(poses, lines, axes), views, strict=False):
             self.stage.signs.on(image)
             if inset is not None and view is not None:
                 left, top, right, bottom = inset.box

@@ -15,7 +15,7 @@ from kinolab.show.film.models.assembly import Assembly
 from kinolab.show.film.raster.rasterizer import Box, average
 from kinolab.show.film.raster.shading import Pen
 from kinolab.show.film.raster.tiles import Tiles
-from kinolab.show.film.scene import machine_facets, put_machine
+from kinolab.show.film.scene import machine_facets, name_frames, put_machine
 from kinolab.show.film.staging.backdrop import Still
 from kinolab.show.film.text import label
 
@@ -45,14 +45,19 @@ class Inset:
     still: Still
     framed: bool = True
 
-    def views(self, poses: Array, lines: Array | None) -> Iterator[Bytes]:
-        """Draw the insets of frames, with poses (nf, nb, 12) and cables (nf, nl, 2, 3)."""
+    def views(
+        self, poses: Array, lines: Array | None, axes: Array | None = None
+    ) -> Iterator[Bytes]:
+        """Draw the insets of frames, with poses (nf, nb, 12) and cables (nf, nl, 2, 3).
+
+        Axes of frames at poses (nf, n, 12) have names only in a picture by itself.
+        """
         left, top, right, bottom = self.box
         size = ((right - left) * SUPERSAMPLING, (bottom - top) * SUPERSAMPLING)
         middles = self.pen.at(poses[..., 3::4].mean(axis=1, keepdims=True))[:, 0, :2]
         corners = (middles - np.array(size) / 2).round().astype(int).tolist()
-        machine = machine_facets(self.pen, self.machine, poses, lines, self.still)
-        for corner, (facets, shadows) in zip(corners, machine, strict=True):
+        machine = machine_facets(self.pen, self.machine, poses, lines, self.still, axes)
+        for k, (corner, (facets, shadows)) in enumerate(zip(corners, machine, strict=True)):
             column, row = corner  # of a window of the large picture, in small pixels
             canvas = self.backdrop.window((column, row, column + size[0], row + size[1]))
             put_machine(canvas, (column, row), facets, shadows, self.still)
@@ -60,4 +65,6 @@ class Inset:
             if self.framed:
                 label(seen, f"{self.times:.2g}x")
                 seen[0], seen[-1], seen[:, 0], seen[:, -1] = FRAME, FRAME, FRAME, FRAME
+            elif axes is not None:
+                name_frames(seen, self.still, self.pen, axes[k], (column, row))
             yield seen

@@ -30,7 +30,7 @@ class Ghost:
     """The machine as a translucent outline.
 
     Args:
-        poses: Of the bodies, shape (nb, 12).
+        poses: Of the bodies, shape (nb, 12); [0 | p], which shrinks one to a point, hides it.
         lines: Its cables, shape (nl, 2, 3).
     """
 
@@ -97,6 +97,19 @@ class Surface:
     paint: Array | None = None
 
 
+@dataclass(frozen=True, eq=False)
+class Frames:
+    """Frames that are drawn as three axes with a name.
+
+    Args:
+        names: One per frame.
+        poses: In every row of the motion, shape (nt, nf, 12).
+    """
+
+    names: tuple[str, ...]
+    poses: Array
+
+
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Picture:
     """The content of a picture.
@@ -123,6 +136,8 @@ class Picture:
         lines: Cables: segments of shape (nt, nl, 2, 3) that go with the rows of the motion.
             Segments that are not finite are slack.
         radii: Of the cables in [m], shape (nl,); thin lines where it has no entries.
+        frames: Whose axes are drawn, if any.
+        rolls: Whether the path is a track on the ground, and not a way through the air.
     """
 
     bodies: Sequence[BodyGeometry | PaintedBody]
@@ -143,6 +158,8 @@ class Picture:
     cones: Sequence[Cone] = ()
     lines: Array | None = None
     radii: Array = field(default_factory=lambda: np.zeros(0))
+    frames: Frames | None = None
+    rolls: bool = True
 
     @property
     def stands_on_ground(self) -> bool:

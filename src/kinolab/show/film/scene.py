@@ -13,6 +13,7 @@ from kinolab.numerics.arrays import Array, Bytes
 from kinolab.show.film.models.assembly import Assembly
 from kinolab.show.film.raster.draw_list import Layer, Shadows, drawn
 from kinolab.show.film.raster.rasterizer import (
+    NO_FACETS,
     Canvas,
     Facets,
     average,
@@ -23,6 +24,7 @@ from kinolab.show.film.raster.rasterizer import (
 from kinolab.show.film.raster.shading import Pen
 from kinolab.show.film.staging.backdrop import Still
 from kinolab.show.film.staging.captions import Signs, signs
+from kinolab.show.film.staging.frame_axes import axes_at, axis_length, put_names
 
 PAPER, INK = (250, 250, 248), (38, 42, 50)  # PAPER is behind the sky
 SUPERSAMPLING = 3  # small pixels per pixel and axis
@@ -70,15 +72,22 @@ class Scene:
         height, width = self.image.shape[:2]
         return signs(self.still, self.pen.camera, (width, height))
 
-    def shots(self, poses: Array, lines: Array | None) -> Iterator[Bytes]:
+    def shots(
+        self, poses: Array, lines: Array | None, axes: Array | None = None
+    ) -> Iterator[Bytes]:
         """Draw pictures, shape (h, w, 3) each.
 
         Args:
             poses: Of the bodies, shape (nf, nb, 12).
             lines: Cables, shape (nf, nl, 2, 3), if any.
+            axes: Poses of frames whose axes are drawn, shape (nf, n, 12), if any.
         """
-        for parts in machine_facets(self.pen, self.machine, poses, lines, self.still):
-            yield self._composed(*parts)
+        moving = machine_facets(self.pen, self.machine, poses, lines, self.still, axes)
+        for k, parts in enumerate(moving):
+            image = self._composed(*parts)
+            if axes is not None:
+                name_frames(image, self.still, self.pen, axes[k])
+            yield image
 
     def _composed(self, facets: Facets, shadows: list[Array]) -> Bytes:
         box = extent(np.concatenate([facets.corners, *shadows]), self.pen.size, self.pen.scale)
@@ -116,8 +125,22 @@ def put_machine(
     draw(canvas, moved)
 
 
+def name_frames(
+    image: Bytes, still: Still, pen: Pen, poses: Array, corner: tuple[int, int] = (0, 0)
+) -> None:
+    """Write the names of frames at poses (n, 12) on an image, a part of the pen's canvas."""
+    if still.picture.frames is not None:
+        places = (pen.at(poses[:, 3::4]) - (*corner, 0.0)) / (pen.scale, pen.scale, 1.0)
+        put_names(image, still.picture.frames.names, places, (still.words, still.around))
+
+
 def machine_facets(
-    pen: Pen, machine: Assembly, poses: Array, lines: Array | None, still: Still
+    pen: Pen,
+    machine: Assembly,
+    poses: Array,
+    lines: Array | None,
+    still: Still,
+    axes: Array | None = None,
 ) -> Iterator[tuple[Facets, list[Array]]]:
     """Yield the machine and its cables as facets, and their shadows by lamp if any, per frame.
 
@@ -127,21 +150,26 @@ def machine_facets(
         poses: Of the bodies, shape (nf, nb, 12).
         lines: Cables, shape (nf, nl, 2, 3), if any.
         still: What stands still; on its ground there are shadows.
+        axes: Poses of frames whose axes are drawn, shape (nf, n, 12), if any.
     """
     shadows = still.floor is not None
     moved = machine.placed(poses)
     faces, edges = pen.faces_at_poses(moved, AMBIENT), pen.edges_at_poses(moved, OUTLINE, INK)
     fallen = pen.shadows_at_poses(moved) if shadows else [[] for _ in poses]
     cables = repeat(None) if lines is None else lines
-    for face, edge, dark, cable in zip(faces, edges, fallen, cables, strict=False):
+    length = 0.0 if axes is None else axis_length(still.reach, still.size, axes.shape[1])
+    drawn_axes = repeat(NO_FACETS) if axes is None else (axes_at(pen, at, length) for at in axes)
+    for face, edge, dark, cable, axis in zip(
+        faces, edges, fallen, cables, drawn_axes, strict=False
+    ):
         if cable is None:
-            yield face + edge, dark
+            yield face + edge + axis, dark
         else:
             both = zip(
                 dark, pen.line_shadows(cable, CABLE, machine.radii) if shadows else (), strict=True
             )
             yield (
-                face + edge + pen.line(cable, CABLE, INK, machine.radii),
+                face + edge + pen.line(cable, CABLE, INK, machine.radii) + axis,
                 [np.concatenate(parts) for parts in both],
             )
 

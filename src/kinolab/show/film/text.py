@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 from threading import Lock
@@ -43,6 +43,10 @@ class Words:
     def box(self) -> Box:
         """Where they are."""
         return self.left, self.top, self.left + self.mask.width, self.top + self.mask.height
+
+    def moved(self, columns: float, rows: float) -> Words:
+        """The same words at another place, so many pixels away."""
+        return replace(self, left=self.left + round(columns), top=self.top + round(rows))
 
     def on(self, image: Bytes, color: tuple[int, int, int]) -> None:
         """Write them on an image, shape (h, w, 3)."""
@@ -162,6 +166,17 @@ def caption(
     left, top, right, bottom = outer.box
     inside = min(left, top) > 0 and right < page[0] and bottom < page[1]
     return (inner, outer) if inside else None
+
+
+@lru_cache(maxsize=256)  # of a machine's frames, in every picture
+def name_tag(text: str, height: int) -> tuple[Words, Words]:
+    """A name for a picture of a height, and what surrounds its letters; its foot is at (0, 0)."""
+    size = caption_size(height)
+    middle, page = size * (len(text) + 2), (2 * size * (len(text) + 2), 3 * size)
+    inner, outer = (
+        _words(text, BOLD, size, (middle, 2 * size), "ms", page, halo) for halo in (0, HALO)
+    )
+    return inner.moved(-middle, -2 * size), outer.moved(-middle, -2 * size)
 
 
 def _sizes(height: int) -> tuple[int, int]:

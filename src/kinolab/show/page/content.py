@@ -38,11 +38,13 @@ class Keys:
         turns: Of every body, as unit quaternions x, y, z, w, d = 4; values between keys must be
             normalized.
         ends: Of all cables in [m], d = 6 for each of them; None if there is no cable.
+        joints: The joints' frames, likewise.
     """
 
     places: Sequence[Curve]
     turns: Sequence[Curve]
     ends: Curve | None = None
+    joints: Keys | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,6 +96,8 @@ class Content:
         machine: Name of the system.
         picture: World, machine, start and goal.
         keys: The motion; a single key if nothing moves.
+        joints: Names of the joints' frames.
+        leading: The body whose path is drawn first.
         knots: Times of the stored states in [s], shape (N+1,).
         series: Plotted quantities.
         constraints: Names of the constraints.
@@ -101,6 +105,8 @@ class Content:
         speed: Initial playback speed: seconds of motion per second.
         tree: Segments of the search tree in [m], shape (n, 2, 3); None if it was not stored.
         driving: The machine for interactive simulation; None without it.
+        posing: Plain data for the page's ``posing.js``: coordinates with their ranges; None where a
+            motion is shown.
         live: Address of the live search's events, seen from the page; None for a file.
     """
 
@@ -110,10 +116,13 @@ class Content:
     picture: Picture
     keys: Keys
     knots: Array
+    joints: Sequence[str] = ()
+    leading: int = 0
     series: Sequence[Series] = ()
     constraints: Sequence[str] = ()
     facts: Mapping[str, Any] = field(default_factory=dict)
     speed: float = 1.0
     tree: Array | None = None
     driving: Driving | None = None
+    posing: Mapping[str, Any] | None = None
     live: str | None = None

@@ -15,7 +15,9 @@ from kinolab.show.film.models.surface_mesh import is_room, join
 from kinolab.show.film.picture import Floor, Ghost, GoalMarker, Picture
 from kinolab.show.film.staging.backdrop import GOAL, START, Still
 from kinolab.show.film.staging.captions import captions
-from kinolab.show.page.content import Content, Curve, Series
+from kinolab.show.film.staging.frame_axes import axis_length
+from kinolab.show.film.staging.motion_script import WORLD
+from kinolab.show.page.content import Content, Curve, Keys, Series
 from kinolab.show.page.extent import Extent, extent
 from kinolab.show.page.follow import follow_track
 from kinolab.show.page.meshes import mesh_data
@@ -24,6 +26,7 @@ from kinolab.show.page.pack import Pack, Place
 FORMAT = 1  # version of the data; the page's modules always match it
 TEXTS = ("status", "message", "planner")
 NUMBERS = ("seed", "iterations", "cost", "duration", "goal_distance")
+NO_KEYS = Keys((), ())
 LARGEST = sys.float_info.max  # JSON has larger ones
 
 
@@ -47,15 +50,18 @@ def page_data(content: Content) -> tuple[dict[str, Any], str]:
         "captions": [{"text": each.text, "place": list(each.place)} for each in captions(still)],
         "hull": pack.add(seen.hull, "f4"),
         "floor": _floor(still.floor, picture, pack),
+        "leading": content.leading,
+        "frames": {
+            "names": [WORLD, *content.joints, *(body.name for body in picture.bodies)],
+            "length": axis_length(still.reach, still.size, _frames(content)),
+            "shown": picture.frames is not None,
+            "joints": _moving(keys.joints or NO_KEYS, pack),
+        },
         "bodies": [
             {"name": body.name, "whirl": body.whirl, "mesh": mesh_data(mesh, pack)}
             for body, mesh in zip(picture.bodies, still.machine, strict=True)
         ],
-        "motion": {
-            "places": [_curve(curve, pack) for curve in keys.places],
-            "turns": [_curve(curve, pack) for curve in keys.turns],
-            "ends": None if keys.ends is None else _curve(keys.ends, pack),
-        },
+        "motion": _moving(keys, pack),
         "radii": picture.radii.tolist(),
         "obstacles": _obstacles(still, pack),
         "cones": [
@@ -71,10 +77,23 @@ def page_data(content: Content) -> tuple[dict[str, Any], str]:
         "constraints": list(content.constraints),
         # For ``drive.js``; the machine's code is among the scripts.
         "driving": driving and {**driving.facts, "states": pack.add(driving.states, "f8")},
+        "posing": content.posing,
         "facts": facts_told(content.facts),
         "live": content.live,
     }
     return data, pack.text()
+
+
+def _frames(content: Content) -> int:
+    return 1 + len(content.joints) + len(content.picture.bodies)
+
+
+def _moving(keys: Keys, pack: Pack) -> dict[str, Any]:
+    return {
+        "places": [_curve(curve, pack) for curve in keys.places],
+        "turns": [_curve(curve, pack) for curve in keys.turns],
+        "ends": None if keys.ends is None else _curve(keys.ends, pack),
+    }
 
 
 def _curve(curve: Curve, pack: Pack) -> dict[str, Place]:

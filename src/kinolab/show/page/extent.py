@@ -31,10 +31,7 @@ class Extent:
     @property
     def reach(self) -> float:
         """How far the machine reaches from the middle of its bodies, in [m]."""
-        origins = self.motion[..., 3::4]
-        away = np.linalg.norm(origins - origins.mean(axis=1, keepdims=True), axis=-1).max(axis=0)
-        sizes = [np.linalg.norm(m.vertices, axis=1).max(initial=0.0) for m in self.still.machine]
-        return float(max(np.max(away + np.array(sizes)), 1e-3))
+        return self.still.reach
 
 
 @lru_cache(maxsize=1)  # page and GLB of a plan have the same scene

@@ -9,6 +9,8 @@ import { buildCompass } from "./compass.js";
 import { element } from "./dom.js";
 import { offeredDrive } from "./drive/drive.js";
 import { joinDrive } from "./drive/join.js";
+import { joinPoser } from "./drive/poser.js";
+import { buildFrames } from "./frames.js";
 import { buildCones, buildGhosts } from "./ghosts.js";
 import { buildGrowing } from "./growing.js";
 import { radiusOf, vectorsOf } from "./framing.js";
@@ -46,12 +48,13 @@ async function start() {
   const transport = buildTransport(clock, array(data.knots), byId);
   const repainted = [];
   const drive = joinDrive(data, array, { clock, motion: moves }, scene, byId);
+  const poser = joinPoser(data, scene, byId);
   fillPanel(data, array, clock, scene, repainted);
   const theme = themes(byId("theme"), (name) => {
     scene.paint(PAINT[name]);
     repainted.forEach((paint) => paint());
   });
-  buildDrawer(scene.resize);
+  buildDrawer(scene.resize, Boolean(poser));
   const save = buildSnapshot(byId("snapshot"), byId("view"), { draw: scene.draw, name: data.name, title: data.title, clock });
   buildKeyboard(actionsOf(clock, transport, scene, theme, drive, save), byId("keys"), byId("keys-list"), byId("help"));
   const asked = timeIn(location.hash);
@@ -61,7 +64,7 @@ async function start() {
   playTogether(clock);
   scene.draw();
   if (asked === null && !matchMedia("(prefers-reduced-motion: reduce)").matches) clock.play();
-  return offered(data, moves, clock, scene, drive);
+  return offered(data, moves, clock, scene, { drive, poser });
 }
 
 /** Build what is seen in 3-D; where WebGL is missing the rest of the page still works. */
@@ -86,19 +89,21 @@ function buildScene(data, array, moves, clock) {
   const captions = buildCaptions(data.captions, byId("stage"));
   const compass = buildCompass(data, moves.last > moves.first, byId("stage"));
   const inset = buildInset(viewer, byId("stage"), world);
+  const frames = buildFrames(data.frames, motion(data.frames.joints, array), machine.bodies, byId("stage"));
   const parts = [sky?.sheet, shade?.group, world.group, machine.group, trails.path, trails.others, trails.tree, ghosts.start, ghosts.goal, cones,
-                 growing?.tree, growing?.path];
+                 growing?.tree, growing?.path, frames.group];
   parts.filter(Boolean).forEach((part) => scene.add(part));
-  [machine.group, trails.behind, shade?.group].filter(Boolean).forEach((part) => onLayer(part, MOVING));
+  [machine.group, trails.behind, shade?.group, frames.group].filter(Boolean).forEach((part) => onLayer(part, MOVING));
 
-  let dirty = true, driver = null; // who moves the machine instead of the plan
+  let dirty = true;
+  const drivers = [], acting = () => drivers.find(({ active }) => active); // who moves the machine instead of the plan
   const changed = () => { dirty = true; };
   const switched = () => { viewer.forget(); changed(); };
   const orbit = orbitControl(camera, canvas, axes, changed);
   orbit.depth = 4 * Math.max(size, machine.reach);
   orbit.nearest = machine.reach / 20; orbit.farthest = 20 * size;
-  const followed = { middle: (t) => (driver?.active ? driver : machine).middle(t), reach: machine.reach };
-  const track = array(data.follow), planned = () => !driver?.active;
+  const followed = { middle: (t) => (acting() ?? machine).middle(t), reach: machine.reach };
+  const track = array(data.follow), planned = () => !acting();
   const camera_views = views(orbit, camera, { corners, axes, overview: data, track, planned }, followed, changed);
   const resize = () => {
     viewer.resize();
@@ -107,18 +112,21 @@ function buildScene(data, array, moves, clock) {
   };
   const pictures = [];
   const draw = () => {
-    (driver?.active ? driver : machine).show(clock.time); trails.show(clock.time); shade?.show();
+    const driver = acting();
+    (driver ?? machine).show(clock.time); trails.show(clock.time); shade?.show();
+    frames.show(clock.time, driver?.joints());
     camera_views.follow(clock.time);
     viewer.draw(orbit.target, orbit.distance);
     inset.show(followed, clock.time);
-    captions.show(camera); compass.show(camera);
+    captions.show(camera); compass.show(camera); frames.label(camera);
   };
   let before = null;
   const tick = (now) => {
     requestAnimationFrame(tick);
     const passed = before === null ? 0 : (now - before) / 1000;
     before = now;
-    if (driver?.active) dirty = driver.pass(Math.min(passed, 0.25)) || dirty;
+    const driver = acting();
+    if (driver) dirty = driver.pass(Math.min(passed, 0.25)) || dirty;
     else if (clock.playing) { clock.pass(Math.min(passed, 0.25)); dirty = true; }
     if (!dirty) { pictures.length = 0; return; }
     dirty = camera_views.follow(clock.time);
@@ -126,7 +134,7 @@ function buildScene(data, array, moves, clock) {
     pictures.push(now);
     while (pictures.length > 2 && now - pictures[0] > 2000) pictures.shift(); // slow is not none
     clock.pace = 1000 * passed;
-    if ((clock.playing || driver?.active) && pictures.length > 2) viewer.spare(clock.pace);
+    if ((clock.playing || driver) && pictures.length > 2) viewer.spare(clock.pace);
   };
   clock.listeners.push(changed);
   new ResizeObserver(resize).observe(canvas);
@@ -135,29 +143,30 @@ function buildScene(data, array, moves, clock) {
   buildViewButtons(camera_views, clock);
   requestAnimationFrame(tick);
   const paint = (colors) => {
-    [world, machine, trails, growing, shade, driver, viewer].forEach((part) => part?.paint(colors));
+    [world, machine, trails, growing, shade, ...drivers, viewer].forEach((part) => part?.paint(colors));
     sky?.paint(colors.dark);
     changed();
   };
   const fps = () => (pictures.length < 2 ? 0
     : (1000 * (pictures.length - 1)) / (pictures[pictures.length - 1] - pictures[0]));
   const layers = [
-    { label: "Path of the first body", object: trails.path, on: true },
+    { label: `Path of ${data.bodies[data.leading]?.name}`, object: trails.path, on: true },
     { label: "Paths of the other bodies", object: trails.others, on: false },
     { label: "Search tree", object: growing?.tree ?? trails.tree, on: growing !== null },
     { label: "Start", object: ghosts.start, on: true }, { label: "Goal", object: ghosts.goal, on: true },
     { label: "Target and keep-out cones", object: cones, on: true },
     { label: "World", object: world.group, on: true },
+    { label: "Frames of joints and bodies, with names", object: frames.object, on: data.frames.shown },
     { label: "Labels", object: captions.object, on: true },
     { label: "Close-up of a small machine", object: inset, on: true },
     { label: "Legend and axes", object: compass.object, on: true },
   ];
   /** Let somebody else move the machine while `active`, with more to see. */
   const join = (another) => {
-    driver = another;
+    drivers.push(another);
     another.groups.forEach((group) => { scene.add(group); onLayer(group, MOVING); });
   };
-  return { layers, switched, changed, join, machine, world, viewName: () => camera_views.name, growing, paint, resize, draw, fps, triangles: world.triangles,
+  return { layers, switched, changed, join, machine, axes: frames.object, world, viewName: () => camera_views.name, growing, paint, resize, draw, fps, triangles: world.triangles,
            choose: (name) => camera_views.choose(name, clock.time) };
 }
 
@@ -177,12 +186,12 @@ function fillPanel(data, array, clock, scene, repainted) {
   const panel = byId("panel");
   panel.append(buildReport(data));
   if (array(data.knots).length > 1) panel.append(buildPlots(data, array, clock, repainted));
-  if (data.constraints.length) panel.append(buildConstraints(data));
+  if (data.constraints.length && !data.posing) panel.append(buildConstraints(data));
   panel.append(buildSwitches(scene.layers, () => scene.switched()));
 }
 
-/** The panel beside the scene; on a narrow screen it begins closed. */
-function buildDrawer(resize) {
+/** The panel beside the scene; on a narrow screen it begins closed, unless what one came for is in it. */
+function buildDrawer(resize, needed) {
   const button = byId("drawer"), narrow = matchMedia("(max-width: 760px)");
   const set = (open) => {
     document.body.classList.toggle("closed", !open);
@@ -191,7 +200,7 @@ function buildDrawer(resize) {
   };
   button.addEventListener("click", () => set(document.body.classList.contains("closed")));
   narrow.addEventListener("change", () => set(!narrow.matches));
-  set(!narrow.matches);
+  set(needed || !narrow.matches);
 }
 
 function actionsOf(clock, transport, scene, theme, drive, save) {
@@ -206,6 +215,7 @@ function actionsOf(clock, transport, scene, theme, drive, save) {
     { keys: ["-"], run: () => transport.faster(-1) },
     ...VIEWS.map(({ name, label, key }) => ({ keys: [key], shown: [key], help: `View: ${label}`, run: () => scene.choose(name) })),
     ...(drive ? [{ keys: ["m"], shown: ["m"], help: "Start or stop driving the machine yourself", run: drive.toggle }] : []),
+    { keys: ["a"], shown: ["a"], help: "Frames of joints and bodies: show or hide", run: () => scene.axes?.toggle() },
     { keys: ["d"], shown: ["d"], help: "Dark or light mode", run: theme.toggle },
     { keys: ["s"], shown: ["s"], help: "Save a picture of the scene", run: save },
     { keys: ["p"], shown: ["p"], help: "Show or hide the panel", run: () => byId("drawer").click() },
@@ -213,7 +223,7 @@ function actionsOf(clock, transport, scene, theme, drive, save) {
 }
 
 /** What tests and teachers may call; docs/page.md describes it. */
-function offered(data, moves, clock, scene, drive) {
+function offered(data, moves, clock, scene, { drive, poser }) {
   return {
     get time() { return clock.time; },
     get playing() { return clock.playing; },
@@ -222,7 +232,7 @@ function offered(data, moves, clock, scene, drive) {
     first: moves.first, last: moves.last, bodies: data.bodies.map(({ name }) => name),
     play: clock.play, pause: clock.pause, fps: scene.fps,
     seek: (t) => { clock.seek(t); scene.draw(); },
-    view: scene.choose, drive: drive && offeredDrive(drive),
+    view: scene.choose, drive: drive && offeredDrive(drive), pose: poser,
     frames: (t = clock.time) => Object.fromEntries(data.bodies.map(({ name }, k) => [name, moves.frame(k, t)])),
   };
 }

@@ -7,7 +7,7 @@ const WORDS = {
   approximate: ["Near the goal, not in it", "fair"], local_minimum: ["Stuck in a local minimum", "fair"],
   not_found: ["No plan found", "bad"], verification_failed: ["Verification failed", "bad"],
   interrupted: ["Interrupted", "fair"], searching: ["Searching", "fair"],
-  ready: ["Not planned yet", "fair"], impossible: ["Start or goal impossible", "bad"],
+  machine: ["Machine by itself", "fair"], ready: ["Not planned yet", "fair"], impossible: ["Start or goal impossible", "bad"],
 };
 
 /** Write title, subtitle and badge. */

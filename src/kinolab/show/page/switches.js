@@ -9,6 +9,7 @@ export function buildSwitches(layers, changed) {
     const box = element("input", { type: "checkbox" });
     box.checked = object.visible = on;
     box.addEventListener("change", () => { object.visible = box.checked; changed(); });
+    object.toggle = () => box.click();
     list.append(element("label", {}, box, label));
   }
   return section("Show in the scene", false, list);

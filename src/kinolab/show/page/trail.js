@@ -2,14 +2,14 @@
 
 const SAMPLES = 500; // of a path
 
-/** Build the first body's path, all bodies' paths, and the tree; each has `lines` and `paint`. */
+/** Build the leading body's path, the others' paths, and the tree; each has `lines` and `paint`. */
 export function buildTrails(data, array, motion) {
   const bodies = [...Array(motion.bodies).keys()];
   const times = sampled(motion);
-  const main = ribbon(pathOf(motion, 0, times), 3.0), behind = ribbon(pathOf(motion, 0, times), 3.0);
+  const main = ribbon(pathOf(motion, data.leading, times), 3.0), behind = ribbon(pathOf(motion, data.leading, times), 3.0);
   const path = new THREE.Group(), others = new THREE.Group();
   path.add(main, behind);
-  bodies.slice(1).forEach((body) => others.add(ribbon(pathOf(motion, body, times), 1.4)));
+  bodies.filter((body) => body !== data.leading).forEach((body) => others.add(ribbon(pathOf(motion, body, times), 1.4)));
   const tree = data.tree && segments(array(data.tree));
   const show = (t) => {
     const share = (t - motion.first) / Math.max(motion.last - motion.first, 1e-12);

@@ -104,9 +104,12 @@ def _curves(paths: BranchPaths, pieces: Branches, keys: Marks) -> list[Curve]:
 
 
 def _keys(curves: list[Curve], problem: PlanningTask) -> Keys:
-    n = len(problem.bodies)
+    bodies = len(problem.bodies)
+    n = bodies + len(problem.machine.joints.names)
+    places, turns = curves[:n], [continued(curve) for curve in curves[n : 2 * n]]
     ends = curves[2 * n] if len(curves) > 2 * n else None
-    return Keys(curves[:n], [continued(curve) for curve in curves[n : 2 * n]], ends)
+    joints = Keys(places[bodies:], turns[bodies:])
+    return Keys(places[:bodies], turns[:bodies], ends, joints)
 
 
 def branches_of(trajectory: Trajectory) -> Branches:

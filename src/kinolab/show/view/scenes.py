@@ -16,12 +16,14 @@ from kinolab.problem import PlanningTask
 from kinolab.problem.goal import angle_between
 from kinolab.problem.unwrapping import unwrapped
 from kinolab.search.graph import SearchGraph
-from kinolab.show.film.staging.motion_script import picture
+from kinolab.show.film.staging.motion_script import path_body, picture
 from kinolab.show.page import Content, Series
 from kinolab.show.view.driving import driving_of
 from kinolab.show.view.keyframes import key_poses
+from kinolab.show.view.posing import posing_of, room_of
 from kinolab.trajectory import Trajectory
 
+POSED = "The machine by itself. Move it by its sliders."
 SHOWN = 3  # states that are plotted at first: those that the goal names, before others
 
 
@@ -88,12 +90,17 @@ def content_of(
     """
     shown = _standing(problem) if trajectory is None else unwrapped(problem, trajectory)
     scene = picture(problem, shown.x)
+    posing = posing_of(problem) if drive and trajectory is None else None
+    if posing and not problem.asks:
+        scene = replace(scene, follow=True, bounds=room_of(problem, posing))
     return Content(
         title=problem.scenario.title,
         name=str(facts.get("scenario", problem.name)),  # a run's file is always scenario.toml
         machine=problem.machine.name,
         picture=scene if trajectory is not None else replace(scene, path=None, start=None),
         keys=key_poses(problem, shown),
+        joints=problem.machine.joints.names,
+        leading=path_body(problem, problem.model.frames(shown.x)),
         knots=shown.t,
         series=told(problem, shown),
         constraints=[constraint.name for constraint in problem.machine.constraints],
@@ -101,6 +108,7 @@ def content_of(
         tree=None if graph is None else branches(problem, graph),
         speed=problem.scenario.render.speed,
         driving=driving_of(problem, shown) if drive else None,
+        posing=posing,
     )
 
 
@@ -111,7 +119,12 @@ def branches(problem: PlanningTask, graph: SearchGraph) -> Array:
 
 
 def readiness(problem: PlanningTask) -> dict[str, Any]:
-    """Return whether start and goal of a problem are valid, and why not."""
+    """Return whether start and goal of a problem are valid, and why not.
+
+    A problem without a goal is a machine by itself.
+    """
+    if not problem.asks:
+        return {"status": "machine", "message": POSED}
     try:
         problem.check_endpoints()
     except EndpointError as error:

@@ -1,4 +1,4 @@
-"""Animated quantities and rates: positions and rotations of bodies, ends of cables."""
+"""Animated quantities and rates: positions and rotations of bodies and joints, ends of cables."""
 
 from __future__ import annotations
 
@@ -55,14 +55,20 @@ class Track:
 def tracks(model: Model, x: Array, rate: Array) -> list[Track]:
     """Return the tracks at states (n, nx) with rates (n, nx).
 
-    First the positions of all bodies, then their rotations, then all cables together if any.
+    First the positions of all bodies and joints, then their rotations, then all cables together if
+    any.
     """
-    poses, slopes = model.frames(x), _slope(model.frames, x, rate)
+
+    def frames(states: Array) -> Array:
+        joints = model.machine.joints.at(states, model.coordinate_names)
+        return np.concatenate([model.frames(states), joints], axis=1)
+
+    poses, slopes = frames(x), _slope(frames, x, rate)
     q = of_poses(poses)
     w = turn_rates(q, poses, slopes)
-    bodies = range(poses.shape[1])
-    found = [Track(poses[:, i, 3::4], slopes[:, i, 3::4]) for i in bodies]
-    found += [Track(q[:, i], w[:, i], turns=True) for i in bodies]
+    count = range(poses.shape[1])
+    found = [Track(poses[:, i, 3::4], slopes[:, i, 3::4]) for i in count]
+    found += [Track(q[:, i], w[:, i], turns=True) for i in count]
     if model.machine.cables:
         ends, pulls = model.cables(x), _slope(model.cables, x, rate)
         found.append(Track(ends.reshape(len(x), -1), pulls.reshape(len(x), -1)))

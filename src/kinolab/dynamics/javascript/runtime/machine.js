@@ -49,6 +49,9 @@ function assemble(facts, functions) {
         advanced(x, acting(x, u, p), dt, p, method, substeps),
       frames: (x, p = defaults) => called("frames", [x, p], false),
       cableEnds: (x, p = defaults) => called("cables", [x, p], false),
+      jointFrames: (x, p = defaults) => called("joint_frames", [x, p], false),
+      gaps: (x, p = defaults) => called("gaps", [x, p], false),
+      slipRows: (x, p = defaults) => called("slip_rows", [x, p], false),
       hasEnergy: "energy" in functions,
       energy: (x, u, p = defaults) => {
         const [kinetic, potential] = under("energy", x, u, p);

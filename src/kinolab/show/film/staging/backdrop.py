@@ -44,6 +44,7 @@ class Still:
         floor: The ground, if there is any.
         size: Of all that is seen, in [m].
         machine: The bodies in their finest detail.
+        reach: How far they reach from their middle, in [m].
     """
 
     picture: Picture
@@ -52,6 +53,7 @@ class Still:
     floor: Floor | None
     size: float
     machine: Sequence[SurfaceMesh]
+    reach: float
 
     @property
     def words(self) -> tuple[int, int, int]:
@@ -75,7 +77,7 @@ def backdrop(still: Still, machine: Sequence[SurfaceMesh], pen: Pen) -> list[Lay
     if isinstance(picture.goal, GoalMarker):
         layers += _region(picture.goal, pen, floor)
     if picture.path is not None and len(picture.path) > 1:
-        layers.append(_path(picture.path, pen, floor))
+        layers.append(_path(picture.path, pen, floor if picture.rolls else None))
     layers += _obstacles(still, pen)
     if picture.start is not None:
         layers.append(_ghost(machine, picture.start, START, pen, picture.radii))

@@ -7,15 +7,20 @@ from typing import Any
 
 import numpy as np
 
+from kinolab.dynamics.language.shapes import Shape
 from kinolab.problem import PlanningTask
 from kinolab.scenario.schema import RenderSection
-from kinolab.show.film.picture import Cone, Ghost, GoalMarker, Picture, Surface
+from kinolab.show.film.picture import Cone, Frames, Ghost, GoalMarker, Picture, Surface
+from kinolab.show.film.staging.goal_mark import goal_mark
 from kinolab.show.film.staging.script import Script
 from kinolab.show.film.staging.script_writing import write_script
 from kinolab.trajectory import Trajectory
 from kinolab.world.geometry import triangles
 
 RENDERED: tuple[Any, ...] = ("view", "azimuth", "elevation", "follow", "cut", "setting")
+REST = 1e-6  # [m]; a body that goes less turns in its place
+WORLD = "world"  # name of its frame
+ROLLING = 1.01  # of a body's reach: as high is its origin at most while it touches the ground
 CONE_LENGTH = 1.25  # of cones, relative to the machine's radius
 
 
@@ -60,6 +65,8 @@ def picture(problem: PlanningTask, x: np.ndarray, settings: RenderSection | None
     poses, cables = problem.model.frames(x), problem.model.cables(x)
     down = problem.machine.down
     up = np.array([0.0, 0.0, 1.0]) if down is None else -np.array(down)
+    drawn = path_body(problem, poses)
+    path = poses[:, drawn, 3::4]
     return Picture(
         bodies=problem.bodies,
         obstacles=_surfaces(problem),
@@ -67,20 +74,54 @@ def picture(problem: PlanningTask, x: np.ndarray, settings: RenderSection | None
         bounds=problem.world.bounds,
         up=up,
         **{name: getattr(settings, name) for name in RENDERED},
-        path=poses[:, problem.leading, 3::4],
+        path=path,
+        rolls=_rolls(problem, drawn, path),
+        frames=frames_of(problem, x, poses) if settings.axes else None,
         start=Ghost(poses[0], cables[0].reshape(-1, 2, 3)),
         lines=cables if cables.size else None,
         radii=np.array([cable.radius for cable in problem.cables]),
-        goal=_goal(problem),
+        goal=goal_mark(problem, x),
         points=[GoalMarker(point.position, point.tolerance) for point in problem.goal.points],
         cones=list(_cones(problem, poses[0])),
     )
 
 
+def frames_of(problem: PlanningTask, x: np.ndarray, poses: np.ndarray) -> Frames:
+    """Return the frames of the world, of joints and of bodies at states (nt, nx)."""
+    joints = problem.machine.joints
+    names = (WORLD, *joints.names, *(body.name for body in problem.bodies))
+    world = np.broadcast_to(np.eye(3, 4).ravel(), (len(x), 1, 12))
+    at = joints.at(x, problem.model.coordinate_names)
+    return Frames(names, np.concatenate([world, at, poses], axis=1))
+
+
+def path_body(problem: PlanningTask, poses: np.ndarray) -> int:
+    """Return the body whose path is drawn: the leading one, or the next that leaves its place.
+
+    Args:
+        problem: The machine.
+        poses: Along the way, shape (nt, nb, 12).
+    """
+    goes = np.ptp(poses[..., 3::4], axis=0).max(axis=-1) > REST
+    order = [problem.leading, *problem.moving.tolist()]
+    seen = [k for k in order if problem.bodies[k].shapes or problem.bodies[k].drawn]
+    return next((k for k in seen if goes[k]), problem.leading)
+
+
+def _rolls(problem: PlanningTask, body: int, path: np.ndarray) -> bool:
+    """Whether a path (n, 3) of a body is a track: it is never higher than the body itself."""
+    reach = max(map(_reach, problem.bodies[body].shapes), default=0.0)
+    return bool(path[:, 2].max(initial=0.0) <= ROLLING * reach)
+
+
+def _reach(shape: Shape) -> float:
+    """How far a shape reaches from its body's origin, in [m]."""
+    return float(np.linalg.norm(triangles(shape)[0], axis=1).max())
+
+
 def _cones(problem: PlanningTask, poses: np.ndarray) -> Iterator[Cone]:
     """Yield goal and keep-out cones, with apexes at the start of their bodies."""
-    shapes = [shape for body in problem.bodies for shape in body.shapes]
-    reaches = [float(np.linalg.norm(triangles(s)[0], axis=1).max()) for s in shapes]
+    reaches = [_reach(shape) for body in problem.bodies for shape in body.shapes]
     length = CONE_LENGTH * max(reaches, default=1.0)  # of the machine's radius about its bodies
     for target in problem.goal.directions:
         apex = _place(poses[target.body])
@@ -94,19 +135,3 @@ def _cones(problem: PlanningTask, poses: np.ndarray) -> Iterator[Cone]:
 def _place(pose: np.ndarray) -> tuple[float, float, float]:
     x, y, z = pose[3::4].tolist()
     return x, y, z
-
-
-def _goal(problem: PlanningTask) -> GoalMarker | Ghost | None:
-    """Return the goal's marker: a ball or ring, or the machine at the goal; None if undefined."""
-    goal = problem.goal
-    if goal.points or goal.directions or not (goal.indices or goal.parts):
-        return None  # balls and cones mark them; the rest of the pose is not determined
-    x = goal.centre(problem.start)
-    pose = problem.frames(x)
-    names = [problem.model.state_names[i] for i in goal.indices]
-    if set(names) == {"x", "y"}:
-        radius = min(goal.tolerances[names.index(name)] for name in ("x", "y"))
-        px, py, pz = pose[problem.leading, 3::4]
-        return GoalMarker((float(px), float(py), float(pz)), float(radius))
-    poses, ends = problem.placement(x)
-    return Ghost(poses, ends.reshape(-1, 2, 3))

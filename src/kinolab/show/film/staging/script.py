@@ -41,6 +41,7 @@ class Script:
         size: Width and height in [pixel].
         title: One line of text.
         magnify: Whether a tiny machine is also shown enlarged in a free corner.
+        frames: Poses of the frames whose axes are drawn, shape (nf, n, 12), or None.
     """
 
     picture: Picture
@@ -51,3 +52,9 @@ class Script:
     size: tuple[int, int]
     title: str = ""
     magnify: bool = False
+    frames: Array | None = None
+
+    @property
+    def moving(self) -> tuple[Array, Array | None, Array | None]:
+        """What has a row for each frame of the film: bodies, cables, axes."""
+        return self.poses, self.lines, self.frames

@@ -45,16 +45,19 @@ def write_script(
         table = table.reshape(*table.shape[:2], 12)
     _check(t, table, len(picture.bodies))
     playback = schedule(float(t[0]), float(t[-1]), fps, speed, video=video)
-    motion = table
+    motion, axes = table, None if picture.frames is None else picture.frames.poses
     if len(t) == 1:
         t, table = np.repeat(t, 2), np.repeat(table, 2, axis=0)
+        axes = None if axes is None else np.repeat(axes, 2, axis=0)
     moved = interpolate_poses(t, table, playback.times)
     moved = whirled(moved, [body.whirl for body in picture.bodies], playback.period)
     cables = picture.lines
     if cables is not None:
         each = np.broadcast_to(cables, (len(t), *np.shape(cables)[1:]))  # or the same in all rows
         cables = interpolate_lines(t, each, playback.times)
-    return Script(picture, motion, playback, moved, cables, size, title, magnify)
+    if axes is not None:
+        axes = interpolate_poses(t, axes, playback.times)
+    return Script(picture, motion, playback, moved, cables, size, title, magnify, axes)
 
 
 def _check(times: Array, poses: Array, bodies: int) -> None:

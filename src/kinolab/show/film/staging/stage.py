@@ -15,6 +15,7 @@ from kinolab.show.film.raster.camera import Camera, frame_scene
 from kinolab.show.film.raster.shading import pen
 from kinolab.show.film.scene import SUPERSAMPLING, Scene
 from kinolab.show.film.staging.backdrop import Still, backdrop
+from kinolab.show.film.staging.frame_axes import axes_of, axis_length, reach_of
 from kinolab.show.film.staging.viewpoint import outlook
 
 
@@ -44,14 +45,18 @@ def set_up(picture: Picture, motion: Array) -> tuple[Still, Array]:
     """
     machine, obstacles = picture.machine(), picture.obstacle_meshes()
     cloud, floor = seen_points(picture, obstacles, machine, motion), None
+    reach, largest = reach_of(machine, motion), float(np.ptp(cloud, axis=0).max())
+    if picture.frames is not None:
+        length = axis_length(reach, largest, len(picture.frames.names))
+        cloud = np.concatenate([cloud, axes_of(picture.frames.poses, length).reshape(-1, 3)])
     if picture.stands_on_ground:
         low, high = cloud[:, :2].min(axis=0), cloud[:, :2].max(axis=0)
         margin = 0.02 * float(np.max(high - low))
         floor = Floor(low - margin, high + margin)
         flat = box_corners(np.append(floor.low, 0.0), np.append(floor.high, 0.0))[::2]
         cloud = np.concatenate([cloud, flat])
-    look, largest = outlook(picture, obstacles, cloud, motion), float(np.ptp(cloud, axis=0).max())
-    return Still(picture, obstacles, look, floor, largest, machine), cloud
+    look = outlook(picture, obstacles, cloud, motion)
+    return Still(picture, obstacles, look, floor, largest, machine, reach), cloud
 
 
 def nearest_pixel(

@@ -89,6 +89,7 @@ export function buildDrive(data, machine, plan, figure, changed, around) {
     if (companion) { companion.group.visible = shown; companion.show(clock.time); }
     cockpit.show({ ...facts, simulator, paused: drive.paused });
   };
+  drive.joints = () => machine.jointFrames(simulator.state, simulator.parameters);
   drive.middle = () => new THREE.Vector3(...driven.middle(simulator));
   drive.paint = (colors) => { driven.paint(colors); companion && companion.paint(colors); };
   drive.close(true);
