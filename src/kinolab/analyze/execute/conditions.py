@@ -57,9 +57,7 @@ class Conditions:
             InputError: If it has no parameters that differ from 0, or no inputs with a range.
         """
         system, mistakes = problem.system, list[Mistake]()
-        if self.parameters and not any(
-            system.with_parameters(**self.built).parameter_values.values()
-        ):
+        if self.parameters and not any(self.varied(system).parameter_values.values()):
             what = f"{system.name} has no parameter to vary, or they are all 0."
             remedy = "Describe the machine in Python, or vary --noise or --disturbance."
             mistakes.append(Mistake("--parameters", what, remedy))
@@ -70,6 +68,16 @@ class Conditions:
         if mistakes:
             raise InputError(mistakes)
 
+    def varied(self, system: Mechanism) -> Mechanism:
+        """Return the actual machine, whose parameters are all that is varied.
+
+        Raises:
+            InputError: If a parameter in ``built`` does not exist.
+        """
+        meant = system.with_parameters(**self.built)
+        further = [name for name, value in meant.offered.items() if value]
+        return meant.parametric(*further) if self.parameters and further else meant
+
     def machine(self, system: Mechanism, generator: np.random.Generator) -> Mechanism:
         """Return a machine with perturbed parameters.
 
@@ -77,7 +85,7 @@ class Conditions:
             InputError: If a parameter in ``built`` does not exist, or if no draw is a valid
                 machine.
         """
-        meant = system.with_parameters(**self.built)
+        meant = self.varied(system)
         for _ in range(MAX_DRAWS - 1):
             try:
                 return self._drawn(meant, generator)

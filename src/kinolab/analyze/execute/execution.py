@@ -12,6 +12,7 @@ import numpy as np
 
 from kinolab.analyze.execute.conditions import Conditions
 from kinolab.analyze.execute.tracker import LARGE_DEVIATION, Tracker
+from kinolab.dynamics import Model
 from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.machine_facts import facts_of
 from kinolab.errors import InputError, KinolabError, Mistake
@@ -122,7 +123,8 @@ class Executor:
         self._problem, self._conditions, self._seed = problem, conditions, seed
         self._plan = unwrapped(problem, trajectory)
         self._tracker = Tracker.along(problem, self._plan, large=large)
-        self._surveillance = CollisionMonitor(problem)
+        self._actual = _actual(problem, conditions)
+        self._surveillance = CollisionMonitor(self._actual)
         spans = np.diff(self._plan.t)
         later = math.ceil(SETTLING_FRACTION * self._plan.duration / spans[-1])
         self._enough = 1.0 / (1.0 - problem.scenario.goal.reserve)
@@ -138,9 +140,9 @@ class Executor:
             InputError: If no machine has such parameters.
         """
         generator = np.random.default_rng([self._seed, k])
-        built = self._conditions.machine(self._problem.system, generator)
+        built = self._conditions.machine(self._actual.system, generator)
         parameters = built.parameter_values
-        step = ReferenceStep(self._problem, parameters)
+        step = ReferenceStep(self._actual, parameters)
         states, nearest = [self._plan.x[0]], math.inf
         outcome: Outcome = "missed"
         try:
@@ -199,6 +201,15 @@ class Executor:
             worst = max(worst, run.deviation)
             told(k + 1)
         return Execution(self._conditions, self._seed, tuple(kept), dict(counts), worst)
+
+
+def _actual(problem: PlanningTask, conditions: Conditions) -> PlanningTask:
+    """Return the problem of the actual machine, whose numbers are parameters where they vary."""
+    varied = conditions.varied(problem.system)
+    if len(varied.parameters) == len(problem.model.parameter_names):
+        return problem
+    model = Model(varied.with_feedback(None))
+    return replace(problem, machine=model.machine, model=model, whole=None)
 
 
 class CollisionMonitor:
