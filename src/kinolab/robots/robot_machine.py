@@ -63,7 +63,6 @@ from kinolab.robots.given_motion import GivenMotion
 from kinolab.robots.joint_inertia import lump, reach, six, together, without_noise
 from kinolab.robots.kinematic_tree import (
     Closure,
-    Inertial,
     Joint,
     KinematicTree,
     Link,

@@ -26,8 +26,8 @@ from kinolab.robots.kinematic_tree import (
 from kinolab.scenario.angles import WrittenAngle
 
 WAYS_ON = (
-    "To plan with speeds as inputs, write kinematic = true below [system]; to plan with forces, give "
-    "links an <inertial>, or write density = 2700 [kg/m^3] for that of their geometry."
+    "To plan with speeds as inputs, write kinematic = true below [system]; to plan with forces, "
+    "give links an <inertial>, or write density = 2700 [kg/m^3] for that of their geometry."
 )
 INDEFINITE = 1e-9  # of the largest entry of an inertia matrix, which may be rounded
 

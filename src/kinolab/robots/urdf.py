@@ -24,6 +24,8 @@ from kinolab.files import is_file, read_ordinary
 from kinolab.lazy import library_of
 from kinolab.numerics.arrays import Array
 from kinolab.robots.compared.urdf_engines import urdf_engines
+from kinolab.robots.given_motion import PerJoint, given_motion
+from kinolab.robots.joint_inertia import together
 from kinolab.robots.kinematic_tree import (
     MOST_BYTES,
     MOST_LINKS,
@@ -38,8 +40,6 @@ from kinolab.robots.kinematic_tree import (
     VisibleMesh,
     usable_name,
 )
-from kinolab.robots.given_motion import PerJoint, given_motion
-from kinolab.robots.joint_inertia import together
 from kinolab.robots.mesh_files import find_mesh
 from kinolab.robots.robot_machine import Base, assembled
 from kinolab.robots.solids.convex_parts import check_parts, enclosing_shapes
