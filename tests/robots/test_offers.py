@@ -10,12 +10,15 @@ import numpy as np
 import pytest
 
 from kinolab.analyze.execute.conditions import Conditions
+from kinolab.analyze.execute.execution import Executor
 from kinolab.dynamics import Model, System
 from kinolab.dynamics.language.json.machine_file import machine_from_json, machine_to_json
 from kinolab.errors import InputError
+from kinolab.loading.build import build_problem
 from kinolab.loading.find import find_system
 from kinolab.robots import read_mjcf, read_urdf
 from kinolab.scenario import scenario_from
+from kinolab.trajectory import Trajectory
 
 G, L = 9.81, 0.5  # [m/s^2], [m]
 ARM = """<robot name="arm"><link name="base"/>
@@ -178,3 +181,18 @@ def test_links_and_joints_of_names_that_clash_keep_parameters_apart(tmp_path: Pa
     found = read_urdf(tmp_path / "arm.urdf")
     assert {"m_upper_2", "m_up_per", "d_m_upper"} <= {*found.offered}
     assert found.with_parameters(m_upper_2=4.0).model().parameter_names == ("m_upper_2",)
+
+
+def test_an_execution_varies_the_numbers_of_a_robots_file(tmp_path: Path) -> None:
+    """The plan is for the file's numbers, what carries it out has others and a load."""
+    (tmp_path / "arm.urdf").write_text(ARM)
+    task = {"schema": 1, "title": "An arm", "system": {"file": "arm.urdf"}, "goal": {"hinge": 0.3}}
+    (tmp_path / "task.toml").write_text("")
+    problem = build_problem(scenario_from(task, tmp_path / "task.toml"))
+    t = np.linspace(0.0, 0.5, 6)
+    plan = Trajectory(t, np.zeros((6, 2)), np.zeros((5, 1)), ("hinge", "hinge_dot"), ("torque",))
+    conditions = Conditions(parameters=0.1, built={"m_tool": 0.5}, tracked=False)
+    run = Executor(problem, plan, conditions, seed=1).run(0)
+    assert run.parameters["m_upper"] != 2.0
+    assert abs(run.parameters["m_tool"] / 0.5 - 1.0) <= 0.1
+    assert run.x[-1] == pytest.approx([0.0, 0.0], abs=1e-12)  # it hangs at rest all the same

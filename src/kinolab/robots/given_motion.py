@@ -40,13 +40,14 @@ class GivenMotion:
         names = sorted(joint.name for joint in tree.joints if joint.kind != "fixed")
         for key, limits in (("velocity", self.velocity), ("acceleration", self.acceleration)):
             place = f"{where} max_{key}".strip()
-            given = limits if isinstance(limits, Mapping) else {}
+            given = dict(limits) if isinstance(limits, Mapping) else {}
             for name in given:
                 if name not in names:
                     yield unknown_name("joint", name, known=names, where=place)
-            plain = given.values() if limits is given or given else (limits,)
-            for value in plain:
-                if value is not None and not 0.0 < value < math.inf:
+            if limits is not None and not isinstance(limits, Mapping):
+                given = {"": limits}
+            for value in given.values():
+                if not 0.0 < value < math.inf:
                     yield Mistake(place, f"{value:g} is no limit.", "Give a positive number.")
         if base == "floating":
             what = "a base that floats has no limits of its speed."
