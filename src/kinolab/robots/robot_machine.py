@@ -222,8 +222,8 @@ class _Assembly:
         self.servos: list[Effort] = []
         self._bodies: list[Body] = []
         self._taken = {name for joint in tree.joints for name in coordinate_names(joint)}
-        for pushing in (tree.motors, tree.thrusters, tree.pulls):
-            self._taken |= {one.name for one in pushing}
+        self._taken |= {one.name for one in tree.motors} | {one.name for one in tree.pulls}
+        self._taken |= {one.name for one in tree.thrusters}
         self._shapes: list[NamedShape] = []
         self._constraints: list[PositionConstraint] = []
         self._requirements: list[Requirement] = []
