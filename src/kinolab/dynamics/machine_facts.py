@@ -174,6 +174,16 @@ class JointFrames:
 
 
 @dataclass(frozen=True)
+class OfferedFacts:
+    """A number in ``unit`` that becomes a parameter once one asks for it; ``what`` says of what."""
+
+    name: str
+    value: float
+    unit: str
+    what: str
+
+
+@dataclass(frozen=True)
 class MachineFacts:
     """A machine without its mechanics, in the order of ``Mechanism``'s own fields.
 
@@ -187,6 +197,7 @@ class MachineFacts:
         modes: Names of its modes, if its mechanics switch.
         transitions: Between its modes, in the order in which they are tried.
         joints: The frames of its joints, for pictures.
+        offered: What is, or may become, a parameter of a robot from a file.
     """
 
     name: str
@@ -209,6 +220,13 @@ class MachineFacts:
     modes: tuple[str, ...]
     transitions: tuple[TransitionFacts, ...]
     joints: JointFrames
+    offered: tuple[OfferedFacts, ...]
+
+    @property
+    def parameter_names(self) -> tuple[str, ...]:
+        """Names of what can be given a value: of its parameters, and of what it offers."""
+        own = (name for name, _ in self.parameters)
+        return tuple(dict.fromkeys((*own, *(entry.name for entry in self.offered))))
 
     def transitions_from(self, x: Array) -> list[TransitionFacts]:
         """Return the transitions that may end the mode of a state, shape (nx,)."""
@@ -239,6 +257,7 @@ def facts_of(system: MechanismParts) -> MachineFacts:
     from kinolab.dynamics.language.constraints import PositionConstraint
     from kinolab.dynamics.language.inputs import bounds_of
     from kinolab.dynamics.language.mechanism_parts import state_parts
+    from kinolab.dynamics.language.offers import offered
     from kinolab.dynamics.language.symbols import ForceSymbol, InputSymbol
 
     references = None if system.feedback is None else system.feedback.references
@@ -292,6 +311,10 @@ def facts_of(system: MechanismParts) -> MachineFacts:
             for t in system.transitions
         ),
         joints=_joints(system),
+        offered=tuple(
+            OfferedFacts(p.name, p.default, p.unit, what)
+            for p, what in offered(system.offers).values()
+        ),
     )
 
 

@@ -90,7 +90,7 @@ def find_system(scenario: Scenario) -> System:
     else:
         where = place_at(("system", "file"), scenario.origin)
         system = _system_in_file(scenario.folder, str(section.file), where, section)
-    known = [parameter.name for parameter in system.parameters]
+    known = [*system.offered, *(parameter.name for parameter in system.parameters)]
     if all(name in known for name in section.parameters):
         return system.with_parameters(**section.parameters)
     return system  # the unknown ones are reported with all other names

@@ -31,7 +31,7 @@ def name_mistakes(
         scenario,
         [coordinate.name for coordinate in machine.coordinates],
         [*machine.rate_names, *quasi_velocities, *(state.name for state in machine.states)],
-        [name for name, _ in machine.parameters],
+        list(machine.parameter_names),
         [body.name for body in machine.bodies],
         chosen_names(machine),
         dict(machine.notes),

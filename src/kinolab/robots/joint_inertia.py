@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import TypeAlias
 
 import numpy as np
 
+from kinolab.dynamics.language.offers import Lump
 from kinolab.numerics.arrays import Array
 from kinolab.robots.kinematic_tree import (
     FREE,
@@ -40,6 +41,40 @@ def reach(links: Iterable[tuple[Link, Array]]) -> float:
             size = max(float(getattr(solid.shape, name, 0.0)) for name in SIZES)
             found = max(found, arm + size)
     return found or UNKNOWN_LENGTH
+
+
+def together(links: Sequence[tuple[Link, Array]]) -> Inertial:
+    """Return the mass properties of links in the frame in which their poses (4, 4) are given."""
+    parts = [
+        (link.inertial.mass, pose[:3, :3] @ link.inertial.centre + pose[:3, 3],
+         pose[:3, :3] @ link.inertial.inertia @ pose[:3, :3].T)
+        for link, pose in links
+        if link.inertial is not None
+    ]  # fmt: skip
+    mass = sum(m for m, _, _ in parts)
+    if len(parts) == 1 or mass <= 0.0:
+        inertia = sum((own for _, _, own in parts), np.zeros((3, 3)))
+        return Inertial(mass, parts[0][1] if parts else np.zeros(3), inertia)
+    centre = sum((m * c for m, c, _ in parts), np.zeros(3)) / mass
+    inertia = np.zeros((3, 3))
+    for m, c, own in parts:  # parallel axes
+        arm = c - centre
+        inertia = inertia + own + m * (arm @ arm * np.eye(3) - np.outer(arm, arm))
+    return Inertial(mass, centre, inertia)
+
+
+def lump(stem: str, link: Link, pose: Array) -> Lump:
+    """Return the mass properties of a link at a pose (4, 4); one without any weighs nothing."""
+    own = link.inertial or Inertial(0.0, np.zeros(3), np.zeros((3, 3)))
+    rows = (tuple(map(float, part.flat)) for part in (pose[:3, 3], pose[:3, :3], own.centre))
+    at, turn, centre = rows
+    return Lump(stem, at, turn, own.mass, centre, six(own.inertia))
+
+
+def six(inertia: Array) -> tuple[float, ...]:
+    """Return the entries xx, yy, zz, xy, xz, yz of an inertia (3, 3)."""
+    (xx, xy, xz), (_, yy, yz), (_, _, zz) = inertia.tolist()
+    return xx, yy, zz, xy, xz, yz
 
 
 def without_noise(inertial: Inertial, length: float) -> Inertial:

@@ -16,21 +16,27 @@ from kinolab.dynamics.language.bodies import Body
 from kinolab.dynamics.language.constraints import PositionConstraint, Requirement, require
 from kinolab.dynamics.language.expressions import exact
 from kinolab.dynamics.language.forces import (
-    Coulomb,
     Effort,
     Gravity,
     Load,
     Potential,
-    Viscous,
     Wrench,
 )
 from kinolab.dynamics.language.frames import WORLD, Axis, Frame, move, orient
 from kinolab.dynamics.language.inputs import Control, Force, Input, Torque
+from kinolab.dynamics.language.offers import (
+    OF_JOINTS,
+    OF_LINKS,
+    JointFriction,
+    LumpedMass,
+    Offer,
+)
 from kinolab.dynamics.language.shapes import Box, Shape
 from kinolab.dynamics.language.symbols import (
     Attitude,
     Coordinate,
     InputSymbol,
+    TurnRate,
     angle,
     length,
     rate,
@@ -53,10 +59,10 @@ from kinolab.robots.constant_frames import (
     constant_frame,
     onto_z,
 )
-from kinolab.robots.joint_inertia import reach, without_noise
+from kinolab.robots.given_motion import GivenMotion
+from kinolab.robots.joint_inertia import lump, reach, six, together, without_noise
 from kinolab.robots.kinematic_tree import (
     Closure,
-    Inertial,
     Joint,
     KinematicTree,
     Link,
@@ -121,6 +127,7 @@ def assembled(
     where: str = "",
     file: bytes = b"",
     engines: Iterable[AbstractSecondEngine] = (),
+    given: GivenMotion | None = None,
 ) -> System:
     """Return the machine of a robot.
 
@@ -132,14 +139,17 @@ def assembled(
         where: What mistakes are reported for.
         file: All that determines how the robot moves.
         engines: Which have read the same file; the machine is compared with them, once.
+        given: What gives it its motion, whatever it weighs; None where forces do.
 
     Raises:
         InputError: With everything that the machine cannot have, or the joint that moves otherwise
             in an engine.
     """
     mistakes = [*follower_mistakes(tree, where)]
+    mistakes += [] if given is None else given.mistakes(tree, base, where)
     if mistakes:
         raise InputError(mistakes)
+    tree = tree if given is None else given.bounded(tree)
     tree = bound_by_followers(tree)
     mistakes = [*locked_mistakes(tree, locked or {}, where)]
     joints = {joint.name: joint for joint in tree.joints}
@@ -149,13 +159,14 @@ def assembled(
         joints=tuple(_fixed_at(joint, held) for joint in tree.joints),
         servos=tuple(servo.beside(held) for servo in tree.servos),
     )
-    mistakes += massless_joints(tree, where)
+    mistakes += massless_joints(tree, where) if given is None else given.unlimited(tree, where)
     if mistakes:
         raise InputError(mistakes)
     further = {BASE: BASE_COORDINATES} if base == "floating" else {}
     corresponding = Correspondence.of(joints, held, further)
-    notes = [f"{where}: {told}" for told in (*tree.notes, *inertia_doubts(tree))]
-    assembly = _Assembly(tree, base, where)
+    doubts = inertia_doubts(tree) if given is None else ()
+    notes = [f"{where}: {told}" for told in (*tree.notes, *doubts)]
+    assembly = _Assembly(tree, base, where, given)
     try:
         made = assembly.system(self_collisions=self_collisions)
         absent = absent_names(corresponding.linear, held)
@@ -164,7 +175,7 @@ def assembled(
         raise InputError(_in_file(mistake, where) for mistake in error.mistakes) from error
     for told in notes:
         LOG.warning("%s", printable(told))
-    if engines and AGREED.find(known := agreement_on(file, base, held)) is None:
+    if engines and given is None and AGREED.find(known := agreement_on(file, base, held)) is None:
         left_out = assembly.neglected
         efforts = made.efforts[: len(made.efforts) - len(assembly.servos)]
         passive = made.changed(efforts=efforts) if assembly.servos else made
@@ -188,8 +199,10 @@ class _Assembly:
         servos: Springs and dampers of servos, in which engines have no part.
     """
 
-    def __init__(self, tree: KinematicTree, base: Base, where: str) -> None:
-        self._tree, self._where, self.neglected = tree, where, 0.0
+    def __init__(
+        self, tree: KinematicTree, base: Base, where: str, given: GivenMotion | None
+    ) -> None:
+        self._tree, self._where, self._given, self.neglected = tree, where, given, 0.0
         self._mistakes: list[Mistake] = []
         self._links = {link.name: link for link in tree.links}
         self._base = WORLD if base == "fixed" else _floating(BASE_COORDINATES)[0]
@@ -208,9 +221,13 @@ class _Assembly:
         self._efforts: list[Effort] = []
         self.servos: list[Effort] = []
         self._bodies: list[Body] = []
+        self._taken = {name for joint in tree.joints for name in coordinate_names(joint)}
+        self._taken |= {one.name for one in tree.motors} | {one.name for one in tree.pulls}
+        self._taken |= {one.name for one in tree.thrusters}
         self._shapes: list[NamedShape] = []
         self._constraints: list[PositionConstraint] = []
         self._requirements: list[Requirement] = []
+        self._offers: list[Offer] = []
         self._drawn = drawn_meshes(tree)
 
     def system(self, *, self_collisions: bool) -> System:
@@ -236,32 +253,54 @@ class _Assembly:
             moving.append((joint, parent, part, before))
         for part in parts:
             self._add_bodies(part, still=part is root and self._base is WORLD)
-        for joint, parent, part, before in moving:
-            self._add_forces(joint, parent, part, before)
-        for servo in tree.servos:
-            self._add_servo(servo)
-        for pull in tree.pulls:
-            self._add_pull(pull, moving)
-        for thruster in tree.thrusters:
-            part, pose = at[thruster.link]
-            self._add_thruster(thruster, part.frame @ constant_frame(pose @ thruster.pose))
+        for joint, *_ in moving:
+            self._add_range(joint)
+        if self._given is None:
+            self._add_all_forces(moving, at)
+        else:
+            for joint, *_ in moving:
+                self._inputs += self._given.inputs(joint, self._moved(joint))
         for closure in tree.closures:
             self._add_closure(closure, at)
         if self._mistakes:
             raise InputError(self._mistakes)
         made = System(
             usable_name(tree.name) or "robot",
+            offers=self._offers,
             bodies=self._bodies,
             constraints=self._constraints,
             inputs=self._inputs,
             efforts=[*self._efforts, *self.servos],
             requirements=self._requirements,
-            gravity=_gravity(tree.gravity),
+            gravity=_gravity(tree.gravity) if self._given is None else None,
         )
         around, own = kept_from_surroundings(tree, self._shapes), kept_apart(tree, self._shapes)
         kept, unwatched = [*around.kept], [*around.unwatched, *own.unwatched]
         (kept if self_collisions else unwatched).extend(own.kept)
         return made.changed(collisions=kept, unwatched=unwatched) if kept or unwatched else made
+
+    def _add_all_forces(
+        self, moving: Sequence[_Moving], at: Mapping[str, tuple[_Part, Array]]
+    ) -> None:
+        """Add what pushes and what resists."""
+        for joint, parent, part, before in moving:
+            self._add_forces(joint, parent, part, before)
+        for servo in self._tree.servos:
+            self._add_servo(servo)
+        for pull in self._tree.pulls:
+            self._add_pull(pull, moving)
+        for thruster in self._tree.thrusters:
+            part, pose = at[thruster.link]
+            self._add_thruster(thruster, part.frame @ constant_frame(pose @ thruster.pose))
+
+    def _moved(self, joint: Joint) -> list[Coordinate | TurnRate]:
+        """Return the coordinates of a joint that follows none, and its angular velocity."""
+        if joint.name in self._attitudes:
+            turn = turn_rate(self._attitudes[joint.name])
+            return [*self._places.get(joint.name, []), *turn]
+        if joint.name in self._coordinates:
+            return [self._coordinates[joint.name]]
+        return self._places.get(joint.name, [])
 
     def _motion(self, joint: Joint) -> Frame:
         """Return how a joint moves, as a frame."""
@@ -277,8 +316,10 @@ class _Assembly:
             x, y, about = coordinate_names(joint)
             turned = constant_frame(pose_of(np.zeros(3), onto_z(joint.axis)))
             back = constant_frame(pose_of(np.zeros(3), onto_z(joint.axis).T))
-            slide = move(length(x), length(y))
-            return turned @ slide @ TURNS["z"](angle(about)) @ back
+            speed = math.inf if self._given is None else joint.speed
+            place = [length(x, speed=speed), length(y, speed=speed), angle(about, speed=speed)]
+            self._places[joint.name] = place
+            return turned @ move(*place[:2]) @ TURNS["z"](place[2]) @ back
         at: Any = self._position(joint)
         at = at - joint.zero if joint.zero else at
         if joint.kind == "prismatic":
@@ -300,26 +341,41 @@ class _Assembly:
 
     def _add_bodies(self, part: _Part, *, still: bool) -> None:
         """Add the links of a part as bodies in their own frames, and one with the mass of all."""
-        length = reach(part.links)
-        given = _together(part.links)
-        inertial = without_noise(given, length)
-        self.neglected += float(np.abs(given.inertia - inertial.inertia).sum())
-        if not still and (mistake := inertia_mistake(part.name, inertial, length, self._where)):
-            self._mistakes.append(mistake)
         inherit = {joint.parent for joint in self._tree.joints}
         color = next((s.color for link, _ in part.links for s in link.solids if s.color), None)
         for k, (link, pose) in enumerate(part.links):
             if k == 0 or link.solids or link.visible or link.name not in inherit:
                 self._add_link(part, link, pose, color, still=still)
         part.body = self._bodies[-1]
-        if not still and (inertial.mass > 0.0 or inertial.inertia.any()):
-            part.body = Body(
-                f"{part.name} mass",
-                part.frame @ constant_frame(pose_of(inertial.centre, np.eye(3))),
-                mass=inertial.mass,
-                inertia=_six(inertial.inertia),
-            )
-            self._bodies.append(part.body)
+        if not still and self._given is None:
+            self._add_mass(part)
+
+    def _add_mass(self, part: _Part) -> None:
+        """Add the mass of all links of a part as a body, if they have any."""
+        length, given = reach(part.links), together(part.links)
+        inertial = without_noise(given, length)
+        self.neglected += float(np.abs(given.inertia - inertial.inertia).sum())
+        if mistake := inertia_mistake(part.name, inertial, length, self._where):
+            self._mistakes.append(mistake)
+        if not (inertial.mass > 0.0 or inertial.inertia.any()):
+            return
+        part.body = Body(
+            f"{part.name} mass",
+            part.frame @ constant_frame(pose_of(inertial.centre, np.eye(3))),
+            mass=inertial.mass,
+            inertia=six(inertial.inertia),
+        )
+        self._bodies.append(part.body)
+        lumps = (lump(self._stem(link.name, OF_LINKS), link, pose) for link, pose in part.links)
+        self._offers.append(LumpedMass(part.body.name, part.frame, tuple(lumps)))
+
+    def _stem(self, name: str, beginnings: Sequence[str]) -> str:
+        """Return what all parameters of a link or a joint are called after, as nothing else is."""
+        stem, k = usable_name(name), 2
+        while self._taken & (names := {f"{one}_{stem}" for one in beginnings}):
+            stem, k = f"{usable_name(name)}_{k}", k + 1
+        self._taken |= names
+        return stem
 
     def _add_link(
         self,
@@ -353,14 +409,18 @@ class _Assembly:
             self._bodies.append(Body(name, frame, shape=solid.shape, **look))
             self._shapes.append(NamedShape(name, link.name, solid))
 
+    def _add_range(self, joint: Joint) -> None:
+        """Require that a ball joint turns no farther than it may, an angle of 2 acos(|w|)."""
+        if joint.name in self._attitudes and joint.upper < math.pi:
+            turn = self._attitudes[joint.name]
+            inside = turn.quaternion[3] ** 2 - math.cos(joint.upper / 2.0) ** 2
+            self._requirements.append(require(inside, f"{joint.name} range"))
+
     def _add_forces(self, joint: Joint, parent: _Part, part: _Part, before: Frame) -> None:
         """Add a joint's motor and friction."""
         if joint.name in self._attitudes:
             turn, place = self._attitudes[joint.name], self._places.get(joint.name, [])
             self._add_friction(joint, [*map(rate, place), *turn_rate(turn)])
-            if joint.upper < math.pi:  # an angle of 2 acos(|w|)
-                inside = turn.quaternion[3] ** 2 - math.cos(joint.upper / 2.0) ** 2
-                self._requirements.append(require(inside, f"{joint.name} range"))
             if joint.armature > 0.0:
                 rotor = f"{joint.name} rotor"
                 own = (joint.armature,) * 3
@@ -396,12 +456,11 @@ class _Assembly:
     def _add_friction(self, joint: Joint, rates: Sequence[sympy.Expr]) -> None:
         """Add a joint's friction along each of its rates."""
         damping = joint.damping, *joint.higher_damping
-        for own in rates:
-            if any(damping):
-                terms = (c * sympy.Abs(own) ** k for k, c in enumerate(damping) if c)
-                self._efforts.append(Viscous(own, sympy.Add(*terms)))
-            if joint.friction > 0.0:
-                self._efforts.append(Coulomb(own, joint.friction))
+        stem, turns = self._stem(joint.name, OF_JOINTS), joint.kind != "prismatic"
+        given = JointFriction(stem, tuple(rates), damping, joint.friction, turns)
+        self._efforts += given.efforts()
+        if joint.kind not in ("planar", "floating"):  # whose rates have different units
+            self._offers.append(given)
 
     def _add_servo(self, servo: Servo) -> None:
         """Add spring and damper of a servo whose force has no limits, or require what it can do.
@@ -534,31 +593,6 @@ def _axis(frame: Frame, axis: Array) -> Axis:
         return (frame @ constant_frame(pose_of(np.zeros(3), onto_z(axis)))).z
     name, sign = along
     return Axis(frame, name) if sign > 0 else -Axis(frame, name)
-
-
-def _together(links: Sequence[tuple[Link, Array]]) -> Inertial:
-    """Return the mass properties of links in the frame in which their poses (4, 4) are given."""
-    parts = [
-        (link.inertial.mass, pose[:3, :3] @ link.inertial.centre + pose[:3, 3],
-         pose[:3, :3] @ link.inertial.inertia @ pose[:3, :3].T)
-        for link, pose in links
-        if link.inertial is not None
-    ]  # fmt: skip
-    mass = sum(m for m, _, _ in parts)
-    if len(parts) == 1 or mass <= 0.0:
-        inertia = sum((own for _, _, own in parts), np.zeros((3, 3)))
-        return Inertial(mass, parts[0][1] if parts else np.zeros(3), inertia)
-    centre = sum((m * c for m, c, _ in parts), np.zeros(3)) / mass
-    inertia = np.zeros((3, 3))
-    for m, c, own in parts:  # parallel axes
-        arm = c - centre
-        inertia = inertia + own + m * (arm @ arm * np.eye(3) - np.outer(arm, arm))
-    return Inertial(mass, centre, inertia)
-
-
-def _six(inertia: Array) -> tuple[float, ...]:
-    (xx, xy, xz), (_, yy, yz), (_, _, zz) = inertia.tolist()
-    return xx, yy, zz, xy, xz, yz
 
 
 def _onto_the_ground(shape: Shape, pose: Array) -> Array:

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
-from kinolab.errors import Mistake, printable, unknown_name
+from kinolab.errors import Mistake, listed, printable, unknown_name
 from kinolab.numerics.arrays import MULTIPLIABLE
 from kinolab.robots.constant_frames import ROUNDING
 from kinolab.robots.joint_inertia import NOISE, reach, without_resistance
@@ -15,6 +15,7 @@ from kinolab.robots.kinematic_tree import (
     FREE,
     SIZES,
     Inertial,
+    Joint,
     KinematicTree,
     bound_by_followers,
     from_the_root,
@@ -24,6 +25,10 @@ from kinolab.robots.kinematic_tree import (
 )
 from kinolab.scenario.angles import WrittenAngle
 
+WAYS_ON = (
+    "To plan with speeds as inputs, write kinematic = true below [system]; to plan with forces, "
+    "give links an <inertial>, or write density = 2700 [kg/m^3] for that of their geometry."
+)
 INDEFINITE = 1e-9  # of the largest entry of an inertia matrix, which may be rounded
 
 
@@ -126,6 +131,7 @@ def massless_joints(tree: KinematicTree, where: str) -> Iterator[Mistake]:
     idle = {joint.name for joint in without_resistance(tree)}
     links = {link.name: link for link in tree.links}
     below: dict[str, float] = {}
+    bare: list[Joint] = []
     for joint in reversed([*from_the_root(tree)]):
         own = links[joint.child].inertial
         moved = 0.0 if own is None else own.mass + float(np.abs(own.inertia).max())
@@ -137,9 +143,15 @@ def massless_joints(tree: KinematicTree, where: str) -> Iterator[Mistake]:
             remedy = f"Give {joint.child} one beside rounding, or lock the joint."
             yield Mistake(place, what, remedy)
         elif joint.name in idle or (joint.kind in FREE and moved <= ROUNDING):
-            what = f"it moves {joint.child}, which has no inertia, and nothing else."
-            remedy = f"Give {joint.child} an inertia, or lock the joint."
-            yield Mistake(place, what, remedy)
+            bare.insert(0, joint)
+    if len(bare) == 1:
+        place, child = f"{where} joint {bare[0].name!r}".strip(), bare[0].child
+        what = f"it moves {child}, which has no inertia, and nothing else."
+        yield Mistake(place, what, f"Give {child} an inertia, or lock the joint. {WAYS_ON}")
+    elif bare:
+        children = listed(joint.child for joint in bare)
+        what = f"the links {children} have no inertia, so that nothing resists the joints "
+        yield Mistake(where, f"{what}{listed(joint.name for joint in bare)}.", WAYS_ON)
 
 
 def inertia_mistake(name: str, inertial: Inertial, length: float, where: str) -> Mistake | None:

@@ -24,6 +24,8 @@ from kinolab.files import is_file, read_ordinary
 from kinolab.lazy import library_of
 from kinolab.numerics.arrays import Array
 from kinolab.robots.compared.urdf_engines import urdf_engines
+from kinolab.robots.given_motion import PerJoint, given_motion
+from kinolab.robots.joint_inertia import together
 from kinolab.robots.kinematic_tree import (
     MOST_BYTES,
     MOST_LINKS,
@@ -41,8 +43,10 @@ from kinolab.robots.kinematic_tree import (
 from kinolab.robots.mesh_files import find_mesh
 from kinolab.robots.robot_machine import Base, assembled
 from kinolab.robots.solids.convex_parts import check_parts, enclosing_shapes
+from kinolab.robots.solids.solid_mass import mesh_mass, shape_mass
 from kinolab.robots.tree_mistakes import tree_mistakes
 from kinolab.robots.urdf_fields import READ, unread_words
+from kinolab.robots.urdf_inertials import write_inertials
 from kinolab.world.meshes.mesh import load_mesh
 from kinolab.world.shape_surfaces import Faces
 
@@ -75,6 +79,10 @@ def read_urdf(
     shapes: bool = True,
     self_collisions: bool = True,
     convex_parts: int | None = None,
+    kinematic: bool = False,
+    max_velocity: PerJoint | None = None,
+    max_acceleration: PerJoint | None = None,
+    density: float | None = None,
 ) -> System:
     """Read a robot from a URDF file as a machine.
 
@@ -95,6 +103,15 @@ def read_urdf(
             and do not touch at rest. An SRDF of the same name beside the file says which may.
         convex_parts: How many parts a mesh may be divided into, each with a box or capsule of its
             own, instead of one around the whole.
+        kinematic: Whether the speeds of joints are its inputs, whatever forces that takes. Masses,
+            friction and efforts have no part in its motion then, and need not be in the file.
+        max_velocity: Of a kinematic robot: limits of joints beside those of the file, of all or by
+            name, in [rad/s] or [m/s].
+        max_acceleration: Of a kinematic robot: limits of accelerations, in [rad/s^2] or [m/s^2],
+            which are the inputs then.
+        density: In [kg/m^3] of what links without ``<inertial>`` are made of: their collision
+            geometry, or what is drawn where there is none; meshes are filled, and those with open
+            edges enclosed in their convex hull.
 
     Raises:
         InputError: With every mistake in the file, in particular of links without inertia, missing
@@ -106,22 +123,28 @@ def read_urdf(
     require_fit("read_urdf packages", Mapping[str, Any] | None, packages)
     if base not in get_args(Base):
         raise UnknownNameError("base", str(base), known=get_args(Base), where="read_urdf base")
+    require_fit("read_urdf density", float | None, density)
     path = Path(path)
+    if density is not None and not 0.0 < density < math.inf:
+        remedy = "Give kg/m^3, such as 2700 of aluminium."
+        raise InputError([Mistake(f"{path.name} density", f"it is {density:g}.", remedy)])
     check_parts(convex_parts, path.name)
     robot, document, left_out = _parsed(path)
-    reader = _LinkReader(path, packages or {}, shapes=shapes, convex_parts=convex_parts)
+    xml = library_of("robots", "lxml.etree", "URDF files are read by yourdfpy and lxml")
+    reader = _LinkReader(path, packages or {}, density, shapes=shapes, convex_parts=convex_parts)
+    given = given_motion(path.name, max_velocity, max_acceleration, kinematic=kinematic)
     links = tuple(reader.link(entry) for entry in robot.links)
+    write_inertials(xml, document, reader.filled)
     joints = tuple(reader.joint(entry) for entry in robot.joints)
     name, motors = str(robot.name or path.stem), tuple(reader.motors)
     tree = KinematicTree(
         *(name, links, joints, motors),
         allowed=_allowed(path.with_suffix(".srdf")),
-        notes=tuple(_not_read(robot, left_out)),
+        notes=tuple(_not_read(robot, left_out, pushed=given is None)),
     )
     mistakes = [*reader.mistakes, *tree_mistakes(tree, locked or {}, path.name)]
     if mistakes:
         raise InputError(mistakes)
-    xml = library_of("robots", "lxml.etree", "URDF files are read by yourdfpy and lxml")
     return assembled(
         tree,
         base=base,
@@ -130,6 +153,7 @@ def read_urdf(
         where=path.name,
         file=xml.tostring(document),
         engines=urdf_engines(xml, document, floating=base == "floating"),
+        given=given,
     )
 
 
@@ -178,11 +202,11 @@ def _parsed(path: Path) -> tuple[Any, Any, list[str]]:
     return robot, document, left_out
 
 
-def _not_read(robot: Any, left_out: Sequence[str]) -> Iterator[str]:
-    """Yield what is in a robot's file and not in its machine, in sentences."""
+def _not_read(robot: Any, left_out: Sequence[str], *, pushed: bool) -> Iterator[str]:
+    """Yield what is in a robot's file and not in its machine, which forces push or not."""
     if left_out:
         yield f"not read: {listed(left_out)}."
-    limited = [joint for joint in robot.joints if joint.limit and joint.type in MOVED]
+    limited = [joint for joint in robot.joints if pushed and joint.limit and joint.type in MOVED]
     kinds = {
         "the effort of joints that follow others is not read: {}.": (
             joint for joint in limited if joint.mimic and joint.limit.effort
@@ -266,11 +290,14 @@ class _LinkReader:
         self,
         path: Path,
         packages: Mapping[str, str | Path],
+        density: float | None,
         *,
         shapes: bool,
         convex_parts: int | None,
     ) -> None:
         self.mistakes: list[Mistake] = []
+        self.filled: list[Link] = []
+        self._density = density
         self.motors: list[Motor] = []
         self._path, self._packages, self._shapes = path, packages, shapes
         self._convex_parts = convex_parts
@@ -302,7 +329,36 @@ class _LinkReader:
         visible = tuple(self._visible(entry)) if self._shapes else ()
         color = next(filter(None, map(_color, entry.visuals or ())), None)
         solids = [replace(solid, color=color) for solid in solids]
-        return Link(str(entry.name), self._inertial(entry), tuple(solids), visible)
+        inertial = self._inertial(entry)
+        link = Link(str(entry.name), inertial, tuple(solids), visible)
+        if self._density is None or (inertial is not None and inertial.mass > 0.0):
+            return link
+        self.filled.append(replace(link, inertial=self._of_geometry(entry, self._density)))
+        return self.filled[-1]
+
+    def _of_geometry(self, entry: Any, density: float) -> Inertial | None:
+        """Return the mass properties of a link by its geometry, None where that has no volume."""
+        found = []
+        for drawn in entry.collisions or entry.visuals or ():
+            given = drawn.geometry
+            if (shape := _plain_shape(given)) is not None:
+                own = shape_mass(shape, density)
+            elif given is not None and given.mesh is not None:
+                own = self._of_mesh(entry.name, given.mesh, density)
+            else:
+                continue
+            if own is not None:
+                found.append((Link("", own), _pose(drawn.origin)))
+        return together(found) if found else None
+
+    def _of_mesh(self, name: str, mesh: Any, density: float) -> Inertial | None:
+        try:
+            _, _, vertices, faces = self._mesh(mesh)
+        except InputError as error:
+            if not self._shapes:  # otherwise it was said when its shape was read
+                self._wrong_mesh(name, error)
+            return None
+        return mesh_mass(vertices, faces, density)
 
     def _visible(self, entry: Any) -> Iterator[VisibleMesh]:
         """Yield the meshes that are drawn; where one cannot be read, none is, and nobody minds."""
@@ -358,21 +414,10 @@ class _LinkReader:
         return Inertial(mass, centre, turn @ own @ turn.T)
 
     def _solids(self, name: str, drawn: Any) -> Iterator[PlacedShape]:
-        pose = _pose(drawn.origin)
-        given = drawn.geometry
-        if given is None:
-            return
-        shape: Shape | None = None
-        if given.box is not None:
-            x, y, z = map(float, given.box.size)
-            shape = Box(x, y, z)
-        elif given.cylinder is not None:
-            shape = Cylinder(float(given.cylinder.radius), float(given.cylinder.length))
-        elif given.sphere is not None:
-            shape = Sphere(float(given.sphere.radius))
-        if shape is not None:
+        pose, given = _pose(drawn.origin), drawn.geometry
+        if (shape := _plain_shape(given)) is not None:
             yield PlacedShape(shape, pose)
-        elif given.mesh is not None:
+        elif given is not None and given.mesh is not None:
             yield from self._enclosed(name, given.mesh, pose)
 
     def _enclosed(self, name: str, mesh: Any, pose: Array) -> Iterator[PlacedShape]:
@@ -385,8 +430,11 @@ class _LinkReader:
             for solid in enclosing_shapes(vertices, faces, self._convex_parts, file):
                 yield replace(solid, pose=pose @ solid.pose)
         except InputError as error:
-            for one in error.mistakes:
-                self._wrong("link", name, f"its mesh {one.where}: {one.what}", one.remedy)
+            self._wrong_mesh(name, error)
+
+    def _wrong_mesh(self, name: str, error: InputError) -> None:
+        for one in error.mistakes:
+            self._wrong("link", name, f"its mesh {one.where}: {one.what}", one.remedy)
 
     def _joint(self, entry: Any) -> Joint:
         kind = KINDS.get(str(entry.type))
@@ -441,6 +489,18 @@ class _LinkReader:
 def _pose(origin: Any) -> Array:
     """Return where something is, shape (4, 4): where its owner is, if nothing is said."""
     return np.eye(4) if origin is None else np.asarray(origin, dtype=float)
+
+
+def _plain_shape(given: Any) -> Shape | None:
+    """Return a geometry's box, cylinder or ball, None of a mesh."""
+    if given is None:
+        return None
+    if given.box is not None:
+        x, y, z = map(float, given.box.size)
+        return Box(x, y, z)
+    if given.cylinder is not None:
+        return Cylinder(float(given.cylinder.radius), float(given.cylinder.length))
+    return None if given.sphere is None else Sphere(float(given.sphere.radius))
 
 
 def _number(given: float | None) -> float:

@@ -19,6 +19,7 @@ from kinolab.scenario.values import ROBOT_ONLY
 SYSTEM_KINDS = ("name", "file")
 ObstacleKind = Literal["mesh", "box", "sphere", "cylinder"]
 OBSTACLE_KINDS: tuple[ObstacleKind, ...] = get_args(ObstacleKind)
+KINEMATIC_ONLY = ("max_velocity", "max_acceleration")
 MESH_ONLY = ("scale", "up", "solid", "simplify")
 PLANNER_KEYS = ("name", "time_limit", "max_iterations", "seed", "improve")
 
@@ -42,14 +43,25 @@ def document_issues(document: Mapping[str, object]) -> list[Issue]:
     ]
 
 
-def system_issues(given: Iterable[str], file: object) -> list[Issue]:
+def system_issues(given: Mapping[str, object], file: object) -> list[Issue]:
     """A machine has one description, and only a robot's file leaves base and joints open."""
-    given = list(given)
-    issues = _exactly_one(given, SYSTEM_KINDS, "a registered machine's name or a machine's file")
+    issues = _exactly_one(
+        list(given), SYSTEM_KINDS, "a registered machine's name or a machine's file"
+    )
     named = file if isinstance(file, str) else ""
     for key, formats, kind in ROBOT_ONLY:
         if key in given and not named.endswith(formats):
             issues.append(Issue((key,), f"{key} is a key of {kind} only.", f"Leave {key} out."))
+    if not given.get("kinematic"):
+        remedy = "Write kinematic = true, too, or leave it out."
+        issues += [
+            Issue((key,), f"{key} is a limit of kinematic robots.", remedy)
+            for key in KINEMATIC_ONLY
+            if key in given
+        ]
+    elif "density" in given:
+        what = "masses have no part in the motion of a kinematic robot."
+        issues.append(Issue(("density",), what, "Leave density or kinematic out."))
     return issues
 
 

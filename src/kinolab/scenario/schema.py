@@ -50,6 +50,7 @@ from kinolab.scenario.values import (
     Number,
     NumberOrAngle,
     Parts,
+    PerJoint,
     PictureSize,
     PlannerName,
     PointTolerance,
@@ -98,11 +99,16 @@ class SystemSection(Section):
     locked: dict[str, NumberOrAngle] | None = None  # positions of a robot's joints, [rad] or [m]
     self_collisions: bool | None = None  # of a robot's file
     convex_parts: Parts | None = None  # of a mesh in a robot's file, at most
+    kinematic: bool | None = None  # of a robot's file
+    max_velocity: PerJoint | None = None  # of a kinematic robot's joints, [rad/s] or [m/s]
+    max_acceleration: PerJoint | None = None  # [rad/s^2] or [m/s^2]
+    density: Positive | None = None  # of links without inertia in a robot's file, [kg/m^3]
     parameters: dict[str, Number] = {}
 
     @model_validator(mode="after")
     def _one_source(self) -> Self:
-        _obey(rules.system_issues(_given(self), self.file))
+        given = {key: getattr(self, key) for key in _given(self)}
+        _obey(rules.system_issues(given, self.file))
         return self
 
 

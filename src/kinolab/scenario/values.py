@@ -31,6 +31,10 @@ ROBOT_ONLY = (  # keys of [system], the files that they are for, and these in wo
     ("locked", ROBOT_FORMATS, "robots from files"),
     ("self_collisions", ROBOT_FORMATS, "robots from files"),
     ("convex_parts", ROBOT_FORMATS, "robots from files"),
+    ("kinematic", ROBOT_FORMATS, "robots from files"),
+    ("max_velocity", ROBOT_FORMATS, "robots from files"),
+    ("max_acceleration", ROBOT_FORMATS, "robots from files"),
+    ("density", (".urdf",), "URDF files"),  # an MJCF file has its own
 )
 MESH_FORMATS = (".dae", ".glb", ".obj", ".off", ".ply", ".stl")
 MOST_PARTS = 32  # of one mesh of a robot; every one is a solid that collides
@@ -296,6 +300,11 @@ Tolerance = Annotated[
     Wanted(
         f"a number of at least {LEAST_TOLERANCE:g}, or a table with one such number for each name"
     ),
+]
+PerJoint = Annotated[
+    Annotated[Positive, Tag(NUMBER_TAG)] | Annotated[dict[str, Positive], Tag(TABLE_TAG)],
+    _either(NUMBER_TAG, dict, TABLE_TAG),
+    Wanted("a positive number, or a table with one for each joint"),
 ]
 PointTolerance = Annotated[
     float, Field(ge=LEAST_TOLERANCE), Wanted(f"a number of at least {LEAST_TOLERANCE:g} [m]")

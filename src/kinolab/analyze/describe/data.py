@@ -39,6 +39,8 @@ def description_to_json(found: Description) -> dict[str, Any]:
         "decoupling_fields": _decoupling(found.decoupling),
         "coordinates": [_coordinate(one) for one in found.machine.coordinates],
         "inputs": [_input(entry) for entry in found.inputs],
+        "parameters": dict(found.machine.parameters),
+        "offered_parameters": [asdict(one) for one in found.machine.offered],
         "requirements": [one.name for one in found.machine.requirements],
         "warnings": list(machine_warnings(found.machine)),
         "growth_vector": list(closure.growth) if closure else None,

@@ -41,6 +41,7 @@ def _lines(found: Description) -> Iterator[str]:
     yield from _group("coordinates", [_coordinate_row(one) for one in found.machine.coordinates])
     yield from _group("constraints", [(c.name, c.kind) for c in found.constraints])
     yield from _group("inputs", [_input_row(entry) for entry in found.inputs])
+    yield from _parameters(found)
     if required := [(one.name,) for one in found.machine.requirements]:
         yield from _group("requirements", required)
     yield from _watched(found)
@@ -65,6 +66,18 @@ def _lines(found: Description) -> Iterator[str]:
         yield "  left out"
         for sentence in found.left_out:
             yield from wrap(sentence, LINE_WIDTH, initial_indent="    ", subsequent_indent="      ")
+
+
+def _parameters(found: Description) -> Iterator[str]:
+    """Yield the parameters of the machine, and the numbers that become such."""
+    machine = found.machine
+    what = {one.name: (one.unit, one.what) for one in machine.offered}
+    values = {one.name: one.value for one in machine.offered} | dict(machine.parameters)
+    if rows := [
+        (name, f"{value:.6g} {what.get(name, ('', ''))[0]}".rstrip(), what.get(name, ("", ""))[1])
+        for name, value in values.items()
+    ]:
+        yield from _group("parameters", rows)
 
 
 def _watched(found: Description) -> Iterator[str]:

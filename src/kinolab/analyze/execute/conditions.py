@@ -69,8 +69,8 @@ class Conditions:
         Raises:
             InputError: If it has no parameters that differ from 0, or no inputs with a range.
         """
-        system = problem.system.with_parameters(**self.built)
         mistakes = list(self._unknown(problem))
+        system = self.varied(problem.system)
         if self.parameters and not any(self.shares(system).values()):
             what = f"{system.name} has no parameter to vary, or they are all 0."
             remedy = "Describe the machine in Python, or vary --noise or --disturbance."
@@ -87,7 +87,7 @@ class Conditions:
 
     def _unknown(self, problem: PlanningTask) -> Iterator[Mistake]:
         """Yield what is named here and does not exist."""
-        parameters = list(problem.system.parameter_values)
+        parameters = [*problem.system.parameter_values, *problem.system.offered]
         for where, names in (("--vary", self.vary), ("--keep", self.keep)):
             for name in names:
                 if name not in parameters:
@@ -105,6 +105,18 @@ class Conditions:
         shares |= self.vary
         return {name: share for name, share in shares.items() if share and name in values}
 
+    def varied(self, system: Mechanism) -> Mechanism:
+        """Return the actual machine, of which all that varies is a parameter.
+
+        Raises:
+            InputError: If a parameter in ``built`` does not exist.
+        """
+        meant = system.with_parameters(**self.built)
+        further = [name for name, value in meant.offered.items() if value]
+        if not self.parameters:
+            further = [name for name in further if name in self.vary]
+        return meant.parametric(*further) if further else meant
+
     def machine(self, system: Mechanism, generator: np.random.Generator) -> Mechanism:
         """Return a machine with perturbed parameters.
 
@@ -112,7 +124,7 @@ class Conditions:
             InputError: If a parameter in ``built`` does not exist, or if no draw is a valid
                 machine.
         """
-        meant = system.with_parameters(**self.built)
+        meant = self.varied(system)
         for _ in range(MAX_DRAWS - 1):
             try:
                 return self._drawn(meant, generator)

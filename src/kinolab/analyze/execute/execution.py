@@ -16,6 +16,7 @@ from kinolab.analyze.execute.conditions import Conditions
 from kinolab.analyze.execute.failure import Failure, FailureCount, FailureGroup, Outcome
 from kinolab.analyze.execute.run_monitor import RunMonitor
 from kinolab.analyze.execute.tracker import LARGE_DEVIATION, Tracker
+from kinolab.dynamics import Model
 from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.errors import InputError, KinolabError, Mistake
 from kinolab.numerics.arrays import Array
@@ -171,7 +172,8 @@ class Executor:
         self.problem, self.conditions, self.seed, self.large = problem, conditions, seed, large
         self.plan = unwrapped(problem, trajectory)
         self.tracker = Tracker.along(problem, self.plan, large=large, asked=conditions.track)
-        self.monitor = RunMonitor(problem, self.plan.x)
+        self.actual = _actual(problem, conditions)
+        self.monitor = RunMonitor(self.actual, self.plan.x)
         spans = np.diff(self.plan.t)
         later = math.ceil(SETTLING_FRACTION * self.plan.duration / spans[-1])
         self._first = math.floor((1.0 - SETTLING_FRACTION) * len(spans))
@@ -218,9 +220,9 @@ class Executor:
             InputError: If no machine has such parameters.
         """
         generator = np.random.default_rng([self.seed, k])
-        built = self.conditions.machine(self.problem.system, generator)
+        built = self.conditions.machine(self.actual.system, generator)
         parameters = built.parameter_values
-        step = ReferenceStep(self.problem, parameters)
+        step = ReferenceStep(self.actual, parameters)
         states, nearest, best = [self.plan.x[0]], math.inf, 0
         wanting, lost = np.zeros(len(self._inputs)), None
         for i, span in enumerate(self._spans):
@@ -320,3 +322,12 @@ class Executor:
             told(k + 1)
         groups, made = failures.groups, tuple(kept)
         return Execution(self.conditions, self.seed, made, dict(counts), groups, worst, farthest)
+
+
+def _actual(problem: PlanningTask, conditions: Conditions) -> PlanningTask:
+    """Return the problem of the actual machine, whose numbers are parameters where they vary."""
+    varied = conditions.varied(problem.system)
+    if len(varied.parameters) == len(problem.model.parameter_names):
+        return problem
+    model = Model(varied.with_feedback(None))
+    return replace(problem, machine=model.machine, model=model, whole=None)

@@ -107,7 +107,7 @@ def _reached(executor: Executor, numbers: Sequence[int]) -> int:
 def _changes(executor: Executor, execution: Execution, group: FailureGroup) -> Iterator[_Change]:
     """Yield what may be changed; first nothing may be other than planned."""
     now = executor.conditions
-    shares = now.shares(executor.problem.system.with_parameters(**now.built))
+    shares = now.shares(executor.actual.system)
     exact = replace(now, parameters=0.0, vary={}, keep=())
     planned = replace(exact, noise=0.0, disturbance=0.0, built={})
 

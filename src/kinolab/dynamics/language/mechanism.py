@@ -21,6 +21,7 @@ from kinolab.dynamics.language.mechanism_parts import (
     coordinate_of,
 )
 from kinolab.dynamics.language.modes import MODE, Mode, Transition
+from kinolab.dynamics.language.offers import Offer, taking
 from kinolab.dynamics.language.quasi_velocities import QuasiVelocity, State
 from kinolab.dynamics.language.symbols import Coordinate, Parameter
 from kinolab.dynamics.language.validation import mistakes_of
@@ -65,6 +66,7 @@ class Mechanism(MechanismParts):
         expected: Remarks of ``plan examine`` that are meant as they are: what stands before their
             colon, ``"no rolling constraint"``, or also what they are about, ``"no rolling
             constraint: ball"``. It leaves these out.
+        offers: What has numbers that become parameters once one asks for them.
 
     Raises:
         InputError: With every mistake in the description.
@@ -94,6 +96,7 @@ class Mechanism(MechanismParts):
         modes: Sequence[Mode] = (),
         transitions: Sequence[Transition] = (),
         expected: Sequence[str] = (),
+        offers: Sequence[Offer] = (),
     ) -> None:
         content = {
             "bodies": tuple(bodies),
@@ -132,6 +135,7 @@ class Mechanism(MechanismParts):
             keep=tuple(map(str, keep)),
             flat=flat,
             expected=tuple(expected),
+            offers=tuple(offers),
         )
         mistakes = list(mistakes_of(self, atoms, used))
         if mistakes:
@@ -145,10 +149,31 @@ class Mechanism(MechanismParts):
     def with_parameters(self, **values: float) -> Self:
         """Return the same machine with other parameter values, without deriving again.
 
+        Numbers that it offers become parameters where they are given other values.
+
         Raises:
             InputError: If a parameter does not exist or a value is not a number.
         """
-        return self.changed(values=dict(self.values) | values)
+        own, offered = {p.name for p in self.parameters}, self.offered
+        same = {n for n, v in values.items() if n not in own and offered.get(n) == v}
+        given = {name: value for name, value in values.items() if name not in same}
+        asked = [name for name in given if name in offered]
+        made = self.parametric(*asked) if asked else self
+        return made.changed(values=dict(self.values) | given)
+
+    def parametric(self, *names: str) -> Self:
+        """Return the same machine with numbers that it offers as parameters, such as ``m_hand``.
+
+        Args:
+            names: What they are called, of a robot ``plan describe`` lists them; none for all.
+
+        Raises:
+            InputError: If it does not offer one.
+        """
+        own = [p.name for p in self.parameters]
+        words = {name: getattr(self, name) for name in ("bodies", "inputs", "efforts")}
+        asked = [name for name in names or self.offered if name not in own]
+        return self.changed(**taking(self.offers, words, own, asked)) if asked else self
 
     def with_feedback(self, feedback: Feedback | Regulator | None) -> Self:
         """Return the same machine with another controller, or with none.

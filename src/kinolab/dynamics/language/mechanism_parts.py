@@ -20,6 +20,7 @@ from kinolab.dynamics.language.flatness import Flat
 from kinolab.dynamics.language.forces import Effort, Gravity, Load, Potential
 from kinolab.dynamics.language.inputs import Drive, Input, Rate
 from kinolab.dynamics.language.modes import Mode, Transition
+from kinolab.dynamics.language.offers import Offer, offered
 from kinolab.dynamics.language.quantities import UP, FrameQuantity, written
 from kinolab.dynamics.language.quasi_velocities import QuasiVelocity, State
 from kinolab.dynamics.language.shapes import Hull, Shape
@@ -64,11 +65,17 @@ class MechanismParts:
     modes: tuple[Mode, ...]
     transitions: tuple[Transition, ...]
     expected: tuple[str, ...]
+    offers: tuple[Offer, ...]
 
     @property
     def parameter_values(self) -> dict[str, float]:
         """Every parameter's value in its SI unit, by name."""
         return {p.name: p.default for p in self.parameters} | dict(self.values)
+
+    @property
+    def offered(self) -> dict[str, float]:
+        """The values of its numbers that are parameters, or become such, by name."""
+        return {name: p.default for name, (p, _) in offered(self.offers).items()}
 
     @property
     def all_constraints(self) -> tuple[Constraint, ...]:

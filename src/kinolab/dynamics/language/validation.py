@@ -63,6 +63,7 @@ def mistakes_of(
         yield Mistake(_where(system), "it has no bodies.")
     yield from _naming(system)
     yield from _values(system)
+    yield from _offers(system)
     if not all(_is_number(value) for _, value in system.values):
         return  # nothing that depends on parameters can be validated
     yield from _symbols(system, atoms)
@@ -198,12 +199,25 @@ def _values(system: MechanismParts) -> Iterator[Mistake]:
     known = [parameter.name for parameter in system.parameters]
     for name, value in system.values:
         if name not in known:
-            yield unknown_name("parameter", name, known=known, where=_where(system))
+            listed = sorted({*known, *system.offered})
+            yield unknown_name("parameter", name, known=listed, where=_where(system))
         elif not _is_number(value):
             yield Mistake(f"parameter {name!r}", f"its value is {value!r}.", "Give a number.")
     for name in system.keep:
         if name not in known:
             yield unknown_name("parameter", name, known=known, where=f"{_where(system)} keep")
+
+
+def _offers(system: MechanismParts) -> Iterator[Mistake]:
+    """Report numbers that are offered of what the machine does not have."""
+    names = [p.name for offer in system.offers for p, _ in offer.parameters()]
+    for name in sorted({name for name in names if names.count(name) > 1}):
+        yield Mistake(f"parameter {name!r}", "it is offered twice.", "Give each its own name.")
+    own = [p.name for p in system.parameters]
+    for offer in system.offers:
+        if not offer.fits(system.bodies, system.efforts, own):
+            what = f"it offers {offer.parameters()[0][0]} of what it does not have."
+            yield Mistake(_where(system), what, "Leave the offer out, or the forces as they were.")
 
 
 def _is_number(value: Any) -> bool:

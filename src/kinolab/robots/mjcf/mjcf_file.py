@@ -12,6 +12,7 @@ from pathlib import Path
 from kinolab.arguments import require_fit
 from kinolab.dynamics import System
 from kinolab.errors import InputError
+from kinolab.robots.given_motion import PerJoint, given_motion
 from kinolab.robots.mjcf.compiled_model import CompiledModel
 from kinolab.robots.mjcf.mjcf_geoms import GeomReader
 from kinolab.robots.mjcf.mjcf_tree import tree_of
@@ -28,6 +29,9 @@ def read_mjcf(
     self_collisions: bool = True,
     convex_parts: int | None = None,
     partial: bool = False,
+    kinematic: bool = False,
+    max_velocity: PerJoint | None = None,
+    max_acceleration: PerJoint | None = None,
 ) -> System:
     """Read a robot from an MJCF file as a machine.
 
@@ -55,6 +59,12 @@ def read_mjcf(
         convex_parts: How many parts a mesh may be divided into, each with a box or capsule of its
             own, instead of one around the whole.
         partial: Whether to leave out what cannot be represented.
+        kinematic: Whether the speeds of joints are its inputs, whatever forces that takes. Masses,
+            friction and actuators have no part in its motion then.
+        max_velocity: Of a kinematic robot: limits of joints, which MJCF has none of, of all or by
+            name, in [rad/s] or [m/s].
+        max_acceleration: Of a kinematic robot: limits of accelerations, in [rad/s^2] or [m/s^2],
+            which are the inputs then.
 
     Raises:
         InputError: With everything in the file that cannot be represented, such as tendons, muscles
@@ -65,6 +75,7 @@ def read_mjcf(
     require_fit("read_mjcf path", str | Path, path)
     require_fit("read_mjcf locked", Mapping[str, float] | None, locked)
     path = Path(path)
+    given = given_motion(path.name, max_velocity, max_acceleration, kinematic=kinematic)
     check_parts(convex_parts, path.name)
     compiled = CompiledModel(path)
     tree = tree_of(compiled, GeomReader(compiled, shapes=shapes, convex_parts=convex_parts))
@@ -80,4 +91,5 @@ def read_mjcf(
         where=path.name,
         file=compiled.content(),
         engines=compiled.engines(),
+        given=given,
     )

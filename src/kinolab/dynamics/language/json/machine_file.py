@@ -41,6 +41,7 @@ from kinolab.dynamics.language.json.size_limits import (
 from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.language.mechanism_parts import quasi_velocities
 from kinolab.dynamics.language.modes import Mode, Transition
+from kinolab.dynamics.language.offers import JointFriction, Lump, LumpedMass
 from kinolab.dynamics.language.quantities import FrameSpeed
 from kinolab.dynamics.language.quasi_velocities import QuasiVelocity, State
 from kinolab.dynamics.language.shapes import SHAPES, DrawnMesh, Hull
@@ -76,11 +77,12 @@ RECORDS: dict[str, type] = {
         *(FlatOutputs, PlaneCurves),
         *(Feedback, QuasiVelocity, Reference, Regulator),
         *(Mode, Transition),
+        *(JointFriction, Lump, LumpedMass),
         *(DrawnMesh, Hull, *SHAPES),
     )
 }
 CONTENT = ("constraints", "inputs", "efforts", "gravity", "states", "requirements", "cables")
-SWITCHING = ("modes", "transitions")  # of machines that have modes
+FURTHER = ("modes", "transitions", "offers")  # of machines that have some
 BODY = ("name", "frame", "mass", "inertia", "added_mass", "shapes", "touches_ground", "color")
 
 
@@ -111,7 +113,7 @@ def machine_to_json(system: Mechanism) -> str:
         **({"expected": list(system.expected)} if system.expected else {}),
         "bodies": [_described(system, body) for body in system.bodies],
         **{name: _encode(getattr(system, name)) for name in CONTENT},
-        **{name: _encode(getattr(system, name)) for name in SWITCHING if getattr(system, name)},
+        **{name: _encode(getattr(system, name)) for name in FURTHER if getattr(system, name)},
         **({} if system.flat is None else {"flat": _encode(system.flat)}),
         **({} if system.feedback is None else {"feedback": feedback_to_tree(system.feedback)}),
     }
@@ -336,7 +338,7 @@ class _MachineReader:
         chosen_symbols = (v.symbol for v in velocities or () if isinstance(v, QuasiVelocity))
         self.symbols.update({symbol.name: symbol for symbol in chosen_symbols})
         content = {name: self.decode(data[name], name) for name in CONTENT}
-        content |= {name: self.decode(data.get(name, []), name) for name in SWITCHING}
+        content |= {name: self.decode(data.get(name, []), name) for name in FURTHER}
         flat, feedback = self._flat(data.get("flat")), self.controller(data.get("feedback"))
         self.finish()
         return Mechanism(
