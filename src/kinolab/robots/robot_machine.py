@@ -52,6 +52,7 @@ from kinolab.robots.constant_frames import (
     along_an_axis,
     constant_frame,
     onto_z,
+    shortest_onto_z,
 )
 from kinolab.robots.joint_inertia import reach, without_noise
 from kinolab.robots.kinematic_tree import (
@@ -275,8 +276,8 @@ class _Assembly:
             return frame
         if joint.kind == "planar":
             x, y, about = coordinate_names(joint)
-            turned = constant_frame(pose_of(np.zeros(3), onto_z(joint.axis)))
-            back = constant_frame(pose_of(np.zeros(3), onto_z(joint.axis).T))
+            tilt = shortest_onto_z(joint.axis)
+            turned, back = (constant_frame(pose_of(np.zeros(3), r)) for r in (tilt, tilt.T))
             slide = move(length(x), length(y))
             return turned @ slide @ TURNS["z"](angle(about)) @ back
         at: Any = self._position(joint)
@@ -304,7 +305,8 @@ class _Assembly:
         given = _together(part.links)
         inertial = without_noise(given, length)
         self.neglected += float(np.abs(given.inertia - inertial.inertia).sum())
-        if not still and (mistake := inertia_mistake(part.name, inertial, length, self._where)):
+        own = [link for link, _ in part.links]
+        if not still and (mistake := inertia_mistake(own, inertial, length, self._where)):
             self._mistakes.append(mistake)
         inherit = {joint.parent for joint in self._tree.joints}
         color = next((s.color for link, _ in part.links for s in link.solids if s.color), None)

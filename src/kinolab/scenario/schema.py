@@ -98,6 +98,7 @@ class SystemSection(Section):
     locked: dict[str, NumberOrAngle] | None = None  # positions of a robot's joints, [rad] or [m]
     self_collisions: bool | None = None  # of a robot's file
     convex_parts: Parts | None = None  # of a mesh in a robot's file, at most
+    balance_inertia: bool | None = None  # of a URDF file
     parameters: dict[str, Number] = {}
 
     @model_validator(mode="after")
