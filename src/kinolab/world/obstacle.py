@@ -50,6 +50,13 @@ class Obstacle:
     colors: Array | None = None  # (m, 3) red, green, blue in 0..1 of a file that has some
     error: float = 0.0  # [m] by which a mesh that was simplified may stand out of its triangles
 
+    def __repr__(self) -> str:
+        """Name it and its shape, on one line."""
+        kind = f"mesh of {len(self.faces)} triangles"
+        if self.primitive is not None:
+            kind = self.primitive[0].called.lower()
+        return f"<Obstacle {self.name}: {kind}>"
+
     def bounding_box(self) -> tuple[Array, Array]:
         """Return the lowest and highest (x, y, z) in [m]; of a primitive exactly."""
         if self.primitive is None:
