@@ -579,3 +579,15 @@ def test_commands_of_machines_say_what_they_do(capsys: Capture) -> None:
         assert "reading pendulum\n" in capsys.readouterr().err
         assert cli.run([command, "pendulum", "--quiet"]) == 0
         assert capsys.readouterr().err == ""
+
+
+def test_joints_that_still_move_at_the_end_are_told(tmp_path: Path, capsys: Capture) -> None:
+    """ROS 2's controller refuses such a trajectory, and does not say how to end at rest."""
+    assert cli.run(["simulate", "pendulum", "--start", "theta=0.5", "--duration", "0.5",
+                    "--no-animation", "--out", str(tmp_path / "run")]) == 0  # fmt: skip
+    written = ["export", str(tmp_path / "run"), "--out", str(tmp_path), "--format"]
+    capsys.readouterr()
+    assert cli.run([*written, "joint_trajectory"]) == 0
+    assert "The last point's velocity is not zero (theta -" in capsys.readouterr().out
+    assert cli.run([*written, "csv"]) == 0
+    assert "velocity" not in capsys.readouterr().out
