@@ -42,8 +42,8 @@ from kinolab.errors import InputError, Mistake
 # [s] of CPU time after which no further equation is simplified
 SIMPLIFICATION_SECONDS = 4.0
 MAX_SIMPLIFIED = 1000  # symbols, numbers and operations of one side worth printing
-# Symbols, numbers and operations of T written out: the arm of seven joints has 17 179 and takes 23 s
-# of CPU time, a chain of twelve 91 212, with equations far longer than are printed.
+# Symbols, numbers and operations of T written out: the arm of seven joints has 17 179 and takes
+# 23 s of CPU time, a chain of twelve 91 212, with equations far longer than are printed.
 MAX_ENERGY = 30_000
 WIDTH = 100  # characters of a line, combining dots included
 CONTINUED = "    "  # indentation of a continuation line
