@@ -285,3 +285,54 @@ def test_a_machine_in_a_table_may_be_its_name_alone() -> None:
     assert kinolab.load(named).system.name == "rolling_disk"
     with pytest.raises(InputError, match="rolling_disc"):
         kinolab.load({**TABLE, "system": "rolling_disc"})
+
+
+CRATE = {"name": "crate", "box": [1, 1, 1], "position": [3, 2, 0.5]}
+
+
+@pytest.mark.parametrize("name", ["crate", '"box 2"'])
+def test_an_obstacle_is_changed_by_its_name(name: str) -> None:
+    """Those that a scenario does not name have a name, too, as messages call them."""
+    crates = [CRATE, {"box": [1, 1, 1], "position": [3, 4, 0.5]}]
+    problem = kinolab.load(
+        {**TABLE, "world": {"bounds": {"x": [-5, 5], "y": [-5, 5]}, "obstacle": crates}}
+    )
+    moved = problem.replace({f"world.obstacle.{name}.position": [1, 3, 0.5]})
+    place = [obstacle.vertices.mean(axis=0).tolist() for obstacle in moved.world.obstacles]
+    assert place.count([1.0, 3.0, 0.5]) == 1
+    with pytest.raises(InputError, match=r"no entry crat; it has 2.*or are called crate, box 2"):
+        problem.replace({"world.obstacle.crat.position": [1, 3, 0.5]})
+
+
+@pytest.mark.parametrize("name", ["rolling_disk_maze", "satellite_pointing"])
+def test_a_start_may_be_a_state(name: str) -> None:
+    """Numbers and attitudes alike; what is no state is told with the names of the entries."""
+    problem = kinolab.load(name)
+    moved = np.array(problem.start)
+    moved[:4] = [0.1, 0.7, -0.1, 0.7]
+    assert np.abs(problem.replace(start=moved).start - moved).max() < 1e-15
+    with pytest.raises(InputError, match=r"start \(.*\): it has shape \(2,\)"):
+        problem.replace(start=[1.0, 2.0])
+
+
+@pytest.mark.parametrize(
+    ("given", "meant"),
+    [
+        ("time_limt", "time_limit"),
+        ("anytim", "anytime"),
+        ("goal_regoin_scale", "goal_region_scale"),
+    ],
+)
+def test_an_unknown_argument_of_solve_is_met_by_the_nearest_one(given: str, meant: str) -> None:
+    with pytest.raises(InputError, match=f"Did you mean '{meant}'"):
+        kinolab.load(TABLE).solve(**{given: 1})
+
+
+def test_what_one_looks_at_is_shown_on_a_line() -> None:
+    """The description of an arm has three million characters."""
+    problem = kinolab.load("rolling_disk_maze")
+    arm = kinolab.systems.get("panda")
+    for shown in (arm, problem.model, problem.system, *problem.world.obstacles):
+        assert "\n" not in repr(shown)
+        assert len(repr(shown)) < 400
+    assert repr(problem.system).startswith("<System rolling_disk: of x, y, psi, phi; driven by ")

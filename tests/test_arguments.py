@@ -46,6 +46,7 @@ VALID: dict[str, dict[str, Any]] = {
         "color": (0.0, 0.5, 1.0),
         "whirl": 1.0,
         "drawn": None,
+        "located": True,
     },
     "BodyVelocity": dict.fromkeys(("x", "y", "z", "wx", "wy", "wz"), sp.Integer(1)),
     "Box": {"x": 1.0, "y": 1.0, "z": 1.0, "at": (0, 0, 0)},
@@ -80,7 +81,7 @@ VALID: dict[str, dict[str, Any]] = {
     "FlatOutputs": {"outputs": (("y1", X),), "determined": ((X, kd.output("y1")),)},
     "Force": {"name": "f", "on": BODY, "along": FRAME.x, "limit": 1.0, "reacts_on": None},
     "Frame": {"motions": FRAME.motions},
-    "Gravity": {"down": (0.0, 0.0, -1.0), "strength": sp.Float(9.81)},
+    "Gravity": {"down": (0.0, 0.0, -1.0), "strength": 9.81},
     "InvolutiveClosure": {
         "growth": (1,),
         "dimension": 1,
@@ -409,3 +410,19 @@ def test_numbers_of_numpy_and_sympy_are_numbers(value: Any) -> None:
 
 def test_machines_of_the_library_are_taken_as_they_are() -> None:
     assert all(kinolab.systems.get(name) for name in kinolab.systems.names())
+
+
+@pytest.mark.parametrize(
+    ("call", "meant"),
+    [
+        (
+            lambda: kd.Body("b", kd.move(), masss=1.0),
+            r"Body\(\) got .*'masss'. Did you mean 'mass'",
+        ),
+        (lambda: kd.length("x", lowr=0.0), r"length\(\) got .*'lowr'. Did you mean 'lower'"),
+        (lambda: kd.length("x", qqq=0.0), r"length\(\) got an unexpected keyword argument 'qqq'.$"),
+    ],
+)
+def test_an_unknown_argument_is_met_by_the_nearest_one(call: Any, meant: str) -> None:
+    with pytest.raises(TypeError, match=meant):
+        call()

@@ -67,7 +67,13 @@ assert not {{"sympy", "numba", "pydantic", "ompl"}} & set(sys.modules)
     assert done.returncode == 0, done.stderr
 
 
-@pytest.mark.parametrize("name", ["dynamics", "errors", "planners", "systems", "testing"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        *("dynamics", "errors", "gym", "interchange"),
+        *("planners", "robots", "systems", "testing"),
+    ],
+)
 def test_a_module_that_is_listed_is_there(name: str) -> None:
     import kinolab
 

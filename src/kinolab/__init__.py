@@ -25,7 +25,10 @@ if TYPE_CHECKING:
 
     __version__: str
 
-_MODULES = ("dynamics", "errors", "planners", "systems", "testing")
+_MODULES = (
+    *("dynamics", "errors", "gym", "interchange"),
+    *("planners", "robots", "systems", "testing"),
+)
 __all__, _lazy, __dir__ = lazy_package(__name__, __file__, *_MODULES, "__version__")
 
 

@@ -174,14 +174,18 @@ class Problem(PlanningTask):
         scenario. Where another planner is named, the settings of the former one are dropped.
 
         Args:
-            changes: Values by the scenario's dotted keys; entries of lists count from 1.
+            changes: Values by the scenario's dotted keys; entries of lists count from 1, or go by
+                their names: ``world.obstacle.crate.position``. ``start`` may be a state (nx,).
             further: The same by keyword.
 
         Raises:
             InputError: With every mistake that was found.
         """
         require_fit("replace changes", Mapping[str, Any] | None, changes)
-        changed = loading.read_changed(self.scenario, {**(changes or {}), **further})
+        values = {**(changes or {}), **further}
+        if not isinstance(start := values.get("start", {}), Mapping):
+            values["start"] = loading.start_table(self.model, start)
+        changed = loading.read_changed(self.scenario, values)
         return self.of(loading.built(*changed))
 
     def with_obstacle(

@@ -19,7 +19,7 @@ from typing import Any, Literal, TypeVar, Union, get_args, get_origin, get_type_
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from kinolab.errors import InputError, Mistake
+from kinolab.errors import InputError, Mistake, meant
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -97,7 +97,8 @@ def _checking(function: Callable[..., Any], name: str, skipped: int) -> Callable
         try:
             given = signature.bind(*args, **kwargs)
         except TypeError:
-            return function(*args, **kwargs)  # Python reports missing and unknown arguments
+            _require_known(name or type(args[0]).__name__, signature, kwargs)
+            return function(*args, **kwargs)  # Python reports what is missing, or twice there
         own = list(given.arguments)[:skipped]
         values = {key: value for key, value in given.arguments.items() if key not in own}
         # a class's name: of the instance, or the class itself in ``__new__``
@@ -115,6 +116,18 @@ def _checking(function: Callable[..., Any], name: str, skipped: int) -> Callable
         return function(*args, **kwargs)
 
     return wrapper
+
+
+def _require_known(name: str, signature: inspect.Signature, given: Mapping[str, Any]) -> None:
+    """Raise as Python does where an argument has no such name, and suggest one that there is."""
+    known = signature.parameters
+    if any(one.kind is inspect.Parameter.VAR_KEYWORD for one in known.values()):
+        return
+    for unknown in given:
+        if unknown not in known:
+            called = name.rpartition(".")[2]
+            what = f"{called}() got an unexpected keyword argument {unknown!r}."
+            raise TypeError(f"{what} {meant(unknown, known)}".rstrip())
 
 
 class _NotImported:

@@ -74,12 +74,19 @@ class UnknownNameError(InputError):
         super().__init__([unknown_name(kind, name, known=self.known, where=where)])
 
 
-def unknown_name(kind: str, name: str, *, known: Sequence[str], where: str = "") -> Mistake:
-    """Describe an unknown name, and suggest the nearest known one."""
-    close = difflib.get_close_matches(name, known, n=1, cutoff=0.5)
-    question = f"Did you mean {close[0]!r}? " if close else ""
+def unknown_name(
+    kind: str, name: str, *, known: Sequence[str], also: Iterable[str] = (), where: str = ""
+) -> Mistake:
+    """Describe an unknown name, and suggest the nearest of those known, or of others beside."""
     listing = ", ".join(known) if known else "none"
-    return Mistake(where, f"no {kind} is called {name!r}.", f"{question}Known: {listing}.")
+    remedy = f"{meant(name, [*known, *also])} Known: {listing}.".lstrip()
+    return Mistake(where, f"no {kind} is called {name!r}.", remedy)
+
+
+def meant(name: str, known: Iterable[str]) -> str:
+    """Return a question for the known name that is nearest to an unknown one; empty if none is."""
+    close = difflib.get_close_matches(name, known, n=1, cutoff=0.5)
+    return f"Did you mean {close[0]!r}?" if close else ""
 
 
 class MissingPlannerError(KinolabError):

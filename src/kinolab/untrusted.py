@@ -86,13 +86,13 @@ def json_file(path: Path, most: int = MOST_REPORT_BYTES) -> Any:
 
 
 def text_file(path: Path, most: int = MOST_TABLE_BYTES) -> str:
-    """Read a file of text in UTF-8.
+    """Read a file of text in UTF-8, with or without the byte order mark that Windows adds.
 
     Raises:
         OSError: If it cannot be read, or is larger than ``most`` bytes.
         UnicodeDecodeError: If it is none.
     """
-    return read_ordinary(path, most).decode("utf-8")
+    return read_ordinary(path, most).decode("utf-8-sig")
 
 
 def array_file(path: Path) -> dict[str, NDArray[Any]]:

@@ -14,6 +14,7 @@ from typing import Any
 
 import pytest
 
+import kinolab
 from kinolab import cli
 from tests.conftest import Finished
 from tests.solve.test_refused_motions import FICKLE, PLANNER
@@ -535,3 +536,58 @@ def test_equations_can_be_latex(capsys: Capture) -> None:
     out = capsys.readouterr().out
     assert r"\ddot{\psi}" in out or r"\ddot \psi" in out
     assert out.count("{") == out.count("}")
+
+
+@pytest.mark.parametrize("arguments", [["-h"], ["describe", "-h"], ["rolling_disk_maze", "-h"]])
+def test_help_has_a_short_name(arguments: list[str], capsys: Capture) -> None:
+    assert cli.run(arguments) == 0
+    assert capsys.readouterr().out.startswith("Usage: plan")
+
+
+@pytest.mark.parametrize(
+    ("words", "expected"),
+    [
+        ("plan exa", "plain,examine"),
+        ("plan rolling_disk_m", "plain,rolling_disk_maze"),
+        ("plan describe pendul", "plain,pendulum"),
+        ("plan describe pendul", "file,pendul"),  # the shell's own
+        ("plan rolling_disk_maze --time", "plain,--time-limit"),
+    ],
+)
+def test_a_shell_completes_commands_scenarios_and_options(
+    words: str, expected: str, tmp_path: Path
+) -> None:
+    """As bash asks for it: by variables, of the command itself."""
+    count = str(len(words.split()) - 1)
+    asked = {"_PLAN_COMPLETE": "bash_complete", "COMP_WORDS": words, "COMP_CWORD": count}
+    done = plan(cwd=tmp_path, **asked)
+    assert expected in done.stdout.splitlines(), done.stdout + done.stderr
+
+
+def test_the_machine_of_a_run_is_exported(tmp_path: Path) -> None:
+    run = kinolab.load({"system": "pendulum", "goal": {"theta": 0.1}}).solve(seed=1)
+    run.save(tmp_path / "run")
+    for form, name in (("mjcf", "pendulum.xml"), ("urdf", "pendulum.urdf"), ("c", "pendulum.c")):
+        done = ["export", str(tmp_path / "run"), "--format", form, "--out", str(tmp_path)]
+        assert cli.run(done) == 0
+        assert (tmp_path / name).is_file()
+
+
+def test_commands_of_machines_say_what_they_do(capsys: Capture) -> None:
+    for command in ("equations", "describe", "examine"):
+        assert cli.run([command, "pendulum"]) == 0
+        assert "reading pendulum\n" in capsys.readouterr().err
+        assert cli.run([command, "pendulum", "--quiet"]) == 0
+        assert capsys.readouterr().err == ""
+
+
+def test_joints_that_still_move_at_the_end_are_told(tmp_path: Path, capsys: Capture) -> None:
+    """ROS 2's controller refuses such a trajectory, and does not say how to end at rest."""
+    assert cli.run(["simulate", "pendulum", "--start", "theta=0.5", "--duration", "0.5",
+                    "--no-animation", "--out", str(tmp_path / "run")]) == 0  # fmt: skip
+    written = ["export", str(tmp_path / "run"), "--out", str(tmp_path), "--format"]
+    capsys.readouterr()
+    assert cli.run([*written, "joint_trajectory"]) == 0
+    assert "The last point's velocity is not zero (theta -" in capsys.readouterr().out
+    assert cli.run([*written, "csv"]) == 0
+    assert "velocity" not in capsys.readouterr().out

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import copy
+import pickle
 import warnings
 from typing import Any
 
@@ -13,6 +15,8 @@ import kinolab.gym
 from kinolab.errors import InputError
 from tests.support import OPEN, WALL
 
+gymnasium = pytest.importorskip("gymnasium")
+ResetNeeded = pytest.importorskip("gymnasium.error").ResetNeeded
 check_env = pytest.importorskip("gymnasium.utils.env_checker").check_env
 
 WALL_FACE = 2.95  # [m] where the wall of WALL begins
@@ -237,3 +241,35 @@ def test_a_frame_shows_the_machine() -> None:
     assert after is not None
     assert before.shape == (480, 640, 3)
     assert np.any(before != after)
+
+
+def test_no_step_comes_before_the_first_reset() -> None:
+    for count in (None, 2):
+        env = kinolab.gym.make("pendulum_swingup", num_envs=count)
+        with pytest.raises(ResetNeeded, match=r"no episode has begun\. Call reset\(\) first\."):
+            env.step(env.action_space.sample())
+    with pytest.raises(ResetNeeded):
+        kinolab.gym.make("pendulum_swingup", render_mode="rgb_array").render()
+
+
+@pytest.mark.parametrize("copied", [copy.deepcopy, lambda env: pickle.loads(pickle.dumps(env))])
+@pytest.mark.parametrize("count", [None, 3])
+def test_a_copy_goes_on_where_the_first_one_is(copied: Any, count: int | None) -> None:
+    """And what becomes of it leaves the first one alone."""
+    env = kinolab.gym.make("pendulum_swingup", num_envs=count, starts="anywhere")
+    env.reset(seed=4)
+    action = env.action_space.sample()
+    env.step(action)
+    other = copied(env)
+    states = [other.step(action)[-1]["x"] for _ in range(3)]
+    assert np.array_equal([env.step(action)[-1]["x"] for _ in range(3)], states)
+    assert np.array_equal(env.reset()[1]["x"], other.reset()[1]["x"])  # the same random numbers
+
+
+def test_gymnasium_makes_built_in_scenarios_by_id() -> None:
+    env = gymnasium.make("kinolab/pendulum_swingup-v0", reward="sparse")
+    assert env.unwrapped.problem.name == "pendulum_swingup"
+    assert env.spec is not None
+    assert env.spec.id == "kinolab/pendulum_swingup-v0"
+    copies = gymnasium.make_vec("kinolab/rolling_disk_maze-v0", num_envs=2)
+    assert copies.reset(seed=1)[0].shape[0] == 2

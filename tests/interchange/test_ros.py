@@ -14,6 +14,7 @@ import kinolab
 from kinolab import dynamics as kd
 from kinolab.errors import InputError
 from kinolab.interchange import export_motion, joint_trajectory, path_message
+from kinolab.interchange.ros_messages import end_speeds
 
 make_reader = pytest.importorskip("mcap.reader").make_reader
 DecoderFactory = pytest.importorskip("mcap_ros2.decoder").DecoderFactory
@@ -154,3 +155,33 @@ def test_a_machine_without_joints_has_a_path_and_transforms(tmp_path: Path) -> N
         joint_trajectory(problem, motion)
     found = decoded(export_motion(tmp_path / "bag", problem, motion, "rosbag"))
     assert set(found) == {"/path", "/tf"}
+
+
+@pytest.mark.parametrize(
+    ("name", "exerts"),
+    [
+        ("pendulum", lambda u: u),  # about its only joint
+        ("acrobot_v0", lambda u: np.column_stack([np.zeros(len(u)), u])),  # about the elbow alone
+    ],
+)
+def test_efforts_are_those_of_the_motors(name: str, exerts: Any) -> None:
+    pushes = np.random.default_rng(0).uniform(-1.0, 1.0, (20, 1))
+    problem = kinolab.load({"system": name, "goal": {}})
+    motion = kinolab.simulate(problem, lambda t, _: pushes[round(t / 0.05)], duration=1.0)
+    points = joint_trajectory(problem, motion)["points"]
+    efforts = np.array([point["effort"] for point in points])
+    assert np.abs(efforts[:-1] - exerts(motion.u)).max() < 1e-12  # [N m]
+
+
+def test_speeds_that_are_inputs_take_no_effort() -> None:
+    problem = kinolab.load({"system": "unicycle1_v0", "bounds": {"x": [-9, 9], "y": [-9, 9]}})
+    motion = kinolab.simulate(problem, lambda *_: [0.2, 0.1], duration=0.5)
+    assert all(not point["effort"] for point in joint_trajectory(problem, motion)["points"])
+
+
+def test_a_last_velocity_that_is_not_zero_is_told(swing: tuple[Any, Any]) -> None:
+    """ROS 2's controller refuses such a trajectory."""
+    problem, motion = swing
+    assert end_speeds(joint_trajectory(problem, motion)) == {"theta": motion.x[-1, 1]}
+    rest = kinolab.simulate(problem, duration=1.0, start={"theta": 0.0})
+    assert end_speeds(joint_trajectory(problem, rest)) == {}

@@ -167,3 +167,16 @@ def test_a_machine_s_file_and_copies_keep_what_is_not_watched(tmp_path: Path) ->
     assert machine_from_json(machine_to_json(system)).unwatched == system.unwatched
     with pytest.raises(InputError, match="unwatched: no body is called 'c'"):
         system.changed(unwatched=[("a", "c")])
+
+
+def test_an_srdf_may_name_a_link_that_touches_all_but_a_few(tmp_path: Path) -> None:
+    """MoveIt's later words; the file may be called like the robot's up to its first point."""
+    path = sliders(tmp_path, -3.0, 3.0)
+    assert ("a", "b") in read_urdf(path).collisions
+    default = '<disable_default_collisions link="a"/>'
+    path.with_suffix(".srdf").write_text(f'<robot name="sliders">{default}</robot>')
+    assert ("a", "b") not in read_urdf(path).collisions
+    path.with_suffix(".srdf").write_text(
+        f'<robot name="sliders">{default}<enable_collisions link1="b" link2="a"/></robot>'
+    )
+    assert ("a", "b") in read_urdf(path).collisions

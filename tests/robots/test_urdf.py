@@ -194,9 +194,8 @@ def test_all_mistakes_of_a_file_are_named_at_once(tmp_path: Path) -> None:
         (('mass value="2.0"', 'mass value="1e300"'), "1e+300 is a mass or an inertia beyond 1e+60"),
         (("</robot>", ""), "arm.urdf: it is not an XML file (Premature end of data in tag robot"),
         (('damping="0.5"', 'damping="-0.5"'), "arm.urdf joint 'shoulder-pan': its damping is -0.5"),
-        (('izz="0.01"', 'izz="50"'), "arm.urdf body 'upper mass': no rigid body has"),
+        (('izz="0.01"', 'izz="50"'), "arm.urdf link 'upper': of its moments of inertia"),
         (("<robot", "<!DOCTYPE r [<!ENTITY a 'b'>]><robot"), "XML entities"),
-        (("2.0", "${mass}"), "xacro robot.xacro > robot.urdf"),
     ],
 )
 def test_what_is_wrong_is_said(change: tuple[str, str], said: str, tmp_path: Path) -> None:
@@ -434,3 +433,75 @@ def test_arguments_that_do_not_fit_are_named(tmp_path: Path) -> None:
         read_urdf(file, locked="grip")  # type: ignore[arg-type]
     with pytest.raises(InputError, match="read_urdf path"):
         read_urdf(None)  # type: ignore[arg-type]
+
+
+def test_an_inertia_that_no_body_has_is_balanced_if_wanted(tmp_path: Path) -> None:
+    """As MuJoCo's balanceinertia has it, whose model of the file is the judge; a note says so."""
+    crooked = ARM.replace(
+        '<inertia ixx="0.1" iyy="0.1" izz="0.01" ixy="0" ixz="0" iyz="0"/>',
+        '<inertia ixx="0.1" iyy="0.02" izz="0.06" ixy="0.01" ixz="0" iyz="0"/>',
+    )
+    path = written(tmp_path, crooked)
+    with pytest.raises(InputError, match=r"arm.urdf link 'upper': .* exceeds the sum of the oth"):
+        read_urdf(path)
+    system = read_urdf(path, balance_inertia=True)
+    assert "the inertia of upper is balanced" in dict(system.notes)[""]
+    mujoco = pytest.importorskip("mujoco")
+    option = '<mujoco><compiler balanceinertia="true"/></mujoco><link name="base">'
+    there = mujoco.MjModel.from_xml_string(crooked.replace('<link name="base">', option, 1))
+    data = mujoco.MjData(there)
+    data.qpos[:], data.qvel[:] = 0.7, -0.4
+    mujoco.mj_forward(there, data)
+    found = system.model().f([0.7, -0.4], [0.0])[1]
+    assert abs(found - data.qacc[0]) < 1e-9 * abs(found)
+
+
+PLANAR = """<robot name="slider"><link name="a"/><link name="b"><inertial><mass value="1"/>
+  <inertia ixx="0.01" iyy="0.02" izz="0.015" ixy="0" ixz="0" iyz="0"/></inertial></link>
+  <joint name="j" type="planar"><parent link="a"/><child link="b"/><axis xyz="{}"/></joint></robot>
+"""
+
+
+@pytest.mark.parametrize("axis", ["0 0 1", "1 0 0", "0 1 0", "0 0 -1", "0.36 0.48 0.8"])
+def test_a_planar_joint_slides_along_the_axes_that_mujoco_has(axis: str, tmp_path: Path) -> None:
+    mujoco = pytest.importorskip("mujoco")
+    model = read_urdf(written(tmp_path, PLANAR.format(axis))).model()
+    there = mujoco.MjModel.from_xml_string(PLANAR.format(axis))
+    data = mujoco.MjData(there)
+    data.qpos[:] = at = [0.3, -0.2, 0.7]
+    mujoco.mj_kinematics(there, data)
+    pose = model.frames([*at, 0.0, 0.0, 0.0])[-1].reshape(3, 4)
+    assert np.abs(pose[:, 3] - data.xpos[-1]).max() < 1e-12
+    assert np.abs(pose[:, :3] - data.xmat[-1].reshape(3, 3)).max() < 1e-12
+
+
+TEMPLATE = ARM.replace(
+    'name="two-bar arm">',
+    'name="arm" xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:property name="m" value="2"/>',
+).replace('<mass value="2.0"/>', '<mass value="${m}"/>')
+
+
+def test_a_template_without_xacro_says_how_to_get_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "xacro", None)
+    with pytest.raises(InputError, match=r"pip install xacro, or run xacro on it first: xacro rob"):
+        read_urdf(written(tmp_path, TEMPLATE, "arm.urdf.xacro"))
+
+
+@needs("xacro")
+def test_a_template_is_expanded(tmp_path: Path) -> None:
+    plain = read_urdf(written(tmp_path, ARM)).model()
+    model = read_urdf(written(tmp_path, TEMPLATE, "arm.urdf.xacro")).model()
+    assert np.array_equal(model.f([0.3, 0.1], [1.0]), plain.f([0.3, 0.1], [1.0]))
+    with pytest.raises(InputError, match=r"arm.urdf.xacro: xacro cannot expand it \("):
+        read_urdf(written(tmp_path, TEMPLATE.replace("${m}", "${mass}"), "arm.urdf.xacro"))
+
+
+def test_a_scenario_may_name_a_file_anywhere(tmp_path: Path) -> None:
+    """Robots lie where their packages are installed, which is seldom beside a scenario."""
+    place = str(written(tmp_path, ARM).absolute())
+    problem = kinolab.load({"system": {"file": place}, "goal": {"shoulder_pan": 1.0}})
+    assert problem.machine.name == "two_bar_arm"
+    run = problem.solve(seed=1).save(tmp_path / "run")
+    assert kinolab.read_run(run).problem.machine.name == "two_bar_arm"

@@ -250,7 +250,7 @@ def test_a_mistake_says_where_and_what(body: str, answer: str) -> None:
         (HEAD + 'file = "m.py:f"\n', "[system] file: name and file are given together."),
         (HEAD.replace("name =", "file ="), '"crane" does not name a machine in a file.'),
         (HEAD.replace('name = "crane"', ""), "[system]: none of name and file is given."),
-        (HEAD.replace('name = "crane"', 'file = "/m.py:f"'), "is not relative to the scenario's"),
+        (HEAD.replace('name = "crane"', 'file = "a\\\\m.py"'), "neither absolute nor relative to"),
         (HEAD + 'parameters = { R = "1" }', '[system] parameters.R: "1" is text, not a number.'),
         ('schema = 1\ntitle = "t"\n', "[system]: the section is missing. Write [system] on a line"),
         ('schema = 1\n[system]\nname = "a"\n', "title: the key is missing."),

@@ -250,3 +250,10 @@ def test_a_table_of_too_many_knots_is_refused(tmp_path: Path) -> None:
     path.write_text(f"t,x,u\n{rows}")
     with pytest.raises(InputError, match="more than 100000 knots"):
         read_csv(path, ("x",), ("u",))
+
+
+def test_a_byte_order_mark_is_no_part_of_a_csv_file(tmp_path: Path) -> None:
+    """Spreadsheets on Windows write one before the header."""
+    path = tmp_path / "trajectory.csv"
+    path.write_bytes(b"\xef\xbb\xbft,a,b\n0.0,1.0,0.5\n1.0,2.0,\n")
+    assert read_csv(path, ("a",), ("b",)).x[:, 0].tolist() == [1.0, 2.0]

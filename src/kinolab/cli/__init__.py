@@ -15,6 +15,7 @@ from kinolab.cli.streams import prepare_streams
 # Young objects per collection. Importing makes a million that stay; by Python's own threshold,
 # going through them again and again took a tenth of a plan.
 COLLECTION_THRESHOLD = 100_000
+COMPLETE = "_PLAN_COMPLETE"  # the variable in which a shell asks how a line may go on
 
 
 def run(arguments: Sequence[str] | None = None) -> int:
@@ -32,6 +33,10 @@ def run(arguments: Sequence[str] | None = None) -> int:
 
 def main() -> None:
     """Enter from the console script."""
+    if order := os.environ.get(COMPLETE):
+        from kinolab.cli.front import complete
+
+        sys.exit(complete(order))
     INTERRUPTS.guard()
     prepare_streams()
     if sys.platform != "win32":

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
+from click.shell_completion import CompletionItem
 
 from kinolab.errors import InputError
 
@@ -21,6 +22,31 @@ if TYPE_CHECKING:
 FAILED = 7  # exit code: a motion or a machine failed its checks
 MAX_JOBS = 256  # processes; each of them loads every library
 PATH: click.Path = click.Path(path_type=Path)
+
+
+def scenarios_and_files(incomplete: str) -> list[CompletionItem]:
+    """Return scenarios and systems whose names begin so, and let a shell add its files."""
+    from kinolab import systems
+    from kinolab.scenario import builtin_scenarios
+
+    known = dict.fromkeys([*builtin_scenarios(), *systems.names()])
+    found = [CompletionItem(name) for name in known if name.startswith(incomplete)]
+    return [*found, CompletionItem(incomplete, type="file")]
+
+
+class _Named(click.ParamType):
+    """A text that names a scenario, a system or a file."""
+
+    name = "text"
+
+    def shell_complete(
+        self, _context: click.Context, _parameter: click.Parameter, incomplete: str
+    ) -> list[CompletionItem]:
+        """Complete it as ``scenarios_and_files``."""
+        return scenarios_and_files(incomplete)
+
+
+NAMED = _Named()
 
 json_option = click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 quiet_option = click.option("--quiet", is_flag=True, help="Print no progress on stderr.")

@@ -13,7 +13,10 @@ import traceback
 from importlib import import_module
 
 import click
+from click import shell_completion
 
+from kinolab.cli import COMPLETE
+from kinolab.cli.common import scenarios_and_files
 from kinolab.cli.interrupts import INTERRUPTS
 from kinolab.cli.terminal import say
 from kinolab.errors import KinolabError, shortened_quotes
@@ -24,6 +27,7 @@ COMMANDS = (
 )  # fmt: skip
 OF_MACHINES = ("describe", "equations", "examine", "export", "simulate", "new")  # in their folder
 WHOLE = 200  # characters of a command's summary, none of which is cut
+HELP = ("-h", "--help")
 USAGE, RESOURCES, INTERNAL = 2, 6, 70  # exit codes
 
 
@@ -31,7 +35,7 @@ class _Front(click.Group):
     """A group whose first argument may be a scenario instead of a command."""
 
     def parse_args(self, context: click.Context, args: list[str]) -> list[str]:
-        if args and args[0] not in (*COMMANDS, "--help", "--version"):
+        if args and args[0] not in (*COMMANDS, *HELP, "--version"):
             args = ["scenario", *args]
         return super().parse_args(context, args)
 
@@ -43,6 +47,13 @@ class _Front(click.Group):
         module = import_module(f"kinolab.cli.{folder}.plan_{name.replace('-', '_')}")
         command: click.Command = module.command
         return command
+
+    def shell_complete(
+        self, context: click.Context, incomplete: str
+    ) -> list[shell_completion.CompletionItem]:
+        """Complete commands and options, and what may stand instead of a command: scenarios."""
+        found = super().shell_complete(context, incomplete)
+        return found if incomplete.startswith("-") else [*found, *scenarios_and_files(incomplete)]
 
     def format_usage(self, _: click.Context, formatter: click.HelpFormatter) -> None:
         formatter.write_usage("plan", "SCENARIO [OPTIONS]")
@@ -56,14 +67,22 @@ class _Front(click.Group):
         formatter.write_text("`plan COMMAND --help` explains a command.")
 
 
-@click.group(cls=_Front)
+@click.group(cls=_Front, context_settings={"help_option_names": HELP})
 @click.version_option(package_name="kinolab", prog_name="plan")
 def plan() -> None:
     """Plan, verify and animate the motion of a machine through a world.
 
     SCENARIO is a TOML file, the name of a built-in scenario (`plan list` names them), an
     environment of the benchmark dynobench, a YAML file, or a problem of OMPL.app, a .cfg file.
+
+    eval "$(_PLAN_COMPLETE=bash_source plan)" lets bash complete commands and scenarios; zsh_source
+    and fish_source are for other shells.
     """
+
+
+def complete(order: str) -> int:
+    """Do what a shell asks that completes a line: ``bash_source``, ``bash_complete`` and so on."""
+    return shell_completion.shell_complete(plan, {}, "plan", COMPLETE, order)
 
 
 def execute(arguments: list[str]) -> int:

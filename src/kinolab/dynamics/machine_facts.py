@@ -304,7 +304,7 @@ def facts_of(system: MechanismParts) -> MachineFacts:
         notes=system.notes,
         all_rates=system.velocities == "all" or bool(system.modes),
         flat=None if system.flat is None else _flat(system, system.flat),
-        down=None if system.gravity is None else system.gravity.down,
+        down=system.down,
         modes=tuple(names := [mode.name for mode in system.modes]),
         transitions=tuple(
             TransitionFacts(t.name, names.index(t.source), names.index(t.target))

@@ -9,7 +9,7 @@ Brogliato, Nonsmooth Mechanics, 3rd ed., 2016, section 4.2 (kinetic metric of an
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from kinolab.arguments import checked
@@ -26,7 +26,7 @@ from kinolab.dynamics.language.constraints import PositionConstraint
 from kinolab.dynamics.language.expressions import exact
 from kinolab.dynamics.language.frames import time_derivative
 from kinolab.dynamics.language.mechanism import Mechanism
-from kinolab.dynamics.language.mechanism_parts import atoms_of
+from kinolab.dynamics.language.mechanism_parts import atoms_of, imposed_velocities
 from kinolab.dynamics.language.modes import MODE, Mode, Transition
 from kinolab.dynamics.language.symbols import ForceSymbol
 from kinolab.errors import InputError, Mistake, UnknownNameError
@@ -92,6 +92,20 @@ def machine_in_mode(system: Mechanism, index: int) -> Mechanism:
     return made
 
 
+def _speeds_beside_masses(system: Mechanism) -> Iterator[Mistake]:
+    """Yield the speeds that are given where bodies have masses and modes bind them differently.
+
+    Forces of constraints come from all rates as unknowns then, of which none may be given.
+    """
+    constrained = system.constraints or any(mode.constraints for mode in system.modes)
+    if not constrained or is_kinematic(system):
+        return
+    for entry in imposed_velocities(system):
+        what = "it sets a speed, which a machine with masses, modes and constraints cannot have."
+        remedy = "Let it set an acceleration (Drive), or push (Force, Torque) against a damper."
+        yield Mistake(f"system {system.name!r} {entry.where}", what, remedy)
+
+
 def derive_modes(system: Mechanism) -> list[ModeDerivation]:
     """Derive the equations of motion of every mode.
 
@@ -102,7 +116,9 @@ def derive_modes(system: Mechanism) -> list[ModeDerivation]:
     if system.feedback is not None:
         what = "a machine with modes has no feedback of its own yet."
         raise InputError([Mistake(f"system {system.name!r} feedback", what, "Leave it out.")])
-    mistakes: list[Mistake] = []
+    mistakes = [*_speeds_beside_masses(system)]
+    if mistakes:
+        raise InputError(mistakes)
     machines = [machine_in_mode(system, index) for index in range(len(system.modes))]
     derived: list[Derivation] = []
     for mode, machine in zip(system.modes, machines, strict=True):

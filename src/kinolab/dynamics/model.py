@@ -27,6 +27,7 @@ from kinolab.errors import (
     NoDynamicsError,
     SingularError,
     UnknownNameError,
+    listed,
 )
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.manifolds.state_parts import Rotations, completed, spheres_of
@@ -196,6 +197,11 @@ class Model:
         self._parts = completed(machine.parts, self.nx)
         self.parameter_names = tuple(name for name, _ in machine.parameters)
         self._defaults = np.array([value for _, value in machine.parameters])
+
+    def __repr__(self) -> str:
+        """Name the machine, its states and its inputs, on one line."""
+        told = f"states {listed(self.state_names)}; inputs {listed(self.control_names) or 'none'}"
+        return f"<Model {self.machine.name}: {told}>"
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Travel to another process as the machine: addresses of code are worth nothing there."""

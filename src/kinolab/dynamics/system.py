@@ -9,7 +9,8 @@ import sympy
 
 from kinolab.dynamics.analysis.lqr_design import with_law
 from kinolab.dynamics.lagrange.agreement import Agreement, compare
-from kinolab.dynamics.lagrange.equations import Equations, equations_of
+from kinolab.dynamics.lagrange.energies import energy_length
+from kinolab.dynamics.lagrange.equations import MAX_SIMPLIFIED, Equations, equations_of
 from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.model import Model
 
@@ -119,5 +120,8 @@ class System(Mechanism):
         law = state_feedback(plant.model(), gain, x, u, references=references)
         return plant.with_feedback(law)
 
-    def _repr_latex_(self) -> str:
+    def _repr_latex_(self) -> str | None:
+        """Show the equations of motion in a notebook where they are short; else its name."""
+        if self.modes or energy_length(self, MAX_SIMPLIFIED) > MAX_SIMPLIFIED:
+            return None
         return self.equations()._repr_latex_()

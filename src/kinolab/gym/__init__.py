@@ -3,11 +3,16 @@
 env = kinolab.gym.make("pendulum_swingup")
 observation, info = env.reset(seed=1)
 observation, reward, terminated, truncated, info = env.step(env.action_space.sample())
+
+Gymnasium knows every built-in scenario by an id once this package is imported:
+gymnasium.make("kinolab/pendulum_swingup-v0"), or "kinolab.gym:kinolab/pendulum_swingup-v0", which
+imports it.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, overload
 
@@ -98,3 +103,20 @@ def make(
     if num_envs is None:
         return PlanningEnv(batch, render_mode=render_mode)
     return PlanningVectorEnv(batch)
+
+
+def _register() -> None:
+    """Tell Gymnasium, where it is installed, the ids of the built-in scenarios."""
+    if find_spec("gymnasium") is None:
+        return
+    from gymnasium.envs.registration import register, registry
+
+    from kinolab.scenario import builtin_scenarios
+
+    for name in builtin_scenarios():
+        if (known := f"kinolab/{name}-v0") not in registry:
+            entry: Any = "kinolab.gym:make"
+            register(known, entry, vector_entry_point=entry, kwargs={"scenario": name})
+
+
+_register()

@@ -123,6 +123,7 @@ class PlanningEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
         """Return a picture of the machine in its world, shape (480, 640, 3)."""
         if self.render_mode is None:
             return None
+        self._batch.require_begun("render")
         from kinolab.show.film.film import staged
         from kinolab.show.film.staging.motion_script import picture
         from kinolab.show.film.staging.script import Playback, Script

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
+from gymnasium.error import ResetNeeded
 from numpy.typing import ArrayLike, NDArray
 
 from kinolab.arguments import require_fit, require_numbers
@@ -29,6 +30,8 @@ FREE = -1  # of a step that may be made
 IN_GOAL = 1.0  # largest goal error in tolerances
 MOST_DRAWN = 10_000  # states until one is free
 MOST_COPIES = 100_000
+COMPILED = ("_search", "_counts", "_is_free")  # attributes that hold addresses
+UNBEGUN = -1  # steps of an episode before the first reset
 
 
 class RejectionCounts(NamedTuple):
@@ -90,7 +93,7 @@ class StepBatch:
 
     Attributes:
         x: States, shape (n, nx).
-        steps: Steps since the last reset, shape (n,).
+        steps: Steps since the last reset, shape (n,); -1 before the first one.
         most_steps: Of an episode.
     """
 
@@ -108,13 +111,26 @@ class StepBatch:
         self.problem, self.count = problem, count
         self._shaped, self._anywhere = reward == "shaped", starts == "anywhere"
         self.most_steps = covering_steps(duration, problem.step)
-        self._search = Record(search_state(problem, 1.0, 0))
-        self._counts = Record(RejectionCounts(np.zeros(4, dtype=np.int64)))
-        self._is_free = Propagator(problem).is_free
+        self._compile()
         self.x = np.tile(problem.start, (count, 1))
-        self.steps = np.zeros(count, dtype=np.int64)
+        self.steps = np.full(count, UNBEGUN, dtype=np.int64)
         self._potential = np.zeros(count)
         self._unit = max(problem.goal_excess(problem.start), IN_GOAL)
+
+    def _compile(self) -> None:
+        """Make what compiled code takes: addresses, which no other process and no copy may have."""
+        self._search = Record(search_state(self.problem, 1.0, 0))
+        self._counts = Record(RejectionCounts(np.zeros(4, dtype=np.int64)))
+        self._is_free = Propagator(self.problem).is_free
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Return all else, for pickle and copies."""
+        return {key: value for key, value in vars(self).items() if key not in COMPILED}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Take it up again."""
+        vars(self).update(state)
+        self._compile()
 
     def reset(self, k: int, generator: np.random.Generator, x: ArrayLike | None = None) -> None:
         """Put a copy to its start: the scenario's, a random one, or a given state (nx,).
@@ -160,7 +176,9 @@ class StepBatch:
 
         Raises:
             InputError: If the actions have another shape, or one is no number.
+            ResetNeeded: If no episode has begun.
         """
+        self.require_begun("step")
         low, high = self.problem.model.control_bounds.T
         given = require_numbers("action", actions, (self.count, len(low)))
         u = low + (np.clip(given, -1.0, 1.0) + 1.0) / 2.0 * (high - low)
@@ -177,6 +195,15 @@ class StepBatch:
         self.x[:], self._potential = after, potential
         self.steps += 1
         return StepOutcome(reward, reached, [ENDS.get(int(cause), "") for cause in ends])
+
+    def require_begun(self, call: str) -> None:
+        """Require that every copy was reset, as Gymnasium's own wrapper does.
+
+        Raises:
+            ResetNeeded: If one was not.
+        """
+        if (self.steps == UNBEGUN).any():
+            raise ResetNeeded(f"{call}: no episode has begun. Call reset() first.")
 
     @property
     def truncated(self) -> NDArray[np.bool_]:

@@ -23,6 +23,7 @@ from kinolab.trajectory import Trajectory
 
 WORLD = "world"  # what all poses are relative to
 NANOSECONDS = 1_000_000_000
+STOPPED = float(np.finfo(np.float32).eps)  # that controller's own, in [rad/s] or [m/s]
 MOVED = 1e-9  # by which some number of a pose differs if a body moves at all
 
 Message = dict[str, Any]
@@ -35,8 +36,9 @@ def joint_trajectory(
     """Return a motion as ``trajectory_msgs/msg/JointTrajectory``.
 
     Positions and velocities at the knots: a controller that joins them by cubics follows the
-    motion with an error of order h^4 for knots h apart. Accelerations jump where inputs do, so
-    there are none.
+    motion with an error of order h^4 for knots h apart. Efforts are what the inputs exert along
+    each joint, held from each point to the next, in [N m] or [N]; there are none where joints
+    depend on each other, or have no masses. Accelerations jump where inputs do, so there are none.
 
     Args:
         problem: The problem of the motion.
@@ -48,6 +50,7 @@ def joint_trajectory(
     """
     names = _joints(problem.model, joints)
     positions, velocities = _joint_states(problem.model, trajectory, names)
+    efforts = _efforts(problem.model, trajectory, names)
     return {
         "header": header(0.0, ""),
         "joint_names": list(names),
@@ -56,12 +59,27 @@ def joint_trajectory(
                 "positions": q.tolist(),
                 "velocities": v.tolist(),
                 "accelerations": [],
-                "effort": [],
+                "effort": effort.tolist(),
                 "time_from_start": stamp(float(t)),
             }
-            for t, q, v in zip(trajectory.t, positions, velocities, strict=True)
+            for t, q, v, effort in zip(trajectory.t, positions, velocities, efforts, strict=True)
         ],
     }
+
+
+def has_joints(problem: PlanningTask) -> bool:
+    """Whether a machine has a coordinate that is a single number, as a joint has."""
+    return any(len(c.entries) == 1 for c in problem.machine.coordinates)
+
+
+def end_speeds(message: Message) -> dict[str, float]:
+    """Return the velocities of a joint trajectory's last point that are not zero, by joint.
+
+    ROS 2's joint_trajectory_controller refuses a trajectory that has any, unless its parameter
+    ``allow_nonzero_velocity_at_trajectory_end`` says otherwise.
+    """
+    last = zip(message["joint_names"], message["points"][-1]["velocities"], strict=True)
+    return {name: speed for name, speed in last if abs(speed) > STOPPED}
 
 
 @checked
@@ -105,7 +123,7 @@ def joint_state(problem: PlanningTask, trajectory: Trajectory) -> list[Message]:
             "name": whole["joint_names"],
             "position": each["positions"],
             "velocity": each["velocities"],
-            "effort": [],
+            "effort": each["effort"],
         }
         for each in whole["points"]
     ]
@@ -193,3 +211,23 @@ def _joint_states(
     columns = [model.coordinate_names.index(name) for name in names]
     speeds = [model.rate_names.index(rate_of[name]) for name in names]
     return trajectory.x[:, columns], rates[:, speeds]
+
+
+def _efforts(model: Model, trajectory: Trajectory, names: Sequence[str]) -> Array:
+    """Return what inputs exert along joints, M(q) (a(x, u) - a(x, 0)), shape (N+1, joints).
+
+    There are no columns where that is no force of the inputs alone: where rates are inputs or
+    depend on each other, or a force has a state of its own.
+    """
+    plant, held = model.plant, trajectory.u
+    machine, rates = plant.machine, list(plant.rate_names)
+    dependent = machine.constraints or not {*rates} <= {*plant.state_names}
+    moved = any("/s" in entry.unit for entry in machine.inputs)
+    if dependent or moved or machine.states or machine.modes or not held.size:
+        return np.zeros((len(trajectory.t), 0))
+    u = held[np.minimum(np.arange(len(trajectory.t)), len(held) - 1)]
+    pushed = plant.f(trajectory.x, u) - plant.f(trajectory.x, np.zeros_like(u))
+    mass = plant.mass_matrix(plant.configuration(trajectory.x))
+    exerted = np.einsum("kij,kj->ki", mass, pushed[:, [*map(plant.state_names.index, rates)]])
+    rate_of = {c.name: c.rates[0] for c in machine.coordinates}
+    return np.asarray(exerted[:, [rates.index(rate_of[name]) for name in names]])

@@ -14,6 +14,7 @@ import numpy as np
 from kinolab.errors import InputError, Mistake
 from kinolab.interchange.ros_messages import (
     Message,
+    has_joints,
     joint_state,
     joint_trajectory,
     nanoseconds,
@@ -67,13 +68,12 @@ def _messages(
     problem: PlanningTask, trajectory: Trajectory
 ) -> Iterator[tuple[str, str, float, Message]]:
     """Yield topic, type, time in [s] and content."""
-    has_joints = any(len(c.entries) == 1 for c in problem.machine.coordinates)
-    if has_joints:
+    if jointed := has_joints(problem):
         whole = joint_trajectory(problem, trajectory)
         yield "/joint_trajectory", "trajectory_msgs/msg/JointTrajectory", 0.0, whole
     yield "/path", "nav_msgs/msg/Path", 0.0, path_message(problem, trajectory)
     fine = _sampled(trajectory)
-    states = joint_state(problem, fine) if has_joints else []
+    states = joint_state(problem, fine) if jointed else []
     for k, (t, poses) in enumerate(zip(fine.t, transforms(problem, fine), strict=True)):
         yield "/tf", "tf2_msgs/msg/TFMessage", float(t), poses
         if states:

@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
+from kinolab.arguments import require_numbers
 from kinolab.dynamics import Model
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.manifolds.rotations import unit
@@ -23,6 +24,21 @@ def start_of(scenario: Scenario, model: Model) -> Array:
         else:
             start[model.state_names.index(name)] = value
     return start
+
+
+def start_table(model: Model, x: ArrayLike) -> dict[str, float | list[float]]:
+    """Return what ``[start]`` says of a state (nx,): unit vectors as lists, all else as numbers.
+
+    Raises:
+        InputError: If it is no such state.
+    """
+    state = require_numbers(f"start ({', '.join(model.state_names)})", x, (model.nx,))
+    table: dict[str, float | list[float]] = dict(zip(model.state_names, state, strict=True))
+    for part in model.space.spheres:
+        for name in model.state_names[part.own]:
+            del table[name]
+        table[part.name] = state[part.own].tolist()
+    return table
 
 
 def goal_of(scenario: Scenario, model: Model, circular: NDArray[np.bool_]) -> Goal:

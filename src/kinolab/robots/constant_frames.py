@@ -75,6 +75,18 @@ def onto_z(direction: Array) -> Array:
     return np.array([[cos * z, -sin, x], [sin * z, cos, y], [-across, 0.0, z]])
 
 
+def shortest_onto_z(direction: Array) -> Array:
+    """Return the smallest rotation (3, 3) that takes the z axis to a unit vector (3,).
+
+    Onto -z it turns about x. What it makes of x and y spans the plane of a planar joint, as
+    MuJoCo has it: URDF says only what that is across.
+    """
+    across = np.array([-direction[1], direction[0], 0.0])
+    sine = float(np.linalg.norm(across))
+    axis = across / sine if sine > 0.0 else np.array([1.0, 0.0, 0.0])
+    return turned_about(axis, math.atan2(sine, direction[2]))
+
+
 def turned_about(axis: Array, at: float) -> Array:
     """Return the rotation matrix (3, 3) about a unit vector (3,) by an angle in [rad].
 

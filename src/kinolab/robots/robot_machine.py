@@ -58,6 +58,7 @@ from kinolab.robots.constant_frames import (
     along_an_axis,
     constant_frame,
     onto_z,
+    shortest_onto_z,
 )
 from kinolab.robots.given_motion import GivenMotion
 from kinolab.robots.joint_inertia import lump, reach, six, together, without_noise
@@ -314,8 +315,8 @@ class _Assembly:
             return frame
         if joint.kind == "planar":
             x, y, about = coordinate_names(joint)
-            turned = constant_frame(pose_of(np.zeros(3), onto_z(joint.axis)))
-            back = constant_frame(pose_of(np.zeros(3), onto_z(joint.axis).T))
+            tilt = shortest_onto_z(joint.axis)
+            turned, back = (constant_frame(pose_of(np.zeros(3), r)) for r in (tilt, tilt.T))
             speed = math.inf if self._given is None else joint.speed
             place = [length(x, speed=speed), length(y, speed=speed), angle(about, speed=speed)]
             self._places[joint.name] = place
@@ -355,7 +356,8 @@ class _Assembly:
         length, given = reach(part.links), together(part.links)
         inertial = without_noise(given, length)
         self.neglected += float(np.abs(given.inertia - inertial.inertia).sum())
-        if mistake := inertia_mistake(part.name, inertial, length, self._where):
+        own = [link for link, _ in part.links]
+        if mistake := inertia_mistake(own, inertial, length, self._where):
             self._mistakes.append(mistake)
         if not (inertial.mass > 0.0 or inertial.inertia.any()):
             return

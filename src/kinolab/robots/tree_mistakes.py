@@ -9,6 +9,7 @@ import numpy as np
 
 from kinolab.errors import Mistake, listed, printable, unknown_name
 from kinolab.numerics.arrays import MULTIPLIABLE
+from kinolab.robots.balanced_inertia import breaks_triangle, moments
 from kinolab.robots.constant_frames import ROUNDING
 from kinolab.robots.joint_inertia import NOISE, reach, without_resistance
 from kinolab.robots.kinematic_tree import (
@@ -17,6 +18,7 @@ from kinolab.robots.kinematic_tree import (
     Inertial,
     Joint,
     KinematicTree,
+    Link,
     bound_by_followers,
     from_the_root,
     led,
@@ -154,21 +156,29 @@ def massless_joints(tree: KinematicTree, where: str) -> Iterator[Mistake]:
         yield Mistake(where, f"{what}{listed(joint.name for joint in bare)}.", WAYS_ON)
 
 
-def inertia_mistake(name: str, inertial: Inertial, length: float, where: str) -> Mistake | None:
+def inertia_mistake(
+    links: Sequence[Link], inertial: Inertial, length: float, where: str
+) -> Mistake | None:
     """Return what is wrong with the mass properties of links that move together, if anything.
 
     Args:
-        name: Of the first one.
+        links: All of them.
         inertial: Their mass properties, ``without_noise``.
         length: How far they reach, in [m].
         where: What mistakes are reported for.
     """
     least = float(np.linalg.eigvalsh(inertial.inertia).min())
     rounded = INDEFINITE * float(np.abs(inertial.inertia).max())
-    if least >= -max(rounded, NOISE * inertial.mass * length**2):
+    if least < -max(rounded, NOISE * inertial.mass * length**2):
+        what = f"its inertia has a negative principal moment, {least:.3g} kg m^2."
+        remedy = "No body has; look at ixx, iyy, izz and the signs of the others."
+        return Mistake(f"{where} link {links[0].name!r}".strip(), what, remedy)
+    own = ((link.name, link.inertial.inertia) for link in links if link.inertial is not None)
+    name, inertia = next((pair for pair in own if breaks_triangle(pair[1])), ("", np.eye(3)))
+    if not name or not breaks_triangle(inertial.inertia):
         return None
-    what = f"its inertia has a negative principal moment, {least:.3g} kg m^2."
-    remedy = "No body has; look at ixx, iyy, izz and the signs of the others."
+    what = f"of its moments of inertia, {moments(inertia)}, one exceeds the sum of the others."
+    remedy = "No body has such. Mend them, or let balance_inertia = true take their mean."
     return Mistake(f"{where} link {name!r}".strip(), what, remedy)
 
 

@@ -23,6 +23,7 @@ from kinolab.errors import InputError, Mistake, UnknownNameError, listed, printa
 from kinolab.files import is_file, read_ordinary
 from kinolab.lazy import library_of
 from kinolab.numerics.arrays import Array
+from kinolab.robots.balanced_inertia import balanced
 from kinolab.robots.compared.urdf_engines import urdf_engines
 from kinolab.robots.given_motion import PerJoint, given_motion
 from kinolab.robots.joint_inertia import together
@@ -47,12 +48,12 @@ from kinolab.robots.solids.solid_mass import mesh_mass, shape_mass
 from kinolab.robots.tree_mistakes import tree_mistakes
 from kinolab.robots.urdf_fields import READ, unread_words
 from kinolab.robots.urdf_inertials import write_inertials
+from kinolab.robots.xacro_files import expanded
 from kinolab.world.meshes.mesh import load_mesh
 from kinolab.world.shape_surfaces import Faces
 
 T = TypeVar("T")
 LOG = logging.getLogger("kinolab")
-COMMENTS = re.compile(rb"<!--.*?-->", re.DOTALL)
 # Some files call themselves XML 0.0, or begin with a blank line; other readers mind neither.
 XML_VERSION = re.compile(rb"""^(<\?xml\s+version\s*=\s*["'])[^"']*""")
 LARGEST_LINK = 20.0  # [m] across: beyond that a mesh is likely to be in millimetres
@@ -83,6 +84,7 @@ def read_urdf(
     max_velocity: PerJoint | None = None,
     max_acceleration: PerJoint | None = None,
     density: float | None = None,
+    balance_inertia: bool = False,
 ) -> System:
     """Read a robot from a URDF file as a machine.
 
@@ -93,7 +95,7 @@ def read_urdf(
     what simulators add are left out; warnings name whatever else is not read.
 
     Args:
-        path: The file.
+        path: The file, or a template that xacro, where it is installed, expands.
         base: ``"fixed"`` to the world or ``"floating"`` freely: then the root has the coordinates
             ``x``, ``y`` and ``z`` in [m] and the attitude ``base``.
         locked: Positions of joints that do not move, by name, in [rad] or [m].
@@ -112,6 +114,8 @@ def read_urdf(
         density: In [kg/m^3] of what links without ``<inertial>`` are made of: their collision
             geometry, or what is drawn where there is none; meshes are filled, and those with open
             edges enclosed in their convex hull.
+        balance_inertia: Whether a link of which one moment of inertia exceeds the sum of the others
+            has their mean about every axis, as MuJoCo's ``balanceinertia`` has it; a note tells.
 
     Raises:
         InputError: With every mistake in the file, in particular of links without inertia, missing
@@ -129,7 +133,7 @@ def read_urdf(
         remedy = "Give kg/m^3, such as 2700 of aluminium."
         raise InputError([Mistake(f"{path.name} density", f"it is {density:g}.", remedy)])
     check_parts(convex_parts, path.name)
-    robot, document, left_out = _parsed(path)
+    robot, document, notes = _parsed(path, balance=balance_inertia)
     xml = library_of("robots", "lxml.etree", "URDF files are read by yourdfpy and lxml")
     reader = _LinkReader(path, packages or {}, density, shapes=shapes, convex_parts=convex_parts)
     given = given_motion(path.name, max_velocity, max_acceleration, kinematic=kinematic)
@@ -139,8 +143,8 @@ def read_urdf(
     name, motors = str(robot.name or path.stem), tuple(reader.motors)
     tree = KinematicTree(
         *(name, links, joints, motors),
-        allowed=_allowed(path.with_suffix(".srdf")),
-        notes=tuple(_not_read(robot, left_out, pushed=given is None)),
+        allowed=_allowed(path, [link.name for link in links]),
+        notes=(*notes, *_not_read(robot, pushed=given is None)),
     )
     mistakes = [*reader.mistakes, *tree_mistakes(tree, locked or {}, path.name)]
     if mistakes:
@@ -157,19 +161,17 @@ def read_urdf(
     )
 
 
-def _parsed(path: Path) -> tuple[Any, Any, list[str]]:
-    """Return yourdfpy's robot, the document of lxml, and which of its words are not read."""
+def _parsed(path: Path, *, balance: bool) -> tuple[Any, Any, list[str]]:
+    """Return yourdfpy's robot, the document of lxml, and what is not read or was changed."""
     library = library_of("robots", "yourdfpy", "URDF files are read by yourdfpy")
     if not is_file(path):
         raise InputError([Mistake(str(path), "there is no such file.")])
     content = bytes(read_ordinary(path, MOST_BYTES))
     if b"<!ENTITY" in content:
         raise InputError([Mistake(path.name, "it defines XML entities.", "Write them out.")])
-    if re.search(rb"<xacro:|\$\{", COMMENTS.sub(b"", content)):
-        remedy = "Run xacro on it first: xacro robot.xacro > robot.urdf"
-        raise InputError([Mistake(path.name, "it is a xacro template, not a URDF.", remedy)])
-    content = XML_VERSION.sub(rb"\g<1>1.0", content.lstrip())
+    content = XML_VERSION.sub(rb"\g<1>1.0", expanded(path, content).lstrip())
     xml = library_of("robots", "lxml.etree", "URDF files are read by yourdfpy and lxml")
+    notes: list[str] = []
     try:
         # yourdfpy guesses where this fails
         document = xml.fromstring(content, xml.XMLParser(resolve_entities=False))
@@ -180,6 +182,8 @@ def _parsed(path: Path) -> tuple[Any, Any, list[str]]:
         mistakes += [*_wrong_numbers(document, path.name), *_empty(document, path.name)]
         if mistakes:
             raise InputError(mistakes)
+        if balance and (done := [*balanced(document)]):
+            notes, content = done, xml.tostring(document)
         robot = library.URDF.load(
             io.BytesIO(content),
             build_scene_graph=False,
@@ -199,13 +203,13 @@ def _parsed(path: Path) -> tuple[Any, Any, list[str]]:
         raise InputError([Mistake(path.name, "it has no links.")])
     if len(robot.links) > MOST_LINKS:
         raise InputError([Mistake(path.name, f"it has more than {MOST_LINKS} links.")])
-    return robot, document, left_out
-
-
-def _not_read(robot: Any, left_out: Sequence[str], *, pushed: bool) -> Iterator[str]:
-    """Yield what is in a robot's file and not in its machine, which forces push or not."""
     if left_out:
-        yield f"not read: {listed(left_out)}."
+        notes.append(f"not read: {listed(left_out)}.")
+    return robot, document, notes
+
+
+def _not_read(robot: Any, *, pushed: bool) -> Iterator[str]:
+    """Yield what is in a robot's file and not in its machine, which forces push or not."""
     limited = [joint for joint in robot.joints if pushed and joint.limit and joint.type in MOVED]
     kinds = {
         "the effort of joints that follow others is not read: {}.": (
@@ -223,22 +227,34 @@ def _not_read(robot: Any, left_out: Sequence[str], *, pushed: bool) -> Iterator[
             yield sentence.format(names)
 
 
-def _allowed(path: Path) -> frozenset[frozenset[str]]:
+def _allowed(path: Path, links: Sequence[str]) -> frozenset[frozenset[str]]:
     """Return the pairs of links that an SRDF, of MoveIt, lets touch each other; none without it.
+
+    It stands beside the robot's file and is called like it, up to the first point or the last one.
+    ``disable_default_collisions`` names a link that may touch all but those of
+    ``enable_collisions``.
 
     Raises:
         InputError: If it is no XML.
     """
-    if not is_file(path):
+    stems = dict.fromkeys((path.stem, path.name.partition(".")[0]))
+    file = next((one for stem in stems if is_file(one := path.with_name(f"{stem}.srdf"))), None)
+    if file is None:
         return frozenset()
     xml = library_of("robots", "lxml.etree", "SRDF files are read by lxml")
-    content = bytes(read_ordinary(path, MOST_BYTES))
+    content = bytes(read_ordinary(file, MOST_BYTES))
     try:
         document = xml.fromstring(content, xml.XMLParser(resolve_entities=False))
     except xml.XMLSyntaxError as error:
-        raise InputError([Mistake(path.name, f"it is not an XML file ({error.msg}).")]) from error
-    pairs = document.iter("disable_collisions")
-    return frozenset(frozenset((one.get("link1", ""), one.get("link2", ""))) for one in pairs)
+        raise InputError([Mistake(file.name, f"it is not an XML file ({error.msg}).")]) from error
+    touching = {one.get("link", "") for one in document.iter("disable_default_collisions")}
+    allowed = {frozenset((one, other)) for one in touching for other in links if one != other}
+    allowed -= _pairs(document, "enable_collisions")
+    return frozenset(allowed | _pairs(document, "disable_collisions"))
+
+
+def _pairs(document: Any, tag: str) -> set[frozenset[str]]:
+    return {frozenset((e.get("link1", ""), e.get("link2", ""))) for e in document.iter(tag)}
 
 
 def _wrong_numbers(document: Any, where: str) -> Iterator[Mistake]:

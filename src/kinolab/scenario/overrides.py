@@ -6,7 +6,7 @@ import tomllib
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from kinolab.errors import Mistake, is_broken
+from kinolab.errors import Mistake, is_broken, listed
 from kinolab.scenario.angles import angle_of
 from kinolab.scenario.issues import KeyPath, Override
 from kinolab.scenario.toml_text import long_key, shortened, shown
@@ -162,7 +162,7 @@ def _put(document: dict[str, Any], keys: Sequence[str], value: Any) -> tuple[Key
 
 
 def _step(holder: object, key: str, path: Sequence[str | int]) -> str | int:
-    """The index that ``key`` means in ``holder``."""
+    """The index that ``key`` means in ``holder``: of a list, a number or the name of an entry."""
     if isinstance(holder, dict):
         return key
     name = ".".join(str(part) if isinstance(part, str) else str(part + 1) for part in path)
@@ -170,9 +170,13 @@ def _step(holder: object, key: str, path: Sequence[str | int]) -> str | int:
         raise _RefusedError(
             f"{name} is {shown(holder)} and has no keys.", "Give a new value to it as a whole."
         )
+    called = [entry.get("name") if isinstance(entry, dict) else None for entry in holder]
+    if key in called and not key.isdigit():
+        return called.index(key)
     if not (key.isascii() and key.isdigit() and len(key) < 10 and 1 <= int(key) <= len(holder)):
+        names = [one for one in called if isinstance(one, str)]
         raise _RefusedError(
             f"{name} has no entry {shortened(key)}; it has {len(holder)}.",
-            "Entries count from 1.",
+            f"Entries count from 1{f', or are called {listed(names)}' if names else ''}.",
         )
     return int(key) - 1

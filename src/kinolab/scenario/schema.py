@@ -103,6 +103,7 @@ class SystemSection(Section):
     max_velocity: PerJoint | None = None  # of a kinematic robot's joints, [rad/s] or [m/s]
     max_acceleration: PerJoint | None = None  # [rad/s^2] or [m/s^2]
     density: Positive | None = None  # of links without inertia in a robot's file, [kg/m^3]
+    balance_inertia: bool | None = None  # of a URDF file
     parameters: dict[str, Number] = {}
 
     @model_validator(mode="after")

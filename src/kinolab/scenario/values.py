@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from pathlib import PurePosixPath, PureWindowsPath
+from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import Annotated, Any, Literal
 
 from pydantic import (
@@ -25,9 +25,10 @@ from kinolab.errors import flaw_of
 from kinolab.scenario.angles import EXAMPLES, WrittenAngle, angle_of
 from kinolab.scenario.user_code import python_reference
 
-ROBOT_FORMATS = (".urdf", ".xml")  # of ROS and MuJoCo
+URDF_FORMATS = (".urdf", ".xacro")  # of ROS, and its templates
+ROBOT_FORMATS = (*URDF_FORMATS, ".xml")  # and of MuJoCo
 ROBOT_ONLY = (  # keys of [system], the files that they are for, and these in words
-    ("base", (".urdf",), "URDF files"),  # an MJCF file says itself whether a body is free
+    ("base", URDF_FORMATS, "URDF files"),  # an MJCF file says itself whether a body is free
     ("locked", ROBOT_FORMATS, "robots from files"),
     ("self_collisions", ROBOT_FORMATS, "robots from files"),
     ("convex_parts", ROBOT_FORMATS, "robots from files"),
@@ -35,6 +36,7 @@ ROBOT_ONLY = (  # keys of [system], the files that they are for, and these in wo
     ("max_velocity", ROBOT_FORMATS, "robots from files"),
     ("max_acceleration", ROBOT_FORMATS, "robots from files"),
     ("density", (".urdf",), "URDF files"),  # an MJCF file has its own
+    ("balance_inertia", URDF_FORMATS, "URDF files"),  # an MJCF file has balanceinertia
 )
 MESH_FORMATS = (".dae", ".glb", ".obj", ".off", ".ply", ".stl")
 MOST_PARTS = 32  # of one mesh of a robot; every one is a solid that collides
@@ -109,8 +111,9 @@ def _system_file(text: str) -> str:
     python = python_reference(text)
     if python is None and not text.endswith((".json", ".py", *ROBOT_FORMATS)):
         raise refusal("does not name a machine in a file")
-    if not _is_relative(python[0] if python else text):
-        raise refusal("is not relative to the scenario's folder")
+    path = python[0] if python else text
+    if not (_is_relative(path) or _is_absolute(path)):
+        raise refusal("is no path, neither absolute nor relative to the scenario's folder")
     return text
 
 
@@ -128,6 +131,11 @@ def _is_relative(text: str) -> bool:
     """Whether a path is relative on every system, so that a scenario can be mailed."""
     windows = PureWindowsPath(text)
     return not (windows.drive or windows.root or "\\" in text or "\0" in text)
+
+
+def _is_absolute(text: str) -> bool:
+    """Whether a path is absolute here: a machine may be where a package of robots has it."""
+    return Path(text).is_absolute() and "\0" not in text
 
 
 def plain_setting(value: object, depth: int = 0) -> Any:

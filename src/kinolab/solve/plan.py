@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, fields, replace
 from itertools import count
 from pathlib import Path
 from typing import Any
@@ -12,12 +12,13 @@ from typing import Any
 import numpy as np
 
 from kinolab import planners
-from kinolab.errors import InputError, Mistake
+from kinolab.errors import InputError, Mistake, unknown_name
 from kinolab.problem import PlanningTask
 from kinolab.scenario import Effort
 from kinolab.search import AbstractPlanner
 from kinolab.search.graph import SearchGraph
 from kinolab.search.plugins import full_reference
+from kinolab.settings import settings_of
 from kinolab.trajectory import Trajectory
 from kinolab.verification import Certificate
 
@@ -209,11 +210,29 @@ def make_planner(
     own = full_reference(section.name, problem.scenario.folder)
     chosen = own if name is None else full_reference(name, Path.cwd())
     inherited = section.settings if chosen == own else {}
+    _require_known(chosen, settings)
     made = planners.make(chosen, {**inherited, **settings})
     if problem.machine.modes and not made.hybrid:
         what = f"{made.name} does not plan for machines with modes."
         raise InputError([Mistake("[planner] name", what, "Take auto, rrt_fast or kpiece_fast.")])
     return made
+
+
+def _require_known(chosen: str, settings: Mapping[str, Any]) -> None:
+    """Require that a planner has the settings of a call; its other arguments may be meant.
+
+    Raises:
+        InputError: With every unknown one.
+    """
+    planner = planners.get(chosen)
+    known = sorted(entry.name for entry in settings_of(planner))
+    arguments = {entry.name for entry in fields(Request)} - {"settings", "stride"} | {"jobs"}
+    kind, unknown = f"setting of {planner.name}", [key for key in settings if key not in known]
+    if unknown:
+        raise InputError(
+            unknown_name(kind, key, known=known, also=arguments, where=f"[planner] {key}")
+            for key in unknown
+        )
 
 
 def stream(seed: int, k: int) -> int:

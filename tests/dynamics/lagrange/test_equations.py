@@ -1,6 +1,7 @@
 """The printed equations: their wording, and that they are what is compiled."""
 
 import re
+import time
 import unicodedata
 from collections.abc import Iterable, Sequence
 from functools import cache
@@ -21,12 +22,15 @@ from kinolab.dynamics import (
     move,
     parameter,
     rate,
+    rot_y,
     rot_z,
+    toward,
     velocity,
 )
 from kinolab.dynamics.lagrange.equations import Equations
 from kinolab.dynamics.language.mechanism_parts import configuration_symbols, tangent_symbols
 from kinolab.dynamics.language.symbols import Acceleration, TurnAcceleration, TurnRate
+from kinolab.errors import InputError
 from tests import registered
 from tests.dynamics.machines import compiled, compiled_random
 from tests.dynamics.reference import Reference
@@ -344,3 +348,38 @@ def test_friction_along_a_chain_of_frames_keeps_its_sums_of_angles() -> None:
     text = unicodedata.normalize("NFC", printed)
     assert "-c (cos²(ψ) + cos²(a + ψ)) ẋ" in text
     assert "- c (cos(ψ) sin(ψ) + cos(a + ψ) sin(a + ψ)) ẏ" in text
+
+
+def chain(count: int, *, apart: bool = False) -> System:
+    """Return bars of 1 m that turn about z, y and z again, each at the end of the one before."""
+    frame, bodies = move(), []
+    for k in range(count):
+        turn = (rot_z if k % 2 else rot_y)(angle(f"q{k}"))
+        frame = move(0, 0, 0 if apart else 1) @ turn if apart or not k else frame @ move(1) @ turn
+        inertia = (0.1, 0.2, 0.25)
+        bodies.append(Body(f"bar {k}", frame @ move(0.5), mass=1.0, inertia=inertia))
+    return System(f"chain{count}", bodies=bodies, gravity=toward("-z"))
+
+
+def test_what_nobody_could_read_is_refused_at_once() -> None:
+    """The kinetic energy of a chain of 20 joints has seven million symbols."""
+    begin = time.process_time()
+    for machine in (chain(20), chain(62)):
+        with pytest.raises(InputError, match=r"of \d\d coordinates, are too long to be read\. Its"):
+            machine.equations()
+        assert machine._repr_latex_() is None
+    assert time.process_time() - begin < 20.0  # [s]; the first joint's equation took minutes
+
+
+def test_many_coordinates_may_have_short_equations() -> None:
+    """Length is what counts, not the number of joints: these pendulums do not feel each other."""
+    equations = chain(20, apart=True).equations()
+    assert len(equations.balance) == 20
+
+
+def test_a_notebook_shows_short_equations_and_names_other_machines() -> None:
+    shown = kinolab.systems.get("crane")._repr_latex_()
+    assert shown is not None
+    assert shown.startswith("$$")
+    assert kinolab.systems.get("panda")._repr_latex_() is None
+    assert kinolab.systems.get("biped")._repr_latex_() is None  # its modes have some each

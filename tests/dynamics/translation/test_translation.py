@@ -101,3 +101,27 @@ def test_machines_with_modes_or_feedback_are_refused() -> None:
     with pytest.raises(InputError, match="Translate its plant"):
         systems.get("unicycle").to_casadi()
     assert systems.get("unicycle").with_feedback(None).to_c()
+
+
+@pytest.mark.skipif(shutil.which("c++") is None, reason="needs a C++ compiler")
+def test_c_plus_plus_may_include_the_header(tmp_path: Path) -> None:
+    """And gets what Python has: a Jacobian by columns, and a mass matrix."""
+    assert cli.run(["export", "acrobot_v0", "--out", str(tmp_path)]) == 0
+    (tmp_path / "main.cpp").write_text(
+        '#include "acrobot_v0.h"\n#include <cstdio>\n'
+        "int main() { const double x[] = {0.3, -0.8, 1.0, 2.0}, u[] = {4.0};\n"
+        "  double J[ACROBOT_V0_JACOBIAN], M[ACROBOT_V0_MASS_MATRIX];\n"
+        "  int bad = acrobot_v0_jacobian(x, u, acrobot_v0_p, J);\n"
+        "  bad += acrobot_v0_mass_matrix(x, acrobot_v0_p, M);\n"
+        '  for (double v : J) std::printf("%.17g ", v);\n'
+        '  for (double v : M) std::printf("%.17g ", v);\n  return bad; }\n'
+    )
+    compiled = ["cc", "-std=c99", "-c", "acrobot_v0.c"]
+    subprocess.run(compiled, cwd=tmp_path, check=True)
+    linked = ["c++", "main.cpp", "acrobot_v0.o", "-lm", "-o", "main"]
+    subprocess.run(linked, cwd=tmp_path, check=True)
+    told = subprocess.run(["./main"], cwd=tmp_path, capture_output=True, text=True, check=True)
+    found, model = np.array(told.stdout.split(), dtype=float), systems.get("acrobot_v0").model()
+    x, u = [0.3, -0.8, 1.0, 2.0], [4.0]
+    agree(found[:20].reshape(5, 4).T, np.hstack(model.jacobian(x, u)))
+    agree(found[20:], model.mass_matrix(x).ravel())

@@ -36,6 +36,8 @@ def description_to_json(found: Description) -> dict[str, Any]:
         "watched_pairs": [list(pair) for pair in found.watched],
         "cyclic_coordinates": list(found.cyclic),
         "conserved_momenta": list(found.conserved),
+        "conserved_totals": list(found.momenta),
+        "flat_outputs": list(found.flat),
         "decoupling_fields": _decoupling(found.decoupling),
         "coordinates": [_coordinate(one) for one in found.machine.coordinates],
         "inputs": [_input(entry) for entry in found.inputs],

@@ -8,7 +8,9 @@ from dataclasses import dataclass, replace
 from kinolab.analyze.describe.at_rest import AtRest, examined_at_rest
 from kinolab.analyze.describe.conserved import conserved_momenta, cyclic_coordinates_of
 from kinolab.analyze.describe.decoupling import Decoupling, decoupling_of
+from kinolab.analyze.describe.flat_outputs import flat_outputs_of
 from kinolab.analyze.describe.generalisations import Generalisation, generalisations_of
+from kinolab.analyze.describe.momenta import momenta_of
 from kinolab.analyze.describe.sizes import BodySize, body_sizes
 from kinolab.analyze.describe.states import StateStorage, state_storage
 from kinolab.analyze.describe.topology import dimension_of, space_of
@@ -71,6 +73,8 @@ class Description:
         cyclic: Coordinates on which the Lagrangian does not depend.
         conserved: Coordinates on which neither energies nor forces depend, without forces of their
             own: their momenta stay as they are.
+        momenta: Those of all bodies together that no input changes, of a machine with an attitude.
+        flat: Its flat outputs, in words, as far as they are known.
         decoupling: The directions that it can follow at any speed, of a machine whose inputs do not
             push along every velocity; None if the notion does not apply.
     """
@@ -97,6 +101,8 @@ class Description:
     watched: tuple[tuple[str, str], ...] = ()
     cyclic: tuple[str, ...] = ()
     conserved: tuple[str, ...] = ()
+    momenta: tuple[str, ...] = ()
+    flat: tuple[str, ...] = ()
     decoupling: Decoupling | None = None
 
 
@@ -157,6 +163,8 @@ def describe(system: System, *, switching: Sequence[str] = ()) -> Description:
         watched=system.collisions,
         cyclic=cyclic_coordinates_of(system),
         conserved=conserved_momenta(system),
+        momenta=momenta_of(system),
+        flat=flat_outputs_of(system, pushed_everywhere=pushes == freedom),
         decoupling=decoupling_of(system, closure.leaf) if closure and pushes < freedom else None,
     )
 

@@ -49,11 +49,7 @@ def _lines(found: Description) -> Iterator[str]:
         yield "  warnings"
         for sentence in said:
             yield from wrap(sentence, LINE_WIDTH, initial_indent="    ", subsequent_indent="      ")
-    if found.cyclic:
-        text = f"symmetries: L does not depend on {', '.join(found.cyclic)}"
-        if found.conserved:
-            text += f"; no input changes the momentum of {', '.join(found.conserved)}"
-        yield from wrap(text, LINE_WIDTH, initial_indent="  ", subsequent_indent="    ")
+    yield from _known(found)
     yield "  controllability"
     for sentence in sentences(found):
         yield from wrap(sentence, LINE_WIDTH, initial_indent="    ", subsequent_indent="      ")
@@ -78,6 +74,21 @@ def _parameters(found: Description) -> Iterator[str]:
         for name, value in values.items()
     ]:
         yield from _group("parameters", rows)
+
+
+def _known(found: Description) -> Iterator[str]:
+    """Yield the symmetries, what no input changes, and the flat outputs."""
+    symmetries = f"L does not depend on {', '.join(found.cyclic)}" if found.cyclic else ""
+    if found.conserved:
+        symmetries += f"; no input changes the momentum of {', '.join(found.conserved)}"
+    for title, told in (
+        ("symmetries", symmetries),
+        ("no input changes", "; ".join(found.momenta)),
+        ("flat outputs", "; ".join(found.flat)),
+    ):
+        if told:
+            text = f"{title}: {told}"
+            yield from wrap(text, LINE_WIDTH, initial_indent="  ", subsequent_indent="    ")
 
 
 def _watched(found: Description) -> Iterator[str]:

@@ -16,6 +16,7 @@ import click
 
 from kinolab.cli.common import (
     MAX_JOBS,
+    NAMED,
     PATH,
     as_typed,
     film_process,
@@ -40,7 +41,7 @@ if TYPE_CHECKING:
 
 
 @click.command("scenario", hidden=True)
-@click.argument("scenario")
+@click.argument("scenario", type=NAMED)
 @click.option("--planner", metavar="NAME", help="A planner's name, or file.py:Class.")
 @click.option("--seed", type=click.IntRange(0), help="Seed of the random numbers.")
 @click.option("--time-limit", type=float, metavar="SECONDS", help="Time limit of the search.")

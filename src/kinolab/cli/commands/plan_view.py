@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from kinolab.cli.common import PATH, quiet_option, set_option
+from kinolab.cli.common import NAMED, PATH, quiet_option, set_option
 from kinolab.cli.interrupts import INTERRUPTS
 from kinolab.cli.progress import Progress
 from kinolab.cli.terminal import escaped, say
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 @click.command("view")
-@click.argument("what")
+@click.argument("what", type=NAMED)
 @click.option("--at", type=float, metavar="SECONDS", help="Open at this time of the motion.")
 @click.option("--out", type=PATH, help="File of a scenario's page.")
 @set_option

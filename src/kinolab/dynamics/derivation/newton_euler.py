@@ -10,6 +10,7 @@ from kinolab.dynamics.derivation.kinematics import FrameState, Kinematics, Twist
 from kinolab.dynamics.derivation.projected_forces import ProjectedForces, power
 from kinolab.dynamics.derivation.vectors import Matrix3, Vector
 from kinolab.dynamics.language.bodies import Body
+from kinolab.dynamics.language.expressions import exact
 from kinolab.dynamics.language.mechanism_parts import loads, potentials
 
 
@@ -91,11 +92,12 @@ class NewtonEuler:
 
     def _gravity(self) -> Vector:
         """Return gravity in world axes, in [m/s^2]."""
-        field, tape = self.system.gravity, self.binding.tape
+        field = self.system.gravity
         if field is None:
             return self._vectors.zero
-        down = self._vectors.vector([tape.constant(component) for component in field.down])
-        return self._vectors.scale(self.binding.lower(field.strength), down)
+        lower = self.binding.lower
+        down = self._vectors.vector([lower(exact(component)) for component in field.down])
+        return self._vectors.scale(lower(exact(field.strength)), down)
 
     def _momentum(self, body: Body, twist: Twist) -> Twist:
         """Return linear and angular momentum, added mass included."""

@@ -37,7 +37,7 @@ def facts_of(model: Model, derivation: Derivation) -> dict[str, Any]:
         "references": None if references is None else _decided(references),
         "bodies": [body.name for body in system.bodies],
         "cables": len(system.cables),
-        "gravity": list(system.gravity.down) if system.gravity else None,
+        "gravity": None if system.down is None else list(system.down),
         "requirements": [requirement.name for requirement in system.all_requirements],
     }
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sympy
 
+from kinolab.dynamics.lagrange.printing import written_length
 from kinolab.dynamics.language.bodies import Body
 from kinolab.dynamics.language.frames import Frame, Rotation, pose, time_derivative, velocity
 from kinolab.dynamics.language.mechanism import Mechanism
@@ -15,6 +16,20 @@ ZERO = sympy.Integer(0)
 def kinetic_energy(system: Mechanism) -> sympy.Expr:
     """Return T in [J]."""
     return sum((_kinetic(body) for body in system.bodies), ZERO)
+
+
+def energy_length(system: Mechanism, most: float) -> int:
+    """Return the symbols, numbers and operations of T written out; any number beyond ``most``.
+
+    Shared subexpressions are built once, so that this is quick where writing is not: the equation
+    of a chain's first joint is about as long.
+    """
+    total = 0
+    for body in system.bodies:
+        total += written_length(_kinetic(body))
+        if total > most:
+            break
+    return total
 
 
 def weight_energy(system: Mechanism) -> sympy.Expr:

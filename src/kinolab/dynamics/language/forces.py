@@ -35,10 +35,19 @@ from kinolab.errors import InputError, Mistake
 @checked
 @dataclass(frozen=True)
 class Gravity:
-    """Uniform gravity: ``strength`` in [m/s^2] along the world direction ``down`` (unit vector)."""
+    """Uniform gravity: ``strength`` in [m/s^2] along the world direction ``down`` (unit vector).
 
-    down: tuple[float, float, float]
-    strength: sympy.Expr
+    Both are numbers or expressions of parameters: ``Gravity((sin(slope), 0, -cos(slope)), 9.81)``.
+    """
+
+    down: tuple[Number, Number, Number]
+    strength: Number
+
+    def __post_init__(self) -> None:
+        """Keep numbers of a direction as floats, whose square root is taken in pictures."""
+        parts = (float(p) if exact(p).is_number else p for p in self.down)
+        object.__setattr__(self, "down", tuple(parts))
+        sympify_fields(self, "strength")
 
 
 @checked

@@ -25,7 +25,7 @@ from kinolab.dynamics.language.offers import Offer, taking
 from kinolab.dynamics.language.quasi_velocities import QuasiVelocity, State
 from kinolab.dynamics.language.symbols import Coordinate, Parameter
 from kinolab.dynamics.language.validation import mistakes_of
-from kinolab.errors import InputError, Mistake
+from kinolab.errors import InputError, Mistake, listed
 
 
 @checked
@@ -140,6 +140,12 @@ class Mechanism(MechanismParts):
         mistakes = list(mistakes_of(self, atoms, used))
         if mistakes:
             raise InputError(mistakes)
+
+    def __repr__(self) -> str:
+        """Name it, its coordinates and its inputs, on one line."""
+        chosen = {"of": self.coordinates, "driven by": self.inputs}
+        told = (f"{how} {listed(one.name for one in own)}" for how, own in chosen.items() if own)
+        return f"<{type(self).__name__} {self.name}: {'; '.join(told)}>"
 
     @classmethod
     def of(cls, other: Mechanism) -> Self:

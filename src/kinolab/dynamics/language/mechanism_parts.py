@@ -99,6 +99,14 @@ class MechanismParts:
         named = [(entry, values[entry.name]) for entry in known]
         return float(stated.subs(named) if named else stated)
 
+    @property
+    def down(self) -> tuple[float, float, float] | None:
+        """The direction of gravity, a unit vector of the world; None where there is none."""
+        if self.gravity is None:
+            return None
+        x, y, z = map(self.number, self.gravity.down)
+        return x, y, z
+
     def resolved_shapes(self, body: Body) -> tuple[Shape, ...]:
         """Return a body's shapes with numeric dimensions; those from outside are hulls."""
         return tuple(map(self.resolved_shape, body.shapes))
@@ -262,7 +270,8 @@ def loads_in(word: Effort | Input) -> Iterator[Load]:
 def up_in(system: MechanismParts) -> dict[sympy.Symbol, sympy.Expr]:
     """Return the components of the unit vector against gravity; along z where there is none."""
     down = system.gravity.down if system.gravity is not None else (0, 0, -1)
-    return {symbol: as_written(-part) for symbol, part in zip(UP, down, strict=True)}
+    up = (-part if isinstance(part, sympy.Expr) else as_written(-part) for part in down)
+    return dict(zip(UP, up, strict=True))
 
 
 def potentials(system: MechanismParts) -> Iterator[sympy.Expr]:

@@ -311,16 +311,22 @@ def _places(system: MechanismParts) -> Iterator[Mistake]:
                 yield Mistake(f"body {body.name!r}", what)
     if system.gravity is None:
         return
-    if not all(isinstance(s, Parameter) for s in system.gravity.strength.free_symbols):
-        what = f"its strength is {system.gravity.strength}."
-        yield Mistake("gravity", what, "Give a number or a parameter; Potential takes the rest.")
-    elif not 0 <= (strength := system.number(system.gravity.strength)) < math.inf:
-        remedy = (
-            "Give 0 or more; its direction says which way it pulls, such as toward('-z', 9.81)."
-        )
+    parts = {"strength": (exact(system.gravity.strength),)}
+    parts["direction"] = tuple(map(exact, system.gravity.down))
+    for name, stated in parts.items():
+        if not all(isinstance(s, Parameter) for part in stated for s in part.free_symbols):
+            what = f"its {name} is {', '.join(map(str, stated))}."
+            remedy = "Give numbers or parameters; Potential takes the rest."
+            yield Mistake("gravity", what, remedy)
+            return
+    strength = system.number(system.gravity.strength)
+    if not 0 <= strength < math.inf:
+        remedy = "Give 0 or more; its direction says which way it pulls: toward('-z', 9.81)."
         yield Mistake("gravity", f"its strength is {strength:g} m/s^2.", remedy)
-    if not math.isclose(math.hypot(*system.gravity.down), 1.0, rel_tol=1e-9):
-        yield Mistake("gravity", f"{system.gravity.down} is not a unit vector.")
+    length = math.hypot(*map(system.number, system.gravity.down))
+    if not math.isclose(length, 1.0, rel_tol=1e-9):
+        what = f"({', '.join(map(str, system.gravity.down))}) is not a unit vector."
+        yield Mistake("gravity", what, f"Its length is {length:.9g}; divide by that.")
 
 
 def _flatness(system: MechanismParts) -> Iterator[Mistake]:

@@ -8,17 +8,20 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
-from kinolab.dynamics.codegen.exports import Function
+from kinolab.dynamics.codegen.exports import Function, tangent_of
 from kinolab.dynamics.codegen.methods import RK4
 from kinolab.dynamics.derivation.expression_graph import ExpressionGraph, Node, Operation
 from kinolab.dynamics.model import Model
 from kinolab.dynamics.translation.translated import translated
+from kinolab.errors import NoDynamicsError
 from kinolab.numerics.arrays import Array
 
 OPERATORS = {"add": "+", "sub": "-", "mul": "*", "div": "/"}
+OWN = ("project", "tangent")  # functions that are called in the file alone
 SAMPLES = 5  # states of the test
 NEWTON_STEPS = 8  # onto closed loops, from anywhere
 AGREE = 1e-12  # relative, of the test
@@ -28,16 +31,20 @@ STEP = 0.01  # [s] of the test
 def c_source(model: Model) -> dict[str, str]:
     """Return a machine's equations of motion in C: header, source and a test, by file name.
 
-    ``NAME_f``, ``NAME_step`` (Runge and Kutta's method), ``NAME_energy`` and ``NAME_frames`` write
-    into their last argument and return 0, 1 where the state is singular, 2 where a result is not
-    finite. The test compares them with what kinolab's own machine code gives.
+    ``NAME_f``, ``NAME_jacobian``, ``NAME_step`` (Runge and Kutta's method), ``NAME_mass_matrix``,
+    ``NAME_energy`` and ``NAME_frames`` write into their last argument and return 0, 1 where the
+    state is singular, 2 where a result is not finite. C++ may include the header. The test compares
+    them with what kinolab's own machine code gives.
 
     Raises:
         InputError: If the machine has modes or feedback.
     """
     graph, functions = translated(model)
     name = re.sub(r"\W", "_", model.machine.name, flags=re.ASCII)
-    exported = [entry for key, entry in functions.items() if key != "project"]
+    f = functions["f"]
+    functions["tangent"] = replace(tangent_of(graph, f), name="tangent", guards=f.guards)
+    jacobian = replace(f, name="jacobian", outputs=f.outputs * (model.nx + model.nu), guards=())
+    exported = [jacobian, *(entry for key, entry in functions.items() if key not in OWN)]
     head = _header(name, model, exported)
     body = _source(name, model, graph, functions)
     return {f"{name}.h": head, f"{name}.c": body, f"{name}_test.c": _test(name, model)}
@@ -66,10 +73,17 @@ def _header(name: str, model: Model, functions: Sequence[Function]) -> str:
             "   u: " + ", ".join(model.control_names),
             "   p: " + ", ".join(f"{k} = {defaults[k]!r}" for k in model.parameter_names),
             "   A function returns 0; 1 where the state is singular; 2 where a result is not",
-            "   finite. */",
+            "   finite. The Jacobian of f has a column for each x, then one for each u; the mass",
+            f"   matrix is that of {', '.join(model.rate_names)}. */",
+            "#ifdef __cplusplus",
+            'extern "C" {',
+            "#endif",
             f"extern const double {name}_p[];  /* default parameters */",
             *signatures,
             f"{_step_signature(name)};",
+            "#ifdef __cplusplus",
+            "}",
+            "#endif",
             "",
             f"#endif /* {guard} */",
             "",
@@ -104,8 +118,9 @@ def _source(
         HELPERS,
     ]
     for key, function in functions.items():
-        kind = "static " if key == "project" else ""
+        kind = "static " if key in OWN else ""
         pieces.append(kind + _function(name, graph, function))
+    pieces.append(_jacobian(name, model.nx, model.nu))
     pieces.append(_step(name, model.nx, projects="project" in functions))
     return "\n".join(pieces)
 
@@ -165,6 +180,23 @@ def number(value: float) -> str:
     """Return a number as C reads it back exactly."""
     text = repr(float(value))
     return f"({text})" if value < 0 else text
+
+
+def _jacobian(name: str, nx: int, nu: int) -> str:
+    """Return all derivatives of f, a call of its tangent for each column."""
+    arguments = "const double x[], const double u[], const double p[], double out[]"
+    return f"""int {name}_jacobian({arguments}) {{
+    enum {{ N = {nx}, COLUMNS = {nx + nu} }};
+    double along[COLUMNS] = {{0.0}};
+    int status = 0;
+    for (size_t k = 0; (k < COLUMNS) && (status == 0); ++k) {{
+        along[k] = 1.0;
+        status = {name}_tangent(x, u, p, along, along + N, out + (k * N));
+        along[k] = 0.0;
+    }}
+    return status;
+}}
+"""
 
 
 def _step(name: str, nx: int, *, projects: bool) -> str:
@@ -237,10 +269,12 @@ def _test(name: str, model: Model) -> str:
                 model.step(x, u, STEP),
                 f"step {k}",
             ),
+            *_compared(f"{name}_jacobian(x, u, {name}_p, out)", _columns(model, x, u), f"jac {k}"),
+            *_mass_compared(name, model, x, k),
             *_compared(f"{name}_frames(x, {name}_p, out)", model.frames(x).ravel(), f"frames {k}"),
             "    }",
         ]
-    size = max(model.nx, model.frames(model.rest()).size)
+    size = max(model.nx * (model.nx + model.nu), model.nt**2, model.frames(model.rest()).size)
     return "\n".join(
         [
             f'#include "{name}.h"',
@@ -274,6 +308,18 @@ def _test(name: str, model: Model) -> str:
             "",
         ]
     )
+
+
+def _columns(model: Model, x: Array, u: Array) -> Array:
+    return np.hstack(model.jacobian(x, u)).T.ravel()
+
+
+def _mass_compared(name: str, model: Model, x: Array, k: int) -> Iterator[str]:
+    try:
+        mass = model.mass_matrix(x)
+    except NoDynamicsError:
+        return
+    yield from _compared(f"{name}_mass_matrix(x, {name}_p, out)", mass.ravel(), f"mass {k}")
 
 
 def _compared(call: str, wanted: Array, what: str) -> Iterator[str]:

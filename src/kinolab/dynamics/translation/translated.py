@@ -8,7 +8,7 @@ from kinolab.dynamics.derivation.expression_graph import ExpressionGraph
 from kinolab.dynamics.model import Model
 from kinolab.errors import InputError, Mistake
 
-TRANSLATED = ("f", "frames", "energy", "project")
+TRANSLATED = ("f", "frames", "energy", "mass_matrix", "project")
 
 
 def translated(model: Model) -> tuple[ExpressionGraph, dict[str, Function]]:

@@ -182,7 +182,7 @@ class _Maker:
     def _rotor_inertia(self, node: _Node) -> float | None:
         """Return what a coordinate feels of a node's bodies; None if that is not all they do."""
         total, move = 0.0, node.joint
-        down = self._system.gravity.down if self._system.gravity else (0.0, 0.0, 0.0)
+        down = self._system.down or (0.0, 0.0, 0.0)
         for body, pose in node.bodies:
             mass, inertia = self._mass(body)
             axis = move.axis
@@ -238,7 +238,7 @@ class _Maker:
         self._add(self._root, WORLD_LINK, loads, taken)
         gravity = self._system.gravity
         strength = self._system.number(gravity.strength) if gravity else 0.0
-        x, y, z = (strength * part + 0.0 for part in (gravity.down if gravity else (0.0,) * 3))
+        x, y, z = (strength * part + 0.0 for part in self._system.down or (0.0,) * 3)
         return KinematicTree(
             self._system.name,
             tuple(self._links),

@@ -7,14 +7,16 @@ from contextlib import redirect_stdout
 
 import click
 
-from kinolab.cli.common import json_option, unlogged
+from kinolab.cli.common import NAMED, json_option, quiet_option, unlogged
+from kinolab.cli.progress import Progress
 from kinolab.cli.terminal import echo_json, say
 
 
 @click.command("describe")
-@click.argument("what")
+@click.argument("what", type=NAMED)
 @json_option
-def command(what: str, as_json: bool) -> int:
+@quiet_option
+def command(what: str, as_json: bool, quiet: bool) -> int:
     """Say what WHAT is and whether it can be controlled."""
     from kinolab.analyze.describe.data import description_to_json
     from kinolab.analyze.describe.description import describe
@@ -22,12 +24,16 @@ def command(what: str, as_json: bool) -> int:
     from kinolab.analyze.describe.each_mode import in_each_mode
     from kinolab.loading import find_machine
 
+    progress = Progress(quiet)
+    progress(f"reading {what}")
     with redirect_stdout(sys.stderr), unlogged():  # keep output of user code out of the result
         machine = find_machine(what)
+        progress(f"looking at its {len(machine.coordinates)} coordinates")
         switching = [transition.name for transition in machine.transitions]
         found = [
             (title, describe(one, switching=switching)) for title, one in in_each_mode(machine)
         ]
+    progress.close()
     if as_json:
         documents = [description_to_json(description) for _, description in found]
         echo_json(documents[0] if len(documents) == 1 else {"modes": documents})

@@ -8,6 +8,7 @@ from pathlib import Path
 import click
 
 from kinolab.cli.common import (
+    NAMED,
     PATH,
     as_typed,
     film_process,
@@ -23,7 +24,7 @@ from kinolab.cli.versions import Versions
 
 
 @click.command("simulate")
-@click.argument("what")
+@click.argument("what", type=NAMED)
 @click.option("--duration", type=float, default=5.0, show_default=True, metavar="SECONDS")
 @click.option("--start", multiple=True, metavar="NAME=VALUE", help="A state at the beginning.")
 @click.option("--inputs", type=PATH, help="CSV with t and inputs; default: none act.")

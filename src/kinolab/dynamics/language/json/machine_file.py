@@ -212,7 +212,7 @@ def load_machine(path: Path) -> Mechanism:
 def _text(path: Path) -> str:
     """Read a regular text file within the size limit."""
     try:
-        return read_ordinary(path, MAX_FILE_BYTES).decode()
+        return read_ordinary(path, MAX_FILE_BYTES).decode("utf-8-sig")
     except UnicodeDecodeError as error:
         what, remedy = "this is not UTF-8 text.", "Save the file as UTF-8."
         raise InputError([Mistake(str(path), what, remedy)]) from error

@@ -20,4 +20,7 @@ def texts_of(path: Path) -> dict[str, str]:
     """
     files = {MACHINE_FILE: path, FEEDBACK_FILE: path.with_name(FEEDBACK_FILE)}
     present = {name: file for name, file in files.items() if file is path or file.is_file()}
-    return {name: read_ordinary(file, MAX_FILE_BYTES).decode() for name, file in present.items()}
+    return {
+        name: read_ordinary(file, MAX_FILE_BYTES).decode("utf-8-sig")
+        for name, file in present.items()
+    }
