@@ -231,8 +231,8 @@ def _planner_notes(problem: ProblemFile) -> Iterator[str]:
         yield from problem.planner.notes
         return
     yield (
-        f"OMPL's {named} joins poses by the shortest curves of statespace = {problem.space}, and so "
-        f"does kinolab's auto, which is taken here; --planner {named} drives at random."
+        f"OMPL's {named} joins poses by the shortest curves of {problem.space}. So does "
+        f"kinolab's auto, which is taken here; --planner {named} drives at random."
     )
 
 

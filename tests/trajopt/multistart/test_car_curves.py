@@ -10,8 +10,20 @@ import numpy as np
 import pytest
 
 import kinolab
-from kinolab.dynamics import Body, Box, Control, Rate, System, angle, length, move, rate, rot_z
-from kinolab.dynamics import velocity, zero
+from kinolab.dynamics import (
+    Body,
+    Box,
+    Control,
+    Rate,
+    System,
+    angle,
+    length,
+    move,
+    rate,
+    rot_z,
+    velocity,
+    zero,
+)
 from kinolab.steering.bounded_curvature import curvature_car
 from tests.oracles import vehicles as oracle
 from tests.scenario.omplapp.test_problem_files import PLANE, problem_file
@@ -106,8 +118,8 @@ def test_a_goal_that_is_no_pose_has_no_such_curve() -> None:
 
 @pytest.mark.parametrize("space", ["dubins", "reedsshepp"])
 def test_planners_of_omplapp_join_poses_by_curves(space: str, tmp_path: Path) -> None:
-    text = PLANE.replace("name = gap", f"statespace = {space}") + "\n[planner]\nrrt =\n"
+    text = PLANE.replace("name = gap", f"statespace = {space}")
     problem = kinolab.load(problem_file(tmp_path, text))
     assert problem.scenario.planner.name == "auto"
     assert curvature_car(problem) is not None
-    assert any("--planner rrt drives at random" in note for note in problem.notes)
+    assert any("--planner kpiece drives at random" in note for note in problem.notes)
