@@ -19,7 +19,7 @@ from kinolab.numerics.work import WorkClock, charge, counted_work
 from kinolab.planners.kpiece_fast import KPIECEFast
 from kinolab.planners.rrt_fast import RRTFast
 from kinolab.problem import PlanningTask
-from kinolab.search import Budget, with_default
+from kinolab.search import Budget, Outcome, SearchResult, with_default
 from kinolab.search.tree import (
     ITERATION_SECONDS,
     AbstractCompiledPlanner,
@@ -31,6 +31,7 @@ from kinolab.search.tree import (
     step_seconds,
 )
 from kinolab.search.tree.threads import OtherTrees
+from kinolab.steering.bounded_curvature import curvature_car
 
 if TYPE_CHECKING:
     from kinolab.trajectory import Trajectory
@@ -55,7 +56,7 @@ class Auto(AbstractCompiledPlanner):
     solve machines that swing and fly. For machines whose mechanics switch, which get none, the same
     trees grow with other random numbers on another processor. If the inputs accelerate a rolling
     machine along all that its constraints leave, and they leave few velocities, most guesses are
-    motions without masses.
+    motions without masses. Of cars of bounded curvature the shortest curves come first.
 
     Source: Gomes, Selman, Algorithm portfolios, Artificial Intelligence 126(1-2), 2001.
     """
@@ -68,6 +69,25 @@ class Auto(AbstractCompiledPlanner):
     goal_connection_period: int = with_default(
         2000, AbstractCompiledPlanner, "goal_connection_period"
     )
+
+    def solve(self, problem: PlanningTask, seed: int, budget: Budget) -> SearchResult:
+        """Take the shortest curves of a car of bounded curvature; where they fail, grow trees."""
+        # Where a motion is known, or was refused, others are wanted.
+        first = math.isinf(budget.below) and not budget.refused
+        motion = self._curve(problem, seed, budget) if first else None
+        if motion is None:
+            return super().solve(problem, seed, budget)
+        return SearchResult(Outcome.SOLVED, motion.t, motion.inputs, budget.iterations)
+
+    def _curve(self, problem: PlanningTask, seed: int, budget: Budget) -> Trajectory | None:
+        """Return a motion along the curves of a car of bounded curvature, None without one."""
+        if (car := curvature_car(problem)) is None:
+            return None
+        with budget.preparing():
+            from kinolab.trajopt.multistart.car_curves import CarCurves  # late: for such cars
+
+            curves = CarCurves(problem, car, np.random.default_rng([seed, 2]), budget.expired)
+        return curves.next()
 
     def beside(self, problem: PlanningTask, seed: int, budget: Budget) -> Sequence[SubSearch]:
         """Return guesses, too, or the same trees with other random numbers where there are none."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar, final
 
@@ -11,6 +12,8 @@ import numpy as np
 from kinolab.concurrency.cancel import CancelledError
 from kinolab.problem import PlanningTask
 from kinolab.search import AbstractPlanner, Budget, Outcome, SearchResult, setting, unsolved
+from kinolab.steering.bounded_curvature import curvature_car
+from kinolab.trajopt.multistart.car_curves import CarCurves
 from kinolab.trajopt.multistart.driftless import is_driftless
 from kinolab.trajopt.multistart.kinematic_multistart import KinematicMultistart
 from kinolab.trajopt.multistart.multiple_shooting import Multistart
@@ -23,8 +26,9 @@ class Shooting(AbstractPlanner):
     """Direct multiple shooting from collision-free guesses, straight or winding, fast or slow.
 
     A guess ignores the dynamics; sequential convex programming turns it into a feasible motion or
-    fails. Solutions end exactly in the goal's centre. For a motion shorter than a known one, words
-    of extreme inputs are tried first, where inputs are velocities.
+    fails. Solutions end exactly in the goal's centre. Of a car of bounded curvature its shortest
+    curves are tried first; for a motion shorter than a known one words of extreme inputs, where
+    inputs are velocities.
 
     Source: Bock, Plitt, A multiple shooting algorithm for direct solution of optimal control
     problems, IFAC 1984.
@@ -36,25 +40,29 @@ class Shooting(AbstractPlanner):
 
     def solve(self, problem: PlanningTask, seed: int, budget: Budget) -> SearchResult:
         """Optimise one guess after another until one succeeds; each is an iteration."""
-        multistart = Multistart(problem, self.knots, seed, budget.expired, budget.below)
-        words = None
+        given = (seed, budget.expired, budget.below)
+        multistart, generator = Multistart(problem, self.knots, *given), [seed, 2]
+        first: list[CarCurves | SwitchingTimes] = []
+        if (car := curvature_car(problem)) is not None:
+            first.append(CarCurves(problem, car, np.random.default_rng(generator), *given[1:]))
         if math.isfinite(budget.below) and is_driftless(problem):
-            generator = np.random.default_rng([seed, 2])
-            words = SwitchingTimes(problem, generator, budget.expired, budget.below)
-        return first_motion(problem, multistart, budget, words)
+            first.append(SwitchingTimes(problem, np.random.default_rng(generator), *given[1:]))
+        return first_motion(problem, multistart, budget, first)
 
 
 def first_motion(
     problem: PlanningTask,
     multistart: Multistart | KinematicMultistart,
     budget: Budget,
-    words: SwitchingTimes | None = None,
+    first: Sequence[CarCurves | SwitchingTimes] = (),
 ) -> SearchResult:
-    """Return the first motion that comes of words or a guess; each guess is an iteration."""
+    """Return the first motion that comes of curves, words or a guess; guesses are iterations."""
     multistart.prepare()
     budget.restart()  # code for this machine was compiled and loaded until here
-    motion = None if words is None else words.next()
+    motion = None
     try:
+        for curves in first:
+            motion = motion or curves.next()
         while motion is None and not budget.spent():
             motion = multistart.next()
     except CancelledError:

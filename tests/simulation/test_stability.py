@@ -53,7 +53,9 @@ x = [-1.0, 6.0]
 x = 5.0
 tolerance = 0.05
 [integration]
+method = "rk4"
 step = 0.05
+substeps = 1
 [planner]
 name = "rrt_fast"
 improve = 0

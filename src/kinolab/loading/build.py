@@ -10,6 +10,7 @@ from typing import Any, TypeVar
 from kinolab.arguments import require_fit
 from kinolab.dynamics import Model
 from kinolab.errors import InputError, Mistake
+from kinolab.loading.chosen_integration import steady
 from kinolab.loading.foreign_files import read_any
 from kinolab.loading.kept_machines import ScenarioMachine, with_limits
 from kinolab.loading.state_arrays import state_arrays
@@ -121,7 +122,7 @@ def build_problem(
     # The ground lets cables pass, which may meet what is below it.
     floors = grounded and not any(cable.collides for cable in whole.machine.cables)
     divided = [without_floor(o) if floors else (o, None) for o in obstacles]
-    return PlanningTask(
+    problem = PlanningTask(
         scenario=scenario,
         machine=whole.machine,
         model=model,
@@ -139,6 +140,7 @@ def build_problem(
         keep_outs=keep_outs_of(scenario, model),
         **arrays._asdict(),
     )
+    return steady(problem) if planning else problem
 
 
 def _parts(

@@ -135,7 +135,7 @@ def _scenario(
         "render": {"view": "top" if problem.axes == "xy" else "perspective"},
     }
     fit = _fit(problem.robot.text, triangles, len(solids), reach)
-    notes = (fit, *_left_out(problem), *problem.notes, *problem.planner.notes)
+    notes = (fit, *_left_out(problem), *problem.notes, *_planner_notes(problem))
     applied, mistakes = apply_overrides(document, overrides)
     return check_changed(document, Origin(path, applied, machine, notes), mistakes)
 
@@ -215,8 +215,25 @@ def _metric(problem: ProblemFile, triangles: Array) -> dict[str, float]:
 
 
 def _planner(problem: ProblemFile) -> dict[str, Any]:
+    """Return the keys of ``[planner]``.
+
+    OMPL's planners join poses by the shortest curves of a car's state space. kinolab's planners of
+    these names drive at random; ``auto`` takes such curves first.
+    """
     limit = {} if problem.time_limit is None else {"time_limit": problem.time_limit}
-    return {**problem.planner.keys, **limit}
+    return {**({} if problem.space else problem.planner.keys), **limit}
+
+
+def _planner_notes(problem: ProblemFile) -> Iterator[str]:
+    """Yield what is to be said of the planner that a file names."""
+    named = problem.planner.keys.get("name")
+    if not (problem.space and named):
+        yield from problem.planner.notes
+        return
+    yield (
+        f"OMPL's {named} joins poses by the shortest curves of {problem.space}. So does "
+        f"kinolab's auto, which is taken here; --planner {named} drives at random."
+    )
 
 
 def _fit(name: str, triangles: Array, count: int, reach: float) -> str:

@@ -40,6 +40,7 @@ class Budget:
         below: Duration in [s] of a known motion; a planner may prune what cannot be shorter. One
             that improves its motions finds only shorter ones.
         patience: Seconds without a shorter motion after which ``improve`` ends early.
+        refused: Number of motions with the same seed that the verifier has refused.
         abandoned: Set from outside when the result is no longer wanted.
         iterations: Iterations so far.
         started: Clock time from which time counts.
@@ -60,6 +61,7 @@ class Budget:
     improve: float | Literal["auto"] | None = None
     below: float = math.inf
     patience: float = math.inf
+    refused: int = 0
     abandoned: bool = False
     iterations: int = 0
     started: float = math.nan  # now by default

@@ -50,6 +50,7 @@ def sequential_runs(
             if budget is not None and (budget.interrupted or left <= 0):
                 break
             last, budget = budget, Budget(left, searches.left, clock.report if progress else None)
+            budget.refused = searches.refused.total()
             if watch:
                 watch(budget)
             if last is not None and last.interrupted:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from math import copysign, cos, sin
 from typing import Any, TypeAlias
 
@@ -93,25 +94,46 @@ def _merged(arcs: Iterable[Arc], belongs: Callable[[Arc, Arc], bool]) -> list[Ar
     return found
 
 
+def lengths(poses: Sequence[PlanePose], radius: float, *, backward: bool = True) -> Array:
+    """Return the lengths of the shortest curves between all poses in [m], shape (n, n).
+
+    Args:
+        poses: Of which each is a beginning and an end.
+        radius: Minimum turning radius in [m].
+        backward: As for ``arcs``.
+    """
+    space = _space(radius, backward)
+    states = [_state(space, pose) for pose in poses]
+    return np.array([[space.distance(a, b) for b in states] for a in states])
+
+
+@lru_cache(maxsize=8)
+def _space(radius: float, backward: bool) -> Any:
+    import ompl.base  # late: machines that are not cars need none
+
+    space = (ompl.base.ReedsSheppStateSpace if backward else ompl.base.DubinsStateSpace)(radius)
+    bounds = ompl.base.RealVectorBounds(2)
+    bounds.setLow(-WORLD_EXTENT)
+    bounds.setHigh(WORLD_EXTENT)
+    space.setBounds(bounds)
+    return space
+
+
+def _state(space: Any, pose: PlanePose) -> Any:
+    state, (x, y, heading) = space.allocState(), pose
+    state.setXY(x, y)
+    state.setYaw(heading)
+    return state
+
+
 class _Curve:
     """An OMPL curve, which exposes poses but not arcs."""
 
     def __init__(self, begin: PlanePose, end: PlanePose, radius: float, *, backward: bool) -> None:
-        import ompl.base  # late: machines that are not cars need none
-
-        self._space: Any = (
-            ompl.base.ReedsSheppStateSpace(radius)
-            if backward
-            else ompl.base.DubinsStateSpace(radius)
+        self._space = _space(radius, backward)
+        self._begin, self._end, self._here = (
+            _state(self._space, pose) for pose in (begin, end, begin)
         )
-        bounds = ompl.base.RealVectorBounds(2)
-        bounds.setLow(-WORLD_EXTENT)
-        bounds.setHigh(WORLD_EXTENT)
-        self._space.setBounds(bounds)
-        self._begin, self._end, self._here = (self._space.allocState() for _ in range(3))
-        for state, (x, y, heading) in ((self._begin, begin), (self._end, end)):
-            state.setXY(x, y)
-            state.setYaw(heading)
         self.length, self._radius = float(self._space.distance(self._begin, self._end)), radius
         self.size = max(self.length, radius, *map(abs, (*begin[:2], *end[:2])))
 

@@ -200,6 +200,7 @@ class GuessOptions:
     turning: tuple[float, ...] = setting((0.1, 0.3, 1.0), meaning="Random half turns of paths.")
     odds: tuple[float, ...] = setting((0.4, 0.1, 0.25, 0.25), meaning="And of a detour.")
     roadmap_states: int = setting(500, meaning="Free configurations of a roadmap.")
+    roadmap_poses: int = setting(200, meaning="The same, of a roadmap of curves.")
     roadmap_draws: int = setting(64, meaning="Of which so many are drawn at a time.")
     tight_samples: int = setting(60, meaning="Of a motion whose path is pulled tight.")
     tight_rounds: int = setting(3, meaning="Of shortcuts that do that.")

@@ -15,7 +15,7 @@ from kinolab.problem import PlanningTask
 from kinolab.trajectory import Trajectory
 from kinolab.trajopt.multistart.geometric_path import GeometricPaths
 from kinolab.trajopt.multistart.guesses import Guesses
-from kinolab.trajopt.multistart.lazy_roadmap import LazyRoadmap, least_durations
+from kinolab.trajopt.multistart.lazy_roadmap import least_durations, straight_roadmap
 from tests.support import problem_of
 
 Array = NDArray[np.float64]
@@ -249,7 +249,9 @@ def shortest(problem: PlanningTask, seed: int) -> Array | None:
     generator = np.random.default_rng(seed)
     paths, guesses = GeometricPaths(problem, generator), Guesses(problem, generator)
     ends = np.stack([problem.start, goal_of(problem)])
-    return LazyRoadmap(problem, paths, guesses.leg_times, ends, never_cancelled).path()
+    roadmap = straight_roadmap(problem, paths, guesses.leg_times, ends, never_cancelled)
+    way = roadmap.path()
+    return None if way is None else paths.shorter(problem.space.continuous(way))
 
 
 @pytest.mark.parametrize("seed", SEEDS)

@@ -103,6 +103,16 @@ class GeometricPaths:
         line = self._line(begin, end)
         return all(self.are_free(line[::apart]) for apart in (GUESS.first_check_stride, 1))
 
+    def samples(self, moved: float, turned: float = 0.0) -> int:
+        """Return into how many parts a path is cut, of which no point moves far in any.
+
+        Args:
+            moved: Length of the path, in [m].
+            turned: By which bodies turn, in [rad].
+        """
+        count = math.ceil((moved + self._reach * turned) / self._apart)
+        return min(max(GUESS.min_path_samples, count), GUESS.max_path_samples)
+
     def are_free(self, states: Array) -> bool:
         """Say whether all states, shape (m, nx), are collision-free."""
         return self._free(states) == len(states)
@@ -165,8 +175,7 @@ class GeometricPaths:
         moved = np.linalg.norm(np.diff(poses[..., 3], axis=0), axis=-1)
         turned = np.linalg.norm(np.diff(poses[..., :3], axis=0), axis=(-2, -1))
         length = float((moved + self._reach * turned).sum(axis=0).max(initial=0.0))
-        count = max(GUESS.min_path_samples, math.ceil(length / self._apart))
-        return self._between(begin, end, min(count, GUESS.max_path_samples))
+        return self._between(begin, end, self.samples(length))
 
     def _between(self, begin: Array, end: Array, count: int) -> Array:
         """Return evenly spaced states on the shortest straight path, shape (count + 1, nx)."""

@@ -47,68 +47,76 @@ def least_durations(problem: PlanningTask, motions: Sequence[Trajectory]) -> lis
     return least
 
 
-class LazyRoadmap:
-    """A roadmap between two states.
+def free_states(
+    paths: GeometricPaths, ends: Array, turning: float, most: int, stop: CancellationToken
+) -> Array:
+    """Return the ends of a path, shape (2, nx), and random free states, ``most`` of them at most.
 
     Args:
-        problem: The planning problem.
-        paths: What is free, and shortens paths.
-        times: Returns the least times in [s] for legs of paths, shape (..., m, nx), (..., m - 1).
-        ends: First and last state, shape (2, nx).
+        paths: What is free.
+        ends: First and last state, near whose attitudes the others are.
+        turning: As for ``GeometricPaths.find``.
+        most: Number of random states.
         stop: Cancellation token; cancelling raises a CancelledError.
+    """
+    free: list[Array] = []
+    for _ in range(most):
+        raise_if_cancelled(stop)
+        drawn = paths.anywhere(ends[0], ends[1], turning, GUESS.roadmap_draws)
+        free += [x for x in drawn if paths.are_free(x[None])]
+        if len(free) >= most:
+            break
+    return np.vstack([ends, *free[:most]])
+
+
+class LazyRoadmap:
+    """A roadmap from the first of some states to the second.
+
+    Args:
+        x: States, shape (n, nx).
+        times: Returns the least times in [s] from one state, shape (nx,), to all, shape (n,).
+        is_free: Says whether the way from one state to another is free.
+        neighbours: Of each state.
+        stop: Cancellation token; cancelling raises a CancelledError.
+        directed: Whether a way back is another way.
     """
 
     def __init__(
         self,
-        problem: PlanningTask,
-        paths: GeometricPaths,
+        x: Array,
         times: Callable[[Array], Array],
-        ends: Array,
+        is_free: Callable[[Array, Array], bool],
+        neighbours: int,
         stop: CancellationToken,
+        *,
+        directed: bool = False,
     ) -> None:
-        self._space, self._paths, self._times, self._stop = problem.space, paths, times, stop
-        self._x = np.vstack([ends, *self._drawn(ends)])
-        # Neighbours, as PRM* has them: e (1 + 1/d) log n.
-        count = math.ceil(math.e * (1 + 1 / problem.model.nq) * math.log(len(self._x)))
-        self._edges, self._costs = self._nearest(count)
+        self._x, self._way_is_free, self._stop, self._directed = x, is_free, stop, directed
+        self._edges, self._costs = self._nearest(times, neighbours)
         self._free: dict[tuple[int, int], bool] = {}
 
     def path(self) -> Array | None:
-        """Return the shortest free path, with random shortcuts, shape (m, nx); None without one.
+        """Return the states of the shortest free path, shape (m, nx); None without one.
 
         Raises:
             CancelledError: If the search is cancelled.
         """
         nodes = self._shortest()
-        if nodes is None:
-            return None
-        return self._paths.shorter(self._space.continuous(self._x[nodes]))
+        return None if nodes is None else self._x[nodes]
 
-    def _drawn(self, ends: Array) -> list[Array]:
-        """Return random free states near the ends' attitudes, (nx,) each."""
-        free: list[Array] = []
-        for _ in range(GUESS.roadmap_states):
-            raise_if_cancelled(self._stop)
-            drawn = self._paths.anywhere(ends[0], ends[1], GUESS.turning[1], GUESS.roadmap_draws)
-            free += [x for x in drawn if self._paths.are_free(x[None])]
-            if len(free) >= GUESS.roadmap_states:
-                break
-        return free[: GUESS.roadmap_states]
-
-    def _nearest(self, count: int) -> tuple[NDArray[np.intp], Array]:
+    def _nearest(
+        self, times: Callable[[Array], Array], count: int
+    ) -> tuple[NDArray[np.intp], Array]:
         """Return pairs of states, shape (m, 2), that are near each other, and least times, (m,)."""
-        times = np.array([self._times_from(x) for x in self._x])
-        near = np.argsort(times, axis=1, kind="stable")[:, 1 : count + 1]
-        pairs = np.stack([np.repeat(np.arange(len(near)), near.shape[1]), near.ravel()], axis=1)
-        pairs = np.unique(np.sort(pairs, axis=1), axis=0)
-        charge(GRAPH_SECONDS * times.size)
-        return pairs, times[pairs[:, 0], pairs[:, 1]]
-
-    def _times_from(self, x: Array) -> Array:
-        """Return the least times in [s] from one state, shape (nx,), to all."""
-        near = self._space.nearest(x, self._x)
-        times = self._times(np.stack([np.broadcast_to(x, near.shape), near], axis=1))
-        return np.asarray(times[:, 0])
+        apart = np.array([times(x) for x in self._x])
+        pairs = _pairs(apart, count)
+        if self._directed:  # the nearest ones that lead there, too
+            pairs = np.vstack([pairs, _pairs(apart.T, count)[:, ::-1]])
+        else:
+            pairs = np.sort(pairs, axis=1)
+        pairs = np.unique(pairs, axis=0)
+        charge(GRAPH_SECONDS * apart.size)
+        return pairs, apart[pairs[:, 0], pairs[:, 1]]
 
     def _shortest(self) -> list[int] | None:
         """Return the nodes of the shortest path whose edges are free; None if there is none."""
@@ -116,22 +124,67 @@ class LazyRoadmap:
             raise_if_cancelled(self._stop)
             charge(GRAPH_SECONDS * len(self._edges))
             graph = csr_array((self._costs, self._edges.T), shape=(len(self._x),) * 2)
-            _, before = dijkstra(graph, directed=False, indices=0, return_predecessors=True)
+            _, before = dijkstra(
+                graph, directed=self._directed, indices=0, return_predecessors=True
+            )
             nodes = [1]
             while nodes[-1] > 0:
                 nodes.append(int(before[nodes[-1]]))
             if nodes[-1] < 0:
                 return None
-            blocked = [e for e in pairwise(nodes) if not self._is_free(e)]
+            nodes.reverse()
+            blocked = [e for e in map(self._edge, pairwise(nodes)) if not self._is_free(e)]
             if not blocked:
-                return nodes[::-1]
-            gone = np.sort(blocked) @ (len(self._x), 1)
+                return nodes
+            gone = np.array(blocked) @ (len(self._x), 1)
             left = np.isin(self._edges @ (len(self._x), 1), gone, invert=True)
             self._edges, self._costs = self._edges[left], self._costs[left]
 
+    def _edge(self, way: tuple[int, int]) -> tuple[int, int]:
+        return way if self._directed else (min(way), max(way))
+
     def _is_free(self, edge: tuple[int, int]) -> bool:
-        pair = min(edge), max(edge)
-        if pair not in self._free:
-            begin, end = self._x[[*pair]]
-            self._free[pair] = self._paths.is_free(begin, self._space.nearest(begin, end))
-        return self._free[pair]
+        if edge not in self._free:
+            self._free[edge] = self._way_is_free(*self._x[[*edge]])
+        return self._free[edge]
+
+
+def straight_roadmap(
+    problem: PlanningTask,
+    paths: GeometricPaths,
+    times: Callable[[Array], Array],
+    ends: Array,
+    stop: CancellationToken,
+) -> LazyRoadmap:
+    """Return a roadmap of straight lines between two states.
+
+    Args:
+        problem: The planning problem.
+        paths: What is free.
+        times: Returns the least times in [s] for legs of paths, shape (..., m, nx), (..., m - 1).
+        ends: First and last state, shape (2, nx).
+        stop: Cancellation token; cancelling raises a CancelledError.
+    """
+    space = problem.space
+    x = free_states(paths, ends, GUESS.turning[1], GUESS.roadmap_states, stop)
+
+    def times_from(begin: Array) -> Array:
+        near = space.nearest(begin, x)
+        legs = np.stack([np.broadcast_to(begin, near.shape), near], axis=1)
+        return np.asarray(times(legs)[:, 0])
+
+    def is_free(begin: Array, end: Array) -> bool:
+        return paths.is_free(begin, space.nearest(begin, end))
+
+    return LazyRoadmap(x, times_from, is_free, prm_star_neighbours(len(x), problem.model.nq), stop)
+
+
+def prm_star_neighbours(count: int, dimension: int) -> int:
+    """Return how many neighbours each of ``count`` states has in PRM*: e (1 + 1/d) log n."""
+    return math.ceil(math.e * (1 + 1 / dimension) * math.log(count))
+
+
+def _pairs(apart: Array, count: int) -> NDArray[np.intp]:
+    """Return each row and its nearest columns, by distances (n, n), shape (n * count, 2)."""
+    near = np.argsort(apart, axis=1, kind="stable")[:, 1 : count + 1]
+    return np.stack([np.repeat(np.arange(len(near)), near.shape[1]), near.ravel()], axis=1)

@@ -32,7 +32,7 @@ from kinolab.trajopt.minimum_time import minimize_time
 from kinolab.trajopt.multistart.geometric_path import GeometricPaths
 from kinolab.trajopt.multistart.guesses import Guesses
 from kinolab.trajopt.multistart.headings import turned_along, turned_for_requirements
-from kinolab.trajopt.multistart.lazy_roadmap import LazyRoadmap
+from kinolab.trajopt.multistart.lazy_roadmap import LazyRoadmap, straight_roadmap
 from kinolab.trajopt.multistart.rest_to_rest import along_corners
 from kinolab.trajopt.nlp.decision import Knots
 from kinolab.trajopt.nlp.dynamics_constraint import refined, repeatable
@@ -281,16 +281,12 @@ class Multistart:
 
     def _shortest_path(self, begin: Array, end: Array) -> Array | None:
         """Return the shortest path of a roadmap between two states."""
+        problem, paths = self._problem, self._geometric_paths
         if self._roadmap is None or not np.array_equal(self._roadmap[0], end):
-            roadmap = LazyRoadmap(
-                self._problem,
-                self._geometric_paths,
-                self._guesses.leg_times,
-                np.stack([begin, end]),
-                self._cancelled,
-            )
-            self._roadmap = end, roadmap
-        return self._roadmap[1].path()
+            ends, times = np.stack([begin, end]), self._guesses.leg_times
+            self._roadmap = end, straight_roadmap(problem, paths, times, ends, self._cancelled)
+        path = self._roadmap[1].path()
+        return None if path is None else paths.shorter(problem.space.continuous(path))
 
     def _short_enough(self, paths: Array) -> NDArray[np.bool_]:
         return np.asarray(self._guesses.least_times(paths) <= self._most)

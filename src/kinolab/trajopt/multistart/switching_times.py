@@ -73,7 +73,7 @@ class SwitchingTimes:
             durations = self._shortest(word)
             if durations is None or not durations.sum() < (best.duration if best else self._below):
                 continue
-            motion = self._motion(word, durations)
+            motion = motion_along(self._task, word, durations)
             if motion is not None:
                 best = motion
         return best
@@ -112,23 +112,30 @@ class SwitchingTimes:
         exact = np.abs(missed(found.x)).max() < GUESS.few_knots_tolerance
         return np.maximum(found.x, 0.0) if exact else None
 
-    def _motion(self, word: Array, durations: Array) -> Trajectory | None:
-        """Return the true motion under a word, if it breaks nothing."""
-        problem, spans, inputs = self._problem, [], []
-        for u, seconds in zip(word, durations.tolist(), strict=True):
-            if seconds > GUESS.few_knots_tolerance * problem.step:
-                count = max(covering_steps(seconds, problem.step), 1)
-                spans += [seconds / count] * count
-                inputs += [u] * count
-        if not spans:
-            return None
-        t = np.concatenate([[0.0], np.cumsum(spans)])
-        try:
-            made = resimulate(problem, t, np.array(inputs))
-        except DivergedError:
-            return None
-        fine = meets_centre(problem, made.x[-1]) and satisfies_all(self._task, made)
-        return made if fine else None
+
+def motion_along(task: TrajectoryProblem, word: Array, durations: Array) -> Trajectory | None:
+    """Return the true motion under constant inputs in turn, if it breaks nothing.
+
+    Args:
+        task: What must not be broken; the motion must end in the goal's centre.
+        word: The inputs, shape (arcs, nu).
+        durations: Of each, in [s], shape (arcs,); arcs of no time are left out.
+    """
+    problem, spans, inputs = task.problem, [], []
+    for u, seconds in zip(word, durations.tolist(), strict=True):
+        if seconds > GUESS.few_knots_tolerance * problem.step:
+            count = max(covering_steps(seconds, problem.step), 1)
+            spans += [seconds / count] * count
+            inputs += [u] * count
+    if not spans:
+        return None
+    t = np.concatenate([[0.0], np.cumsum(spans)])
+    try:
+        made = resimulate(problem, t, np.array(inputs))
+    except DivergedError:
+        return None
+    fine = meets_centre(problem, made.x[-1]) and satisfies_all(task, made)
+    return made if fine else None
 
 
 class _Arcs:
