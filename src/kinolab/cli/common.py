@@ -34,7 +34,7 @@ def scenarios_and_files(incomplete: str) -> list[CompletionItem]:
     return [*found, CompletionItem(incomplete, type="file")]
 
 
-class _Named(click.ParamType):
+class _Named(click.ParamType[str]):
     """A text that names a scenario, a system or a file."""
 
     name = "text"

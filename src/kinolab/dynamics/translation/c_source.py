@@ -43,7 +43,9 @@ def c_source(model: Model) -> dict[str, str]:
     name = re.sub(r"\W", "_", model.machine.name, flags=re.ASCII)
     f = functions["f"]
     functions["tangent"] = replace(tangent_of(graph, f), name="tangent", guards=f.guards)
-    jacobian = replace(f, name="jacobian", outputs=f.outputs * (model.nx + model.nu), guards=())
+    jacobian = replace(
+        f, name="jacobian", outputs=tuple(f.outputs) * (model.nx + model.nu), guards=()
+    )
     exported = [jacobian, *(entry for key, entry in functions.items() if key not in OWN)]
     head = _header(name, model, exported)
     body = _source(name, model, graph, functions)

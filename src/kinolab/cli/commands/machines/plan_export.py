@@ -77,9 +77,10 @@ def _make(folder: Path) -> None:
 def _machine_of(what: str) -> System:
     """Return the machine that a text names, or that of a run."""
     if Path(what).is_dir():
+        from kinolab.dynamics import System
         from kinolab.runs import read_run
 
-        return read_run(Path(what)).problem.system
+        return System.of(read_run(Path(what)).problem.system)
     from kinolab.loading import find_machine
 
     return find_machine(what)
