@@ -55,7 +55,6 @@ tolerance = 0.05
 [integration]
 method = "rk4"
 step = 0.05
-substeps = 1
 [planner]
 name = "rrt_fast"
 improve = 0

@@ -7,7 +7,6 @@ and one would have to know which of several keys to change together.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import replace
 from itertools import pairwise
 from typing import Any
@@ -30,17 +29,14 @@ from kinolab.simulation.step_error import REFINEMENTS, TOLERATED
 def steady(problem: PlanningTask) -> PlanningTask:
     """Return a problem whose steps are stable: the same one where they are, or where told so."""
     settings = problem.scenario.integration
-    if settings.truth == "discrete" or {"method", "substeps"} <= settings.model_fields_set:
+    if settings.truth == "discrete" or {"method", "substeps"} & settings.model_fields_set:
         return problem
     if step_too_long(settings, fastest_rate(problem.model)) is None:  # a few states: cheap
         return problem
     found = stiffness(problem)
     if found is None:
         return problem
-    said = settings.model_fields_set & {"method", "substeps"}
-    chosen = next((c for c in _choices(problem, found.rate) if said.isdisjoint(c)), None)
-    if chosen is None:
-        return problem
+    chosen = _chosen(problem, found.rate)
     integration = type(settings)(**settings.model_dump(exclude_unset=True), **chosen)
     scenario, origin = problem.scenario, problem.scenario.origin
     note = _sentence(settings, integration, found.rate)
@@ -49,8 +45,8 @@ def steady(problem: PlanningTask) -> PlanningTask:
     return replace(problem, scenario=located)
 
 
-def _choices(problem: PlanningTask, rate: float) -> Iterator[dict[str, Any]]:
-    """Yield keys of ``[integration]`` that make steps stable, the cheapest ones first.
+def _chosen(problem: PlanningTask, rate: float) -> dict[str, Any]:
+    """Return keys of ``[integration]`` that make steps stable.
 
     A linearly implicit step takes a derivative, which is worth nx evaluations of the equations at
     most. Explicit substeps are taken where they take fewer than that.
@@ -58,14 +54,9 @@ def _choices(problem: PlanningTask, rate: float) -> Iterator[dict[str, Any]]:
     settings = problem.scenario.integration
     own = METHODS[settings.method]
     count = math.ceil(settings.step * rate / own.stability)
-    fewer = count * own.stages <= ROSENBROCK.stages + problem.model.nx
-    substeps = {"substeps": _fine(problem, settings.method, count)}
-    if fewer:
-        yield substeps
-    if (finer := _fine(problem, ROSENBROCK.name, settings.substeps)) > settings.substeps:
-        yield {"method": ROSENBROCK.name, "substeps": finer}
-    yield {"method": ROSENBROCK.name}
-    yield substeps
+    if count * own.stages <= ROSENBROCK.stages + problem.model.nx:
+        return {"substeps": _fine(problem, settings.method, count)}
+    return {"method": ROSENBROCK.name, "substeps": _fine(problem, ROSENBROCK.name, 1)}
 
 
 def _fine(problem: PlanningTask, method: str, least: int) -> int:
@@ -94,5 +85,5 @@ def _sentence(before: IntegrationSection, after: IntegrationSection, rate: float
     return (
         f"Something in this machine changes within {1.0 / rate:.2g} s, too fast for steps of "
         f"{before.step / before.substeps:.3g} s by {before.method}: {after.method}{parts} is taken "
-        "instead. [integration] method and substeps choose otherwise."
+        "instead. Give [integration] method or substeps to choose otherwise."
     )
