@@ -28,6 +28,7 @@ if TYPE_CHECKING:  # a machine that is in the cache needs no symbols
 
 FD_STEP = 1e-5  # of a state's scale, for finite differences of a step
 GROWING = 1.02  # multiplier from which a deviation grows; double roots at 1 are rounded by less
+FASTER = 1.1  # times as fast as a machine without its law: a law that leaves it as it is
 HALVINGS = 8  # of a step until the law holds
 SETTLING = 4.0  # [s] that a machine is given to come to its steady motion
 GENTLER = (2.0, 3.0, 5.0, 10.0, 20.0, 50.0, 100.0)  # factors on large deviations
@@ -90,6 +91,37 @@ def stiff_law(
     except KinolabError:  # where the equations are singular, other checks say so
         return None
     return None
+
+
+def wrong_law(model: Model, settings: IntegrationSection) -> str:
+    """Return why a law makes deviations grow however often it acts; empty if it does not.
+
+    A law that leaves an instability of the machine as it is may be meant so: growth counts that is
+    faster than without the law.
+    """
+    if model.machine.references is None or model.machine.modes:
+        return ""
+    try:
+        for x, r in _steady(model, settings):
+            u = model.plant_inputs(x, r)
+            own = _growth(model.plant.jacobian(x[: model.plant.nx], u)[0])
+            growth = _growth(model.jacobian(x, r)[0])
+            if growth > FASTER * max(own, 0.0) + math.log(GROWING) / settings.step:
+                return (
+                    f"The law does not hold the machine, however short its step: a deviation from "
+                    f"a steady motion grows {math.exp(min(growth, 100.0) * 0.1):.3g} times as "
+                    f"large in 0.1 s, and without the law only "
+                    f"{math.exp(max(own, 0.0) * 0.1):.3g} times. It pushes away from where it "
+                    f"should hold: is the sign of its gains wrong?"
+                )
+    except KinolabError:  # where the equations are singular, other checks say so
+        pass
+    return ""
+
+
+def _growth(slope: Array) -> float:
+    """Return the largest growth rate in [1/s] of a linear system, shape (n, n)."""
+    return float(np.linalg.eigvals(slope).real.max(initial=-math.inf))
 
 
 def largest_multiplier(model: Model, settings: IntegrationSection, step: float) -> float:

@@ -9,6 +9,7 @@ from itertools import combinations
 
 import numpy as np
 
+from kinolab.analyze.examine.remark import Remark
 from kinolab.analyze.examine.subject import Subject
 from kinolab.dynamics import Body
 from kinolab.dynamics.machine_facts import BodyGeometry
@@ -110,3 +111,15 @@ def contacts(subject: Subject) -> Iterator[Contact]:
         near = np.linalg.norm(far) <= (1 + TOUCHING) * (reaches[one.name] + reaches[other.name])
         if near and found.moved_by and found.touches:
             yield found
+
+
+def standing(subject: Subject) -> Iterator[Remark]:
+    """Yield the bodies that stand on the ground at rest and are not said to."""
+    for body in subject.system.bodies:
+        if body.touches_ground or not body.shapes or not subject.moving(body.frame):
+            continue
+        geometry = BodyGeometry(body.name, subject.system.resolved_shapes(body))
+        if Contact(subject, body, None, reach_of(geometry)).touches:
+            what = f"{body.name} touches the ground z = 0 at rest, which is a collision for every "
+            what += "plan. Where it stands, rolls or slides on it: Body(…, touches_ground=True)."
+            yield Remark("collision with the ground", body.name, what, ("Body", body.name))

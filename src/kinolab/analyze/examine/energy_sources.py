@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
+import sympy
 from numpy.typing import NDArray
 
 from kinolab.analyze.examine.remark import Remark
@@ -13,11 +14,18 @@ from kinolab.analyze.examine.subject import Subject
 from kinolab.dynamics.derivation.derivation import is_kinematic
 from kinolab.dynamics.language.constraints import Requirement
 from kinolab.dynamics.language.expressions import exact
-from kinolab.dynamics.language.forces import Effort
-from kinolab.dynamics.language.mechanism_parts import atoms_of, loads_in
+from kinolab.dynamics.language.forces import Effort, Load
+from kinolab.dynamics.language.mechanism_parts import (
+    atoms_of,
+    coordinate_of,
+    energies_in,
+    loads_in,
+)
+from kinolab.dynamics.language.quantities import written
 from kinolab.dynamics.language.symbols import (
     InputSymbol,
     Parameter,
+    RateSymbol,
     ReferenceSymbol,
     StateSymbol,
 )
@@ -41,6 +49,7 @@ def energy_sources(subject: Subject) -> Iterator[Remark]:
             )
             what += "more the longer it is. A spring that pulls back has a positive one."
             yield Remark("spring that pushes", "", what, (type(effort).__name__, ""))
+    yield from _repelling(subject)
     suspects = [effort for effort in system.efforts if _may_feed(effort)]
     if not suspects or is_kinematic(system):
         return
@@ -53,6 +62,52 @@ def energy_sources(subject: Subject) -> Iterator[Remark]:
     there, back = (watched.requirements(x, idle) for x in (states, reversed_))
     for k, effort in enumerate(suspects):
         yield from _found(effort, there[:, k], back[:, k])
+
+
+def _repelling(subject: Subject) -> Iterator[Remark]:
+    """Yield the springs that are written as energies or forces, and push away from their rest."""
+    system = subject.system
+    values = {p: system.parameter_values[p.name] for p in system.parameters}
+    for effort in system.efforts:
+        if any(str(getattr(a, "unit", "")) == "m/s^2" for a in atoms_of(effort)):
+            continue  # a weight, which may well have a maximum
+        energies = [exact(energy) for energy in energies_in(effort)]
+        if any(_has_maximum(energy.subs(values)) for energy in energies) or (
+            not energies and any(_pushes(load, values) for load in loads_in(effort))
+        ):
+            what = f"The {effort} pushes away from where it is at rest, the more the farther: its "
+            what += "energy has a maximum there. That of a spring has a minimum, + k * s**2 / 2, "
+            what += "and its force is against s, - k * s: is the sign wrong?"
+            moved = ", ".join(sorted({c.name for c in subject.plain} & set(_owners(effort))))
+            yield Remark("spring that pushes", moved, what, (type(effort).__name__, ""))
+
+
+def _owners(effort: Effort) -> Iterator[str]:
+    owners = (coordinate_of(atom) for atom in atoms_of(effort))
+    yield from (owner.name for owner in owners if owner is not None)
+
+
+def _has_maximum(energy: sympy.Expr) -> bool:
+    """Whether the even powers in an energy are negative, so that it has no lower bound."""
+    squares = [
+        term
+        for term in sympy.Add.make_args(energy)
+        if any(isinstance(f, sympy.Pow) and f.exp.is_even and f.exp.is_positive
+               and f.base.free_symbols for f in term.args)
+    ]  # fmt: skip
+    signs = [term.as_independent(*term.free_symbols, as_Add=False)[0] for term in squares]
+    return bool(signs) and all(sign.is_negative for sign in signs)
+
+
+def _pushes(load: Load, values: dict[Parameter, float]) -> bool:
+    """Whether a force grows in proportion to a coordinate, along that coordinate's rate."""
+    along, size = written(load.velocity), exact(load.magnitude).subs(values)
+    rates = [a for a in along.free_symbols if isinstance(a, RateSymbol)]
+    coordinate = coordinate_of(rates[0]) if len(rates) == 1 else None
+    if coordinate is None or coordinate not in size.free_symbols:
+        return False
+    slope = (size.diff(coordinate) * along.diff(rates[0])).subs(values)
+    return bool(slope.is_number and slope.is_positive)
 
 
 def _found(

@@ -12,14 +12,15 @@ import numpy as np
 
 from kinolab.analyze.describe.each_mode import in_each_mode
 from kinolab.analyze.examine.behaviour import behaviour
-from kinolab.analyze.examine.contacts import contacts
+from kinolab.analyze.examine.carried import left_behind, swung_off
+from kinolab.analyze.examine.contacts import contacts, standing
 from kinolab.analyze.examine.energy_sources import energy_sources
 from kinolab.analyze.examine.joints import parted, sized_otherwise
 from kinolab.analyze.examine.law_check import LawCheck
 from kinolab.analyze.examine.laws import laws, modes_alone
 from kinolab.analyze.examine.passing_bodies import passing_bodies
 from kinolab.analyze.examine.place_in_file import place_in
-from kinolab.analyze.examine.reactions import reactions, turning_axes
+from kinolab.analyze.examine.reactions import reactions, turned_away, turning_axes
 from kinolab.analyze.examine.remark import Remark, sorted_out
 from kinolab.analyze.examine.rolling import slips
 from kinolab.analyze.examine.subject import Subject
@@ -27,7 +28,8 @@ from kinolab.analyze.examine.units import odd_numbers
 from kinolab.dynamics import System
 from kinolab.loading.well_posed import unlimited_sentences
 from kinolab.scenario.schema import IntegrationSection
-from kinolab.simulation.held_law import stiff_law
+from kinolab.simulation.held_law import stiff_law, wrong_law
+from kinolab.simulation.stability import fastest_rate, step_too_long
 
 LINE_WIDTH = 100  # characters per line
 
@@ -105,13 +107,17 @@ def examine(
     sentences: list[str] = []
     found: list[Remark] = []
     checked = list(modes_alone(system.model())) if system.modes else []
+    advice = _advice(system, integration)
+    chosen = None if advice else integration
     for title, machine in in_each_mode(system):
         subject = Subject(machine.with_feedback(None))
-        told = (*behaviour(subject), *passing_bodies(subject), *_limits(machine))
-        sentences += [title] * bool(title) + [one for one in told if one not in sentences]
-        found += remarks_on(subject)
+        passing, left_out = passing_bodies(subject)
+        told = (*behaviour(subject), passing, *_limits(machine), advice)
+        sentences += [title] * bool(title)
+        sentences += [one for one in told if one and one not in sentences]
+        found += (*remarks_on(subject), *left_out)
         mode = title.partition("\n")[0].removeprefix(system.name)
-        checked += [replace(law, law=law.law + mode) for law in laws(machine, integration)]
+        checked += [replace(law, law=law.law + mode) for law in laws(machine, chosen)]
     if integration is not None:
         found += _law_of(system, integration)
     remarks, unused = sorted_out(found, system.expected)
@@ -119,13 +125,26 @@ def examine(
     return Examination(system.name, tuple(sentences), placed, tuple(checked), unused)
 
 
+def _advice(system: System, integration: IntegrationSection | None) -> str:
+    """Return what a step must be that nobody has chosen; empty if the usual one is stable."""
+    if integration is None or integration != IntegrationSection():
+        return ""
+    wrong = step_too_long(integration, fastest_rate(system.model()))
+    return "" if wrong is None else f"Before planning, choose a step. {wrong.sentence}"
+
+
 def remarks_on(subject: Subject) -> Iterator[Remark]:
     """Yield what is hardly ever meant about a machine, without its controller."""
-    for contact in contacts(subject):
+    touching = list(contacts(subject))
+    for contact in touching:
         yield from slips(contact)
         yield from parted(contact)
         yield from sized_otherwise(contact)
+    yield from swung_off(subject, touching)
+    yield from left_behind(subject)
+    yield from standing(subject)
     yield from reactions(subject)
+    yield from turned_away(subject)
     yield from turning_axes(subject)
     yield from odd_numbers(subject)
     yield from energy_sources(subject)
@@ -134,9 +153,12 @@ def remarks_on(subject: Subject) -> Iterator[Remark]:
 def _law_of(system: System, integration: IntegrationSection) -> Iterator[Remark]:
     if system.feedback is None:
         return
+    word = type(system.feedback).__name__
+    if wrong := wrong_law(system.model(), integration):
+        yield Remark("law that pushes the wrong way", ", ".join(e.name for e in system.inputs), wrong, (word, ""))
+        return
     found = stiff_law(system.model(), integration, lambda: system)
     if found is not None:
-        word = type(system.feedback).__name__
         yield Remark("law too stiff for its step", "", found.sentence, (word, ""))
 
 

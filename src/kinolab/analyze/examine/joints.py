@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import combinations, product
 
 from kinolab.analyze.examine.contacts import APART, TOUCHING, Contact
 from kinolab.analyze.examine.remark import Remark
 from kinolab.dynamics import Body, Coordinate, Parameter
+from kinolab.dynamics.language.constraints import PositionConstraint
 from kinolab.dynamics.language.mechanism_parts import atoms_of
 
 SMALL, HALF, LARGE = 0.15, 0.5, 1.0  # shares of how far a coordinate may move
@@ -64,14 +65,18 @@ def sized_otherwise(contact: Contact) -> Iterator[Remark]:
     if abs(contact.gap(rest)) > TOUCHING * contact.reach:
         return
     pair = contact.pair
-    for parameter in _lengths(pair):
+    held = [c for c in system.constraints if isinstance(c, PositionConstraint)]
+    for parameter in _lengths(pair, held):
         value = system.parameter_values[parameter.name]
-        gaps = [contact.gap(rest, {parameter.name: value * s}) for s in (CHANGED, 1 / CHANGED)]
+        gaps = [_gap(contact, {parameter.name: value * s}) for s in (CHANGED, 1 / CHANGED)]
         if not (value and max(map(abs, gaps)) > APART * contact.reach):
             continue
-        free = [b for b in pair if parameter not in _sizes(b) and parameter in atoms_of(b.frame)]
+        stated = {a for part in held for a in atoms_of(part.position)}
+        free = [b for b in pair if parameter not in _sizes(b)
+                and parameter in {*atoms_of(b.frame), *stated}]  # fmt: skip
         fixed = min(free, key=lambda b: value not in _numbers(contact, b), default=None)
-        if fixed is None or (contact.other and value not in _numbers(contact, fixed)):
+        chance = contact.other or (fixed and parameter not in atoms_of(fixed.frame))
+        if fixed is None or (chance and value not in _numbers(contact, fixed)):
             continue  # of two bodies it may be by chance that they touch
         what = f"They touch, but with {parameter} = {value * CHANGED:.4g} m, 5 % more, "
         gap = gaps[0]
@@ -80,15 +85,22 @@ def sized_otherwise(contact: Contact) -> Iterator[Remark]:
             if gap > 0
             else (f"it is {-gap:.3g} m in the ground" if gap < 0 else "they are in each other")
         )
-        what += f": {parameter} is in a frame, and the shape of {fixed.name} has a number in its "
+        word = "a frame" if parameter in atoms_of(fixed.frame) else "a constraint"
+        what += f": {parameter} is in {word}, and the shape of {fixed.name} has a number in its "
         what += f"place. Shapes take parameters, too, such as Sphere({parameter})."
         yield Remark("size without its parameter", fixed.name, what, ("Body", fixed.name))
         return
 
 
-def _lengths(bodies: tuple[Body, ...]) -> list[Parameter]:
-    """Return the lengths among the parameters in the frames of bodies."""
-    found = {a for body in bodies for a in atoms_of(body.frame) if isinstance(a, Parameter)}
+def _gap(contact: Contact, values: dict[str, float]) -> float:
+    subject = contact.subject
+    return contact.gap(subject.on_constraints(subject.rest, **values), values)
+
+
+def _lengths(bodies: tuple[Body, ...], held: Sequence[PositionConstraint]) -> list[Parameter]:
+    """Return the lengths among the parameters in the frames of bodies, and in constraints."""
+    parts = [*(body.frame for body in bodies), *(one.position for one in held)]
+    found = {a for part in parts for a in atoms_of(part) if isinstance(a, Parameter)}
     return sorted((p for p in found if p.unit == "m"), key=str)
 
 

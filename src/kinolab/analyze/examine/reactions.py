@@ -6,14 +6,17 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from kinolab.analyze.examine.contacts import contacts
 from kinolab.analyze.examine.remark import Remark
 from kinolab.analyze.examine.subject import Subject
 from kinolab.dynamics import Axis, Body
-from kinolab.dynamics.language.frames import AXES
+from kinolab.dynamics.language.frames import AXES, pose
+from kinolab.dynamics.language.mechanism_parts import configuration_symbols
 from kinolab.errors import KinolabError
 from kinolab.numerics.arrays import Array
 
 ALONG = 1e-6  # relative, of rounding in velocities
+SEEN = 1e-3  # from which two directions are different: one minus the cosine
 SHARES = (0.3, -0.2, 0.45)  # of the spans of coordinates, where axes are looked at
 
 
@@ -30,67 +33,140 @@ def reactions(subject: Subject) -> Iterator[Remark]:
             found = _carrier(subject, on, axis, turns=about is not None)
             if found is not None:
                 kind = type(entry).__name__
-                what = f"{entry.name} pushes {on.name} against {found.name}, on which it "
-                what += "is mounted, and the world takes the reaction, as of no motor. With "
+                what = f"{entry.name} acts between {on.name} and {found.name}, which moves, "
+                what += "too, and the world takes the reaction, as of no motor. With "
                 what += f"reacts_on={found.name} it pushes both."
                 title = "no reaction"
                 yield Remark(title, entry.name, what, (kind, entry.name))
 
 
 def _carrier(subject: Subject, on: Body, axis: Axis, *, turns: bool) -> Body | None:
-    """Return the moving body on which another is mounted, along the axis of an input."""
-    own = subject.moving(on.frame)
-    bases = [
-        body
-        for body in subject.system.bodies
-        if (moving := subject.moving(body.frame)) and moving < own and not body.massless
-    ]
-    for base in sorted(bases, key=lambda body: -len(subject.moving(body.frame))):
-        if _acts_between(subject, on, base, axis, turns=turns):
+    """Return the moving body on which another is mounted, if a motor between them turns it, too."""
+    x = _aside(subject)
+    direction, at_rest = _axis(subject, axis, x), _axis(subject, axis, subject.rest)
+    if direction is None or at_rest is None:
+        return None
+    mounts = [b for b in subject.carriers(on) if subject.moving(b.frame) and not b.massless]
+    for base in mounts:
+        joint = _joint(subject, on, base, x, turns=turns)
+        if joint is None or abs(direction @ joint) < 1 - ALONG:
+            continue
+        if _takes_part(subject, base, direction, x, turns=turns):
             return base
+        # An axis that turns with its mount is none of the world's; wheels are driven at the ground.
+        if turns and not on.touches_ground and abs(direction @ at_rest) < 1 - ALONG:
+            return base
+    return None if mounts or not turns else _beside(subject, on, direction, x)
+
+
+def _beside(subject: Subject, on: Body, direction: Array, x: Array) -> Body | None:
+    """Return the body that turns about the same axle as another, of which nothing is the mount."""
+    own, k = subject.moving(on.frame), subject.place_of(on)
+    for other in subject.system.bodies:
+        theirs = subject.moving(other.frame)
+        if other is on or other.massless or not own & theirs or not theirs - own:
+            continue
+        origin = subject.poses(x)[k][:, 3]
+        ours, others = subject.spin(on, x), subject.spin(other, x)
+        turning = ours - others
+        across = turning - np.outer(direction, direction @ turning)
+        # one axle: where it is fixed in one, it is fixed in the other
+        point = _on_axle(subject, on, origin, direction, x)
+        slip = subject.slip(on, other, point, x)
+        if np.abs(across).max() < ALONG and np.abs(slip).max() < ALONG * max(1, np.abs(ours).max()):
+            if np.abs(direction @ others).max() > ALONG and _near(subject, on, other):
+                return other
     return None
 
 
-def _acts_between(subject: Subject, on: Body, base: Body, axis: Axis, *, turns: bool) -> bool:
-    """Whether a body moves against its base along an axis alone, and the base along it, too."""
-    x = subject.moved({c: SHARES[i % 3] for i, c in enumerate(subject.plain)})
+def _on_axle(subject: Subject, on: Body, origin: Array, direction: Array, x: Array) -> Array:
+    """Return the point about which the coordinate turns a body that it alone has."""
+    spin = direction @ subject.spin(on, x)
+    for k in subject.plain.values():
+        if abs(spin[k]) > ALONG:
+            speed = subject.slip(on, None, origin, x)[:, k]
+            return np.asarray(origin + np.cross(direction, speed) / spin[k])
+    return origin
+
+
+def _near(subject: Subject, one: Body, other: Body) -> bool:
+    """Whether two bodies touch at rest."""
+    return any({one, other} == set(found.pair) for found in contacts(subject))
+
+
+def _aside(subject: Subject) -> Array:
+    return subject.moved({c: SHARES[i % 3] for i, c in enumerate(subject.plain)})
+
+
+def _joint(subject: Subject, on: Body, base: Body, x: Array, *, turns: bool) -> Array | None:
+    """Return the direction in which alone a body moves against its base; None if in several."""
+    ours = _velocities(subject, on, x, turns=turns)
+    only = [k for c, k in subject.plain.items()
+            if c.name in subject.moving(on.frame) - subject.moving(base.frame)]  # fmt: skip
+    sizes = np.linalg.norm(ours[:, only], axis=0)
+    if (sizes > ALONG).sum() != 1:
+        return None
+    k = int(np.argmax(sizes))
+    return np.asarray(ours[:, only[k]] / sizes[k])
+
+
+def _takes_part(
+    subject: Subject, base: Body, direction: Array, x: Array, *, turns: bool
+) -> bool:
+    """Whether a base moves along a direction, so that a reaction on it does work."""
     try:
         moving, _ = subject.in_motion(x)
     except KinolabError:
         return False
-    direction = _axis(subject, axis, x)
-    if direction is None:
-        return False
-    ours, bases = (_velocities(subject, body, x, turns=turns) for body in (on, base))
-    only = [k for c, k in subject.plain.items() if c.name not in subject.moving(base.frame)]
-    joint = np.stack([ours[:, k] for k in only], axis=1) if only else np.zeros((3, 0))
-    joint = joint[:, np.linalg.norm(joint, axis=0) > ALONG]
-    if joint.shape[1] != 1:
-        return False
-    along = abs(direction @ joint[:, 0]) / np.linalg.norm(joint[:, 0])
-    carried = np.abs(moving @ bases.T @ direction).max(initial=0.0)
-    return bool(along > 1 - ALONG and carried > ALONG * np.abs(moving).max(initial=1e-300))
+    along = moving @ _velocities(subject, base, x, turns=turns).T @ direction
+    return bool(np.abs(along).max(initial=0.0) > ALONG * np.abs(moving).max(initial=1e-300))
 
 
 def _velocities(subject: Subject, body: Body, x: Array, *, turns: bool) -> Array:
     """Return the angular velocity, or the centre's, by the rates of entries, shape (3, nq)."""
-    k = subject.place_of(body)
-    slope = subject.poses_by(x)[k]
-    if not turns:
-        return np.asarray(slope[:, 3])
-    spin = np.einsum("ijk,lj->ilk", slope[:, :3], subject.poses(x)[k][:, :3])
-    return np.asarray([spin[2, 1], spin[0, 2], spin[1, 0]])
+    if turns:
+        return subject.spin(body, x)
+    return np.asarray(subject.poses_by(x)[subject.place_of(body)][:, 3])
 
 
 def _axis(subject: Subject, axis: Axis, x: Array) -> Array | None:
     """Return an axis in the world at a state; None where its frame has what is no coordinate."""
-    watched = Body("axis", axis.frame)
-    try:
-        twin = subject.system.changed(bodies=[*subject.system.bodies, watched], flat=None)
-        pose = twin.model().frames(x)[-1].reshape(3, 4)
-    except KinolabError:
-        return None
-    return np.asarray(pose[:, AXES[axis.name]])
+    system = subject.system
+    values = {p: system.parameter_values[p.name] for p in system.parameters}
+    values |= dict(zip(configuration_symbols(system), x[: subject.model.nq], strict=True))
+    column = pose(axis.frame)[0][:, AXES[axis.name]].subs(values)
+    return None if column.free_symbols else np.array(column, dtype=float)[:, 0]
+
+
+def turned_away(subject: Subject) -> Iterator[Remark]:
+    """Yield the motors between two bodies about another axis than that of the joint between them."""
+    x = _aside(subject)
+    for entry in subject.system.inputs:
+        on, about = getattr(entry, "on", None), getattr(entry, "about", None)
+        axis, base = about or getattr(entry, "along", None), getattr(entry, "reacts_on", None)
+        if not (isinstance(on, Body) and isinstance(axis, Axis)):
+            continue
+        turns = about is not None
+        bodies = [base] if base is not None else subject.carriers(on)[:1]
+        for one, other in ((on, base) for base in bodies):
+            if subject.moving(one.frame) < subject.moving(other.frame):
+                one, other = other, one
+            if not subject.moving(other.frame) < subject.moving(one.frame):
+                continue
+            joint, way = _joint(subject, one, other, x, turns=turns), _axis(subject, axis, x)
+            if joint is None or way is None or abs(joint @ way) >= 1 - SEEN:
+                continue
+            first, start = (_joint(subject, one, other, subject.rest, turns=turns),
+                            _axis(subject, axis, subject.rest))  # fmt: skip
+            if first is None or start is None or abs(first @ start) < 1 - ALONG:
+                continue
+            verb = "turns about" if turns else "slides along"
+            what = f"Against {other.name}, {one.name} {verb} an axis that moves with the machine, "
+            what += f"and {entry.name} acts {'about' if turns else 'along'} an axis that goes "
+            what += "with it at rest only. Take the axis of a frame that moves with the joint, "
+            what += "such as joint.y, and not one of the WORLD's."
+            part = (type(entry).__name__, entry.name)
+            yield Remark("axis of another direction than the joint's", entry.name, what, part)
 
 
 def turning_axes(subject: Subject) -> Iterator[Remark]:

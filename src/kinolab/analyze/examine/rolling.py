@@ -15,6 +15,7 @@ from kinolab.dynamics import Body, Coordinate
 from kinolab.dynamics.language.mechanism_parts import (
     atoms_of,
     configuration_symbols,
+    coordinate_of,
     tangent_symbols,
 )
 from kinolab.dynamics.language.shapes import Shape, ShapeKind
@@ -148,8 +149,8 @@ def _judged(
         moving, rates = subject.in_motion(x)
     except KinolabError:
         return
-    slope = _slip(subject, body, base, wheel.point, x)
-    middle = _slip(subject, body, base, wheel.centre, x)
+    slope = subject.slip(body, base, wheel.point, x)
+    middle = subject.slip(body, base, wheel.centre, x)
     slope = slope - np.outer(wheel.normal, wheel.normal @ slope)
     size = float(np.abs(slope).max(initial=0.0))
     turned = subject.poses_by(x)[subject.place_of(body)][:, :3]
@@ -167,30 +168,39 @@ def _judged(
         spin = moving[:, k] * (along @ slope[:, k])
         whole = moving @ slope.T @ along
         yield from _rolls(subject, body, base, coordinate, whole - spin, spin, wheel)
-    if spun and wheel.axle is not None:
+    if wheel.axle is not None and (spun or _skids(subject, body, base, moving, x)):
         side = wheel.axle - (wheel.axle @ wheel.normal) * wheel.normal
         across = moving @ slope.T @ (side / np.linalg.norm(side))
         yield from _slips_aside(subject, body, base, across, x, moving, rates)
 
 
-def _slip(subject: Subject, body: Body, base: Body | None, point: Array, x: Array) -> Array:
-    """Return the velocity of a body at a point against its base, by the rates of entries, (3, nq).
+def _skids(subject: Subject, body: Body, base: Body | None, moving: Array, x: Array) -> bool:
+    """Whether nothing guides a body with wheels that do not turn: it moves or swings all ways.
 
-    Args:
-        subject: The machine.
-        body: The body.
-        base: What it touches; None for the ground.
-        point: In the world, in [m].
-        x: State, shape (nx,).
+    One that something guides may have castors, which are drawn as wheels and turn by themselves.
     """
-    poses, slopes = subject.poses(x), subject.poses_by(x)
+    if base is not None:
+        return False
+    origin = subject.poses(x)[subject.place_of(body)][:, 3]
+    ways = np.vstack([subject.slip(body, None, origin, x)[:2], subject.spin(body, x)[2:]])
+    motions = moving @ ways.T
+    largest = np.abs(motions).max(axis=0)
+    if largest.min() > 0 and np.linalg.matrix_rank(motions / largest, tol=1e-6) == 3:
+        return True
+    return any(_swings(subject, body, k, moving) for k in np.flatnonzero(np.abs(ways[2]) > ROUNDING))
 
-    def carried(one: Body) -> Array:
-        pose, slope = poses[subject.place_of(one)], slopes[subject.place_of(one)]
-        own = pose[:, :3].T @ (point - pose[:, 3])
-        return np.asarray(np.einsum("ijk,j->ik", slope[:, :3], own) + slope[:, 3])
 
-    return carried(body) - (0.0 if base is None else carried(base))
+def _swings(subject: Subject, body: Body, k: int, moving: Array) -> bool:
+    """Whether a body turns by an entry of its own that what carries it does not decide."""
+    bases = [one for one in subject.carriers(body) if subject.moving(one.frame)]
+    if not bases or k not in subject.plain.values():
+        return False
+    carried = [i for c, i in subject.plain.items() if c.name in subject.moving(bases[0].frame)]
+    if k in carried:
+        return False
+    others = moving[:, carried]
+    left = moving[:, k] - others @ np.linalg.lstsq(others, moving[:, k], rcond=None)[0]
+    return bool(np.abs(left).max() > ROUNDING * max(np.abs(moving[:, k]).max(), 1e-300))
 
 
 def _rolls(
@@ -205,10 +215,8 @@ def _rolls(
     """Judge how a round body's middle goes along with its spin, both as slips (n,) in [m/s]."""
     on = "the ground" if base is None else base.name
     if np.abs(carried).max() <= ROUNDING * max(np.abs(spin).max(), 1e-300):
-        if np.abs(spin).max() > 0 and _couples(subject, coordinate):
-            return
         return  # it turns in its place
-    if _rubs(subject, coordinate):
+    if _rubs(subject, body, base, coordinate):
         return
     about = body.name
     if not (constraints := _constraints_on(subject, coordinate)):
@@ -271,15 +279,14 @@ def _constraints_on(subject: Subject, coordinate: Coordinate) -> list[str]:
     return [c.name for c in subject.system.constraints if own in set(atoms_of(c.velocity))]
 
 
-def _couples(subject: Subject, coordinate: Coordinate) -> bool:
-    return bool(_constraints_on(subject, coordinate)) or _rubs(subject, coordinate)
-
-
-def _rubs(subject: Subject, coordinate: Coordinate) -> bool:
-    """Whether a force acts, or an input or a state decides, along its rate and others."""
+def _rubs(subject: Subject, body: Body, base: Body | None, coordinate: Coordinate) -> bool:
+    """Whether a force acts, or an input or a state decides, along its rate and a motion's."""
     own = RateSymbol(coordinate)
+    frames = [one.frame for one in (body, base) if one is not None]
+    moving = {name for frame in frames for name in subject.moving(frame)} - {coordinate.name}
     along = (symbols for _, symbols in subject.pushed_along if own in symbols)
-    return any(sum(isinstance(s, RateSymbol) for s in symbols) > 1 for symbols in along)
+    return any((owner := coordinate_of(s)) is not None and owner.name in moving
+               for symbols in along for s in symbols)  # fmt: skip
 
 
 def _acting_along(subject: Subject, x: Array, rates: Array) -> Array:

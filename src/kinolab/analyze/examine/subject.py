@@ -44,11 +44,11 @@ class Subject:
         """Where it starts unless told otherwise, on its constraints, shape (nx,)."""
         return self.on_constraints(self.model.rest())
 
-    def on_constraints(self, x: Array) -> Array:
+    def on_constraints(self, x: Array, **values: float) -> Array:
         """Return a state (nx,) moved onto the position constraints; the same where that fails."""
         try:
             for _ in range(PROJECTIONS):
-                x = self.model.project(x)
+                x = self.model.project(x, **values)
         except KinolabError:
             pass
         return x
@@ -107,6 +107,39 @@ class Subject:
         """Return their derivatives by the configuration, shape (bodies, 3, 4, nq)."""
         slopes = self.model.frames_jacobian(x)[..., : self.model.nq]
         return slopes.reshape(len(self.system.bodies), 3, 4, -1)
+
+    def spin(self, body: Body, x: Array) -> Array:
+        """Return a body's angular velocity by the rates of entries, shape (3, nq)."""
+        k = self.place_of(body)
+        spin = np.einsum("ijk,lj->ilk", self.poses_by(x)[k][:, :3], self.poses(x)[k][:, :3])
+        return np.asarray([spin[2, 1], spin[0, 2], spin[1, 0]])
+
+    def slip(self, body: Body, base: Body | None, point: Array, x: Array) -> Array:
+        """Return the velocity of a body at a point against another, by the rates of entries.
+
+        Args:
+            body: The body.
+            base: The other; None for the world.
+            point: In the world, in [m].
+            x: State, shape (nx,).
+
+        Returns:
+            Shape (3, nq).
+        """
+        poses, slopes = self.poses(x), self.poses_by(x)
+
+        def carried(one: Body) -> Array:
+            pose, slope = poses[self.place_of(one)], slopes[self.place_of(one)]
+            own = pose[:, :3].T @ (point - pose[:, 3])
+            return np.asarray(np.einsum("ijk,j->ik", slope[:, :3], own) + slope[:, 3])
+
+        return carried(body) - (0.0 if base is None else carried(base))
+
+    def carriers(self, body: Body) -> list[Body]:
+        """Return the bodies that move by some of a body's coordinates, those by most first."""
+        own = self.moving(body.frame)
+        found = [one for one in self.system.bodies if self.moving(one.frame) < own]
+        return sorted(found, key=lambda one: -len(self.moving(one.frame)))
 
     def place_of(self, body: Body) -> int:
         """Return the row of a body in the tables of poses."""
