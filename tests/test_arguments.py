@@ -154,11 +154,13 @@ VALID: dict[str, dict[str, Any]] = {
         "velocities": None,
         "coordinates": None,
         "values": None,
+        "keep": (),
         "flat": None,
         "feedback": None,
         "modes": [],
         "transitions": [],
         "expected": [],
+        "offers": [],
     },
     "Torque": {"name": "t", "on": BODY, "about": FRAME.z, "limit": 1.0, "reacts_on": None},
     "Trim": {"x": np.zeros(2), "u": np.zeros(1)},
@@ -333,6 +335,7 @@ ALSO = {  # what an argument takes besides what the table gives it
     ("LinearControllability", "directions", "tuple"),
     ("SmallTimeVerdict", "obstacle", "tuple"),
     ("System", "velocities", "text"),  # "all"
+    ("System", "expected", "tuple"),
     *(("linear_controllability", "without", kind) for kind in ("tuple", "list")),
     *(
         (name, "velocity", "number")

@@ -547,7 +547,7 @@ def test_a_written_scenario_has_every_default() -> None:
         '[planner]\nweights = { x = 2 }\nname = "auto"\ntime_limit = 30.0\nseed = 1\n'
         'improve = "auto"\n\n[render]\nview = "perspective"\nfollow = false\n'
         'setting = "studio"\nspeed = 1.0\nsize = [800, 600]\n'
-        "magnify = true\n"
+        "magnify = true\naxes = false\n"
     )
 
 

@@ -11,7 +11,8 @@ import math
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
-from kinolab.dynamics.language.shapes import Box, Cylinder, Shape, Sphere
+from kinolab.dynamics.language.shapes import Shape
+from kinolab.dynamics.language.shapes.shape import ShapeKind
 from kinolab.numerics.arrays import Array
 from kinolab.robots.kinematic_tree import Inertial
 from kinolab.world.meshes.mesh_components import components
@@ -25,18 +26,19 @@ def shape_mass(shape: Shape, density: float) -> Inertial | None:
         shape: With numbers in [m]; None is returned of another one.
         density: In [kg/m^3].
     """
-    match shape:
-        case Box():
-            x, y, z = (float(edge) for edge in (shape.x, shape.y, shape.z))
+    kind, lengths = shape.lowered()
+    match kind:
+        case ShapeKind.BOX:
+            x, y, z = (2.0 * half for half in lengths)
             mass, own = density * x * y * z, (y * y + z * z, x * x + z * z, x * x + y * y)
             moments = [mass * each / 12.0 for each in own]
-        case Cylinder():
-            r, h = float(shape.radius), float(shape.length)
+        case ShapeKind.CYLINDER:
+            r, h = lengths[0], 2.0 * lengths[2]
             mass = density * math.pi * r * r * h
             across = mass * (3.0 * r * r + h * h) / 12.0
             moments = [across, across, mass * r * r / 2.0]
-        case Sphere():
-            r = float(shape.radius)
+        case ShapeKind.SPHERE:
+            r = lengths[0]
             mass = density * 4.0 / 3.0 * math.pi * r**3
             moments = [0.4 * mass * r * r] * 3
         case _:
