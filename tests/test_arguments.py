@@ -335,7 +335,7 @@ ALSO = {  # what an argument takes besides what the table gives it
     ("LinearControllability", "directions", "tuple"),
     ("SmallTimeVerdict", "obstacle", "tuple"),
     ("System", "velocities", "text"),  # "all"
-    ("System", "expected", "tuple"),
+    *(("System", key, kind) for key in ("keep", "expected") for kind in ("tuple", "list")),
     *(("linear_controllability", "without", kind) for kind in ("tuple", "list")),
     *(
         (name, "velocity", "number")

@@ -135,7 +135,7 @@ def test_other_machines_to_start_from_are_planned_for_as_they_are(
     assert run(["new", name, f"--{kind}"]) == 0
     found = run([f"{name}.toml", "--no-animation", "--quiet", "--no-optimize"])
     assert found == 0  # solved and verified
-    assert run(["examine", f"{name}.py"]) == 0
+    assert run(["examine", f"{name}.toml"]) == 0
 
 
 @pytest.mark.parametrize("kind", ["wheels", "segway", "pick-and-place", "hopper"])

@@ -191,7 +191,7 @@ def not_at_all(*_: Any) -> Any:
 
 
 ASSEMBLED: Mapping[str, tuple[str, Any, str]] = {
-    "products of inertia": ("_six", lambda inertia: (*np.diag(inertia).tolist(), 0, 0, 0), ".*"),
+    "products of inertia": ("six", lambda inertia: (*np.diag(inertia).tolist(), 0, 0, 0), ".*"),
     "a turn": ("along_an_axis", lambda _: ("z", 1.0), ".*"),
     "gravity": ("_gravity", not_at_all, ".*"),
 }

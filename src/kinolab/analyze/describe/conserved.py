@@ -26,7 +26,8 @@ def conserved_momenta(system: System) -> tuple[str, ...]:
     """
     plain = all(isinstance(c, Coordinate) for c in system.coordinates)
     model = system.model().plant
-    if system.constraints or not plain or system.states or is_kinematic(model.system):
+    held = system.constraints or model.nv < model.nq  # by forces of constraints, or of speeds given
+    if held or not plain or system.states or is_kinematic(model.system):
         return ()
     generator = np.random.default_rng(0)
     lower, upper = np.clip(model.control_bounds.T, -1e3, 1e3)

@@ -93,8 +93,7 @@ class MultiplierForm:
         with np.errstate(all="ignore"):
             speeds = self._speeds(known, x[:, nq : nq + len(self.states)])
             instants = _Instants(self, known, speeds)
-            accelerations = None if self.kinetic is None else instants.accelerations()
-            changes = [*instants.flow, *instants.state_changes(accelerations)]
+            changes = [*instants.flow, *instants.state_changes()]
             changes += [instants(place).value for place in self.further]
         return np.stack(changes, axis=1)
 
@@ -171,9 +170,10 @@ class _Instants:
         return np.zeros((m, n)) if quantity.slope is None else quantity.slope[:, n + 1 :]
 
     def accelerations(self) -> Array:
-        """Solve the equations of motion for a, shape (m, n)."""
+        """Solve the equations of motion for a, shape (m, n); without masses what is imposed."""
         form, (m, n) = self.form, self.speeds.shape
-        assert form.kinetic is not None
+        if form.kinetic is None:
+            return _solved(*self._held())
         T, V = self(form.kinetic), self(form.potential)
         assert T.slope is not None
         assert T.bend is not None
@@ -211,10 +211,10 @@ class _Instants:
             return np.zeros(len(self.speeds))
         return np.asarray((row.bend[:, :, -1] * self.speeds).sum(axis=1))
 
-    def state_changes(self, accelerations: Array | None) -> Iterator[Array]:
+    def state_changes(self) -> Iterator[Array]:
         """Yield the derivative of each velocity that is a state, shape (m,)."""
+        accelerations = self.accelerations() if self.form.states else self.speeds
         for place in self.form.states:
-            assert accelerations is not None, "a machine without mass has no such states"
             row = self(place)
             yield (self.along_velocities(row) * accelerations).sum(axis=1) + self._drift(row)
 
