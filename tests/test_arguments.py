@@ -46,6 +46,7 @@ VALID: dict[str, dict[str, Any]] = {
         "color": (0.0, 0.5, 1.0),
         "whirl": 1.0,
         "drawn": None,
+        "located": True,
     },
     "BodyVelocity": dict.fromkeys(("x", "y", "z", "wx", "wy", "wz"), sp.Integer(1)),
     "Box": {"x": 1.0, "y": 1.0, "z": 1.0, "at": (0, 0, 0)},
@@ -331,6 +332,8 @@ ALSO = {  # what an argument takes besides what the table gives it
     *(("InvolutiveClosure", a, "tuple") for a in ("integrable", "combinations", "redundant")),
     ("LinearControllability", "directions", "tuple"),
     ("SmallTimeVerdict", "obstacle", "tuple"),
+    ("System", "expected", "tuple"),  # of remarks; examine says which are in vain
+    ("System", "expected", "list"),
     ("System", "velocities", "text"),  # "all"
     *(("linear_controllability", "without", kind) for kind in ("tuple", "list")),
     *(

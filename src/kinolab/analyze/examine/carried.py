@@ -151,7 +151,9 @@ def _floats(
 ) -> Remark | None:
     """Find a rod that points at its joint, which is in what carries it, and does not reach it."""
     system, moving = subject.system, subject.moving(body.frame)
-    others = [one for one in system.bodies if one is not body and subject.moving(one.frame) == moving]
+    others = [
+        one for one in system.bodies if one is not body and subject.moving(one.frame) == moving
+    ]
     corners = _corners(subject, body)
     middle = (corners.max(axis=0) + corners.min(axis=0)) / 2
     joint = axis[0] + ((middle - axis[0]) @ axis[1]) * axis[1]
@@ -165,8 +167,12 @@ def _floats(
         return None
     if not FLOATING * length <= gap <= length:
         return None
-    what = f"{body.name} turns with {coordinate} about a point of {base.name}, and ends {gap:.3g} m "
-    what += f"away from it: nothing joins them. A uniform rod of {length:.3g} m has its middle half "
+    what = (
+        f"{body.name} turns with {coordinate} about a point of {base.name}, and ends {gap:.3g} m "
+    )
+    what += (
+        f"away from it: nothing joins them. A uniform rod of {length:.3g} m has its middle half "
+    )
     what += f"of that from its joint, and this one has it {gap + length / 2:.3g} m away."
     about = f"{body.name} and {base.name}"
     return Remark("away from its joint", about, what, ("Body", body.name))

@@ -155,7 +155,12 @@ def _law_of(system: System, integration: IntegrationSection) -> Iterator[Remark]
         return
     word = type(system.feedback).__name__
     if wrong := wrong_law(system.model(), integration):
-        yield Remark("law that pushes the wrong way", ", ".join(e.name for e in system.inputs), wrong, (word, ""))
+        yield Remark(
+            "law that pushes the wrong way",
+            ", ".join(e.name for e in system.inputs),
+            wrong,
+            (word, ""),
+        )
         return
     found = stiff_law(system.model(), integration, lambda: system)
     if found is not None:

@@ -110,9 +110,7 @@ def _joint(subject: Subject, on: Body, base: Body, x: Array, *, turns: bool) -> 
     return np.asarray(ours[:, only[k]] / sizes[k])
 
 
-def _takes_part(
-    subject: Subject, base: Body, direction: Array, x: Array, *, turns: bool
-) -> bool:
+def _takes_part(subject: Subject, base: Body, direction: Array, x: Array, *, turns: bool) -> bool:
     """Whether a base moves along a direction, so that a reaction on it does work."""
     try:
         moving, _ = subject.in_motion(x)

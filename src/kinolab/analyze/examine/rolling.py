@@ -187,7 +187,9 @@ def _skids(subject: Subject, body: Body, base: Body | None, moving: Array, x: Ar
     largest = np.abs(motions).max(axis=0)
     if largest.min() > 0 and np.linalg.matrix_rank(motions / largest, tol=1e-6) == 3:
         return True
-    return any(_swings(subject, body, k, moving) for k in np.flatnonzero(np.abs(ways[2]) > ROUNDING))
+    return any(
+        _swings(subject, body, k, moving) for k in np.flatnonzero(np.abs(ways[2]) > ROUNDING)
+    )
 
 
 def _swings(subject: Subject, body: Body, k: int, moving: Array) -> bool:
