@@ -334,6 +334,8 @@ ALSO = {  # what an argument takes besides what the table gives it
     *(("InvolutiveClosure", a, "tuple") for a in ("integrable", "combinations", "redundant")),
     ("LinearControllability", "directions", "tuple"),
     ("SmallTimeVerdict", "obstacle", "tuple"),
+    ("System", "expected", "tuple"),  # of remarks; examine says which are in vain
+    ("System", "expected", "list"),
     ("System", "velocities", "text"),  # "all"
     *(("System", key, kind) for key in ("keep", "expected") for kind in ("tuple", "list")),
     *(("linear_controllability", "without", kind) for kind in ("tuple", "list")),

@@ -15,7 +15,7 @@ from kinolab.analyze.examine.examination import examine, remarks_on
 from kinolab.analyze.examine.subject import Subject
 from kinolab.dynamics import System
 from kinolab.errors import InputError
-from tests.analyze.examine.planted import arm, ball, cart, coin
+from tests.analyze.examine.mistaken import arm, ball, cart, coin
 from tests.registered import MAKERS
 
 SLOW = {"marionette"}  # a minute: 30 bodies, most of which touch each other
