@@ -14,6 +14,7 @@ from kinolab.analyze.examine.subject import Subject
 from kinolab.dynamics import Body
 from kinolab.dynamics.machine_facts import BodyGeometry
 from kinolab.numerics.arrays import Array
+from kinolab.simulation.stability import random_states
 from kinolab.world import CollisionChecker, World
 from kinolab.world.geometry import lowest_z, reach_of
 
@@ -114,12 +115,14 @@ def contacts(subject: Subject) -> Iterator[Contact]:
 
 
 def standing(subject: Subject) -> Iterator[Remark]:
-    """Yield the bodies that stand on the ground at rest and are not said to."""
+    """Yield the bodies that stand on the ground, however the machine moves, and are not said to."""
+    states = [subject.rest, *random_states(subject.model)]
     for body in subject.system.bodies:
         if body.touches_ground or not body.shapes or not subject.moving(body.frame):
             continue
         geometry = BodyGeometry(body.name, subject.system.resolved_shapes(body))
-        if Contact(subject, body, None, reach_of(geometry)).touches:
-            what = f"{body.name} touches the ground z = 0 at rest, which is a collision for every "
+        contact = Contact(subject, body, None, reach_of(geometry))
+        if all(abs(contact.gap(x)) <= TOUCHING * contact.reach for x in states):
+            what = f"{body.name} always touches the ground z = 0, which is a collision for every "
             what += "plan. Where it stands, rolls or slides on it: Body(…, touches_ground=True)."
             yield Remark("collision with the ground", body.name, what, ("Body", body.name))
