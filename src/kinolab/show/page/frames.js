@@ -56,12 +56,14 @@ export function buildFrames({ names, length }, joints, bodies, stage) {
 function tripod(length) {
   const frame = new THREE.Group();
   COLORS.forEach((color, axis) => {
-    const line = cableOf({ color, linewidth: 2.4, depthTest: false, transparent: true });
     const tip = [0, 0, 0];
     tip[axis] = length;
-    line.geometry.setPositions([0, 0, 0, ...tip]);
-    line.renderOrder = 5; // after all that hides something
-    frame.add(line);
+    [[0xffffff, 4.4], [color, 2.4]].forEach(([paint, linewidth], k) => { // bodies may have the colour of an axis
+      const line = cableOf({ color: paint, linewidth, depthTest: false, transparent: true });
+      line.geometry.setPositions([0, 0, 0, ...tip]);
+      line.renderOrder = 5 + k; // after all that hides something
+      frame.add(line);
+    });
   });
   return frame;
 }

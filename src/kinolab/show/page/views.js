@@ -40,7 +40,7 @@ export function views(orbit, camera, scene, machine, changed) {
     const large = near > MOST * whole.distance;
     views.still = large ? whole.target : null; // beside a machine that is as large, the world would be cut off
     if (large && scene.planned()) return { ...angles, ...whole };
-    return { ...angles, target: machine.middle(t), distance: Math.min(near, MOST * whole.distance) };
+    return { ...angles, target: machine.middle(t), distance: large ? whole.distance : near };
   };
   const anglesOf = (name, t) => {
     if (name === "top") return { azimuth: 0, elevation: Math.PI / 2 - 0.011 };

@@ -16,7 +16,11 @@ from kinolab.show.film.text import Words, caption_size, name_tag
 
 X, Y, Z = (213, 94, 0), (0, 158, 115), (0, 114, 178)  # as on the page; told apart by all eyes
 WIDTH = 1.8  # [pixel]
-LEAD = 1.0  # of 1 / depth: bodies that are less than twice as near as an axis do not hide it
+WHITE, AROUND = (255, 255, 255), 0.8  # [pixel]: bodies may have the colour of an axis
+AROUND_LEAD, LEAD = (
+    0.98,
+    1.0,
+)  # of 1 / depth: bodies that are less than twice as near as an axis do not hide it
 LENGTH = 0.4  # of axes, in geometric means of the sizes of a machine and its world
 LEAST = 1e-3  # [m] of a machine's reach: one without shapes has none
 LINES = 4  # of names under each other, where several frames have the same origin
@@ -55,7 +59,8 @@ def axes_at(pen: Pen, poses: Array, length: float) -> Facets:
     segments = pen.at(axes_of(poses, length).reshape(-1, 2, 3))
     seen = np.isfinite(segments).all(axis=(1, 2))
     colors = np.repeat(np.tile([X, Y, Z], (len(poses), 1))[seen], 2, axis=0)  # two triangles each
-    return strokes(segments[seen], WIDTH * pen.scale, colors, LEAD)
+    around = strokes(segments[seen], (WIDTH + 2 * AROUND) * pen.scale, WHITE, AROUND_LEAD)
+    return around + strokes(segments[seen], WIDTH * pen.scale, colors, LEAD)
 
 
 def put_names(
