@@ -11,13 +11,18 @@ from kinolab.dynamics import (
     Capsule,
     Cylinder,
     Disk,
+    Feedback,
     Force,
+    Load,
+    Potential,
+    Reference,
     Sphere,
     System,
     Torque,
     Viscous,
     Wrench,
     angle,
+    closed,
     length,
     move,
     parameter,
@@ -142,4 +147,119 @@ def ball(**other: Any) -> System:
         constraints=[] if other.get("free") else [zero(rate(x) - R * rate(phi), "rolling")],
         gravity=toward(other.get("down", "-z")),
         inputs=[Force("push", on=stone, along=WORLD.x, limit=1.0)],
+    )
+
+
+def turntable(**other: Any) -> System:
+    """A table that turns, with a link that tilts on it and a slider on a rail."""
+    psi, q = angle("psi", speed=5.0), angle("q", -1.0, 1.0, speed=5.0)
+    s = length("s", -0.2, 0.2, speed=1.0)
+    top = move(0, 0, 0.5) @ rot_z(psi)
+    table = Body("table", top, mass=4.0, inertia=0.1, shape=Disk(0.4, 0.04))
+    link = Body(
+        "link", top @ move(0.3, 0, 0.1) @ rot_y(q) @ move(0, 0, 0.1), mass=0.5, inertia=0.01
+    )
+    slider = Body("slider", top @ move(0, s, 0.1), mass=0.2, inertia=0.001)
+    spring = {"energy": Potential(other.get("sign", 1) * 9.0 * s**2 / 2)}
+    spring |= {"force": Load(-other.get("sign", 1) * 9.0 * s, rate(s))}
+    on = table if other.get("reacts", True) else None
+    tilt, rail = (other.get("about", top.y), other.get("along", top.y))
+    return System(
+        "turntable",
+        bodies=[table, link, slider],
+        inputs=[
+            Torque("swivel", on=table, about=WORLD.z, limit=2.0),
+            Torque("tilt", on=link, about=tilt, limit=2.0, reacts_on=on),
+            Force("pull", on=slider, along=rail, limit=2.0, reacts_on=table),
+        ],
+        efforts=[spring[other.get("spring", "energy")]],
+        gravity=toward("-z"),
+    )
+
+
+def slung(**other: Any) -> System:
+    """A hull in a vertical plane with a load on a stiff rod below it, and a mast on top."""
+    x, z, a = length("x"), length("z", 1.0, 9.0), angle("a", -1.0, 1.0)
+    place, tilt, down = move(x, 0, z), rot_y(a), move(0, 0, -0.5)
+    hook = tilt @ place @ down if other.get("swapped") else place @ tilt @ down
+    hull = Body("hull", place, mass=1.0, inertia=0.1, shape=Box(0.3, 0.3, 0.1))
+    load = Body("load", hook, mass=0.2, inertia=0.01, shape=Sphere(0.05))
+    push = Force("push", on=hull, along=WORLD.x, limit=2.0)
+    return System("slung", bodies=[hull, load], inputs=[push], gravity=toward("-z"))
+
+
+def crane(**other: Any) -> System:
+    """A tower on rails with a jib that turns."""
+    y, psi = length("y", -2, 2), angle("psi", -2.0, 2.0)
+    place, turn, out = move(0, y, 3), rot_z(psi), move(1.0)
+    jib_frame = turn @ place @ out if other.get("swapped") else place @ turn @ out
+    tower = Body("tower", place, mass=90.0, inertia=9.0, shape=Box(0.3, 0.3, 0.5))
+    jib = Body("jib", jib_frame, mass=9.0, inertia=3.0, shape=Box(2.0, 0.1, 0.1))
+    drive = Force("drive", on=tower, along=WORLD.y, limit=9.0)
+    return System("crane", bodies=[tower, jib], inputs=[drive], gravity=toward("-z"))
+
+
+def post(**other: Any) -> System:
+    """A rod that swings on a post, held upright by a law."""
+    q, l = angle("q", -0.5, 0.5, speed=4.0), 0.6
+    hinge = move(0, 0, 1) @ rot_y(q)
+    if other.get("swapped"):
+        middle = rot_y(q) @ move(0, 0, 1 + l / 2)
+    else:
+        middle = hinge @ move(0, 0, other.get("lever", l / 2))
+    stand = Body("stand", move(0, 0, 0.5), shape=Box(0.1, 0.1, 1.0))
+    rod = Body("rod", middle, mass=0.4, inertia=0.4 * l**2 / 12, shape=Cylinder(0.02, l))
+    wanted = Reference("wanted", limit=0.2, unit="rad")
+    gain = other.get("gain", 1)
+    law = Feedback([wanted], {"motor": -gain * (9.0 * (q - wanted.symbol) + 1.5 * rate(q))})
+    return System(
+        "post",
+        bodies=[stand, rod],
+        inputs=[Torque("motor", on=rod, about=WORLD.y, limit=5.0)],
+        feedback=law,
+        gravity=toward("-z"),
+    )
+
+
+def sledge(**other: Any) -> System:
+    """A board on two fixed wheels, which a rope pulls, in front of one that it tows."""
+    x, y, psi, a = length("x"), length("y"), angle("psi"), angle("a", -1.0, 1.0)
+    r = parameter("r", 0.1, "m")
+    front = move(x, y, r) @ rot_z(psi)
+    rear = front @ move(-0.6) @ rot_z(a) @ move(-0.4)
+    boards = [
+        Body(name, frame, mass=2.0, inertia=0.1, touches_ground=other.get("stands", True), shape=(
+            Box(0.3, 0.2, 0.02), Disk(r, 0.02, axis="y", at=(0, 0.15, 0)),
+            Disk(r, 0.02, axis="y", at=(0, -0.15, 0))))
+        for name, frame in (("board", front), ("towed", rear))
+    ]  # fmt: skip
+    kept = [("board", front), ("towed", rear)]
+    return System(
+        "sledge",
+        bodies=boards,
+        constraints=[zero(velocity(f).y, f"{n} keeps its track")
+                     for n, f in kept if n not in other.get("without", ())],
+        inputs=[Force("rope", on=boards[0], along=front.x, limit=5.0)],
+        gravity=toward("-z"),
+    )  # fmt: skip
+
+
+def block(**other: Any) -> System:
+    """A ball that a constraint keeps on the ground, and a slider that may hit a wall of it."""
+    z, s, r = length("z", 0.05, 3.0), length("s", -1.0, 1.0, speed=1.0), parameter("r", 0.1, "m")
+    ball_ = Body(
+        "ball", move(0, 0, z), mass=1.0, shape=Sphere(other.get("radius", r)), touches_ground=True
+    )
+    hand, wall = Box(0.2, 0.2, 0.2), Box(0.1, 1.0, 1.0)
+    slider = Body("slider", move(s, 3, 2), mass=1.0, shape=hand)
+    walls = [Body(f"wall {k}", move(0.9 * k, 3, 2), shape=wall) for k in (-1, 1)]
+    pairs = [("slider", f"wall {k}") for k in (-1, 1)]
+    held = [closed(z - r, "on the ground")] if other.get("held", True) else []
+    return System(
+        "block",
+        bodies=[ball_, slider, *walls],
+        constraints=held,
+        inputs=[Force("push", on=slider, along=WORLD.x, limit=2.0)],
+        collisions=pairs[: other.get("pairs", 2)],
+        gravity=toward("-z"),
     )

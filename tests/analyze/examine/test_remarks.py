@@ -12,20 +12,36 @@ import pytest
 import kinolab
 from kinolab import systems
 from kinolab.analyze.examine.examination import examine, remarks_on
+from kinolab.analyze.examine.passing_bodies import passing_bodies
 from kinolab.analyze.examine.subject import Subject
-from kinolab.dynamics import System
+from kinolab.dynamics import WORLD, System, Viscous, rate
 from kinolab.errors import InputError
-from tests.analyze.examine.mistaken import arm, ball, cart, coin
+from kinolab.scenario.schema import IntegrationSection
+from tests.analyze.examine.mistaken import (
+    arm,
+    ball,
+    block,
+    cart,
+    coin,
+    crane,
+    post,
+    sledge,
+    slung,
+    turntable,
+)
 from tests.registered import MAKERS
 
 SLOW = {"marionette"}  # a minute: 30 bodies, most of which touch each other
 
 
 def titles(system: System) -> set[str]:
-    return {remark.title for remark in remarks_on(Subject(system.with_feedback(None)))}
+    subject = Subject(system.with_feedback(None))
+    return {remark.title for remark in (*remarks_on(subject), *passing_bodies(subject)[1])}
 
 
-@pytest.mark.parametrize("made", [coin, arm, cart, ball])
+@pytest.mark.parametrize(
+    "made", [coin, arm, cart, ball, turntable, slung, crane, sledge, block, post]
+)
 def test_a_right_machine_gets_no_remark(made: Callable[..., System]) -> None:
     assert titles(made()) == set()
 
@@ -70,12 +86,45 @@ def test_our_machines_get_no_remark(name: str) -> None:
         (ball, {"radius": 0.05}, "size without its parameter: stone"),
         (ball, {"mass": 400.0}, "mass too large: stone"),
         (ball, {"inertia": 4.0}, "inertia too large: stone"),
+        (slung, {"swapped": True}, "carried at rest only: load and hull"),
+        (crane, {"swapped": True}, "carried at rest only: jib and tower"),
+        (post, {"swapped": True}, "touches at rest only: stand and rod"),
+        (post, {"lever": 0.6}, "away from its joint: rod and stand"),
+        (turntable, {"about": WORLD.y}, "axis of another direction than the joint's: tilt"),
+        (turntable, {"along": WORLD.y}, "axis of another direction than the joint's: pull"),
+        (turntable, {"reacts": False}, "no reaction: tilt"),
+        (turntable, {"sign": -1}, "spring that pushes: s"),
+        (turntable, {"sign": -1, "spring": "force"}, "spring that pushes: s"),
+        (sledge, {"without": ("towed",)}, "no sideslip constraint: towed"),
+        (sledge, {"without": ("board", "towed")}, "no sideslip constraint: board"),
+        (sledge, {"stands": False}, "collision with the ground: towed"),
+        (block, {"radius": 0.1}, "size without its parameter: ball"),
+        (block, {"pairs": 1, "held": False}, "bodies pass through each other"),
     ],
 )
 def test_a_planted_mistake_is_named(
     made: Callable[..., System], mistake: dict[str, Any], title: str
 ) -> None:
     assert title in titles(made(**mistake))
+
+
+def test_a_law_that_pushes_the_wrong_way_is_told_apart_from_one_that_is_too_stiff() -> None:
+    for gain, kinds in (
+        (1, set()),
+        (-1, {"law that pushes the wrong way"}),
+        (40, {"law too stiff for its step"}),
+    ):
+        found = examine(post(gain=gain), IntegrationSection()).remarks
+        assert {remark.kind for remark in found} == kinds
+
+
+def test_a_step_that_nobody_chose_is_advice() -> None:
+    """A damper of 0.01 s and the usual step of 0.05 s: rk4 holds up to 2.8 times 0.01 s."""
+    stiff = cart().changed(efforts=[Viscous(rate(cart().coordinates[1]), 100.0)])
+    usual = examine(stiff, IntegrationSection())
+    assert usual.faults == ()
+    assert any("choose a step" in sentence for sentence in usual.sentences)
+    assert "stable at steps of 0.04 s" in examine(stiff, IntegrationSection(step=0.04)).faults[0]
 
 
 def test_a_wrong_radius_is_told_beside_the_right_one() -> None:

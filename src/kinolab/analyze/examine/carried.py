@@ -21,8 +21,8 @@ SAMPLES = 41  # points of an axis, over the reach of a body
 SLENDER = 3.0  # length to width of a rod
 FLOATING = 0.1  # share of its length from which a rod is away from its joint
 ORDER = (
-    "Are the factors of its frame in the wrong order? What is carried begins with the frame of what "
-    "carries it: base @ rot_y(q) @ move(…)."
+    "Are the factors of its frame in the wrong order? What is carried begins with the frame of "
+    "what carries it: base @ rot_y(q) @ move(…)."
 )
 
 
@@ -33,6 +33,8 @@ def left_behind(subject: Subject) -> Iterator[Remark]:
     it does so at rest and no longer as the further ones move, these turn the motion, too.
     """
     for body in subject.system.bodies:
+        if body.touches_ground:
+            continue  # what stands on the ground follows that, such as wheels that lean
         for base in subject.carriers(body):
             if found := _left_behind(subject, body, base):
                 yield found
@@ -47,13 +49,16 @@ def _left_behind(subject: Subject, body: Body, base: Body) -> Remark | None:
     there = subject.rest.copy()
     for k, c in enumerate(own):
         there[subject.plain[c]] += SHARES[k % 3] * subject.span(c)
-    gaps, sizes = zip(*(_carried(subject, body, base, x) for x in (subject.rest, there)))
+    (gap, size), (further, faster) = (
+        _carried(subject, body, base, x) for x in (subject.rest, there)
+    )
     for coordinate in (c for c in subject.plain if c.name in shared):
         k = subject.plain[coordinate]
-        if gaps[0][k] <= ROUNDING * sizes[0][k] and gaps[1][k] > SEEN * sizes[1][k]:
+        if gap[k] <= ROUNDING * size[k] and further[k] > SEEN * faster[k]:
             names = " and ".join(c.name for c in own)
+            names += " have" if len(own) > 1 else " has"
             what = f"{coordinate} moves {body.name} along with {base.name} at rest, and another "
-            what += f"way where {names} have moved: they part, and {body.name} turns about another "
+            what += f"way where {names} moved: they part, and {body.name} turns about another "
             what += f"point than one of {base.name}. {ORDER}"
             about = f"{body.name} and {base.name}"
             return Remark("carried at rest only", about, what, ("Body", body.name))
@@ -113,7 +118,8 @@ def _axis(subject: Subject, body: Body, coordinate: Coordinate) -> tuple[Array, 
 def _corners(subject: Subject, body: Body) -> Array:
     pose = subject.poses(subject.rest)[subject.place_of(body)]
     shapes = subject.system.resolved_shapes(body)
-    return np.vstack([triangles(shape)[0] for shape in shapes]) @ pose[:, :3].T + pose[:, 3]
+    own: Array = np.vstack([triangles(shape)[0] for shape in shapes])
+    return np.asarray(own @ pose[:, :3].T + pose[:, 3])
 
 
 def _reach(subject: Subject, body: Body) -> float:

@@ -8,6 +8,7 @@ import numpy as np
 
 from kinolab.analyze.examine.remark import Remark
 from kinolab.analyze.examine.subject import Subject
+from kinolab.dynamics.language.constraints import PositionConstraint
 from kinolab.dynamics.machine_facts import BodyGeometry
 from kinolab.numerics.arrays import Array
 from kinolab.simulation.stability import random_states
@@ -28,8 +29,9 @@ def passing_bodies(subject: Subject) -> tuple[str, tuple[Remark, ...]]:
     named += f"; {len(through) - MOST} further pairs" if len(through) > MOST else ""
     what = f"These may pass through each other, since no pair of them is named: {named}. "
     what += f"collisions=[{through[0]!r}] keeps two apart."
-    if not subject.system.collisions:
-        return what, ()
+    closed = any(isinstance(c, PositionConstraint) for c in subject.system.constraints)
+    if closed or not subject.system.collisions:
+        return what, ()  # in a closed chain, limits do not say which poses are reached
     what = what.replace("no pair of them is named", "their pairs are not among the collisions")
     return "", (Remark("bodies pass through each other", "", what, ("System", "")),)
 

@@ -61,26 +61,24 @@ def _carrier(subject: Subject, on: Body, axis: Axis, *, turns: bool) -> Body | N
 
 def _beside(subject: Subject, on: Body, direction: Array, x: Array) -> Body | None:
     """Return the body that turns about the same axle as another, of which nothing is the mount."""
-    own, k = subject.moving(on.frame), subject.place_of(on)
+    own = subject.moving(on.frame)
+    point, spin = _on_axle(subject, on, direction, x), subject.spin(on, x)
     for other in subject.system.bodies:
         theirs = subject.moving(other.frame)
         if other is on or other.massless or not own & theirs or not theirs - own:
             continue
-        origin = subject.poses(x)[k][:, 3]
-        ours, others = subject.spin(on, x), subject.spin(other, x)
-        turning = ours - others
+        turning = spin - subject.spin(other, x)
         across = turning - np.outer(direction, direction @ turning)
-        # one axle: where it is fixed in one, it is fixed in the other
-        point = _on_axle(subject, on, origin, direction, x)
-        slip = subject.slip(on, other, point, x)
-        if np.abs(across).max() < ALONG and np.abs(slip).max() < ALONG * max(1, np.abs(ours).max()):
-            if np.abs(direction @ others).max() > ALONG and _near(subject, on, other):
-                return other
+        slip = subject.slip(on, other, point, x)  # none where both are on one axle
+        joined = max(np.abs(across).max(), np.abs(slip).max()) < ALONG * max(1, np.abs(spin).max())
+        if joined and np.abs(turning - spin).max() > ALONG and _near(subject, on, other):
+            return other
     return None
 
 
-def _on_axle(subject: Subject, on: Body, origin: Array, direction: Array, x: Array) -> Array:
-    """Return the point about which the coordinate turns a body that it alone has."""
+def _on_axle(subject: Subject, on: Body, direction: Array, x: Array) -> Array:
+    """Return a point of the axle about which a coordinate turns a body."""
+    origin = subject.poses(x)[subject.place_of(on)][:, 3]
     spin = direction @ subject.spin(on, x)
     for k in subject.plain.values():
         if abs(spin[k]) > ALONG:
@@ -137,7 +135,7 @@ def _axis(subject: Subject, axis: Axis, x: Array) -> Array | None:
 
 
 def turned_away(subject: Subject) -> Iterator[Remark]:
-    """Yield the motors between two bodies about another axis than that of the joint between them."""
+    """Yield the motors between two bodies about another axis than that of their joint."""
     x = _aside(subject)
     for entry in subject.system.inputs:
         on, about = getattr(entry, "on", None), getattr(entry, "about", None)
@@ -146,9 +144,8 @@ def turned_away(subject: Subject) -> Iterator[Remark]:
             continue
         turns = about is not None
         bodies = [base] if base is not None else subject.carriers(on)[:1]
-        for one, other in ((on, base) for base in bodies):
-            if subject.moving(one.frame) < subject.moving(other.frame):
-                one, other = other, one
+        for body in bodies:
+            other, one = sorted((on, body), key=lambda b: len(subject.moving(b.frame)))
             if not subject.moving(other.frame) < subject.moving(one.frame):
                 continue
             joint, way = _joint(subject, one, other, x, turns=turns), _axis(subject, axis, x)

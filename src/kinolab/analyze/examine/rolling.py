@@ -188,7 +188,7 @@ def _skids(subject: Subject, body: Body, base: Body | None, moving: Array, x: Ar
     if largest.min() > 0 and np.linalg.matrix_rank(motions / largest, tol=1e-6) == 3:
         return True
     return any(
-        _swings(subject, body, k, moving) for k in np.flatnonzero(np.abs(ways[2]) > ROUNDING)
+        _swings(subject, body, int(k), moving) for k in np.flatnonzero(np.abs(ways[2]) > ROUNDING)
     )
 
 

@@ -195,13 +195,23 @@ def _gravity(subject: Subject) -> Iterator[Remark]:
         what += ': it is toward("-z").'
         title = "gravity points up" if upward else "gravity points aside"
         yield Remark(title, "", what, part)
-    elif gravity.down[1] > 1 - ROUNDING:
+    elif gravity.down[1] > 1 - ROUNDING and _planar(subject):
         what = "It pulls toward +y, the way that is up in a plane of x and y: "
         what += 'it is toward("-y") there.'
         yield Remark("gravity points up", "", what, part)
     if strength and not WEAKEST <= strength <= STRONGEST:
         what = f"Its strength is {strength:g} m/s^2, and that of the earth is 9.81 m/s^2."
         yield Remark("gravity of another size", "", what, part)
+
+
+def _planar(subject: Subject) -> bool:
+    """Whether all bodies move in the plane of x and y, in which y is up."""
+    x = subject.rest
+    return not any(
+        np.abs(subject.spin(body, x)[:2]).max(initial=0.0) > ROUNDING
+        or np.abs(subject.poses_by(x)[k, 2, 3]).max(initial=0.0) > ROUNDING
+        for k, body in enumerate(subject.system.bodies)
+    )
 
 
 def direction_of(gravity: Gravity) -> str:
