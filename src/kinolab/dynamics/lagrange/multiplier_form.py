@@ -93,7 +93,8 @@ class MultiplierForm:
         with np.errstate(all="ignore"):
             speeds = self._speeds(known, x[:, nq : nq + len(self.states)])
             instants = _Instants(self, known, speeds)
-            accelerations = None if self.kinetic is None else instants.accelerations()
+            massless = self.kinetic is None and not self.driven
+            accelerations = None if massless else instants.accelerations()
             changes = [*instants.flow, *instants.state_changes(accelerations)]
             changes += [instants(place).value for place in self.further]
         return np.stack(changes, axis=1)
@@ -173,7 +174,9 @@ class _Instants:
     def accelerations(self) -> Array:
         """Solve the equations of motion for a, shape (m, n)."""
         form, (m, n) = self.form, self.speeds.shape
-        assert form.kinetic is not None
+        A, b = self._held()
+        if form.kinetic is None:  # without masses inputs alone accelerate it
+            return _solved(A, b)
         T, V = self(form.kinetic), self(form.potential)
         assert T.slope is not None
         assert T.bend is not None
@@ -186,7 +189,6 @@ class _Instants:
             force += self(strength).value[:, None] * self.along_configuration(self(position))
         for strength, velocity in form.velocity_loads:
             force += self(strength).value[:, None] * self.along_velocities(self(velocity))
-        A, b = self._held()
         whole = np.zeros((m, n + A.shape[1], n + A.shape[1]))
         whole[:, :n, :n], whole[:, n:, :n] = M, A
         whole[:, :n, n:] = -A.transpose(0, 2, 1)
