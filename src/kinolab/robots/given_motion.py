@@ -11,11 +11,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TypeAlias, final
 
-import sympy
-
 from kinolab.arguments import require_fit
 from kinolab.dynamics.language.inputs import Drive, Input, Rate
-from kinolab.dynamics.language.symbols import Coordinate
+from kinolab.dynamics.language.symbols import Coordinate, MachineSymbol
 from kinolab.errors import InputError, Mistake, listed, unknown_name
 from kinolab.robots.kinematic_tree import Joint, KinematicTree
 
@@ -88,7 +86,7 @@ class GivenMotion:
             remedy = "Leave max_acceleration out: speeds are inputs then."
             yield Mistake(f"{where} max_acceleration".strip(), what, remedy)
 
-    def inputs(self, joint: Joint, moved: Sequence[sympy.Symbol]) -> Iterator[Input]:
+    def inputs(self, joint: Joint, moved: Sequence[MachineSymbol]) -> Iterator[Input]:
         """Yield what moves a joint, with coordinates and components of its angular velocity."""
         for one in moved:
             if self.acceleration is not None and isinstance(one, Coordinate):

@@ -25,18 +25,18 @@ from kinolab.dynamics.language.forces import (
 from kinolab.dynamics.language.frames import WORLD, Axis, Frame, move, orient
 from kinolab.dynamics.language.inputs import Control, Force, Input, Torque
 from kinolab.dynamics.language.offers import (
-    OF_JOINTS,
-    OF_LINKS,
     JointFriction,
     LumpedMass,
     Offer,
+    joint_friction,
+    lumped_mass,
 )
 from kinolab.dynamics.language.shapes import Box, Shape
 from kinolab.dynamics.language.symbols import (
     Attitude,
     Coordinate,
     InputSymbol,
-    TurnRate,
+    MachineSymbol,
     angle,
     length,
     rate,
@@ -294,7 +294,7 @@ class _Assembly:
             part, pose = at[thruster.link]
             self._add_thruster(thruster, part.frame @ constant_frame(pose @ thruster.pose))
 
-    def _moved(self, joint: Joint) -> list[Coordinate | TurnRate]:
+    def _moved(self, joint: Joint) -> Sequence[MachineSymbol]:
         """Return the coordinates of a joint that follows none, and its angular velocity."""
         if joint.name in self._attitudes:
             turn = turn_rate(self._attitudes[joint.name])
@@ -368,7 +368,10 @@ class _Assembly:
             inertia=six(inertial.inertia),
         )
         self._bodies.append(part.body)
-        lumps = (lump(self._stem(link.name, OF_LINKS), link, pose) for link, pose in part.links)
+        lumps = (
+            lump(self._stem(link.name, lumped_mass.BEGINNINGS), link, pose)
+            for link, pose in part.links
+        )
         self._offers.append(LumpedMass(part.body.name, part.frame, tuple(lumps)))
 
     def _stem(self, name: str, beginnings: Sequence[str]) -> str:
@@ -458,7 +461,7 @@ class _Assembly:
     def _add_friction(self, joint: Joint, rates: Sequence[sympy.Expr]) -> None:
         """Add a joint's friction along each of its rates."""
         damping = joint.damping, *joint.higher_damping
-        stem, turns = self._stem(joint.name, OF_JOINTS), joint.kind != "prismatic"
+        stem, turns = self._stem(joint.name, joint_friction.BEGINNINGS), joint.kind != "prismatic"
         given = JointFriction(stem, tuple(rates), damping, joint.friction, turns)
         self._efforts += given.efforts()
         if joint.kind not in ("planar", "floating"):  # whose rates have different units

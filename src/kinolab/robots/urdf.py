@@ -44,7 +44,7 @@ from kinolab.robots.kinematic_tree import (
 from kinolab.robots.mesh_files import find_mesh
 from kinolab.robots.robot_machine import Base, assembled
 from kinolab.robots.solids.convex_parts import check_parts, enclosing_shapes
-from kinolab.robots.solids.solid_mass import mesh_mass, shape_mass
+from kinolab.robots.solids.solid_mass import ball_mass, box_mass, cylinder_mass, mesh_mass
 from kinolab.robots.tree_mistakes import tree_mistakes
 from kinolab.robots.urdf_fields import READ, unread_words
 from kinolab.robots.urdf_inertials import write_inertials
@@ -356,16 +356,23 @@ class _LinkReader:
         """Return the mass properties of a link by its geometry, None where that has no volume."""
         found = []
         for drawn in entry.collisions or entry.visuals or ():
-            given = drawn.geometry
-            if (shape := _plain_shape(given)) is not None:
-                own = shape_mass(shape, density)
-            elif given is not None and given.mesh is not None:
-                own = self._of_mesh(entry.name, given.mesh, density)
-            else:
-                continue
+            own = self._filled(entry.name, drawn.geometry, density)
             if own is not None:
                 found.append((Link("", own), _pose(drawn.origin)))
         return together(found) if found else None
+
+    def _filled(self, name: str, given: Any, density: float) -> Inertial | None:
+        if given is None:
+            return None
+        if given.box is not None:
+            return box_mass([*map(float, given.box.size)], density)
+        if given.cylinder is not None:
+            return cylinder_mass(
+                float(given.cylinder.radius), float(given.cylinder.length), density
+            )
+        if given.sphere is not None:
+            return ball_mass(float(given.sphere.radius), density)
+        return None if given.mesh is None else self._of_mesh(name, given.mesh, density)
 
     def _of_mesh(self, name: str, mesh: Any, density: float) -> Inertial | None:
         try:

@@ -127,7 +127,7 @@ def examine(
 
 def _advice(system: System, integration: IntegrationSection | None) -> str:
     """Return what a step must be that nobody has chosen; empty if the usual one is stable."""
-    if integration is None or integration != IntegrationSection():
+    if integration is None or integration.model_fields_set & {"method", "step", "substeps"}:
         return ""
     wrong = step_too_long(integration, fastest_rate(system.model()))
     return "" if wrong is None else f"Before planning, choose a step. {wrong.sentence}"

@@ -93,7 +93,9 @@ class MultiplierForm:
         with np.errstate(all="ignore"):
             speeds = self._speeds(known, x[:, nq : nq + len(self.states)])
             instants = _Instants(self, known, speeds)
-            changes = [*instants.flow, *instants.state_changes()]
+            massless = self.kinetic is None and not self.driven
+            accelerations = None if massless else instants.accelerations()
+            changes = [*instants.flow, *instants.state_changes(accelerations)]
             changes += [instants(place).value for place in self.further]
         return np.stack(changes, axis=1)
 
@@ -170,10 +172,11 @@ class _Instants:
         return np.zeros((m, n)) if quantity.slope is None else quantity.slope[:, n + 1 :]
 
     def accelerations(self) -> Array:
-        """Solve the equations of motion for a, shape (m, n); without masses what is imposed."""
+        """Solve the equations of motion for a, shape (m, n)."""
         form, (m, n) = self.form, self.speeds.shape
-        if form.kinetic is None:
-            return _solved(*self._held())
+        A, b = self._held()
+        if form.kinetic is None:  # without masses inputs alone accelerate it
+            return _solved(A, b)
         T, V = self(form.kinetic), self(form.potential)
         assert T.slope is not None
         assert T.bend is not None
@@ -186,7 +189,6 @@ class _Instants:
             force += self(strength).value[:, None] * self.along_configuration(self(position))
         for strength, velocity in form.velocity_loads:
             force += self(strength).value[:, None] * self.along_velocities(self(velocity))
-        A, b = self._held()
         whole = np.zeros((m, n + A.shape[1], n + A.shape[1]))
         whole[:, :n, :n], whole[:, n:, :n] = M, A
         whole[:, :n, n:] = -A.transpose(0, 2, 1)
@@ -211,10 +213,10 @@ class _Instants:
             return np.zeros(len(self.speeds))
         return np.asarray((row.bend[:, :, -1] * self.speeds).sum(axis=1))
 
-    def state_changes(self) -> Iterator[Array]:
+    def state_changes(self, accelerations: Array | None) -> Iterator[Array]:
         """Yield the derivative of each velocity that is a state, shape (m,)."""
-        accelerations = self.accelerations() if self.form.states else self.speeds
         for place in self.form.states:
+            assert accelerations is not None, "a machine without mass has no such states"
             row = self(place)
             yield (self.along_velocities(row) * accelerations).sum(axis=1) + self._drift(row)
 

@@ -7,42 +7,38 @@ represented by a triangle mesh, 2004.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
-from kinolab.dynamics.language.shapes import Shape
-from kinolab.dynamics.language.shapes.shape import ShapeKind
 from kinolab.numerics.arrays import Array
 from kinolab.robots.kinematic_tree import Inertial
 from kinolab.world.meshes.mesh_components import components
 from kinolab.world.shape_surfaces import Faces
 
 
-def shape_mass(shape: Shape, density: float) -> Inertial | None:
-    """Return the mass properties of a box, or of a cylinder or a ball, in its own frame.
+def box_mass(edges: Sequence[float], density: float) -> Inertial:
+    """Return the mass properties of a box of three edges in [m], of a density in [kg/m^3]."""
+    x, y, z = edges
+    mass, moments = density * x * y * z, (y * y + z * z, x * x + z * z, x * x + y * y)
+    return _centred(mass, [mass * each / 12.0 for each in moments])
 
-    Args:
-        shape: With numbers in [m]; None is returned of another one.
-        density: In [kg/m^3].
-    """
-    kind, lengths = shape.lowered()
-    match kind:
-        case ShapeKind.BOX:
-            x, y, z = (2.0 * half for half in lengths)
-            mass, own = density * x * y * z, (y * y + z * z, x * x + z * z, x * x + y * y)
-            moments = [mass * each / 12.0 for each in own]
-        case ShapeKind.CYLINDER:
-            r, h = lengths[0], 2.0 * lengths[2]
-            mass = density * math.pi * r * r * h
-            across = mass * (3.0 * r * r + h * h) / 12.0
-            moments = [across, across, mass * r * r / 2.0]
-        case ShapeKind.SPHERE:
-            r = lengths[0]
-            mass = density * 4.0 / 3.0 * math.pi * r**3
-            moments = [0.4 * mass * r * r] * 3
-        case _:
-            return None
+
+def cylinder_mass(radius: float, length: float, density: float) -> Inertial:
+    """Return the mass properties of a cylinder along z, in [m], of a density in [kg/m^3]."""
+    mass = density * math.pi * radius**2 * length
+    across = mass * (3.0 * radius**2 + length**2) / 12.0
+    return _centred(mass, [across, across, mass * radius**2 / 2.0])
+
+
+def ball_mass(radius: float, density: float) -> Inertial:
+    """Return the mass properties of a ball of a radius in [m], of a density in [kg/m^3]."""
+    mass = density * 4.0 / 3.0 * math.pi * radius**3
+    return _centred(mass, [0.4 * mass * radius**2] * 3)
+
+
+def _centred(mass: float, moments: Sequence[float]) -> Inertial:
     return Inertial(mass, np.zeros(3), np.diag(moments))
 
 
