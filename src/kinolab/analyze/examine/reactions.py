@@ -78,7 +78,7 @@ def _beside(subject: Subject, on: Body, direction: Array, x: Array) -> Body | No
 
 def _on_axle(subject: Subject, on: Body, direction: Array, x: Array) -> Array:
     """Return a point of the axle about which a coordinate turns a body."""
-    origin = subject.poses(x)[subject.place_of(on)][:, 3]
+    origin: Array = subject.poses(x)[subject.place_of(on)][:, 3]
     spin = direction @ subject.spin(on, x)
     for k in subject.plain.values():
         if abs(spin[k]) > ALONG:

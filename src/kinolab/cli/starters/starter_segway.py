@@ -104,7 +104,7 @@ x = 4.0
 y = 0.0
 theta = 0.0
 at_rest = true
-tolerance = 0.15                        # [m], [rad], [m/s] and [rad/s]
+tolerance = 0.2                         # [m], [rad], [m/s] and [rad/s], of the wheels, too
 reserve = 0.3                           # share of it that the plan leaves to the execution
 
 [integration]
