@@ -204,7 +204,7 @@ class Executor:
         failure = motion.failure if fault is None else fault
         x = motion.x if fault is None else motion.x[: fault.step + 1]
         if failure is not None:
-            failure = replace(failure, slip=self.monitor.slip(x, motion.t))
+            failure = replace(failure, slip=self.monitor.slip(x[: failure.step + 1], motion.t))
         off, farthest = self._off(x, motion.t)
         outcome: Outcome = "reached" if failure is None else failure.outcome
         parameters, steps = built.parameter_values, len(x) - 1

@@ -12,6 +12,7 @@ import numpy as np
 
 from kinolab.dynamics import Model, tvlqr
 from kinolab.dynamics.codegen.methods import METHODS
+from kinolab.dynamics.language.modes import MODE
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 from kinolab.simulation.sensitivities import StepSensitivities
@@ -112,9 +113,9 @@ def tracked_weights(problem: PlanningTask, asked: Sequence[str]) -> Array:
         problem: Machine, world, goal and metric.
         asked: Names of such coordinates that are tracked all the same.
     """
-    if problem.machine.modes:  # guards and resets may depend on what the equations do not
-        return problem.weights
     names = problem.model.state_names
+    if problem.machine.modes:  # guards and resets may depend on what the equations do not
+        return np.where([name == MODE for name in names], 0.0, problem.weights)
     free = cyclic_coordinates(problem) & [name not in asked for name in names]
     return np.where(free, 0.0, problem.weights)
 

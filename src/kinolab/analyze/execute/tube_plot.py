@@ -69,7 +69,7 @@ def _paths(axes: Axes, problem: PlanningTask, plan: Trajectory, execution: Execu
         path, colour = _places(problem, run.x, shown, run.parameters), COLOURS[run.outcome]
         axes.plot(path[:, across], path[:, up], color=colour, linewidth=0.6, alpha=0.5)
         if run.failure is not None:
-            axes.plot(*path[-1][[across, up]], "x", color=colour, markersize=6)
+            axes.plot(*path[run.failure.step][[across, up]], "x", color=colour, markersize=6)
     axes.plot(planned[:, across], planned[:, up], color="black", linewidth=1.6, label="plan")
     if execution.reached:
         axes.plot([], [], color=COLOURS["reached"], label=f"{execution.reached} reached the goal")

@@ -28,8 +28,8 @@ from kinolab.dynamics import (
 
 def {name}() -> System:
     """A body above a foot, with a spring and a motor between them."""
-    M, m = parameter("M", 4.0, "kg"), parameter("m", 0.5, "kg")  # body, foot
-    k, c = parameter("k", 1500.0, "N/m"), parameter("c", 5.0, "N s/m")  # of the leg
+    M, m = parameter("M", 4.0, "kg"), parameter("m", 1.0, "kg")  # body, foot
+    k, c = parameter("k", 600.0, "N/m"), parameter("c", 5.0, "N s/m")  # of the leg
     L, r = parameter("L", 0.6, "m"), parameter("r", 0.05, "m")  # leg at rest; the foot's radius
     g = parameter("g", 9.81, "m/s^2")
     z = length("z", 0.2, 3.0, speed=5.0)  # height of the body
@@ -64,8 +64,8 @@ SCENARIO = """
 ground = "plane"
 
 [start]                                 # it stands, the spring carries the body
-z = 0.62384
-s = -0.02616
+z = 0.5846
+s = -0.0654
 
 [goal]                                  # the top of a high hop: in the air, neither up nor down
 z = 1.3

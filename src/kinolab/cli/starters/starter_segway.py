@@ -104,8 +104,15 @@ x = 4.0
 y = 0.0
 theta = 0.0
 at_rest = true
-tolerance = 0.2                         # [m], [rad], [m/s] and [rad/s], of the wheels, too
-reserve = 0.3                           # share of it that the plan leaves to the execution
+reserve = 0.3                           # share of tolerances that the plan leaves to the execution
+
+[goal.tolerance]                        # what is left out: 0.1
+x = 0.15                                # [m]
+y = 0.15
+theta = 0.15                            # [rad]
+theta_dot = 0.15                        # [rad/s]
+left_dot = 0.5                          # of a wheel: 0.05 m/s, as it balances to and fro
+right_dot = 0.5
 
 [integration]
 step = 0.025                            # [s] the law looks at the machine this often
