@@ -201,14 +201,14 @@ def crane(**other: Any) -> System:
 
 def post(**other: Any) -> System:
     """A rod that swings on a post, held upright by a law."""
-    q, l = angle("q", -0.5, 0.5, speed=4.0), 0.6
+    q, size = angle("q", -0.5, 0.5, speed=4.0), 0.6
     hinge = move(0, 0, 1) @ rot_y(q)
     if other.get("swapped"):
-        middle = rot_y(q) @ move(0, 0, 1 + l / 2)
+        middle = rot_y(q) @ move(0, 0, 1 + size / 2)
     else:
-        middle = hinge @ move(0, 0, other.get("lever", l / 2))
+        middle = hinge @ move(0, 0, other.get("lever", size / 2))
     stand = Body("stand", move(0, 0, 0.5), shape=Box(0.1, 0.1, 1.0))
-    rod = Body("rod", middle, mass=0.4, inertia=0.4 * l**2 / 12, shape=Cylinder(0.02, l))
+    rod = Body("rod", middle, mass=0.4, inertia=0.4 * size**2 / 12, shape=Cylinder(0.02, size))
     wanted = Reference("wanted", limit=0.2, unit="rad")
     gain = other.get("gain", 1)
     law = Feedback([wanted], {"motor": -gain * (9.0 * (q - wanted.symbol) + 1.5 * rate(q))})
