@@ -14,7 +14,7 @@ from kinolab import systems
 from kinolab.analyze.examine.examination import examine, remarks_on
 from kinolab.analyze.examine.passing_bodies import passing_bodies
 from kinolab.analyze.examine.subject import Subject
-from kinolab.dynamics import WORLD, System, Viscous, rate
+from kinolab.dynamics import WORLD, Body, Force, System, Viscous, length, move, rate
 from kinolab.errors import InputError
 from kinolab.scenario.schema import IntegrationSection
 from tests.analyze.examine.mistaken import (
@@ -120,7 +120,10 @@ def test_a_law_that_pushes_the_wrong_way_is_told_apart_from_one_that_is_too_stif
 
 def test_a_step_that_nobody_chose_is_advice() -> None:
     """A damper of 0.01 s and the usual step of 0.05 s: rk4 holds up to 2.8 times 0.01 s."""
-    stiff = cart().changed(efforts=[Viscous(rate(cart().coordinates[1]), 100.0)])
+    x = length("x", speed=1.0)
+    body = Body("sledge", move(x, 0, 1), mass=1.0)
+    push = Force("push", on=body, along=WORLD.x, limit=1.0)
+    stiff = System("s", bodies=[body], inputs=[push], efforts=[Viscous(rate(x), 100.0)])
     usual = examine(stiff, IntegrationSection())
     assert usual.faults == ()
     assert any("choose a step" in sentence for sentence in usual.sentences)

@@ -107,19 +107,18 @@ def examine(
     sentences: list[str] = []
     found: list[Remark] = []
     checked = list(modes_alone(system.model())) if system.modes else []
-    advice = _advice(system, integration)
-    chosen = None if advice else integration
+    law, advice = _law_of(system, integration)
+    chosen = None if (step := _advice(system, integration)) else integration
     for title, machine in in_each_mode(system):
         subject = Subject(machine.with_feedback(None))
         passing, left_out = passing_bodies(subject)
-        told = (*behaviour(subject), passing, *_limits(machine), advice)
+        told = (*behaviour(subject), passing, *_limits(machine), step, advice)
         sentences += [title] * bool(title)
         sentences += [one for one in told if one and one not in sentences]
         found += (*remarks_on(subject), *left_out)
         mode = title.partition("\n")[0].removeprefix(system.name)
         checked += [replace(law, law=law.law + mode) for law in laws(machine, chosen)]
-    if integration is not None:
-        found += _law_of(system, integration)
+    found += law
     remarks, unused = sorted_out(found, system.expected)
     placed = tuple(replace(one, place=place_in(file, one.part)) for one in remarks)
     return Examination(system.name, tuple(sentences), placed, tuple(checked), unused)
@@ -150,21 +149,22 @@ def remarks_on(subject: Subject) -> Iterator[Remark]:
     yield from energy_sources(subject)
 
 
-def _law_of(system: System, integration: IntegrationSection) -> Iterator[Remark]:
-    if system.feedback is None:
-        return
+def _law_of(
+    system: System, integration: IntegrationSection | None
+) -> tuple[tuple[Remark, ...], str]:
+    """Return what is wrong about a machine's law, and advice on a step that nobody has chosen."""
+    if system.feedback is None or integration is None:
+        return (), ""
     word = type(system.feedback).__name__
     if wrong := wrong_law(system.model(), integration):
-        yield Remark(
-            "law that pushes the wrong way",
-            ", ".join(e.name for e in system.inputs),
-            wrong,
-            (word, ""),
-        )
-        return
+        inputs = ", ".join(entry.name for entry in system.inputs)
+        return (Remark("law that pushes the wrong way", inputs, wrong, (word, "")),), ""
     found = stiff_law(system.model(), integration, lambda: system)
-    if found is not None:
-        yield Remark("law too stiff for its step", "", found.sentence, (word, ""))
+    if found is None:
+        return (), ""
+    if integration == IntegrationSection() and found.holds >= found.step / 2:
+        return (), f"Before planning, choose a step. {found.sentence}"
+    return (Remark("law too stiff for its step", "", found.sentence, (word, "")),), ""
 
 
 def _limits(system: System) -> Iterator[str]:

@@ -84,7 +84,7 @@ def _on_axle(subject: Subject, on: Body, direction: Array, x: Array) -> Array:
         if abs(spin[k]) > ALONG:
             speed = subject.slip(on, None, origin, x)[:, k]
             return np.asarray(origin + np.cross(direction, speed) / spin[k])
-    return origin
+    return np.asarray(origin)
 
 
 def _near(subject: Subject, one: Body, other: Body) -> bool:
