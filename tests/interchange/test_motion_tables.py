@@ -127,8 +127,8 @@ def test_the_command_writes_a_run_s_motion(
         "csv is a format of motions, and 'pendulum' is no folder. Give the folder"
         in capsys.readouterr().err
     )
-    assert cli.run(["export", str(tmp_path / "run"), "--format", "c"]) == 2
-    assert "c is one of machines" in capsys.readouterr().err
+    assert cli.run(["export", str(tmp_path / "run"), "--format", "c", "--out", out]) == 0
+    assert "double" in (tmp_path / "out" / "pendulum.c").read_text()  # the machine of the run
 
 
 def test_motions_of_other_machines_and_damaged_ones_are_refused(

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
+from typing import Any
 
-import mujoco
 import numpy as np
 import pytest
 
@@ -19,6 +19,8 @@ from kinolab.loading.find import find_system
 from kinolab.robots import read_mjcf, read_urdf
 from kinolab.scenario import scenario_from
 from kinolab.trajectory import Trajectory
+
+mujoco: Any = pytest.importorskip("mujoco")
 
 G, L = 9.81, 0.5  # [m/s^2], [m]
 ARM = """<robot name="arm"><link name="base"/>

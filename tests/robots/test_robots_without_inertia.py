@@ -6,8 +6,8 @@ import math
 import re
 import sys
 from pathlib import Path
+from typing import Any
 
-import mujoco
 import numpy as np
 import pytest
 import trimesh
@@ -15,6 +15,8 @@ import trimesh
 import kinolab
 from kinolab.errors import InputError
 from kinolab.robots import read_mjcf, read_urdf
+
+mujoco: Any = pytest.importorskip("mujoco")
 
 ROBOTS = Path(sys.prefix).glob("lib/python*/site-packages/cmeel.prefix/share/example-robot-data")
 FOLDER = next(ROBOTS, Path("not installed")) / "robots"

@@ -80,7 +80,7 @@ def test_what_is_named_as_a_cure_is_stable(
 ) -> None:
     """RK4 is stable up to 2.785 / rate, as examine says: 0.4 s / 0.00557 s = 71.8."""
     monkeypatch.setattr("kinolab.simulation.step_error.fastest_rate", lambda _: rate)
-    found = swing(tmp_path, 0.4)
+    found = swing(tmp_path, 0.4, "integration.method=rk4")
     assert found is not None
     assert found.substeps is not None
     assert found.substeps >= least

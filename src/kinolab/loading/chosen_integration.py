@@ -7,6 +7,7 @@ and one would have to know which of several keys to change together.
 from __future__ import annotations
 
 import math
+from contextlib import suppress
 from dataclasses import replace
 from itertools import pairwise
 from typing import Any
@@ -14,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from kinolab.dynamics.codegen.methods import METHODS, ROSENBROCK
+from kinolab.errors import SingularError
 from kinolab.problem import PlanningTask
 from kinolab.scenario.schema import IntegrationSection
 from kinolab.simulation.stability import (
@@ -69,13 +71,14 @@ def _fine(problem: PlanningTask, method: str, least: int) -> int:
     u = generator.uniform(lower, upper, (FEW_STATES, model.nu))
     x, h = np.tile(problem.start, (len(u), 1)), np.full(len(u), problem.step)
     counts = [least * factor for factor in (1, *REFINEMENTS)]
-    coarse = model.step(x, u, h, method=method, substeps=counts[0])
-    for count, finer in pairwise(counts):
-        fine = model.step(x, u, h, method=method, substeps=finer)
-        errors = np.abs(model.space.difference(coarse, fine)) / problem.scales
-        if np.isfinite(errors).all() and errors.max() <= TOLERATED:
-            return count
-        coarse = fine
+    with suppress(SingularError):  # no step so long can be made
+        coarse = model.step(x, u, h, method=method, substeps=counts[0])
+        for count, finer in pairwise(counts):
+            fine = model.step(x, u, h, method=method, substeps=finer)
+            errors = np.abs(model.space.difference(coarse, fine)) / problem.scales
+            if np.isfinite(errors).all() and errors.max() <= TOLERATED:
+                return count
+            coarse = fine
     return least
 
 
