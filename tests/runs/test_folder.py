@@ -270,7 +270,7 @@ def test_a_check_says_how_far_it_is(maze_run: Finished) -> None:
     said: list[str] = []
     assert check_run(maze_run.folder, said.append).passed
     assert said
-    assert all(text.startswith("verifying: ") for text in said)
+    assert all(text.startswith("verifying a motion: ") for text in said)
 
 
 def test_a_mesh_that_changed_fails(run_copy: Path, capsys: Capture) -> None:

@@ -415,7 +415,7 @@ def test_the_command_says_what_goes_on_and_writes_the_same_bits(
         assert written["x"].tobytes() == trajectory_of(driven.found).x.tobytes()
         assert written["u"].tobytes() == trajectory_of(driven.found).u.tobytes()
     raw, final = driven.raw.cost, driven.found.cost
-    assert f"optimising {raw:.2f} s of motion" in done.err
+    assert f"optimising a motion of {raw:.2f} s" in done.err
     assert f"optimising: {final:.2f} s (first found: {raw:.2f} s), after " in done.err
     assert f"motion of {final:.2f} s (first found: {raw:.2f} s), ending " in done.out
     assert cli.run(["table.toml", *options, "--no-optimize"]) == 0

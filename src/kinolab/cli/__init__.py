@@ -10,12 +10,11 @@ from collections.abc import Sequence
 from contextlib import suppress
 
 from kinolab.cli.interrupts import EXIT_CODE, INTERRUPTS
-from kinolab.cli.streams import prepare_streams
+from kinolab.cli.streams import COMPLETE, prepare_streams
 
 # Young objects per collection. Importing makes a million that stay; by Python's own threshold,
 # going through them again and again took a tenth of a plan.
 COLLECTION_THRESHOLD = 100_000
-COMPLETE = "_PLAN_COMPLETE"  # the variable in which a shell asks how a line may go on
 
 
 def run(arguments: Sequence[str] | None = None) -> int:

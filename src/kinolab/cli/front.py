@@ -15,9 +15,9 @@ from importlib import import_module
 import click
 from click import shell_completion
 
-from kinolab.cli import COMPLETE
 from kinolab.cli.common import scenarios_and_files
 from kinolab.cli.interrupts import INTERRUPTS
+from kinolab.cli.streams import COMPLETE
 from kinolab.cli.terminal import say
 from kinolab.errors import KinolabError, shortened_quotes
 

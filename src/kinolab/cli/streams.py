@@ -14,6 +14,8 @@ from contextlib import suppress
 NAMES = ("stdin", "stdout", "stderr")  # by their numbers
 STDERR = 2
 
+COMPLETE = "_PLAN_COMPLETE"  # the variable in which a shell asks how a line may go on
+
 
 class _Messages(io.TextIOWrapper):
     """A stream for messages: what cannot be written is lost, and ends nothing."""

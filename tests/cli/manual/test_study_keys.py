@@ -21,6 +21,7 @@ RUNS = {
     "durations": 19 * 10 + 18,
     "goal_bias": 2 * 5 * 20,
     "gallery": 19 * 10,
+    "drawn_seeds": 19 * 10,
     "matrix": (5 * 4 + 2 * 3 + 4 + 4 * 2) * 5,
 }
 

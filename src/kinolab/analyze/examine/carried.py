@@ -6,10 +6,10 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from kinolab.analyze.examine.contacts import APART, Contact
 from kinolab.analyze.examine.joints import SMALL
 from kinolab.analyze.examine.remark import Remark
 from kinolab.analyze.examine.subject import Subject
+from kinolab.analyze.examine.touching_bodies import APART, TouchingBodies
 from kinolab.dynamics import Body, Coordinate
 from kinolab.numerics.arrays import Array
 from kinolab.world.geometry import frame_in_world, triangles
@@ -73,7 +73,7 @@ def _carried(subject: Subject, body: Body, base: Body, x: Array) -> tuple[Array,
     return gap, size + 1e-12
 
 
-def swung_off(subject: Subject, touching: Sequence[Contact]) -> Iterator[Remark]:
+def swung_off(subject: Subject, touching: Sequence[TouchingBodies]) -> Iterator[Remark]:
     """Yield the bodies that turn about an axis which does not go through them.
 
     Either they touch what carries them at rest and are swung off it, or they are rods that point at
@@ -136,13 +136,13 @@ def _depth(subject: Subject, body: Body, axis: tuple[Array, Array], reach: float
     return max(float(s.depths((points - middle) @ axes).max()) for s, axes, middle in placed)
 
 
-def _off(contact: Contact, coordinate: Coordinate) -> bool:
+def _off(contact: TouchingBodies, coordinate: Coordinate) -> bool:
     """Whether two bodies are apart as soon as a coordinate moves, either way."""
     gaps = [contact.gap(contact.subject.moved({coordinate: way})) for way in (SMALL, -SMALL)]
     return min(gaps) > APART * contact.reach
 
 
-def _swung(contact: Contact, body: Body, coordinate: Coordinate) -> Remark:
+def _swung(contact: TouchingBodies, body: Body, coordinate: Coordinate) -> Remark:
     what = f"They touch at rest, and come apart where {coordinate} moves: {body.name} turns about "
     what += f"an axis that does not go through it. {ORDER}"
     return Remark("touches at rest only", contact.names, what, ("Body", body.name))

@@ -13,18 +13,18 @@ import numpy as np
 from kinolab.analyze.describe.each_mode import in_each_mode
 from kinolab.analyze.examine.behaviour import behaviour
 from kinolab.analyze.examine.carried import left_behind, swung_off
-from kinolab.analyze.examine.contacts import contacts, standing
 from kinolab.analyze.examine.energy_sources import energy_sources
 from kinolab.analyze.examine.joints import parted, sized_otherwise
 from kinolab.analyze.examine.law_check import LawCheck
 from kinolab.analyze.examine.laws import laws, modes_alone
+from kinolab.analyze.examine.odd_numbers import odd_numbers
 from kinolab.analyze.examine.passing_bodies import passing_bodies
 from kinolab.analyze.examine.place_in_file import place_in
 from kinolab.analyze.examine.reactions import reactions, turned_away, turning_axes
 from kinolab.analyze.examine.remark import Remark, sorted_out
 from kinolab.analyze.examine.rolling import slips
 from kinolab.analyze.examine.subject import Subject
-from kinolab.analyze.examine.units import odd_numbers
+from kinolab.analyze.examine.touching_bodies import contacts, standing
 from kinolab.dynamics import System
 from kinolab.loading.well_posed import unlimited_sentences
 from kinolab.scenario.schema import IntegrationSection

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from itertools import combinations, product
 
-from kinolab.analyze.examine.contacts import APART, TOUCHING, Contact
 from kinolab.analyze.examine.remark import Remark
+from kinolab.analyze.examine.touching_bodies import APART, TOUCHING, TouchingBodies
 from kinolab.dynamics import Body, Coordinate, Parameter
 from kinolab.dynamics.language.constraints import PositionConstraint
 from kinolab.dynamics.language.mechanism_parts import atoms_of
@@ -15,7 +15,7 @@ SMALL, HALF, LARGE = 0.15, 0.5, 1.0  # shares of how far a coordinate may move
 CHANGED = 1.05  # a parameter's value, relative to its own
 
 
-def parted(contact: Contact) -> Iterator[Remark]:
+def parted(contact: TouchingBodies) -> Iterator[Remark]:
     """Yield that two bodies part by a coordinate that moves both, or by two that should not."""
     subject = contact.subject
     plain = [c for c in subject.plain if c.name in contact.moved_by]
@@ -38,16 +38,16 @@ def parted(contact: Contact) -> Iterator[Remark]:
                 return
 
 
-def _together(contact: Contact, shares: dict[Coordinate, float]) -> bool:
+def _together(contact: TouchingBodies, shares: dict[Coordinate, float]) -> bool:
     gap = contact.gap(contact.subject.moved(shares))
     return abs(gap) <= APART * contact.reach
 
 
-def _apart(contact: Contact, shares: dict[Coordinate, float]) -> bool:
+def _apart(contact: TouchingBodies, shares: dict[Coordinate, float]) -> bool:
     return contact.gap(contact.subject.moved(shares)) > APART * contact.reach
 
 
-def _parted(contact: Contact, when: str, by: tuple[Coordinate, ...]) -> Remark:
+def _parted(contact: TouchingBodies, when: str, by: tuple[Coordinate, ...]) -> Remark:
     share = dict.fromkeys(by, SMALL)
     gap = contact.gap(contact.subject.moved(share))
     what = f"They touch at rest, and no longer where {when}"
@@ -59,7 +59,7 @@ def _parted(contact: Contact, when: str, by: tuple[Coordinate, ...]) -> Remark:
     return Remark("touches at rest only", contact.names, what, ("Body", contact.one.name))
 
 
-def sized_otherwise(contact: Contact) -> Iterator[Remark]:
+def sized_otherwise(contact: TouchingBodies) -> Iterator[Remark]:
     """Yield the parameters by which frames move apart what shapes of fixed sizes keep touching."""
     system, rest = contact.subject.system, contact.subject.rest
     if abs(contact.gap(rest)) > TOUCHING * contact.reach:
@@ -92,7 +92,7 @@ def sized_otherwise(contact: Contact) -> Iterator[Remark]:
         return
 
 
-def _gap(contact: Contact, values: dict[str, float]) -> float:
+def _gap(contact: TouchingBodies, values: dict[str, float]) -> float:
     subject = contact.subject
     return contact.gap(subject.on_constraints(subject.rest, **values), values)
 
@@ -104,7 +104,7 @@ def _lengths(bodies: tuple[Body, ...], held: Sequence[PositionConstraint]) -> li
     return sorted((p for p in found if p.unit == "m"), key=str)
 
 
-def _numbers(contact: Contact, body: Body) -> set[float]:
+def _numbers(contact: TouchingBodies, body: Body) -> set[float]:
     """Return the sizes of a body's shapes."""
     shapes = contact.subject.system.resolved_shapes(body)
     return {float(getattr(shape, name)) for shape in shapes for name in shape.lengths()}

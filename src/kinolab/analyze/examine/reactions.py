@@ -6,9 +6,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from kinolab.analyze.examine.contacts import contacts
 from kinolab.analyze.examine.remark import Remark
 from kinolab.analyze.examine.subject import Subject
+from kinolab.analyze.examine.touching_bodies import contacts
 from kinolab.dynamics import Axis, Body
 from kinolab.dynamics.language.frames import AXES, pose
 from kinolab.dynamics.language.mechanism_parts import configuration_symbols

@@ -8,9 +8,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 import sympy
 
-from kinolab.analyze.examine.contacts import Contact
 from kinolab.analyze.examine.remark import Remark
 from kinolab.analyze.examine.subject import Subject
+from kinolab.analyze.examine.touching_bodies import TouchingBodies
 from kinolab.dynamics import Body, Coordinate
 from kinolab.dynamics.language.mechanism_parts import (
     atoms_of,
@@ -51,7 +51,7 @@ class Wheel:
     arm: float
 
 
-def slips(contact: Contact) -> Iterator[Remark]:
+def slips(contact: TouchingBodies) -> Iterator[Remark]:
     """Yield what is wrong about the rolling of a round body on what it touches."""
     for body, base in ((contact.one, contact.other), (contact.other, contact.one)):
         if body is None or (shape := _round_shape(contact.subject, body)) is None:

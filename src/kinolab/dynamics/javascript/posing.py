@@ -27,18 +27,22 @@ def posing(derivation: Derivation) -> tuple[dict[str, Any], list[Function]]:
     binding = derivation.binding
     frames, constraints = joint_frames(binding.system), binding.system.constraints
     loops = [c for c in constraints if isinstance(c, PositionConstraint)]
-    slips = [c for c in constraints if not isinstance(c, PositionConstraint)]
+    known = {*derivation.state, *binding.parameters}  # inputs have no part in a pose
+    rows = {
+        row.name: row.covector
+        for row in constraint_rows(binding)
+        if frozenset().union(*map(binding.tape.depends_on, row.covector)) <= known
+    }
+    slips = [c for c in constraints if not isinstance(c, PositionConstraint) and c.name in rows]
     facts = {
         "joints": list(frames.values()),
         "loops": [{"name": c.name, "unit": position_unit(c)} for c in loops],
         "slips": [{"name": c.name, "unit": velocity_unit(c)} for c in slips],
     }
-    names = {c.name for c in slips}
-    rows = [row for row in constraint_rows(binding) if row.name in names]
     found = {
         "joint_frames": pose_nodes(binding.lower, tuple(frames)),
         "gaps": [binding.lower(c.position) for c in loops],
-        "slip_rows": [entry for row in rows for entry in row.covector],
+        "slip_rows": [entry for c in slips for entry in rows[c.name]],
     }
     arguments = {"x": derivation.state, "p": binding.parameters}
     return facts, [Function(name, arguments, nodes) for name, nodes in found.items() if nodes]

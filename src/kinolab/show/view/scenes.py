@@ -20,7 +20,7 @@ from kinolab.show.film.staging.motion_script import path_body, picture
 from kinolab.show.page import Content, Series
 from kinolab.show.view.driving import driving_of
 from kinolab.show.view.keyframes import key_poses
-from kinolab.show.view.posing import posing_of, room_of
+from kinolab.show.view.pose_sliders import posing_of, room_of
 from kinolab.trajectory import Trajectory
 
 POSED = "The machine by itself. Move it by its sliders."

@@ -23,7 +23,7 @@ APART = 5e-3  # of the same: a gap that can be seen
 
 
 @dataclass(frozen=True)
-class Contact:
+class TouchingBodies:
     """Two bodies that touch at rest, or a body on the ground.
 
     Attributes:
@@ -94,7 +94,7 @@ class Contact:
         return abs(self.gap(self.subject.rest)) <= TOUCHING * self.reach
 
 
-def contacts(subject: Subject) -> Iterator[Contact]:
+def contacts(subject: Subject) -> Iterator[TouchingBodies]:
     """Yield the bodies that touch at rest: on the ground, then each other."""
     solid = [body for body in subject.system.bodies if body.shapes]
     reaches = {
@@ -102,13 +102,13 @@ def contacts(subject: Subject) -> Iterator[Contact]:
         for body in solid
     }
     for body in solid:
-        found = Contact(subject, body, None, reaches[body.name])
+        found = TouchingBodies(subject, body, None, reaches[body.name])
         if body.touches_ground and subject.moving(body.frame) and found.touches:
             yield found
     origins = subject.poses(subject.rest)[:, :, 3]
     for one, other in combinations(solid, 2):
         far = origins[subject.place_of(one)] - origins[subject.place_of(other)]
-        found = Contact(subject, one, other, min(reaches[one.name], reaches[other.name]))
+        found = TouchingBodies(subject, one, other, min(reaches[one.name], reaches[other.name]))
         near = np.linalg.norm(far) <= (1 + TOUCHING) * (reaches[one.name] + reaches[other.name])
         if near and found.moved_by and found.touches:
             yield found
@@ -121,7 +121,7 @@ def standing(subject: Subject) -> Iterator[Remark]:
         if body.touches_ground or not body.shapes or not subject.moving(body.frame):
             continue
         geometry = BodyGeometry(body.name, subject.system.resolved_shapes(body))
-        contact = Contact(subject, body, None, reach_of(geometry))
+        contact = TouchingBodies(subject, body, None, reach_of(geometry))
         if all(abs(contact.gap(x)) <= TOUCHING * contact.reach for x in states):
             what = f"{body.name} always touches the ground z = 0, which is a collision for every "
             what += "plan. Where it stands, rolls or slides on it: Body(…, touches_ground=True)."
