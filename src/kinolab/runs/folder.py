@@ -235,8 +235,12 @@ def _source(problem: PlanningTask) -> Path:
     return problem.scenario.origin.file.resolve()
 
 
-def read_run(folder: Path) -> Run:
+def read_run(folder: Path, *, planned: bool = True) -> Run:
     """Read a run back from its files alone.
+
+    Args:
+        folder: Of the run.
+        planned: Whether its goal has to ask for something; that of a simulated motion need not.
 
     Raises:
         InputError: If a file is missing or damaged.
@@ -264,7 +268,8 @@ def read_run(folder: Path) -> Run:
         what = f"a finished run carries its machine as data, in {MACHINE}."
         raise InputError([Mistake(where, what, "Nothing was run.")])
     problem = build_problem(scenario, planner=False)
-    problem.require_goal()
+    if planned:
+        problem.require_goal()
     return Run(folder, problem, report, unwrapped(problem, _motion_in(folder, problem)))
 
 

@@ -80,7 +80,7 @@ def _machine_of(what: str) -> System:
         from kinolab.dynamics import System
         from kinolab.runs import read_run
 
-        return System.of(read_run(Path(what)).problem.system)
+        return System.of(read_run(Path(what), planned=False).problem.system)
     from kinolab.loading import find_machine
 
     return find_machine(what)
@@ -122,7 +122,7 @@ def _export_run(run_folder: Path, folder: Path, form: str | None) -> int:
         what = "nothing says in which one the motion is to be written."
         raise InputError([Mistake("--format", what, remedy)])
     _make(folder)
-    run = read_run(run_folder)
+    run = read_run(run_folder, planned=False)
     path = export_motion(folder / EXPORTS[form].file, run.problem, run.trajectory, form)
     say(escaped(f"  written to {path}"))
     if form in ("joint_trajectory", "rosbag") and (left := _left_over(run)):
