@@ -194,7 +194,10 @@ def test_an_execution_varies_the_numbers_of_a_robots_file(tmp_path: Path) -> Non
     t = np.linspace(0.0, 0.5, 6)
     plan = Trajectory(t, np.zeros((6, 2)), np.zeros((5, 1)), ("hinge", "hinge_dot"), ("torque",))
     conditions = Conditions(parameters=0.1, built={"m_tool": 0.5}, tracked=False)
-    run = Executor(problem, plan, conditions, seed=1).run(0)
+    executor = Executor(problem, plan, conditions, seed=1)
+    run = executor.run(0)
     assert run.parameters["m_upper"] != 2.0
     assert abs(run.parameters["m_tool"] / 0.5 - 1.0) <= 0.1
     assert run.x[-1] == pytest.approx([0.0, 0.0], abs=1e-12)  # it hangs at rest all the same
+    planned = executor.under(Conditions(tracked=False)).run(0).parameters
+    assert (planned["m_upper"], planned["m_tool"]) == (2.0, 0.0)  # as the file says again

@@ -325,9 +325,14 @@ class Executor:
 
 
 def _actual(problem: PlanningTask, conditions: Conditions) -> PlanningTask:
-    """Return the problem of the actual machine, whose numbers are parameters where they vary."""
+    """Return the problem of the actual machine, whose numbers are parameters where they vary.
+
+    Their values are the planned ones, so that other conditions may take them back.
+    """
     varied = conditions.varied(problem.system)
     if len(varied.parameters) == len(problem.model.parameter_names):
         return problem
-    model = Model(varied.with_feedback(None))
+    planned = problem.system.offered | problem.system.parameter_values
+    nominal = varied.with_parameters(**{name: planned[name] for name in varied.parameter_values})
+    model = Model(nominal.with_feedback(None))
     return replace(problem, machine=model.machine, model=model, whole=None)
