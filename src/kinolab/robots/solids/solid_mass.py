@@ -1,8 +1,4 @@
-"""Mass properties of solids of one density: of shapes in closed form, of meshes by their faces.
-
-Source: Blow, Binstock, How to find the inertia tensor (or other mass properties) of a 3D solid body
-represented by a triangle mesh, 2004.
-"""
+"""Mass properties of solids of one density: of shapes in closed form, of meshes by trimesh."""
 
 from __future__ import annotations
 
@@ -10,7 +6,7 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.spatial import ConvexHull, QhullError
+from scipy.spatial import QhullError
 
 from kinolab.numerics.arrays import Array
 from kinolab.robots.kinematic_tree import Inertial
@@ -53,35 +49,18 @@ def mesh_mass(vertices: Array, faces: Faces, density: float) -> Inertial | None:
     Returns:
         In the axes of the vertices; None where it encloses nothing, as if it were flat.
     """
+    import trimesh  # late: it takes long to import
+
     middle = vertices.mean(axis=0)
-    corners = vertices - middle
+    solid = trimesh.Trimesh(vertices - middle, faces, process=False)
     if not components(vertices, faces).volume.all():
         try:
-            hull = ConvexHull(corners)
+            solid = solid.convex_hull
         except QhullError:
             return None
-        outward = np.einsum("ij,ij->i", np.cross(*_edges(corners[hull.simplices])),
-                            hull.equations[:, :3]) > 0.0  # fmt: skip
-        faces = np.where(outward[:, None], hull.simplices, hull.simplices[:, ::-1])
-    return _of_tetrahedra(corners[faces], middle, density)
-
-
-def _edges(triangles: Array) -> tuple[Array, Array]:
-    """Return two edges of each of n triangles (n, 3, 3)."""
-    return triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]
-
-
-def _of_tetrahedra(triangles: Array, middle: Array, density: float) -> Inertial | None:
-    """Return the mass properties of the tetrahedra between a point and n triangles (n, 3, 3)."""
-    determinants = np.linalg.det(triangles)
-    sums = triangles.sum(axis=1)
-    volume = determinants.sum() / 6.0
-    if volume == 0.0:
+    found = trimesh.triangles.mass_properties(solid.triangles, density=density)
+    if found.volume == 0.0:
         return None
-    centre = determinants @ sums / 24.0 / volume
-    squares = np.einsum("n,ni,nj->ij", determinants, sums, sums)
-    squares += np.einsum("n,nki,nkj->ij", determinants, triangles, triangles)
-    spread = squares / 120.0 - volume * np.outer(centre, centre)  # of x x^T about the centre
-    inertia = np.trace(spread) * np.eye(3) - spread
-    sign = math.copysign(density, volume)  # where all faces look inward, both are negative
-    return Inertial(sign * float(volume), middle + centre, sign * inertia)
+    sign = math.copysign(1.0, found.volume)  # where all faces look inward, all is negative
+    centre = middle + found.center_mass
+    return Inertial(sign * float(found.mass), centre, sign * np.asarray(found.inertia))
