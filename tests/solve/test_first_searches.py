@@ -138,10 +138,10 @@ def test_of_four_ways_the_best_has_most_of_the_work(race: Race) -> None:
 @pytest.mark.parametrize(
     ("factor", "work", "asked", "expected"),
     [
-        (QUICK, 1.5, "auto", 6.0),  # more than 5 % shorter in the second half of 1.5 and 3 s
-        (0.999, 1.5, "auto", 1.5),
-        (QUICK, 1.5, 1.5, 1.5),  # as much as was said, and no more
-        (QUICK, 6.0, "auto", 6.0),  # the most
+        (QUICK, 4.0, "auto", 12.0),  # more than 5 % shorter in the second half of 4 and 8 s
+        (0.999, 4.0, "auto", 4.0),
+        (QUICK, 4.0, 4.0, 4.0),  # as much as was said, and no more
+        (QUICK, 12.0, "auto", 12.0),  # the most
     ],
 )
 def test_there_is_as_much_work_again_while_a_motion_becomes_shorter(
@@ -153,7 +153,7 @@ def test_there_is_as_much_work_again_while_a_motion_becomes_shorter(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setitem(globals(), "QUICK", factor)
-    monkeypatch.setattr(improve, "MOST_SECONDS", 6.0)
+    monkeypatch.setattr(improve, "MOST_SECONDS", 12.0)
     race.shortened(work, asked)
     assert expected <= race.taken <= 1.25 * expected
 

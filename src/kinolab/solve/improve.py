@@ -235,7 +235,7 @@ class PlanImprover:
         return [*dropped, *sorted(left, key=lambda way: -way.duration)]
 
     def _worth_more_work(self, ways: Sequence[RefinedWay], remaining: Budget) -> bool:
-        """Allow as much work again while the shortest motion becomes shorter, or has not begun to."""
+        """Allow as much work again while the shortest motion gets shorter, or has not begun to."""
         more = min(self._seconds, MOST_SECONDS - self._seconds)
         best = min(ways, key=lambda way: way.duration).progress
         if self._wanted != "auto" or more <= 0.0 or not remaining.over or remaining.cancelled():
