@@ -229,6 +229,7 @@ class Problem(PlanningTask):
         *,
         max_iterations: int | None = None,
         improve: float | Literal["auto"] | None = None,
+        guess: Trajectory | None = None,
         jobs: int = 1,
         anytime: bool = False,
         optimize: bool = True,
@@ -244,6 +245,8 @@ class Problem(PlanningTask):
             max_iterations: Of the search; the scenario's when left out.
             improve: Work on making the motion exact and shorter, in [s]; the scenario's when left
                 out, 0 for none, ``"auto"`` for more where the motion is long.
+            guess: A motion of this machine, such as the plan of a world that has changed since:
+                where it can be made to fit, nothing is searched for.
             jobs: Number of searches at once, each with a seed of its own; the first plan wins.
             anytime: Whether to go on with further seeds until the time limit; the shortest wins.
             optimize: Whether to make the motion exact and shorter at all; without it a planner may
@@ -264,6 +267,7 @@ class Problem(PlanningTask):
             time_limit,
             max_iterations=max_iterations,
             improve=improve,
+            guess=guess,
             jobs=jobs,
             anytime=anytime,
             optimize=optimize,
