@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from kinolab.dynamics import System
     from kinolab.runs import Run
     from kinolab.search.ompl import OmplSetup
+    from kinolab.solve.replanner import Replanner
     from kinolab.trajectory import Trajectory
 
 
@@ -274,6 +275,36 @@ class Problem(PlanningTask):
             **settings,
         )
         return Plan(**vars(plan), problem=self)
+
+    def replanner(
+        self, plan: PlanResult | None = None, *, deadline: float = 0.1, period: float = 0.1
+    ) -> Replanner:
+        """Return what plans again and again while the machine moves.
+
+        ``.replan(start, elapsed, obstacles)`` answers from a state, in a world where obstacles have
+        moved, before a deadline. All that it needs is compiled when this returns.
+
+        Args:
+            plan: The first plan; that of ``solve()`` when left out.
+            deadline: Of each answer, in [s].
+            period: From one question to the next, in [s].
+
+        Raises:
+            InputError: If no first plan is found, or an argument does not fit.
+        """
+        from kinolab.solve.plan import make_planner
+        from kinolab.solve.replanner import Proof, Replan, replanner
+
+        require_fit("replanner deadline", float, deadline)
+        require_fit("replanner period", float, period)
+        plan = plan or self.solve()
+        if plan.status != "solved" or plan.trajectory is None or plan.certificate is None:
+            what = f"there is no plan to begin with: {plan.message}"
+            raise InputError([Mistake("replanner plan", what, "Solve the problem first.")])
+        proof = Proof(0.0, plan.trajectory.duration, plan.certificate)
+        first = Replan("searched", self, plan.trajectory, (proof,))
+        searcher = make_planner(self, None, {})
+        return replanner(self, searcher, first, deadline=deadline, period=period, seed=plan.seed)
 
     def _repr_html_(self) -> str:
         """Show world, start and goal in 3D in a notebook."""
