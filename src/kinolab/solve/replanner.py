@@ -36,7 +36,8 @@ from kinolab.verification import Certificate, verify
 from kinolab.verification.certificate import collision_check
 
 WINDOWS = (20, 40, 80)  # steps on each side of what no longer fits, tried in turn
-BRAKES = (10, 20, 40, 80)  # steps in which a machine may come to rest, tried in turn
+# Steps in which a machine may come to rest, tried in turn: too few take long to be found impossible.
+BRAKES = (40, 80, 20)
 
 
 @dataclass(frozen=True)
@@ -139,7 +140,7 @@ class Replanner:
 
     def _candidates(self, elapsed: float, moved: Collection[str], end: float) -> Iterator[Replan]:
         """Yield verified motions into the goal, the cheapest to find first."""
-        task, late = self.problem, Budget(end, started=0.0).expired
+        task, late = self.problem, _after(end)
         rest = None if self.last.by == "stop" else later(self.last.trajectory, elapsed)
         rest = self._nearest() if rest is None else rest
         if len(rest.u):
@@ -214,8 +215,8 @@ class Replanner:
             return answer  # it is there by then
         rest = replace(task, goal=_rest(task), start=trajectory.x[k])
         for steps in BRAKES:
-            late = Budget(end, started=0.0).expired
-            brake = trajopt.make_exact(rest, trajectory.piece(k, min(k + steps, last)), late)
+            guess = _slowed(task, trajectory.piece(k, last), steps)
+            brake = trajopt.make_exact(rest, guess, _after(end))
             certificate = None if brake is None else self._verified(rest, brake, end)
             if brake is not None and certificate is not None:
                 whole = trajectory.with_piece(k, last, brake, task.space)
@@ -261,6 +262,10 @@ def later(known: Trajectory, elapsed: float) -> Trajectory | None:
     t = np.concatenate([[0.0], known.t[k + 1 :] - elapsed])
     x = np.vstack([known.at(max(elapsed, float(known.t[k]))).x, known.x[k + 1 :]])
     return replace(known, t=t, x=x, u=known.u[k:], references=known.references[k:])
+
+
+def _after(end: float) -> CancellationToken:
+    return lambda: time.monotonic() > end
 
 
 def _apart(task: PlanningTask, rest: Trajectory) -> bool:
@@ -320,6 +325,16 @@ def _joined(ranges: Sequence[tuple[int, int]]) -> list[tuple[int, int]]:
         else:
             joined.append((begin, end))
     return joined
+
+
+def _slowed(task: PlanningTask, way: Trajectory, steps: int) -> Trajectory:
+    """Return a guess that goes on along a motion's path and loses its speed evenly."""
+    t = task.step * np.arange(steps + 1)
+    left = 1.0 - t / t[-1]  # of the speed
+    now = way.at(np.minimum(t - 0.5 * t**2 / t[-1], way.duration))
+    x = now.x.copy()
+    x[:, task.model.nq :] *= left[:, None]
+    return replace(way, t=t, x=x, u=now.u[:-1], references=now.references[:-1])
 
 
 def _rest(task: PlanningTask) -> Goal:
