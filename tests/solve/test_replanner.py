@@ -85,6 +85,19 @@ def test_what_is_late_is_a_stop_that_had_been_proved(asked: Replanner) -> None:
     assert (over.by, over.trajectory.duration) == ("stop", 0.0)
 
 
+def test_what_jumped_while_it_stopped_is_gone_round_afterwards(asked: Replanner) -> None:
+    """The way that is kept had been proved before the jump, of which only the stop was told."""
+    onto = asked.last.trajectory.at(0.6 * asked.last.trajectory.duration).x
+    place = (float(onto[0]), float(onto[1]) + 0.35, 0.3)
+    asked.replan(beside(asked, 0.1), 0.1)
+    asked.deadline = LATE
+    stopped = asked.replan(asked.last.trajectory.x[0], 0.0, {"crate": place})
+    asked.deadline = IN_TIME
+    answer = asked.replan(stopped.trajectory.x[0], 0.0)
+    assert answer.by != "stop"
+    assert verify(answer.problem, answer.trajectory).passed
+
+
 def test_after_a_stop_it_goes_on(asked: Replanner) -> None:
     asked.replan(beside(asked, 0.1), 0.1)
     asked.deadline = LATE
@@ -106,7 +119,7 @@ def test_a_motion_goes_on_between_its_knots(asked: Replanner) -> None:
 
 
 def test_an_unknown_obstacle_is_named(asked: Replanner) -> None:
-    with pytest.raises(InputError, match="no obstacle is called 'crat'. Did you mean 'crate'"):
+    with pytest.raises(InputError, match=r"no obstacle is called 'crat'\. Did you mean 'crate'\?"):
         asked.replan(asked.last.trajectory.x[0], 0.0, {"crat": (0.0, 0.0, 0.0)})
 
 

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -36,7 +36,7 @@ from kinolab.verification import Certificate, verify
 from kinolab.verification.certificate import collision_check
 
 WINDOWS = (20, 40, 80)  # steps on each side of what no longer fits, tried in turn
-# Steps in which a machine may come to rest, tried in turn: too few take long to be found impossible.
+# Steps in which a machine may come to rest, tried in turn: too few take long to be refuted.
 BRAKES = (40, 80, 20)
 
 
@@ -99,6 +99,7 @@ class Replanner:
     seed: int = 1
     _way: Trajectory = field(init=False)  # the last motion into the goal
     _stop: Replan = field(init=False)  # from where the last answer's motion began
+    _moved: set[str] = field(default_factory=set)  # since that was proved
     _pace: float = 0.0  # [s] of a verification, for each knot
     _asked: int = 0
 
@@ -125,34 +126,35 @@ class Replanner:
         moved = with_obstacles_at(self.problem, obstacles) if obstacles else self.problem
         self.problem = replace(moved, start=np.asarray(start, dtype=float))
         self._asked += 1
+        self._moved |= set(obstacles or ())
         with old_objects_left_alone():
-            answer = self._answered(elapsed, set(obstacles or ()), begun + self.deadline)
+            answer = self._answered(elapsed, begun + self.deadline)
         self.last = replace(answer, seconds=time.monotonic() - begun)
         return self.last
 
-    def _answered(self, elapsed: float, moved: Collection[str], end: float) -> Replan:
-        for answer in self._candidates(elapsed, moved, end):
+    def _answered(self, elapsed: float, end: float) -> Replan:
+        for answer in self._candidates(elapsed, end):
             stop = self._stopping(answer, end)
             if stop is not None:
                 self._way, self._stop = answer.trajectory, stop
+                self._moved.clear()
                 return answer
         return self._stopped(elapsed)
 
-    def _candidates(self, elapsed: float, moved: Collection[str], end: float) -> Iterator[Replan]:
+    def _candidates(self, elapsed: float, end: float) -> Iterator[Replan]:
         """Yield verified motions into the goal, the cheapest to find first."""
         task, late = self.problem, _after(end)
         rest = None if self.last.by == "stop" else later(self.last.trajectory, elapsed)
         rest = self._nearest() if rest is None else rest
         if len(rest.u):
             broken = _touching(task, rest)
-            if not (broken or _apart(task, rest)):
-                if self._still_free(rest, moved):
-                    yield Replan("kept", task, rest)
+            if not (broken or _apart(task, rest)) and self._still_free(rest):
+                yield Replan("kept", task, rest)
             for steps in WINDOWS:
                 mended = _mended(task, rest, broken, steps, late)
                 if mended is not None:
                     proofs = self._proofs(*mended, end)
-                    if proofs is not None and self._still_free(mended[0], moved):
+                    if proofs is not None and self._still_free(mended[0]):
                         yield Replan("mended", task, mended[0], proofs)
             whole = trajopt.make_exact(task, rest, late)
             yield from self._new("mended", whole, end)
@@ -188,13 +190,13 @@ class Replanner:
             proofs.append(Proof(float(made.t[first]), float(made.t[last]), certificate))
         return tuple(proofs)
 
-    def _still_free(self, made: Trajectory, moved: Collection[str]) -> bool:
-        """Say whether a motion is free of what has moved, all of it."""
+    def _still_free(self, made: Trajectory) -> bool:
+        """Say whether all of a motion is free of what has moved since its parts were proved."""
         task = self.problem
-        if not moved:
+        if not self._moved:
             return True
         world = task.world
-        there = tuple(one for one in world.obstacles if one.name in moved)
+        there = tuple(one for one in world.obstacles if one.name in self._moved)
         alone = replace(task, world=replace(world, obstacles=there), start=made.x[0])
         return collision_check(alone, made).passed
 
@@ -302,7 +304,8 @@ def _mended(
     Returns:
         The motion, and the knots between which it is new; None if that fails.
     """
-    made, last, new = rest, len(rest.u), []
+    made, last = rest, len(rest.u)
+    new: list[tuple[int, int]] = []
     ranges = [(0, min(steps, last))]  # the state is never quite what was planned
     ranges += [(max(a - steps, 0), min(b + steps, last)) for a, b in broken]
     for begin, end in reversed(_joined(ranges)):
@@ -329,7 +332,7 @@ def _joined(ranges: Sequence[tuple[int, int]]) -> list[tuple[int, int]]:
 
 def _slowed(task: PlanningTask, way: Trajectory, steps: int) -> Trajectory:
     """Return a guess that goes on along a motion's path and loses its speed evenly."""
-    t = task.step * np.arange(steps + 1)
+    t: Array = task.step * np.arange(steps + 1.0)
     left = 1.0 - t / t[-1]  # of the speed
     now = way.at(np.minimum(t - 0.5 * t**2 / t[-1], way.duration))
     x = now.x.copy()
