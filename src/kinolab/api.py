@@ -281,13 +281,14 @@ class Problem(PlanningTask):
     ) -> Replanner:
         """Return what plans again and again while the machine moves.
 
-        ``.replan(start, elapsed, obstacles)`` answers from a state, in a world where obstacles have
-        moved, before a deadline. All that it needs is compiled when this returns.
+        ``.replan(start, elapsed, obstacles)`` answers before a deadline how it goes on from the
+        state in which it will be then, in a world where obstacles have moved. All that it needs is
+        compiled when this returns.
 
         Args:
             plan: The first plan; that of ``solve()`` when left out.
             deadline: Of each answer, in [s].
-            period: From one question to the next, in [s].
+            period: From the beginning of one answer to that of the next, in [s].
 
         Raises:
             InputError: If no first plan is found, or an argument does not fit.

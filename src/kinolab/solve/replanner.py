@@ -87,7 +87,8 @@ class Replanner:
         searcher: Searches where nothing of the last motion can be kept.
         last: The last answer.
         deadline: Of an answer, in [s].
-        period: From one question to the next, in [s].
+        period: From the beginning of one answer to that of the next, in [s]: so long the machine
+            follows it, and then a stop where the next one is not there.
         seed: Of searches.
     """
 
@@ -115,8 +116,9 @@ class Replanner:
         """Return how the machine goes on.
 
         Args:
-            start: Its state now, shape (nx,).
-            elapsed: Seconds since the last answer's motion began.
+            start: Where it will be when the answer is there, shape (nx,): from now on until then it
+                follows the last one.
+            elapsed: When that is, in seconds since the last answer's motion began.
             obstacles: What has moved, by name: positions (3,) in [m].
 
         Raises:
@@ -212,9 +214,9 @@ class Replanner:
     def _stopping(self, answer: Replan, end: float) -> Replan | None:
         """Return what follows an answer until the next one is there, and comes to rest: proved."""
         task, trajectory = answer.problem, answer.trajectory
-        k, last = int(np.searchsorted(trajectory.t, self.period + self.deadline)), len(trajectory.u)
+        k, last = int(np.searchsorted(trajectory.t, self.period)), len(trajectory.u)
         if k >= last or task.rests(trajectory.x[k]):
-            return answer  # it is there by then
+            return answer  # it has arrived by then
         rest = replace(task, goal=_rest(task), start=trajectory.x[k])
         for steps in BRAKES:
             guess = _slowed(task, trajectory.piece(k, last), steps)
