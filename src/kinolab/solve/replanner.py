@@ -90,6 +90,7 @@ class Replanner:
         period: From the beginning of one answer to that of the next, in [s]: so long the machine
             follows it, and then a stop where the next one is not there.
         seed: Of searches.
+        stop: What follows the last answer for a period, and comes to rest.
     """
 
     problem: PlanningTask
@@ -98,14 +99,21 @@ class Replanner:
     deadline: float
     period: float
     seed: int = 1
+    stop: Replan = field(init=False)
     _way: Trajectory = field(init=False)  # the last motion into the goal
-    _stop: Replan = field(init=False)  # from where the last answer's motion began
     _moved: set[str] = field(default_factory=set)  # since that was proved
     _pace: float = 0.0  # [s] of a verification, for each knot
     _asked: int = 0
 
     def __post_init__(self) -> None:
-        self._way, self._stop = self.last.trajectory, self.last
+        """Begin with the first answer."""
+        self.follow(self.last)
+
+    def follow(self, answer: Replan) -> None:
+        """Begin anew with an earlier answer; what has moved since then is held against it."""
+        self.last = answer
+        self._way, self.stop = answer.trajectory, self._stopping(answer, math.inf) or answer
+        self._moved = {obstacle.name for obstacle in self.problem.world.obstacles}
 
     def replan(
         self,
@@ -138,7 +146,7 @@ class Replanner:
         for answer in self._candidates(elapsed, end):
             stop = self._stopping(answer, end)
             if stop is not None:
-                self._way, self._stop = answer.trajectory, stop
+                self._way, self.stop = answer.trajectory, stop
                 self._moved.clear()
                 return answer
         return self._stopped(elapsed)
@@ -231,15 +239,15 @@ class Replanner:
 
     def _stopped(self, elapsed: float) -> Replan:
         """Return what is left of the last stop; where it is over, the machine stands."""
-        known = self._stop
+        known = self.stop
         left = later(known.trajectory, elapsed)
         if left is None:
             last = len(known.trajectory.u)
             left = known.trajectory.piece(last, last)
         gone = [replace(one, begin=one.begin - elapsed, end=one.end - elapsed)
                 for one in known.proofs if one.end > elapsed]  # fmt: skip
-        self._stop = replace(known, by="stop", trajectory=left, proofs=tuple(gone))
-        return self._stop
+        self.stop = replace(known, by="stop", trajectory=left, proofs=tuple(gone))
+        return self.stop
 
 
 def replanner(
