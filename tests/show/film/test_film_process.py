@@ -20,9 +20,9 @@ from kinolab.show.film import film_process
 from kinolab.show.film.animation import animate
 from kinolab.show.film.film_messages import Drawn, Order
 from kinolab.show.film.film_process import DrawingError, FilmProcess
-from kinolab.show.film.picture import Picture
 from kinolab.show.film.staging.script import Script
 from kinolab.show.film.staging.script_writing import write_script
+from kinolab.show.scene.picture import Picture
 from kinolab.trajectory import Trajectory
 from tests.support import OPEN, environment, problem_of
 

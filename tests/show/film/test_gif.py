@@ -15,8 +15,8 @@ from kinolab.files import whole_file
 from kinolab.show.film import gif
 from kinolab.show.film.crew import Crew, Share
 from kinolab.show.film.gif import UNCHANGED, change, gif_parts, indexed, shared_palette
-from kinolab.show.film.picture import Picture
-from kinolab.show.film.text import letter, time_stamp
+from kinolab.show.film.staging.text import letter, time_stamp
+from kinolab.show.scene.picture import Picture
 from tests.show.film.films import box_surface, make_film, write_gif
 
 SIZE = (200, 150)

@@ -19,11 +19,11 @@ from kinolab.show.film.crew import Crew, Share, everything
 from kinolab.show.film.film import staged
 from kinolab.show.film.film_messages import Compiling, Drawn, Final, Order
 from kinolab.show.film.gif import gif_parts
-from kinolab.show.film.picture import Surface
 from kinolab.show.film.raster.draw_list import FloorPaint, Shadows, Solid, drawn
 from kinolab.show.film.raster.light import LIGHT_SAMPLES
 from kinolab.show.film.raster.rasterizer import NO_FACETS, average, blank, extent, reveal
-from kinolab.show.film.scene import PAPER
+from kinolab.show.film.staging.stage import PAPER
+from kinolab.show.scene.picture import Surface
 
 SMALL = 8  # [pixel] per side of the picture that is drawn beforehand
 
