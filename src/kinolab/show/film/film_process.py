@@ -24,8 +24,8 @@ from kinolab.errors import KinolabError
 from kinolab.numerics.compiling import running
 from kinolab.problem import PlanningTask
 from kinolab.show.film.film_messages import Compiling, Drawn, Final, Order
-from kinolab.show.film.picture import Picture
-from kinolab.show.film.staging.motion_script import motion_script
+from kinolab.show.film.staging.script_writing import motion_script
+from kinolab.show.scene.picture import Picture
 from kinolab.trajectory import Trajectory
 
 MODULE = "kinolab.show.film.drawing"

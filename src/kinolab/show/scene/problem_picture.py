@@ -1,4 +1,4 @@
-"""The script of a plan's film: the machine in its world, and its motion; nothing is drawn."""
+"""The picture of a problem: the machine in its world, its way, its start and its goal."""
 
 from __future__ import annotations
 
@@ -10,11 +10,9 @@ import numpy as np
 from kinolab.dynamics.language.shapes import Shape
 from kinolab.problem import PlanningTask
 from kinolab.scenario.schema import RenderSection
-from kinolab.show.film.picture import Cone, Frames, Ghost, GoalMarker, Picture, Surface
-from kinolab.show.film.staging.goal_mark import goal_mark
-from kinolab.show.film.staging.script import Script
-from kinolab.show.film.staging.script_writing import write_script
-from kinolab.trajectory import Trajectory
+from kinolab.show.scene.goal_mark import goal_mark
+from kinolab.show.scene.models.cone import Cone
+from kinolab.show.scene.picture import Frames, Ghost, GoalMarker, Picture, Surface
 from kinolab.world.geometry import triangles
 
 RENDERED: tuple[Any, ...] = ("view", "azimuth", "elevation", "follow", "cut", "setting")
@@ -22,26 +20,6 @@ REST = 1e-6  # [m]; a body that goes less turns in its place
 WORLD = "world"  # name of its frame
 ROLLING = 1.01  # of a body's reach: as high is its origin at most while it touches the ground
 CONE_LENGTH = 1.25  # of cones, relative to the machine's radius
-
-
-def motion_script(
-    problem: PlanningTask,
-    trajectory: Trajectory,
-    settings: RenderSection | None = None,
-    **options: Any,
-) -> Script:
-    """Write the script of a trajectory's film, with the scenario's or other settings."""
-    settings = settings or problem.scenario.render
-    return write_script(
-        picture(problem, trajectory.x, settings),
-        trajectory.t,
-        problem.model.frames(trajectory.x),
-        size=settings.size,
-        speed=settings.speed,
-        title=problem.scenario.title,
-        magnify=settings.magnify,
-        **options,
-    )
 
 
 def _surfaces(problem: PlanningTask) -> list[Surface]:

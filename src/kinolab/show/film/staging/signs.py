@@ -1,88 +1,23 @@
-"""Words in the picture that say what is what: start, goal, cones, and how long a metre is."""
+"""Words in the picture: what is what, and how long a metre is."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from PIL import ImageDraw
 
 from kinolab.numerics.arrays import Array, Bytes
-from kinolab.show.film.models.cone import cone_mesh
-from kinolab.show.film.models.surface_mesh import SurfaceMesh
-from kinolab.show.film.picture import Ghost, GoalMarker
-from kinolab.show.film.raster.camera import Camera
 from kinolab.show.film.raster.rasterizer import Box
-from kinolab.show.film.staging.backdrop import Still
-from kinolab.show.film.text import Words, caption, caption_size, heading
+from kinolab.show.film.staging.text import Words, caption, caption_size, heading
+from kinolab.show.scene.camera import Camera
+from kinolab.show.scene.captions import captions
+from kinolab.show.scene.still import Still
 
-START_WORD, GOAL_WORD, TARGET_WORD, AVOID_WORD = "start", "goal", "target", "keep out"
 ABOVE = 0.012  # of the picture's height: how far above its thing a word stands
-LARGE = 0.3  # of the scene's size: a machine that is larger has its word where it moves most
 SHIFTS = (0.0, 0.05, 0.1, -0.04)  # of the picture's height: where a word goes if it has no room
 BAR = 0.22  # of the picture's width: the longest scale bar
 NUMBERS = (5.0, 2.0, 1.0)  # of a scale bar's length, times a power of ten
-
-
-@dataclass(frozen=True)
-class Caption:
-    """A word at a place.
-
-    Args:
-        text: The word.
-        place: Of what it names, shape (3,), in [m].
-    """
-
-    text: str
-    place: tuple[float, float, float]
-
-
-def captions(still: Still) -> Iterator[Caption]:
-    """Yield a word for each thing that one cannot know by its look."""
-    picture = still.picture
-    start, goal = picture.start, picture.goal
-    if start is not None:
-        yield Caption(START_WORD, _place(still, start, goal))
-    if isinstance(goal, Ghost):
-        yield Caption(GOAL_WORD, _place(still, goal, start))
-    elif isinstance(picture.goal, GoalMarker):
-        yield Caption(GOAL_WORD, picture.goal.position)
-    for point in picture.points:
-        yield Caption(GOAL_WORD, point.position)
-    for cone in picture.cones:
-        points = cone_mesh(cone).vertices
-        x, y, z = points[np.argmax(points @ np.asarray(picture.up))].tolist()
-        yield Caption(AVOID_WORD if cone.forbidden else TARGET_WORD, (x, y, z))
-
-
-def _place(
-    still: Still, ghost: Ghost, other: Ghost | GoalMarker | None
-) -> tuple[float, float, float]:
-    """The middle of a machine's upper side; where it is large, the point that moves most.
-
-    Args:
-        still: The picture.
-        ghost: The machine at one end of its way.
-        other: At the other end, if it is shown there: else its first body has the word.
-    """
-    up = np.asarray(still.picture.up, dtype=np.float64) / np.linalg.norm(still.picture.up)
-    bodies, points = _bodies(still.machine, ghost)
-    if np.ptp(points, axis=0).max() > LARGE * still.size and len(points):
-        if isinstance(other, Ghost):
-            moved = np.linalg.norm(points - _bodies(still.machine, other)[1], axis=1)
-            x, y, z = points[moved.argmax()].tolist()
-            return x, y, z
-        points = bodies[0] if len(bodies[0]) else points
-    middle = 0.5 * (points.min(axis=0) + points.max(axis=0))
-    x, y, z = (middle + up * (float((points @ up).max()) - float(middle @ up))).tolist()
-    return x, y, z
-
-
-def _bodies(machine: Sequence[SurfaceMesh], ghost: Ghost) -> tuple[list[Array], Array]:
-    """The points of each body, and those and the bodies' origins together."""
-    bodies = [mesh.vertices for mesh in ghost.placed(machine)]
-    return bodies, np.concatenate([ghost.table[:, 3::4], *bodies])
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,18 +47,14 @@ def signs(still: Still, camera: Camera, size: tuple[int, int]) -> Signs:
         for shift in SHIFTS if depth > 0.0 else ():
             foot = float(row) + (shift - ABOVE) * size[1]
             made = caption(each.text, (float(column), foot), size)
-            if made is not None and not any(_meet(made[1].box, other) for other in taken):
+            if made is not None and not any(made[1].meets(other) for other in taken):
                 taken.append(made[1].box)
                 words.append(made)
                 break
     ruler = _scale_bar(still, camera, size)
-    if ruler is not None and not any(_meet(ruler[1].box, other) for other in taken):
+    if ruler is not None and not any(ruler[1].meets(other) for other in taken):
         words.append(ruler)
     return Signs(tuple(words), (still.words, still.around))
-
-
-def _meet(a: Box, b: Box) -> bool:
-    return a[0] < b[2] and b[0] < a[2] and a[1] < b[3] and b[1] < a[3]
 
 
 def _scale_bar(still: Still, camera: Camera, size: tuple[int, int]) -> tuple[Words, Words] | None:

@@ -5,25 +5,31 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
-from kinolab.errors import EndpointError
+from kinolab.errors import EndpointError, InputError
 from kinolab.interchange.motion_tables import Block, blocks
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 from kinolab.problem.goal import angle_between
+from kinolab.problem.own_motion import other_machine
 from kinolab.problem.unwrapping import unwrapped
+from kinolab.runs import Run, facts_of_plan
 from kinolab.search.graph import SearchGraph
-from kinolab.show.film.staging.motion_script import path_body, picture
-from kinolab.show.page import Content, Series
-from kinolab.show.view.driving import driving_of
-from kinolab.show.view.keyframes import key_poses
-from kinolab.show.view.pose_sliders import posing_of, room_of
+from kinolab.show.scene.content import Content, Series
+from kinolab.show.scene.driving import driving_of
+from kinolab.show.scene.keyframes import key_poses
+from kinolab.show.scene.pose_sliders import posing_of, room_of
+from kinolab.show.scene.problem_picture import path_body, picture
+from kinolab.solve import PlanResult
 from kinolab.trajectory import Trajectory
 
+Shown: TypeAlias = PlanResult | Trajectory | Run | None
+
 POSED = "The machine by itself. Move it by its sliders."
+UNPLANNED = "A motion by itself: kinolab.verify says whether it solves the problem."
 SHOWN = 3  # states that are plotted at first: those that the goal names, before others
 
 
@@ -110,6 +116,25 @@ def content_of(
         driving=driving_of(problem, shown) if drive else None,
         posing=posing,
     )
+
+
+def content_of_plan(problem: PlanningTask, plan: Shown) -> Content:
+    """Return what is shown of a plan, or of a problem before planning.
+
+    Raises:
+        InputError: If the trajectory is another machine's.
+    """
+    if plan is None:
+        return content_of(problem, None, readiness(problem))
+    motion = plan if isinstance(plan, Trajectory) else plan.trajectory
+    if motion is not None and (mistakes := list(other_machine(problem, motion))):
+        raise InputError(mistakes)
+    if isinstance(plan, Run):
+        return content_of(problem, motion, plan.report, plan.graph)
+    if isinstance(plan, Trajectory):
+        facts = {"status": "simulated", "duration": plan.duration, "message": UNPLANNED}
+        return content_of(problem, plan, facts)
+    return content_of(problem, plan.trajectory, facts_of_plan(problem, plan), plan.graph)
 
 
 def branches(problem: PlanningTask, graph: SearchGraph) -> Array:

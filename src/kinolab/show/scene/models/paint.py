@@ -10,10 +10,10 @@ from numpy.typing import ArrayLike
 
 from kinolab.dynamics.language.shapes import Shape, ShapeKind
 from kinolab.numerics.arrays import Array
-from kinolab.show.film.models.ball import Color, Pattern, ball, pale
-from kinolab.show.film.models.painted_body import DEGREES, PaintedBody, fineness
-from kinolab.show.film.models.rotor import rotor
-from kinolab.show.film.models.surface_mesh import SurfaceMesh, weld
+from kinolab.show.scene.models.ball import Color, Pattern, ball, pale
+from kinolab.show.scene.models.painted_body import DEGREES, PaintedBody, fineness
+from kinolab.show.scene.models.rotor import rotor
+from kinolab.show.scene.models.surface_mesh import SurfaceMesh, weld
 from kinolab.world.geometry import SECTIONS, placement, triangles
 from kinolab.world.shape_surfaces import cylinder_surface
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
-from kinolab.show.film.picture import Ghost, GoalMarker
+from kinolab.show.scene.picture import Ghost, GoalMarker
 from kinolab.world import BodyGeometry
 from kinolab.world.geometry import frame_in_world
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from kinolab.numerics.arrays import Array
-from kinolab.show.film.picture import Picture
+from kinolab.show.scene.picture import Picture
 
 
 @dataclass(frozen=True, eq=False)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from kinolab.show.film.models.surface_mesh import SurfaceMesh, join
+from kinolab.show.scene.models.surface_mesh import SurfaceMesh, join
 
 COARSE = (2.0, 8.0)  # [pixel]: radii up to which the first, and the second, look round
 DEGREES = (1.0, 4.0, 16.0)  # [pixel]: a radius of each degree of detail

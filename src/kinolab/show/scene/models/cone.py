@@ -2,18 +2,38 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.numerics.arrays import Array
-from kinolab.show.film.models.surface_mesh import SurfaceMesh, weld
-from kinolab.show.film.picture import Cone
+from kinolab.show.scene.models.surface_mesh import SurfaceMesh, weld
 
 WANTED, FORBIDDEN = (0.0, 0.48, 0.25), (0.835, 0.369, 0.0)
 STRIPES = 4  # segments of a stripe of what is forbidden: it is told by more than its colour
 STRIPE = (0.99, 0.80, 0.55)
 MIN_HALF_ANGLE = 0.02  # [rad] half angle below which a cone would be invisible
 SEGMENTS = 48
+
+
+@dataclass(frozen=True, eq=False)
+class Cone:
+    """A cone of directions that an axis must reach at the goal, or must avoid.
+
+    Args:
+        apex: Position of the apex, in [m].
+        direction: Of its axis, a unit vector.
+        half_angle: In [rad].
+        length: In [m].
+        forbidden: Whether the axis must keep out of it.
+    """
+
+    apex: tuple[float, float, float]
+    direction: tuple[float, float, float]
+    half_angle: float
+    length: float
+    forbidden: bool
 
 
 def cone_mesh(cone: Cone) -> SurfaceMesh:

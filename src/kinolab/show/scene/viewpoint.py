@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.numerics.arrays import Array
-from kinolab.show.film.models.surface_mesh import SurfaceMesh, flat_patches, is_room, join
-from kinolab.show.film.picture import Ghost, GoalMarker, Picture
-from kinolab.show.film.raster.camera import AZIMUTH, Angles, frame_scene, usual_elevation
-from kinolab.show.film.staging.sight import SEEN, Screens
+from kinolab.show.scene.camera import AZIMUTH, Angles, frame_scene, usual_elevation
+from kinolab.show.scene.models.surface_mesh import SurfaceMesh, flat_patches, is_room, join
+from kinolab.show.scene.picture import Ghost, GoalMarker, Picture
+from kinolab.show.scene.sight import SEEN, Screens
 
 AZIMUTHS = np.radians([18, -55, 55, -110, 110, 162])  # besides the usual one
 STEEPER = np.radians([45.0, 72.0])  # elevations that are tried where walls stand close

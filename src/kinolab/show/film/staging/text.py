@@ -44,6 +44,11 @@ class Words:
         """Where they are."""
         return self.left, self.top, self.left + self.mask.width, self.top + self.mask.height
 
+    def meets(self, b: Box) -> bool:
+        """Whether they cover a part of a box."""
+        a = self.box
+        return a[0] < b[2] and b[0] < a[2] and a[1] < b[3] and b[1] < a[3]
+
     def moved(self, columns: float, rows: float) -> Words:
         """The same words at another place, so many pixels away."""
         return replace(self, left=self.left + round(columns), top=self.top + round(rows))

@@ -11,13 +11,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from kinolab.numerics.arrays import Array, Bytes
-from kinolab.show.film.models.assembly import Assembly
 from kinolab.show.film.raster.rasterizer import Box, average
 from kinolab.show.film.raster.shading import Pen
 from kinolab.show.film.raster.tiles import Tiles
-from kinolab.show.film.scene import machine_facets, name_frames, put_machine
-from kinolab.show.film.staging.backdrop import Still
-from kinolab.show.film.text import label
+from kinolab.show.film.staging.assembly import Assembly
+from kinolab.show.film.staging.stage import machine_facets, name_frames, put_machine
+from kinolab.show.film.staging.text import label
+from kinolab.show.scene.still import Still
 
 SUPERSAMPLING = 2  # small pixels per pixel and axis
 FRAME = (150, 156, 164)

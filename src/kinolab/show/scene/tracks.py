@@ -10,7 +10,7 @@ import numpy as np
 from kinolab.dynamics import Model
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.manifolds.rotations import of_poses
-from kinolab.show.page.curves import turn_rates
+from kinolab.show.scene.curves import turn_rates
 
 FD_STEP = 1e-5  # [s] of finite differences
 

@@ -11,7 +11,7 @@ from kinolab.numerics.arrays import Array, finite_or_none
 from kinolab.problem import PlanningTask
 from kinolab.problem.static_holding import static_holding
 from kinolab.problem.time_steps import covering_steps
-from kinolab.show.page import Driving
+from kinolab.show.scene.content import Driving
 from kinolab.trajectory import Trajectory
 
 MAX_HOLD_TIME = 1 / 30  # [s]; longer holds make keys respond late

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from kinolab.numerics.arrays import Array
-from kinolab.show.page.content import Curve
+from kinolab.show.scene.content import Curve
 
 
 def hermite(

@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
-from kinolab.show.page.content import Curve, Keys
-from kinolab.show.page.curves import continued, hermite
-from kinolab.show.view.tracks import Track, tracks
+from kinolab.show.scene.content import Curve, Keys
+from kinolab.show.scene.curves import continued, hermite
+from kinolab.show.scene.tracks import Track, tracks
 from kinolab.trajectory import Trajectory
 
 Marks: TypeAlias = NDArray[np.bool_]

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kinolab.numerics.arrays import Array
-from kinolab.show.film.models.setting import SceneColors
-from kinolab.show.film.models.surface_mesh import SurfaceMesh, weld
+from kinolab.show.scene.models.setting import SceneColors
+from kinolab.show.scene.models.surface_mesh import SurfaceMesh, weld
 
 MAX_LINES = 30  # along the longer side; larger worlds take a coarser grid
 BOARDS, BOARD = 12, 1.4  # number side by side; length, in widths of the floor

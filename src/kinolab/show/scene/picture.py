@@ -10,12 +10,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from kinolab.numerics.arrays import Array
-from kinolab.show.film.models.ball import Color
-from kinolab.show.film.models.cut import along, cut_open, level
-from kinolab.show.film.models.painted_body import PaintedBody
-from kinolab.show.film.models.setting import SETTINGS, SceneColors, SettingName
-from kinolab.show.film.models.surface_mesh import SurfaceMesh, is_room, joined, weld
-from kinolab.show.film.raster.camera import View
+from kinolab.show.scene.camera import View
+from kinolab.show.scene.models.ball import Color
+from kinolab.show.scene.models.cone import Cone
+from kinolab.show.scene.models.cut import along, cut_open, level
+from kinolab.show.scene.models.painted_body import PaintedBody
+from kinolab.show.scene.models.setting import SETTINGS, SceneColors, SettingName
+from kinolab.show.scene.models.surface_mesh import SurfaceMesh, is_room, joined, weld
 
 if TYPE_CHECKING:
     from kinolab.dynamics.machine_facts import BodyGeometry
@@ -53,25 +54,6 @@ class GoalMarker:
 
     position: tuple[float, float, float]  # [m]
     radius: float  # [m]
-
-
-@dataclass(frozen=True, eq=False)
-class Cone:
-    """A cone of directions that an axis must reach at the goal, or must avoid.
-
-    Args:
-        apex: Position of the apex, in [m].
-        direction: Of its axis, a unit vector.
-        half_angle: In [rad].
-        length: In [m].
-        forbidden: Whether the axis must keep out of it.
-    """
-
-    apex: tuple[float, float, float]
-    direction: tuple[float, float, float]
-    half_angle: float
-    length: float
-    forbidden: bool
 
 
 @dataclass(frozen=True, eq=False)
@@ -201,7 +183,7 @@ class Picture:
         done = [body for body in self.bodies if isinstance(body, PaintedBody)]
         if len(done) == len(self.bodies):
             return done
-        from kinolab.show.film.models.paint import painted_bodies
+        from kinolab.show.scene.models.paint import painted_bodies
 
         return painted_bodies([body for body in self.bodies if not isinstance(body, PaintedBody)])
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.numerics.arrays import Array
-from kinolab.show.film.models.surface_mesh import Indices, SurfaceMesh, is_room, join, weld
+from kinolab.show.scene.models.surface_mesh import Indices, SurfaceMesh, is_room, join, weld
 
 RIM = 0.06  # of the longer side: how far the ground around a room reaches beyond it
 SHADE = 0.93  # of the first colour: how bright the cut is

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.numerics.arrays import Array
-from kinolab.show.film.models.surface_mesh import Indices, normals
-from kinolab.show.film.raster.camera import Camera
+from kinolab.show.scene.camera import Camera
+from kinolab.show.scene.models.surface_mesh import Indices, normals
 
 NEARER = 2e-3  # fraction of a point's depth by which a face must be nearer to hide it
 SQUARE = (1, 1)  # [pixel]: of a picture in which only places matter

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
-from kinolab.show.film.models.ball import Color
+from kinolab.show.scene.models.ball import Color
 
 SettingName: TypeAlias = Literal["studio", "hall", "yard", "road", "canyon", "water", "space"]
 Pattern: TypeAlias = Literal["grid", "boards", "lane", "none"]

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from kinolab.numerics.arrays import Array
-from kinolab.show.film.models.surface_mesh import SurfaceMesh, join
+from kinolab.show.scene.models.surface_mesh import SurfaceMesh, join
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from kinolab.numerics.arrays import Array
-from kinolab.show.film.models.surface_mesh import SurfaceMesh, join, weld
+from kinolab.show.scene.models.surface_mesh import SurfaceMesh, join, weld
 from kinolab.world.shape_surfaces import box_surface, cylinder_surface
 
 if TYPE_CHECKING:
