@@ -1,4 +1,4 @@
-"""Configuration space of a machine at rest, for OMPL's geometric planners."""
+"""Configuration space of a machine at rest."""
 
 from __future__ import annotations
 
@@ -7,18 +7,11 @@ from itertools import chain
 from typing import Any
 
 import numpy as np
-from ompl import base as ob
 
-from kinolab.concurrency.cancel import (
-    CancellationToken,
-    CancelledError,
-    never_cancelled,
-    raise_if_cancelled,
-)
+from kinolab.concurrency.cancel import CancellationToken, never_cancelled, raise_if_cancelled
 from kinolab.dynamics.codegen.state_space import wrapped
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
-from kinolab.search.ompl.spaces import subspace
 from kinolab.simulation import Propagator, Rejections
 from kinolab.steering import Steering, cyclic_coordinates, nearest_equilibrium
 from kinolab.world.geometry import reach_of
@@ -34,20 +27,13 @@ class ConfigurationSpace:
 
     If it leaves none free, for example because the start cannot be held, the dimension is zero.
 
-    It must not refer to OMPL's space information, which refers to it.
-
     Args:
         problem: The planning problem.
         steering: Supplies paths between configurations.
         goal: Goal state, shape (nx,).
         margin: Required clearance in [m]; at most half that of start and goal.
         rejections: Counts rejected states.
-        stop: Cancellation token: OMPL then finds no valid states, other callers get a
-            CancelledError.
-
-    Attributes:
-        space: OMPL's compound space of the free coordinates.
-        stop: Cancellation token.
+        stop: Cancellation token; cancelling raises a CancelledError.
     """
 
     def __init__(
@@ -60,7 +46,7 @@ class ConfigurationSpace:
         stop: CancellationToken = never_cancelled,
     ) -> None:
         self._problem, self._steering, self._goal = problem, steering, goal
-        self.stop = stop
+        self._stop = stop
         checker, ends = problem.checker(), (problem.start, goal)
         clearances = [checker.clearance(*problem.placement(x)) for x in ends]
         self._margin = min(margin, *(clearance / 2 for clearance in clearances))
@@ -68,48 +54,32 @@ class ConfigurationSpace:
         self._base = _base(problem, steering)
         self._free = _free(problem, steering, self._base)
         self._reach = [reach_of(body) for body in problem.bodies]
-        self.space = ob.CompoundStateSpace()
-        owners, bounds = problem.space.owners, problem.sampling_bounds
-        lines = [subspace(owners[i], bounds[[i]]) for i in self._free]
-        self._read = [read for _, _, read in lines]
-        for i, (line, _, _) in zip(self._free, lines, strict=True):
-            self.space.addSubspace(line, float(problem.weights[i]))
-        self.space.lock()
-        if self._free:  # OMPL rejects a space without extent
-            self.space.setup()
 
     @property
     def differ(self) -> bool:
-        """Whether its dimension is positive; OMPL cannot handle a space of dimension zero."""
+        """Whether its dimension is positive."""
         return bool(self._free)
 
-    def write(self, state: Any, x: Array) -> None:
-        """Set an OMPL state from a machine's state, shape (nx,)."""
-        values = [float(x[i]) for i in self._free]
-        for k, i in enumerate(self._free):
-            if self._problem.circular[i]:
-                values[k] = float(wrapped(values[k]))
-        self.space.copyFromReals(state, values)
-
-    def read(self, state: Any) -> Array | None:
-        """Return the equilibrium of an OMPL state, shape (nx,); None if there is none."""
-        x = self._base.copy()
-        for k, i in enumerate(self._free):
-            self._read[k](state[k], (i,), x)
-        settled = nearest_equilibrium(self._problem, x)
+    def equilibrium(self, x: Array) -> Array | None:
+        """Return the equilibrium with a state's free coordinates, shape (nx,); None without one."""
+        whole = self._base.copy()
+        whole[self._free] = x[self._free]
+        settled = nearest_equilibrium(self._problem, whole)
         return None if settled is None else settled[0]
 
-    def is_valid(self, state: Any) -> bool:
-        """Say whether there is an equilibrium with enough clearance."""
-        x = None if self.stop() else self.read(state)
-        try:
-            return x is not None and self.has_clearance(x)
-        except CancelledError:
-            return False
+    def draw(self, generator: np.random.Generator) -> Array | None:
+        """Return a random equilibrium, shape (nx,); None if there is none of what was drawn."""
+        return self.equilibrium(self._problem.sample(generator))
+
+    def distances(self, x: Array, others: Array) -> Array:
+        """Return weighted distances from one state (nx,) to others (m, nx), shape (m,)."""
+        free = np.zeros(len(x))
+        free[self._free] = self._problem.weights[self._free]
+        return self._problem.space.distance(x, others, free)
 
     def has_clearance(self, x: Array) -> bool:
         """Say whether a state, shape (nx,), is within limits and has enough clearance."""
-        raise_if_cancelled(self.stop)
+        raise_if_cancelled(self._stop)
         return self._judge.admits(x.tolist())
 
     def free_paths(self, x0: Array, x1: Array) -> Iterator[list[Any]]:
@@ -134,7 +104,7 @@ class ConfigurationSpace:
         return bool(np.abs(away).max(initial=0.0) < STATE_TOLERANCE)
 
     def _has_clearance_along(self, path: Any, x0: Array) -> bool:
-        raise_if_cancelled(self.stop)
+        raise_if_cancelled(self._stop)
         motion = self._steering.paths
         assert motion is not None
         few = motion.sample_states(path, x0, MIN_CHECKS)
@@ -152,22 +122,6 @@ class ConfigurationSpace:
         moved = np.linalg.norm(np.diff(poses[..., 3], axis=0), axis=-1)
         turned = np.linalg.norm(np.diff(poses[..., :3], axis=0), axis=(-2, -1))
         return float((moved + turned * self._reach).sum(axis=0).max())
-
-
-class PathValidator(ob.MotionValidator):  # type: ignore[misc]
-    """Connects two configurations if the path family has a collision-free path."""
-
-    def __init__(self, space_information: Any, configurations: ConfigurationSpace) -> None:
-        super().__init__(space_information)
-        self._configurations = configurations
-
-    def checkMotion(self, begin: Any, end: Any, *_: Any) -> bool:
-        """Say whether there is a collision-free path."""
-        x0, x1 = (self._configurations.read(state) for state in (begin, end))
-        try:
-            return x0 is not None and x1 is not None and self._configurations.joined(x0, x1)
-        except CancelledError:
-            return False
 
 
 def _base(problem: PlanningTask, steering: Steering) -> Array:
