@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+import kinolab
 from kinolab.errors import InputError
 from kinolab.robots import read_mjcf
 
@@ -286,6 +287,13 @@ def test_a_command_is_told_with_its_unit(tmp_path: Path) -> None:
     assert {entry.name: entry.unit for entry in found.states} == {"rate_act": "rad", "slow_act": ""}
 
 
+def test_a_filter_that_acts_a_step_early_is_told(tmp_path: Path) -> None:
+    """Steps of time are not of the machine; a note says what is not read."""
+    early = f'<general name="a" joint="elbow" dyntype="filter" actearly="true" {COMMANDS}/>'
+    (note,) = twins(tmp_path, early).system.notes
+    assert note[1].endswith("actearly is a matter of time steps, and is not read: a.")
+
+
 def test_weight_is_borne_at_centres_of_mass(tmp_path: Path) -> None:
     """Of bodies that move and one that is fixed to such a one; more than 1 lifts."""
     parts = {"upper": 'gravcomp="1"', "lower": 'gravcomp="0.4"', "hand": 'gravcomp="1.7"'}
@@ -341,6 +349,23 @@ def test_a_finger_is_pulled_by_a_tendon(tmp_path: Path) -> None:
         dynprm="0.04" gainprm="-2" ctrlrange="0 1"/></actuator></mujoco>"""
     )
     agree(Twins(file))
+
+
+def test_commands_of_a_gripper_move_both_of_its_fingers(tmp_path: Path) -> None:
+    """Fingers of 0.1 kg, of which one follows the other: 0.2 q'' = F = 10 (u - q) - 2 q'."""
+    fingers = "".join(
+        f'<body name="{k}" pos="0 {k} 0"><joint name="f{k}" type="slide" axis="0 {1 - 2 * k} 0"/>'
+        '<geom size="0.05" mass="0.1"/></body>'
+        for k in range(2)
+    )
+    file = tmp_path / "hand.xml"
+    file.write_text(f"""<mujoco><worldbody>{fingers}</worldbody>
+      <tendon><fixed name="t"><joint joint="f0" coef="0.5"/><joint joint="f1" coef="0.5"/></fixed>
+      </tendon><equality><joint joint1="f1" joint2="f0"/></equality><actuator><position name="grip"
+      tendon="t" kp="10" kv="2" ctrlrange="0 1" forcerange="-3 3"/></actuator></mujoco>""")
+    model = read_mjcf(file, servo_commands=True).model()
+    assert model.f([0.1, 0.3], [0.25])[1] == pytest.approx((10 * 0.15 - 2 * 0.3) / 0.2, rel=1e-12)
+    assert model.requirements([0.1, 0.3], [0.25]) == pytest.approx((3 - 0.9, 3 + 0.9), rel=1e-12)
 
 
 def test_a_tendon_with_a_locked_joint_is_as_long_as_that_makes_it(tmp_path: Path) -> None:
@@ -415,3 +440,61 @@ def test_a_spring_of_a_ball_with_a_kink_is_refused(tmp_path: Path) -> None:
     file.write_text(BALL.format("ball", 'stiffness="7 2 1"'))
     with pytest.raises(InputError, match="coefficient 2 of the square of an angle"):
         read_mjcf(file)
+
+
+SERVO_ARM = """<mujoco model="arm">
+  <compiler angle="radian"/>
+  <option integrator="RK4"/>
+  <worldbody>
+    <body name="upper" pos="0 0 1" gravcomp="1">
+      <joint name="shoulder" axis="0 1 0" range="-2 2"/>
+      <geom type="capsule" fromto="0 0 0 0.4 0 0" size="0.03" mass="1"/>
+      <body name="lower" pos="0.4 0 0" gravcomp="0.9">
+        <joint name="elbow" axis="0 1 0" range="-2.5 2.5"/>
+        <geom type="capsule" fromto="0 0 0 0.3 0 0" size="0.03" mass="0.5"/>
+      </body>
+    </body>
+  </worldbody>
+  <actuator>
+    <position name="lift" joint="shoulder" kp="40" kv="6" ctrlrange="-2 2" forcerange="-12 12"/>
+    <position name="bend" joint="elbow" kp="10" kv="1.5" ctrlrange="-2.5 2.5" forcerange="-3 3"/>
+  </actuator>
+</mujoco>"""
+SCENARIO = """schema = 1
+title = "Commands of servos move an arm that bears most of its weight"
+[system]
+file = "arm.xml"
+servo_commands = true
+[bounds]
+shoulder_dot = [-4, 4]
+elbow_dot = [-4, 4]
+[start]
+shoulder = 0.6
+[goal]
+shoulder = -0.6
+elbow = 0.8
+tolerance = 0.1
+at_rest = true
+[planner]
+improve = 0
+"""
+
+
+def test_commands_of_a_plan_move_mujoco_s_arm_to_the_goal(tmp_path: Path) -> None:
+    """From the file to a verified plan, whose commands MuJoCo holds for a step each."""
+    (tmp_path / "arm.xml").write_text(SERVO_ARM)
+    (tmp_path / "arm.toml").write_text(SCENARIO)
+    problem = kinolab.load(tmp_path / "arm.toml")
+    plan = problem.solve(seed=1)
+    assert plan.certificate.passed
+    model: Any = mujoco.MjModel.from_xml_string(SERVO_ARM)
+    data, way, most = mujoco.MjData(model), plan.trajectory, 0.0
+    data.qpos[:], data.qvel[:] = way.x[0, :2], way.x[0, 2:]
+    for held, command in zip(np.diff(way.t), way.u, strict=True):
+        model.opt.timestep, data.ctrl[:] = held / 50, command
+        for _ in range(50):
+            mujoco.mj_step(model, data)
+            most = max(most, float(np.abs(data.actuator_force / [12.0, 3.0]).max()))
+    assert np.abs(np.concatenate([data.qpos, data.qvel]) - way.x[-1]).max() < 1e-6
+    assert np.abs(data.qpos - [-0.6, 0.8]).max() <= 0.1 + 1e-6
+    assert 0.5 < most < 1.0  # the servos work hard, and nothing is clipped

@@ -283,8 +283,8 @@ class ActuatorReader:
                 remedy += " or a forcerange, or its joint an actuatorfrcrange"
             self._cannot(f"actuator {name} has no limit of its {of}.", f"{remedy}.")
             return False
-        if ends[0] == ends[1] and (ends[0] or of != "force"):
-            self._cannot(f"actuator {name} always has the {of} {ends[0]:g}, which is no input.")
+        if ends[0] == ends[1] != 0.0:
+            self._cannot(f"actuator {name} always has the force {ends[0]:g}, which is no input.")
         return bool(ends[0] < ends[1])
 
     def _limit_above(self, body: int) -> str:
