@@ -79,8 +79,8 @@ class SecondEngine:
             if at is None:  # it does nothing, or is off
                 continue
             gear = model.actuator_gear[k, 0] if model.actuator_trntype[k] in ON_JOINTS else 1.0
-            own = self._linear[k] and model.actuator_biasprm[k, 1:3].any()
-            if (own and not self._limited_above(k)) or model.actuator_dyntype[k]:
+            servo = self._linear[k] and model.actuator_biasprm[k, 1:3].any()
+            if (servo and not self._limited_above(k)) or model.actuator_dyntype[k]:
                 data.ctrl[k] = u[at]  # its command
                 continue
             data.ctrl[k] = (u[at] / gear - force) / model.actuator_gainprm[k, 0]
