@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from kinolab.dynamics.analysis.trim import StateFunctions as StateFunctions
     from kinolab.dynamics.analysis.trim import Trim as Trim
     from kinolab.dynamics.analysis.trim import trim as trim
+    from kinolab.dynamics.language.attitude_angles import squared_turn as squared_turn
     from kinolab.dynamics.language.bodies import Body as Body
     from kinolab.dynamics.language.bodies import Cable as Cable
     from kinolab.dynamics.language.constraints import Constraint as Constraint
