@@ -1,4 +1,4 @@
-"""Limit checks of a step: state and rate limits, requirements and keep-out cones."""
+"""Limits of a state and of a step: of state and rates, requirements and keep-out cones."""
 
 from __future__ import annotations
 
@@ -11,11 +11,12 @@ from kinolab.numerics.arrays import Array, Integers, allocate
 from kinolab.numerics.jit import kernel
 from kinolab.problem import PlanningTask
 from kinolab.problem.goal_kernel import axis_angle, carried
-from kinolab.simulation.collision_context import place_machine
-from kinolab.simulation.compiled_step import REQUIREMENT_SAMPLES
-from kinolab.simulation.continuous_collision import SAFETY_FACTOR
+from kinolab.simulation.collision_context import SAFETY_FACTOR, place_machine
 from kinolab.simulation.machine import advance, call_under
-from kinolab.simulation.propagator import CONE_RESOLUTION
+
+CONE_RESOLUTION = 0.01  # [rad] that an axis may turn between two checks of a keep-out cone
+REQUIREMENT_SAMPLES = 4  # of what a machine demands, along a step
+KEPT = -1  # index where no limit is violated
 
 
 class LimitArrays(NamedTuple):
@@ -59,6 +60,13 @@ def limit_arrays(problem: PlanningTask) -> LimitArrays:
     )
 
 
+def limit_names(problem: PlanningTask) -> list[str]:
+    """Name the limits by the indices that ``passed_limit`` returns."""
+    model, limited = problem.model, np.isfinite(problem.rate_bounds).any()
+    axes = [f"the axis of {problem.bodies[cone.body].name}" for cone in problem.keep_outs]
+    return [*model.state_names, *(model.rate_names if limited else ()), "a requirement", *axes]
+
+
 @kernel
 def keeps_limits(limits, x):  # type: ignore[no-untyped-def]
     """Say whether a state (nx,) is within its limits; NaN is not."""
@@ -69,8 +77,8 @@ def keeps_limits(limits, x):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def step_keeps_limits(machine, limits, x, u, after, h, scratch):  # type: ignore[no-untyped-def]
-    """Say whether the step from x to ``after`` under u in h [s] violates no limit.
+def passed_limit(machine, limits, x, u, after, h, scratch):  # type: ignore[no-untyped-def]
+    """Return the index of a limit that the step from x to ``after`` violates, KEPT if none.
 
     The state derivatives at its ends are in ``limits.slope``, as ``slopes_of_step`` leaves them.
 
@@ -80,13 +88,36 @@ def step_keeps_limits(machine, limits, x, u, after, h, scratch):  # type: ignore
         h: Step length in [s].
         scratch: ``CollisionScratch``.
     """
-    return (
-        keeps_limits(limits, after)
-        and turns_within(limits, x, after, h)
-        and keeps_rates(machine, limits, after)
-        and keeps_requirements(machine, limits, x, u, h, scratch)
-        and keeps_out(machine, limits, x, u, after, h, scratch)
-    )
+    passed = passed_at(machine, limits, after)
+    if passed == KEPT:
+        passed = passed_within(limits, x, after, h)
+    requirement = x.shape[0] + limits.rate_lower.shape[0]
+    if passed == KEPT and not keeps_requirements(machine, limits, x, u, h, scratch):
+        passed = requirement
+    if passed == KEPT:
+        cone = entered_cone(machine, limits, x, u, after, h, scratch)
+        if cone != KEPT:
+            passed = requirement + 1 + cone
+    return passed
+
+
+@kernel
+def passed_at(machine, limits, x):  # type: ignore[no-untyped-def]
+    """Return the index of a limit of state or rates that a state (nx,) violates, KEPT if none."""
+    if not keeps_limits(limits, x):
+        for i in range(x.shape[0]):
+            if not limits.lower[i] <= x[i] <= limits.upper[i]:
+                return i
+    if limits.rate_lower.shape[0] == 0:
+        return KEPT
+    call_under(
+        machine.velocity, x.ctypes.data, limits.still.ctypes.data, machine.p.ctypes.data,
+        limits.rates.ctypes.data,
+    )  # fmt: skip
+    for i in range(limits.rate_lower.shape[0]):
+        if not limits.rate_lower[i] <= limits.rates[i] <= limits.rate_upper[i]:
+            return x.shape[0] + i
+    return KEPT
 
 
 @kernel
@@ -104,8 +135,8 @@ def slopes_of_step(machine, limits, x, u, after):  # type: ignore[no-untyped-def
 
 
 @kernel
-def turns_within(limits, x, after, h):  # type: ignore[no-untyped-def]
-    """Say whether extrema of the state inside a step are within limits.
+def passed_within(limits, x, after, h):  # type: ignore[no-untyped-def]
+    """Return the entry of the state whose extremum inside a step violates a limit, KEPT if none.
 
     If its derivatives a and b at the ends have opposite signs, the extremum exceeds the ends by
     about h/2 |a b| / (|a| + |b|), at most h/2 times the smaller derivative.
@@ -121,23 +152,8 @@ def turns_within(limits, x, after, h):  # type: ignore[no-untyped-def]
             over = SAFETY_FACTOR * 0.5 * h * min(abs(first[i]), abs(last[i]))
             low, high = min(x[i], after[i]) - over, max(x[i], after[i]) + over
             if low < limits.lower[i] or high > limits.upper[i]:
-                return False
-    return True
-
-
-@kernel
-def keeps_rates(machine, limits, x):  # type: ignore[no-untyped-def]
-    """Say whether all rates at a state (nx,) are within their limits."""
-    if limits.rate_lower.shape[0] == 0:
-        return True
-    call_under(
-        machine.velocity, x.ctypes.data, limits.still.ctypes.data, machine.p.ctypes.data,
-        limits.rates.ctypes.data,
-    )  # fmt: skip
-    for i in range(limits.rate_lower.shape[0]):
-        if not limits.rate_lower[i] <= limits.rates[i] <= limits.rate_upper[i]:
-            return False
-    return True
+                return i
+    return KEPT
 
 
 @kernel
@@ -167,7 +183,7 @@ def keeps_requirements(machine, limits, x, u, h, scratch):  # type: ignore[no-un
 
 
 @kernel
-def keeps_out(machine, limits, x, u, after, h, scratch):  # type: ignore[no-untyped-def]
+def entered_cone(machine, limits, x, u, after, h, scratch):  # type: ignore[no-untyped-def]
     """Check keep-out cones at samples of a step so dense that no axis turns far in between.
 
     The state derivatives at its ends are those left by ``slopes_of_step``.
@@ -177,24 +193,36 @@ def keeps_out(machine, limits, x, u, after, h, scratch):  # type: ignore[no-unty
         x, u, after: State (nx,), inputs (nu,) and the state reached (nx,).
         h: Step length in [s].
         scratch: ``CollisionScratch``.
+
+    Returns:
+        The index of a cone that an axis is in, or KEPT.
     """
     if limits.body.shape[0] == 0:
-        return True
+        return KEPT
     fastest = max(
         turning(machine, limits, x, limits.slope[0], scratch),
         turning(machine, limits, after, limits.slope[1], scratch),
     )
     count = max(1.0, math.ceil(SAFETY_FACTOR * fastest * h / CONE_RESOLUTION))
     if not count < 1e6:  # NaN included
-        return False
+        return 0
     for k in range(1, int(count) + 1):
         advance(machine, x, u, h * k / count, limits.beside)
         place_machine(machine, limits.beside, scratch)
-        for c in range(limits.body.shape[0]):
-            angle = axis_angle(scratch.poses[limits.body[c]], limits.axis[c], limits.direction[c])
-            if not angle >= limits.half_angle[c]:
-                return False
-    return True
+        cone = cone_at(limits, scratch)
+        if cone != KEPT:
+            return cone
+    return KEPT
+
+
+@kernel
+def cone_at(limits, scratch):  # type: ignore[no-untyped-def]
+    """Return the index of a keep-out cone that an axis of a placed machine is in, or KEPT."""
+    for c in range(limits.body.shape[0]):
+        angle = axis_angle(scratch.poses[limits.body[c]], limits.axis[c], limits.direction[c])
+        if not angle >= limits.half_angle[c]:
+            return c
+    return KEPT
 
 
 @kernel
