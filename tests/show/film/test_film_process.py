@@ -150,7 +150,7 @@ def test_without_a_process_the_film_is_drawn_here(
     def full(*_: object) -> None:
         raise OSError("no room for another process")
 
-    monkeypatch.setattr(film_process, "WorkingProcess", full)
+    monkeypatch.setattr(film_process, "WorkerProcess", full)
     with FilmProcess() as film:
         assert drawn(film, table, motion) == animate(table, motion)
 
@@ -264,7 +264,7 @@ def test_no_process_is_started_where_no_film_is_wanted(monkeypatch: pytest.Monke
     def refused(*_: object) -> None:
         raise AssertionError("a process was started")
 
-    monkeypatch.setattr(film_process, "WorkingProcess", refused)
+    monkeypatch.setattr(film_process, "WorkerProcess", refused)
     assert cli.run(["table.toml", "--quiet", "--no-animation"]) == 0
     lost = ["--max-iterations", "1", "--no-diagnosis", "--set", "goal.tolerance=1e-9"]
     assert cli.run(["table.toml", "--quiet", *lost]) != 0

@@ -1,4 +1,4 @@
-"""Starting other processes, connected by a pipe and shielded from Ctrl-C.
+"""Workers: other processes, connected by a pipe and shielded from Ctrl-C.
 
 They are fresh interpreters, not forks, since native libraries do not survive a fork; and unlike
 those of ``multiprocessing`` they do not re-import the user's script.
@@ -21,46 +21,40 @@ from typing import Any, NoReturn, Self
 
 from kinolab.errors import InputError, Mistake
 
-Process = subprocess.Popen[bytes]
-
 ENTRY = (
     "import json, sys; sys.path[:] = json.loads(sys.argv[1]); "
-    "from kinolab.concurrency.starting import serve; from {module} import work; "
-    "serve(int(sys.argv[2]), work)"
+    "from kinolab.concurrency.process_worker import serve; from {module} import {task}; "
+    "serve(int(sys.argv[2]), {task})"
 )
 
-
-STDERR = 2  # all output goes there: stdout is for the result
-
-_running: set[Process] = set()
+_running: set[subprocess.Popen[bytes]] = set()
 
 
-class WorkingProcess:
-    """A process that works for this one; a context manager that ends it.
+class WorkerProcess:
+    """A process that does a task for this one; a context manager that ends it.
 
     Args:
-        module: Its ``work`` is called there, with the other end of the connection.
-
-    Attributes:
-        process: The process.
-        connection: To it.
+        task: A function, or its module and name where it is not to be imported here. It is called
+            there with the other end of the connection; once that is closed, whatever it tells or
+            waits for ends it.
 
     Raises:
         InputError: If this platform cannot inherit a connection.
         OSError: If the system cannot start another process.
     """
 
-    def __init__(self, module: str) -> None:
+    def __init__(self, task: Callable[[Connection], None] | tuple[str, str]) -> None:
         if sys.platform == "win32":
             what = "several processes are not to be had on Windows."
             raise InputError([Mistake("jobs", what, "Use jobs=1.")])
         ours, theirs = Pipe()
-        code = ENTRY.format(module=module)
+        module, name = task if isinstance(task, tuple) else (task.__module__, task.__name__)
+        code = ENTRY.format(module=module, task=name)
         command = [sys.executable, "-c", code, json.dumps(sys.path), str(theirs.fileno())]
         try:
             with theirs, _deaf_to_interrupts():
-                self.process = subprocess.Popen(
-                    command, pass_fds=[theirs.fileno()], stdin=subprocess.DEVNULL, stdout=STDERR
+                self.process = subprocess.Popen(  # with all output to stderr: stdout has the result
+                    command, pass_fds=[theirs.fileno()], stdin=subprocess.DEVNULL, stdout=2
                 )
                 _running.add(self.process)
         except BaseException:
@@ -118,7 +112,7 @@ def _deaf_to_interrupts() -> Iterator[None]:
 
 
 def serve(handle: int, work: Callable[[Connection], None]) -> NoReturn:
-    """Do the work of a process that a ``WorkingProcess`` has started, in that process, and leave.
+    """Do the work of a process that a ``WorkerProcess`` has started, in that process, and leave.
 
     It ignores Ctrl-C, which a terminal sends to the whole process group: the process that started
     it decides, and ends it.
@@ -135,9 +129,9 @@ def serve(handle: int, work: Callable[[Connection], None]) -> NoReturn:
 
 def leave_with(connection: Connection) -> None:
     """Leave when the process that started this one is gone, from now on; it may send no more."""
-    threading.Thread(target=_leave_with, args=(connection,), daemon=True).start()
 
+    def leave() -> NoReturn:
+        wait([connection])  # nothing is sent, so readable means closed
+        os._exit(1)
 
-def _leave_with(connection: Connection) -> NoReturn:
-    wait([connection])  # nothing is sent, so readable means closed
-    os._exit(1)
+    threading.Thread(target=leave, daemon=True).start()
