@@ -11,6 +11,7 @@ from kinolab.analyze.examine.remark import Remark
 from kinolab.analyze.examine.subject import Subject
 from kinolab.analyze.examine.touching_bodies import APART, TouchingBodies
 from kinolab.dynamics import Body, Coordinate
+from kinolab.dynamics.language.expressions import is_zero
 from kinolab.numerics.arrays import Array
 from kinolab.world.geometry import frame_in_world, triangles
 
@@ -36,6 +37,8 @@ def left_behind(subject: Subject) -> Iterator[Remark]:
         if body.touches_ground:
             continue  # what stands on the ground follows that, such as wheels that lean
         for base in subject.carriers(body):
+            if not base.shapes and is_zero(base.mass):
+                continue  # a rotor's inertia, which has no place
             if found := _left_behind(subject, body, base):
                 yield found
                 break

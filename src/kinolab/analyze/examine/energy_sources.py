@@ -10,7 +10,7 @@ import sympy
 from numpy.typing import NDArray
 
 from kinolab.analyze.examine.remark import Remark
-from kinolab.analyze.examine.subject import Subject
+from kinolab.analyze.examine.subject import UNLIMITED, Subject
 from kinolab.dynamics.derivation.derivation import is_kinematic
 from kinolab.dynamics.language.constraints import Requirement
 from kinolab.dynamics.language.expressions import exact
@@ -59,8 +59,12 @@ def energy_sources(subject: Subject) -> Iterator[Remark]:
     reversed_[:, model.speeds] *= -1.0
     idle = model.null_control()
     there, back = (watched.requirements(x, idle) for x in (states, reversed_))
+    ends = np.clip(model.control_bounds, -UNLIMITED, UNLIMITED).T
+    both = np.min([watched.requirements(states, u) + watched.requirements(reversed_, u)
+                   for u in (idle, *ends)], axis=0)  # fmt: skip
     for k, effort in enumerate(suspects):
-        yield from _found(effort, there[:, k], back[:, k])
+        if both[:, k].max() > 0:  # else an input may undo it
+            yield from _found(effort, there[:, k], back[:, k])
 
 
 def _repelling(subject: Subject) -> Iterator[Remark]:

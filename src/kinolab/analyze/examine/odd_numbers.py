@@ -22,10 +22,9 @@ from kinolab.numerics.arrays import Array
 from kinolab.world.geometry import triangles
 
 # Of a moment of inertia to m r^2, where r is how far the shape goes from that axis. No body that
-# lies within its shape has more than 1, which is that of a hoop. A wrong unit is a factor of 1e4
-# (kg cm^2) at least.
-LARGEST_INERTIA = 1.01
-UNIT = 100.0  # from which it is called that
+# lies within its shape has more than 1, which is that of a hoop. Shapes may leave parts out of a
+# body whose moments are typed in: a wrong unit there is a factor of 1e4 (kg cm^2) at least.
+LARGEST_INERTIA, LARGEST_TYPED = 1.01, 100.0
 THIN = 0.25  # of the largest r^2: about such an axis, moments are often rounded up
 SMALLEST_INERTIA = 1e-3  # a sphere of a third of the radius has 0.04
 DENSEST = 22_590.0  # [kg/m^3] osmium; CRC Handbook of Chemistry and Physics
@@ -74,27 +73,36 @@ def _inertia(subject: Subject, body: Body) -> Iterator[Remark]:
     if not (mass > 0 and own[-1] > 0 and len(points)):
         return  # a point mass, or a wheel whose mass counts elsewhere
     reaches = np.max((points**2).sum(axis=1)[:, None] - (points @ axes) ** 2, axis=0)  # squared
-    if np.ptp(own) <= ROUNDING * own[-1]:
-        reaches = np.full(3, reaches.max())
-    shares = own / (mass * np.maximum(reaches, ROUNDING**2))
-    allowed = np.where(reaches < THIN * reaches.max(), 1 / THIN, LARGEST_INERTIA)
-    k = int(np.argmax(shares / allowed))
-    small = bool(own[-1] < SMALLEST_INERTIA * mass * reaches.max())
-    if shares[k] <= allowed[k] and not small:
-        return
-    k = int(np.argmax(own)) if small else k
-    told = f"{mass:.3g} kg within {math.sqrt(reaches[k]):.3g} m of that axis have "
-    told += f"{'about' if small else 'at most'} {mass * reaches[k]:.3g} kg m^2"
-    along = max(zip(np.abs(axes[:, k]), "xyz", strict=True))[1]
-    what = f"It is {own[k]:.3g} kg m^2 about its {along} axis, and {told}: is it"
-    if small or (shares[k] > UNIT and reaches[k] >= THIN * reaches.max()):
-        what += " in kg m^2? 1 kg m^2 = 10^4 kg cm^2 = 10^6 kg mm^2 = 10^7 g cm^2."
-    else:
-        what += " that about the centre of mass, with its axes in the order x, y, z, and are the "
-        what += "shape's sizes whole ones and not halves?"
-    yield Remark(
-        f"inertia too {'small' if small else 'large'}", body.name, what, ("Body", body.name)
+    widest, derived = (
+        reaches.max(),
+        exact(body.mass).free_symbols & body.inertia_matrix.free_symbols,
     )
+    if not derived or np.ptp(own) <= ROUNDING * own[-1]:
+        reaches = np.full(3, widest)
+    allowed = np.where(
+        reaches < THIN * widest, 1 / THIN, LARGEST_INERTIA if derived else LARGEST_TYPED
+    )
+    shares = own / (mass * np.maximum(reaches, ROUNDING))
+    k = int(np.argmax(shares / allowed))
+    size = "large"
+    if shares[k] <= allowed[k]:
+        k, size = int(np.argmax(own)), "small"
+        if own[k] >= SMALLEST_INERTIA * mass * widest:
+            return
+    along = max(zip(np.abs(axes[:, k]), "xyz", strict=True))[1]
+    what = f"It is {own[k]:.3g} kg m^2 about its {along} axis, and {mass:.3g} kg within "
+    what += (
+        f"{math.sqrt(reaches[k]):.3g} m of that have {'at most' if size == 'large' else 'about'} "
+    )
+    what += f"{mass * reaches[k]:.3g} kg m^2: "
+    if derived and size == "large":
+        what += (
+            "is it that about the centre of mass, are its moments in the order x, y, z, and are "
+        )
+        what += "the shape's sizes whole ones, not halves?"
+    else:
+        what += "is it in kg m^2? 1 kg m^2 = 10^4 kg cm^2 = 10^6 kg mm^2 = 10^7 g cm^2."
+    yield Remark(f"inertia too {size}", body.name, what, ("Body", body.name))
 
 
 def _whole(subject: Subject, body: Body) -> Array:

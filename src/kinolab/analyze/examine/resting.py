@@ -169,7 +169,10 @@ def pushed_down(subject: Subject) -> Iterator[Remark]:
     system, model, x = subject.system, subject.model, subject.rest
     if system.gravity is None or is_kinematic(system) or not model.nu:
         return
-    lift = _lift(subject)
+    try:
+        lift = _lift(subject)
+    except KinolabError:
+        return
     if lift is None:
         return
     idle = model.null_control()

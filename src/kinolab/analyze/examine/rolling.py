@@ -170,11 +170,12 @@ def _judged(
         yield from _rolls(subject, body, base, coordinate, whole - spin, spin, wheel)
     if wheel.axle is not None and (spun or _skids(subject, body, base, moving, x)):
         side = wheel.axle - (wheel.axle @ wheel.normal) * wheel.normal
-        across = moving @ slope.T @ (side / np.linalg.norm(side))
-        if nt_is_nq := subject.model.nt == subject.model.nq:  # so that no constraint mixes them
-            rates = np.random.default_rng(0).uniform(-1, 1, rates.shape)
-        free = (rates if nt_is_nq else moving) @ slope.T @ (side / np.linalg.norm(side))
-        yield from _slips_aside(subject, body, base, across, free, x, rates)
+        across = slope.T @ (side / np.linalg.norm(side))
+        if np.abs(moving @ across).max() <= ROUNDING * max(float(np.abs(moving).max()), 1e-300):
+            return
+        if subject.model.nt == subject.model.nq:  # with attitudes, rates of entries are no rates
+            moving = rates = np.random.default_rng(0).uniform(-1, 1, rates.shape)
+        yield from _slips_aside(subject, body, base, moving @ across, x, rates)
 
 
 def _skids(subject: Subject, body: Body, base: Body | None, moving: Array, x: Array) -> bool:
@@ -257,29 +258,25 @@ def _slips_aside(
     subject: Subject,
     body: Body,
     base: Body | None,
-    across: Array,
     free: Array,
     x: Array,
     rates: Array,
 ) -> Iterator[Remark]:
-    """Judge the slips of a wheel along its axle, shape (n,) in [m/s].
+    """Say that a wheel slips along its axle, unless a force acts along it or an input decides it.
 
     Args:
         subject: The machine.
         body: The wheel.
         base: What it is on; None for the ground.
-        across: Slips in motions that the constraints allow.
-        free: Slips at ``rates``, which no constraint need allow.
+        free: Slips along the axle at ``rates``, in [m/s], shape (n,).
         x: State, shape (nx,).
-        rates: Of all coordinates, shape (n, nt).
+        rates: Of all coordinates, shape (n, nt), which constraints need not allow.
     """
-    if np.abs(across).max() <= ROUNDING * max(float(np.abs(free).max()), 1e-300):
-        return
     acting = _acting_along(subject, x, rates)
     if acting.size:
         left = free - acting @ np.linalg.lstsq(acting, free, rcond=None)[0]
         if np.abs(left).max() <= ROUNDING * float(np.abs(free).max()):
-            return  # a force acts along it, or an input decides it
+            return
     on = "the ground" if base is None else base.name
     what = f"{body.name} is a wheel on {on}, and nothing keeps it from sliding along its axle. "
     what += 'A wheel that grips has constraints=[zero(V.y, "no sideslip")], with V the velocity of '
