@@ -11,6 +11,7 @@ from kinolab.analyze.examine.remark import Remark
 from kinolab.analyze.examine.subject import Subject
 from kinolab.analyze.examine.touching_bodies import APART, TouchingBodies
 from kinolab.dynamics import Body, Coordinate
+from kinolab.dynamics.language.expressions import is_zero
 from kinolab.numerics.arrays import Array
 from kinolab.world.geometry import frame_in_world, triangles
 
@@ -36,6 +37,8 @@ def left_behind(subject: Subject) -> Iterator[Remark]:
         if body.touches_ground:
             continue  # what stands on the ground follows that, such as wheels that lean
         for base in subject.carriers(body):
+            if not base.shapes and is_zero(base.mass):
+                continue  # a rotor's inertia, which has no place
             if found := _left_behind(subject, body, base):
                 yield found
                 break
@@ -84,8 +87,8 @@ def swung_off(subject: Subject, touching: Sequence[TouchingBodies]) -> Iterator[
         beside = [c for c in touching if c.other and body in c.pair]
         joined = [c for c in beside if any(base in c.pair for base in bases)]
         for coordinate in _turning(subject, body, bases[:1]):
-            axis = _axis(subject, body, coordinate)
-            if axis is None or _depth(subject, body, axis) > -APART * _reach(subject, body):
+            axis = axis_of(subject, body, coordinate)
+            if axis is None or depth_of(subject, body, axis) > -APART * reach_of(subject, body):
                 continue
             if joined and all(_off(contact, coordinate) for contact in joined):
                 yield _swung(joined[0], body, coordinate)
@@ -104,7 +107,7 @@ def _turning(subject: Subject, body: Body, bases: Sequence[Body]) -> list[Coordi
     return plain if bases and turning else []
 
 
-def _axis(subject: Subject, body: Body, coordinate: Coordinate) -> tuple[Array, Array] | None:
+def axis_of(subject: Subject, body: Body, coordinate: Coordinate) -> tuple[Array, Array] | None:
     """Return a point of the axis about which a coordinate turns a body, and its direction."""
     x, k = subject.rest, subject.plain[coordinate]
     origin = subject.poses(x)[subject.place_of(body)][:, 3]
@@ -122,15 +125,16 @@ def _corners(subject: Subject, body: Body) -> Array:
     return np.asarray(own @ pose[:, :3].T + pose[:, 3])
 
 
-def _reach(subject: Subject, body: Body) -> float:
+def reach_of(subject: Subject, body: Body) -> float:
+    """Return half the diagonal of a box around a body, in [m]."""
     corners = _corners(subject, body)
     return float(np.linalg.norm(np.ptp(corners, axis=0)) / 2)
 
 
-def _depth(subject: Subject, body: Body, axis: tuple[Array, Array], reach: float = 0.0) -> float:
+def depth_of(subject: Subject, body: Body, axis: tuple[Array, Array], reach: float = 0.0) -> float:
     """Return how deep a line goes into a body in [m]; negative where it passes."""
     pose = subject.poses(subject.rest)[subject.place_of(body)]
-    along = np.linspace(-1, 1, SAMPLES) * (reach or 2 * _reach(subject, body))
+    along = np.linspace(-1, 1, SAMPLES) * (reach or 2 * reach_of(subject, body))
     points = axis[0] + along[:, None] * axis[1]
     placed = [(s, *frame_in_world(s, pose)) for s in subject.system.resolved_shapes(body)]
     return max(float(s.depths((points - middle) @ axes).max()) for s, axes, middle in placed)
@@ -167,8 +171,8 @@ def _floats(
     along = (corners - joint) @ away
     length, gap = float(np.ptp(along)), float(along.min())
     width = 2 * np.linalg.norm(corners - joint - np.outer(along, away), axis=1).max()
-    reach = _reach(subject, body)
-    base = next((b for b in bases if _depth(subject, b, (joint, axis[1]), reach) >= 0), None)
+    reach = reach_of(subject, body)
+    base = next((b for b in bases if depth_of(subject, b, (joint, axis[1]), reach) >= 0), None)
     if others or system.cables or base is None or length < SLENDER * width:
         return None
     if not FLOATING * length <= gap <= length:
@@ -182,3 +186,28 @@ def _floats(
     what += f"of that from its joint, and this one has it {gap + length / 2:.3g} m away."
     about = f"{body.name} and {base.name}"
     return Remark("away from its joint", about, what, ("Body", body.name))
+
+
+def on_their_own_axis(subject: Subject) -> Iterator[Remark]:
+    """Yield the rods that a joint turns about their own length, though only friction acts in it."""
+    x = subject.rest
+    for body in (body for body in subject.system.bodies if body.shapes):
+        own = _corners(subject, body)
+        points = own - (own.max(axis=0) + own.min(axis=0)) / 2
+        for coordinate in _turning(subject, body, subject.carriers(body)[:1]):
+            spin = subject.spin(body, x)[:, subject.plain[coordinate]]
+            still = not subject.poses_by(x)[subject.place_of(body), :, 3][
+                :, subject.plain[coordinate]
+            ].any()
+            size = float(np.linalg.norm(spin))
+            if coordinate.name in subject.driven or not (still and size > ROUNDING):
+                continue
+            along = points @ spin / size
+            width = 2 * np.linalg.norm(points - np.outer(along, spin / size), axis=1).max()
+            if np.ptp(along) >= SLENDER * width:
+                what = f"{coordinate} turns it about its own length, and nothing but friction acts "
+                what += (
+                    "in that joint: it does not swing. Is the axis another one, rot_x, rot_y or "
+                )
+                what += "rot_z?"
+                yield Remark("turns about its own length", body.name, what, ("Body", body.name))

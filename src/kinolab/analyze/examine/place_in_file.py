@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ast
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from functools import lru_cache
 from pathlib import Path
 
@@ -23,17 +23,42 @@ def place_in(file: Path | None, part: tuple[str, str]) -> str:
     """
     if file is None or file.suffix != ".py":
         return ""
-    line = _line_of(_calls(file), *part)
+    calls = [node for node in _nodes(file) if isinstance(node, ast.Call)]
+    line = _line_of(calls, *part)
     return f"{file.name}, line {line}" if line else ""
 
 
+def declared_with(file: Path | None, system: str) -> Iterator[tuple[str, str]]:
+    """Yield the parameters that the function of a system declares, each with its unit.
+
+    Args:
+        file: The machine's file; nothing is yielded of one that is not Python.
+        system: The system's name, which stands in its call.
+    """
+    if file is None or file.suffix != ".py":
+        return
+    makers = [node for node in _nodes(file) if isinstance(node, ast.FunctionDef)]
+    makers = [node for node in makers if _makes(node, system)]
+    for call in ast.walk(makers[0]) if len(makers) == 1 else ():
+        if isinstance(call, ast.Call) and _called(call) == "parameter":
+            texts = [a.value for a in call.args if isinstance(a, ast.Constant)]
+            words = [text for text in texts if isinstance(text, str)]
+            if call.args and words[:1] == [getattr(call.args[0], "value", None)]:
+                yield words[0], words[-1] if len(words) > 1 else ""
+
+
+def _makes(function: ast.FunctionDef, system: str) -> bool:
+    calls = (node for node in ast.walk(function) if isinstance(node, ast.Call))
+    return any(_called(call) == "System" and any(_says(a, system) for a in _texts(call)[:1])
+               for call in calls)  # fmt: skip
+
+
 @lru_cache(maxsize=8)
-def _calls(file: Path) -> tuple[ast.Call, ...]:
+def _nodes(file: Path) -> tuple[ast.AST, ...]:
     try:
-        tree = ast.parse(read_ordinary(file, LONGEST))
+        return tuple(ast.walk(ast.parse(read_ordinary(file, LONGEST))))
     except (OSError, SyntaxError, ValueError, KinolabError):
         return ()
-    return tuple(node for node in ast.walk(tree) if isinstance(node, ast.Call))
 
 
 def _line_of(calls: Sequence[ast.Call], word: str, name: str) -> int:

@@ -54,7 +54,7 @@ class Wheel:
 def slips(contact: TouchingBodies) -> Iterator[Remark]:
     """Yield what is wrong about the rolling of a round body on what it touches."""
     for body, base in ((contact.one, contact.other), (contact.other, contact.one)):
-        if body is None or (shape := _round_shape(contact.subject, body)) is None:
+        if body is None or (shape := round_shape(contact.subject, body)) is None:
             continue
         plain = contact.subject.plain
         places = [
@@ -87,7 +87,7 @@ def _aside(remark: Remark) -> Remark:
     return replace(remark, kind=ASKEW, sentence=what)
 
 
-def _round_shape(subject: Subject, body: Body) -> Shape | None:
+def round_shape(subject: Subject, body: Body) -> Shape | None:
     """Return the ball, or the widest cylinder, that a body is; None of one that is not round."""
     shapes = subject.system.resolved_shapes(body)
     round_ = [shape for shape in shapes if sizes(shape)[0] is ShapeKind.SPHERE]
@@ -170,8 +170,12 @@ def _judged(
         yield from _rolls(subject, body, base, coordinate, whole - spin, spin, wheel)
     if wheel.axle is not None and (spun or _skids(subject, body, base, moving, x)):
         side = wheel.axle - (wheel.axle @ wheel.normal) * wheel.normal
-        across = moving @ slope.T @ (side / np.linalg.norm(side))
-        yield from _slips_aside(subject, body, base, across, x, moving, rates)
+        across = slope.T @ (side / np.linalg.norm(side))
+        if np.abs(moving @ across).max() <= ROUNDING * max(float(np.abs(moving).max()), 1e-300):
+            return
+        if subject.model.nt == subject.model.nq:  # with attitudes, rates of entries are no rates
+            moving = rates = np.random.default_rng(0).uniform(-1, 1, rates.shape)
+        yield from _slips_aside(subject, body, base, moving @ across, x, rates)
 
 
 def _skids(subject: Subject, body: Body, base: Body | None, moving: Array, x: Array) -> bool:
@@ -254,20 +258,25 @@ def _slips_aside(
     subject: Subject,
     body: Body,
     base: Body | None,
-    across: Array,
+    free: Array,
     x: Array,
-    moving: Array,
     rates: Array,
 ) -> Iterator[Remark]:
-    """Judge the slips of a wheel along its axle, shape (n,) in [m/s]."""
-    size = max(float(np.abs(moving).max()), 1e-300)
-    if np.abs(across).max() <= ROUNDING * size:
-        return
+    """Say that a wheel slips along its axle, unless a force acts along it or an input decides it.
+
+    Args:
+        subject: The machine.
+        body: The wheel.
+        base: What it is on; None for the ground.
+        free: Slips along the axle at ``rates``, in [m/s], shape (n,).
+        x: State, shape (nx,).
+        rates: Of all coordinates, shape (n, nt), which constraints need not allow.
+    """
     acting = _acting_along(subject, x, rates)
     if acting.size:
-        left = across - acting @ np.linalg.lstsq(acting, across, rcond=None)[0]
-        if np.abs(left).max() <= ROUNDING * size:
-            return  # a force acts along it, or an input decides it
+        left = free - acting @ np.linalg.lstsq(acting, free, rcond=None)[0]
+        if np.abs(left).max() <= ROUNDING * float(np.abs(free).max()):
+            return
     on = "the ground" if base is None else base.name
     what = f"{body.name} is a wheel on {on}, and nothing keeps it from sliding along its axle. "
     what += 'A wheel that grips has constraints=[zero(V.y, "no sideslip")], with V the velocity of '

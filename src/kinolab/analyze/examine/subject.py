@@ -12,6 +12,8 @@ from kinolab.dynamics import Body, Coordinate, Frame, Model, System
 from kinolab.dynamics.language.mechanism_parts import (
     atoms_of,
     coordinate_of,
+    energies_in,
+    imposed_accelerations,
     imposed_velocities,
     loads_in,
 )
@@ -144,6 +146,31 @@ class Subject:
     def place_of(self, body: Body) -> int:
         """Return the row of a body in the tables of poses."""
         return self.system.bodies.index(body)
+
+    @cached_property
+    def driven(self) -> frozenset[str]:
+        """Names of the coordinates along which more acts than friction and weight."""
+        system = self.system
+        stated = [c.velocity for c in system.constraints]
+        stated += [entry.velocity for entry in imposed_velocities(system)]
+        for word in (*system.inputs, *system.efforts):
+            energies = list(energies_in(word))
+            if energies or not getattr(word, "size", ""):
+                stated += [*map(written, energies), *(written(v.velocity) for v in loads_in(word))]
+        owners = (coordinate_of(atom) for part in stated for atom in atoms_of(part))
+        named = (owner.name for owner in owners if owner is not None)
+        return frozenset((*named, *imposed_accelerations(system)))
+
+    @cached_property
+    def pushed(self) -> frozenset[str]:
+        """Names of the coordinates along which inputs act, by themselves or in forces."""
+        system, symbols = self.system, {entry.symbol for entry in self.system.inputs}
+        users = [e for e in system.efforts if symbols & set(atoms_of(e))]
+        loads = [v.velocity for word in (*system.inputs, *users) for v in loads_in(word)]
+        stated = (*map(written, loads), *(v.velocity for v in imposed_velocities(system)))
+        owners = (coordinate_of(atom) for part in stated for atom in atoms_of(part))
+        named = (owner.name for owner in owners if owner is not None)
+        return frozenset((*named, *imposed_accelerations(system)))
 
     @cached_property
     def pushed_along(self) -> tuple[tuple[sympy.Expr, frozenset[sympy.Symbol]], ...]:
