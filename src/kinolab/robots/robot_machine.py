@@ -489,12 +489,14 @@ class _Assembly:
 
         Only even powers of its distances have energies that are smooth at rest.
         """
+        stiffness = joint.stiffness, *joint.higher_stiffness
+        if not any(stiffness):
+            return
         *at, x, y, z, w = joint.rests
         squares = [squared_turn(turn, (x, y, z, w))]
         if place:
             squares.append(sympy.Add(*((q - rest) ** 2 for q, rest in zip(place, at, strict=True))))
         for square in squares:
-            stiffness = joint.stiffness, *joint.higher_stiffness
             self._efforts += spring(stiffness, sympy.sqrt(square))
 
     def _add_friction(self, joint: Joint, rates: Sequence[sympy.Expr]) -> None:
