@@ -39,7 +39,6 @@ if TYPE_CHECKING:
     from kinolab.dynamics.analysis.trim import StateFunctions as StateFunctions
     from kinolab.dynamics.analysis.trim import Trim as Trim
     from kinolab.dynamics.analysis.trim import trim as trim
-    from kinolab.dynamics.language.attitude_angles import squared_turn as squared_turn
     from kinolab.dynamics.language.bodies import Body as Body
     from kinolab.dynamics.language.bodies import Cable as Cable
     from kinolab.dynamics.language.constraints import Constraint as Constraint
@@ -77,6 +76,7 @@ if TYPE_CHECKING:
     from kinolab.dynamics.language.frames import rot_x as rot_x
     from kinolab.dynamics.language.frames import rot_y as rot_y
     from kinolab.dynamics.language.frames import rot_z as rot_z
+    from kinolab.dynamics.language.frames import squared_turn as squared_turn
     from kinolab.dynamics.language.frames import unhat as unhat
     from kinolab.dynamics.language.frames import velocity as velocity
     from kinolab.dynamics.language.inputs import Control as Control

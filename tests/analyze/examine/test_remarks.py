@@ -12,7 +12,7 @@ import pytest
 import kinolab
 from kinolab import systems
 from kinolab.analyze.examine.examination import examine, remarks_on
-from kinolab.analyze.examine.passing_bodies import passing_bodies
+from kinolab.analyze.examine.shapes.passing_bodies import passing_bodies
 from kinolab.analyze.examine.subject import Subject
 from kinolab.dynamics import WORLD, Body, Force, System, Viscous, length, move, rate
 from kinolab.errors import InputError

@@ -14,7 +14,7 @@ from kinolab.dynamics.language.forces import Effort, Load, Potential
 from kinolab.dynamics.language.inputs import Control
 from kinolab.dynamics.language.quasi_velocities import State, state
 from kinolab.dynamics.language.symbols import InputSymbol
-from kinolab.robots.actuators import Actuator, Aim, Filter, Tendon
+from kinolab.robots.actuation.actuators import Actuator, Aim, Filter, Tendon
 
 
 @dataclass(frozen=True)

@@ -6,9 +6,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from kinolab.analyze.examine.carried import axis_of, depth_of, reach_of
 from kinolab.analyze.examine.remark import Remark
-from kinolab.analyze.examine.rolling import round_shape
+from kinolab.analyze.examine.shapes.carried import axis_of, depth_of, reach_of
+from kinolab.analyze.examine.shapes.rolling import round_shape
 from kinolab.analyze.examine.subject import Subject
 from kinolab.dynamics import Body, Coordinate
 
