@@ -62,7 +62,7 @@ class Environment:
         """Run a command of it; return what it prints."""
         caches = {"NUMBA_CACHE_DIR": "numba", "KINOLAB_CACHE": "kinolab"}
         own = {name: str(self.folder / place) for name, place in caches.items()}
-        line = [self._bin / command, *map(str, arguments)]
+        line = [str(self._bin / command), *map(str, arguments)]
         done = subprocess.run(
             line, env=os.environ | own, cwd=self.folder, capture_output=True, text=True, check=False
         )
@@ -84,7 +84,7 @@ def main() -> None:
         for name, pinned in (("oldest", oldest()), ("newest", [])):
             made = Environment(Path(place, name), pinned)
             first, second = made.plan(), made.plan()
-            verdict = made.run("plan", "check", "run").strip().splitlines()[-1]
+            verdict = made.run("plan", "check", "run").partition("\n")[0]
             digest = hashlib.sha256((made.folder / "run" / "trajectory.csv").read_bytes())
             made.run("python", "-c", FOLLOW, Path(place, "oldest/run/trajectory.npz"), "x.npy")
             known.append(np.load(made.folder / "x.npy"))
