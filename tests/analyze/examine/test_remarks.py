@@ -12,8 +12,8 @@ import pytest
 import kinolab
 from kinolab import systems
 from kinolab.analyze.examine.examination import examine, remarks_on
+from kinolab.analyze.examine.remarks.subject import Subject
 from kinolab.analyze.examine.shapes.passing_bodies import passing_bodies
-from kinolab.analyze.examine.subject import Subject
 from kinolab.dynamics import WORLD, Body, Force, System, Viscous, length, move, rate
 from kinolab.errors import InputError
 from kinolab.scenario.schema import IntegrationSection

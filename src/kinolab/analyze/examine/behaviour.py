@@ -9,7 +9,7 @@ import numpy as np
 from kinolab.analyze.describe.conserved import conserved_momenta
 from kinolab.analyze.describe.sizes import body_sizes
 from kinolab.analyze.examine.odd_numbers import direction_of
-from kinolab.analyze.examine.subject import Subject
+from kinolab.analyze.examine.remarks.subject import Subject
 from kinolab.dynamics import Axis, Body, Frame
 from kinolab.dynamics.derivation.derivation import is_kinematic
 from kinolab.dynamics.language.frames import AXES, pose

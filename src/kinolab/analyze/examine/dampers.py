@@ -7,8 +7,8 @@ from collections.abc import Iterator
 import numpy as np
 import sympy
 
-from kinolab.analyze.examine.remark import Remark
-from kinolab.analyze.examine.subject import Subject
+from kinolab.analyze.examine.remarks.remark import Remark
+from kinolab.analyze.examine.remarks.subject import Subject
 from kinolab.dynamics.language.forces import Effort
 from kinolab.dynamics.language.frames import distance, time_derivative
 from kinolab.dynamics.language.mechanism_parts import (

@@ -6,9 +6,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from kinolab.analyze.examine.remark import Remark
+from kinolab.analyze.examine.remarks.remark import Remark
+from kinolab.analyze.examine.remarks.subject import Subject
 from kinolab.analyze.examine.shapes.rolling import ROUNDING, round_shape
-from kinolab.analyze.examine.subject import Subject
 from kinolab.dynamics import Coordinate
 from kinolab.dynamics.language.mechanism_parts import atoms_of
 from kinolab.dynamics.language.symbols import RateSymbol

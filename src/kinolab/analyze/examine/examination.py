@@ -19,9 +19,10 @@ from kinolab.analyze.examine.law_check import LawCheck
 from kinolab.analyze.examine.laws import laws, modes_alone
 from kinolab.analyze.examine.left_out import left_out, unheeded
 from kinolab.analyze.examine.odd_numbers import odd_numbers
-from kinolab.analyze.examine.place_in_file import place_in
 from kinolab.analyze.examine.reactions import reactions, same_effects, turned_away, turning_axes
-from kinolab.analyze.examine.remark import Remark, sorted_out
+from kinolab.analyze.examine.remarks.place_in_file import place_in
+from kinolab.analyze.examine.remarks.remark import Remark, sorted_out
+from kinolab.analyze.examine.remarks.subject import Subject
 from kinolab.analyze.examine.resting import pushed_down, without_rest
 from kinolab.analyze.examine.ropes import ropes
 from kinolab.analyze.examine.shapes.carried import left_behind, on_their_own_axis, swung_off
@@ -31,7 +32,6 @@ from kinolab.analyze.examine.shapes.rolling import slips
 from kinolab.analyze.examine.shapes.steered_wheels import steering
 from kinolab.analyze.examine.shapes.touching_bodies import contacts, standing
 from kinolab.analyze.examine.shapes.twins import required, twins
-from kinolab.analyze.examine.subject import Subject
 from kinolab.dynamics import System
 from kinolab.loading.well_posed import unlimited_sentences
 from kinolab.scenario.schema import IntegrationSection

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
-from kinolab.analyze.examine.place_in_file import declared_with
-from kinolab.analyze.examine.remark import Remark
-from kinolab.analyze.examine.subject import Subject
+from kinolab.analyze.examine.remarks.place_in_file import declared_with
+from kinolab.analyze.examine.remarks.remark import Remark
+from kinolab.analyze.examine.remarks.subject import Subject
 from kinolab.dynamics import Body, Parameter, System
 from kinolab.dynamics.language.expressions import is_zero
 from kinolab.dynamics.language.mechanism_parts import atoms_of, energies_in, loads_in

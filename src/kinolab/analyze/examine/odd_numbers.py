@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import sympy
 
-from kinolab.analyze.examine.remark import Remark
-from kinolab.analyze.examine.subject import Subject
+from kinolab.analyze.examine.remarks.remark import Remark
+from kinolab.analyze.examine.remarks.subject import Subject
 from kinolab.dynamics import Body, Coordinate, Parameter
 from kinolab.dynamics.codegen.state_space import TURN
 from kinolab.dynamics.language.expressions import exact, parts_of

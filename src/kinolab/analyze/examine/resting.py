@@ -8,8 +8,8 @@ import numpy as np
 from scipy.optimize import lsq_linear
 
 from kinolab.analyze.examine.odd_numbers import direction_of
-from kinolab.analyze.examine.remark import Remark
-from kinolab.analyze.examine.subject import UNLIMITED, Subject
+from kinolab.analyze.examine.remarks.remark import Remark
+from kinolab.analyze.examine.remarks.subject import UNLIMITED, Subject
 from kinolab.dynamics import toward
 from kinolab.dynamics.derivation.derivation import is_kinematic
 from kinolab.dynamics.units import control_units, state_units

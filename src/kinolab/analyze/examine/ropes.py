@@ -6,8 +6,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from kinolab.analyze.examine.remark import Remark
-from kinolab.analyze.examine.subject import Subject
+from kinolab.analyze.examine.remarks.remark import Remark
+from kinolab.analyze.examine.remarks.subject import Subject
 from kinolab.dynamics import Cable, Coordinate, Frame
 from kinolab.dynamics.derivation.derivation import is_kinematic
 from kinolab.numerics.arrays import Array

@@ -6,10 +6,10 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from kinolab.analyze.examine.remark import Remark
+from kinolab.analyze.examine.remarks.remark import Remark
+from kinolab.analyze.examine.remarks.subject import Subject
 from kinolab.analyze.examine.shapes.joints import SMALL
 from kinolab.analyze.examine.shapes.touching_bodies import APART, TouchingBodies
-from kinolab.analyze.examine.subject import Subject
 from kinolab.dynamics import Body, Coordinate
 from kinolab.dynamics.language.expressions import is_zero
 from kinolab.numerics.arrays import Array

@@ -7,7 +7,7 @@ from itertools import combinations, product
 
 import numpy as np
 
-from kinolab.analyze.examine.remark import Remark
+from kinolab.analyze.examine.remarks.remark import Remark
 from kinolab.analyze.examine.shapes.touching_bodies import APART, TOUCHING, TouchingBodies
 from kinolab.dynamics import Body, Coordinate, Parameter
 from kinolab.dynamics.language.constraints import PositionConstraint

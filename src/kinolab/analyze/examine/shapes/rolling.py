@@ -8,9 +8,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 import sympy
 
-from kinolab.analyze.examine.remark import Remark
+from kinolab.analyze.examine.remarks.remark import Remark
+from kinolab.analyze.examine.remarks.subject import Subject
 from kinolab.analyze.examine.shapes.touching_bodies import TouchingBodies
-from kinolab.analyze.examine.subject import Subject
 from kinolab.dynamics import Body, Coordinate
 from kinolab.dynamics.language.mechanism_parts import (
     atoms_of,

@@ -6,10 +6,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from kinolab.analyze.examine.remark import Remark
+from kinolab.analyze.examine.remarks.remark import Remark
+from kinolab.analyze.examine.remarks.subject import Subject
 from kinolab.analyze.examine.shapes.carried import axis_of, depth_of, reach_of
 from kinolab.analyze.examine.shapes.rolling import round_shape
-from kinolab.analyze.examine.subject import Subject
 from kinolab.dynamics import Body, Coordinate
 
 UPRIGHT = 0.3  # sine of the angle up to which an axis counts as upright: forks are raked

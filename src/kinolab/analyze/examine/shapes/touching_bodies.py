@@ -9,8 +9,8 @@ from itertools import combinations
 
 import numpy as np
 
-from kinolab.analyze.examine.remark import Remark
-from kinolab.analyze.examine.subject import Subject
+from kinolab.analyze.examine.remarks.remark import Remark
+from kinolab.analyze.examine.remarks.subject import Subject
 from kinolab.dynamics import Body
 from kinolab.dynamics.machine_facts import BodyGeometry
 from kinolab.numerics.arrays import Array

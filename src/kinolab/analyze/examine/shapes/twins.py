@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
-from kinolab.analyze.examine.remark import Remark
-from kinolab.analyze.examine.subject import Subject
+from kinolab.analyze.examine.remarks.remark import Remark
+from kinolab.analyze.examine.remarks.subject import Subject
 
 SIDES = {"left": "right", "l": "r"}
 OTHER = {**SIDES, **{right: left for left, right in SIDES.items()}}
