@@ -14,6 +14,7 @@ from kinolab.analyze.describe.each_mode import in_each_mode
 from kinolab.analyze.examine.behaviour import behaviour
 from kinolab.analyze.examine.carried import left_behind, swung_off
 from kinolab.analyze.examine.energy_sources import energy_sources
+from kinolab.analyze.examine.forces_twice import forces_twice
 from kinolab.analyze.examine.joints import parted, sized_otherwise
 from kinolab.analyze.examine.law_check import LawCheck
 from kinolab.analyze.examine.laws import laws, modes_alone
@@ -147,6 +148,7 @@ def remarks_on(subject: Subject) -> Iterator[Remark]:
     yield from turning_axes(subject)
     yield from odd_numbers(subject)
     yield from energy_sources(subject)
+    yield from forces_twice(subject)
 
 
 def _law_of(

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from itertools import combinations, product
 
+import numpy as np
+
 from kinolab.analyze.examine.remark import Remark
 from kinolab.analyze.examine.touching_bodies import APART, TOUCHING, TouchingBodies
 from kinolab.dynamics import Body, Coordinate, Parameter
@@ -12,6 +14,7 @@ from kinolab.dynamics.language.constraints import PositionConstraint
 from kinolab.dynamics.language.mechanism_parts import atoms_of
 
 SMALL, HALF, LARGE = 0.15, 0.5, 1.0  # shares of how far a coordinate may move
+SAME = 1e-9  # of velocities by coordinates: compiled derivatives are exact
 CHANGED = 1.05  # a parameter's value, relative to its own
 
 
@@ -29,13 +32,28 @@ def parted(contact: TouchingBodies) -> Iterator[Remark]:
         if not all(_together(contact, share) for share in shares):
             yield _parted(contact, f"{one} and {other} move together", (one, other))
             return
-    for coordinate in (c for c in plain if c.name in shared):
+    for coordinate in (c for c in plain if c.name in shared and not _opens(contact, c)):
         along = [{}, *({c: way} for c in kept if c != coordinate for way in (SMALL, -SMALL))]
         for share, way in product(along, (SMALL, -SMALL, LARGE, -LARGE)):
             if _apart(contact, {**share, coordinate: way}):
                 at = "".join(f" where {c} has moved" for c in share)
                 yield _parted(contact, f"{coordinate} moves{at}", (coordinate,))
                 return
+
+
+def _opens(contact: TouchingBodies, coordinate: Coordinate) -> bool:
+    """Whether a coordinate moves two bodies in opposite ways, as it opens a hand.
+
+    In frames whose factors are in the wrong order it has the same sign.
+    """
+    subject, x = contact.subject, contact.subject.rest
+    k = subject.plain[coordinate]
+    one, other = (
+        np.append(subject.poses_by(x)[subject.place_of(body)][:, 3, k], subject.spin(body, x)[:, k])
+        for body in contact.pair
+    )
+    ways = (one[3:], other[3:]) if np.any(one[3:]) else (one[:3], other[:3])
+    return bool(np.any(ways[0]) and np.allclose(ways[0], -ways[1], atol=SAME))
 
 
 def _together(contact: TouchingBodies, shares: dict[Coordinate, float]) -> bool:

@@ -10,7 +10,7 @@ import numpy as np
 
 from kinolab.analyze.execute.conditions import Conditions, kept_by_default
 from kinolab.analyze.execute.execution import Execution, ExecutionRun
-from kinolab.analyze.execute.execution_diagnosis import ExecutionDiagnosis
+from kinolab.analyze.execute.execution_diagnosis import ExecutionDiagnosis, shortages
 from kinolab.dynamics.units import state_units
 from kinolab.problem import PlanningTask
 
@@ -78,6 +78,9 @@ def summary_lines(
         yield f"  farthest from the plan: {far.name} was off by {amount} {when}"
     if diagnosis is not None:
         yield from (f"  {sentence}" for sentence in diagnosis.sentences)
+    else:  # what the runs themselves tell
+        told = (one for group in groups[:MOST_GROUPS] for one in shortages(execution, group))
+        yield from (f"  {sentence}" for sentence in dict.fromkeys(told))
 
 
 def varied_text(problem: PlanningTask, conditions: Conditions) -> str:

@@ -27,11 +27,11 @@ def {name}() -> System:
     x, z = length("x", speed=3.0), length("z", speed=3.0)
     theta = angle("theta", -1.2, 1.2, speed=5.0)  # it leans, but does not turn over
     frame = move(x, 0, z) @ rot_y(theta)
-    beam = Body("beam", frame, mass=m, inertia=m * l**2 / 3, shape=Box(0.4, 0.1, 0.05))
+    beam = Body("beam", frame, mass=m, inertia=m * l**2 / 3, shape=Box(2 * l, 0.1, 0.05))
 
     # A force acts on a body's centre of mass, so that each rotor is a body, here without mass.
     rotors = [
-        Body(name, frame @ move(side, 0, 0.04), shape=Box(0.14, 0.1, 0.02))
+        Body(name, frame @ move(side, 0, 0.04), shape=Box(0.7 * l, 0.1, 0.02))
         for name, side in (("left rotor", -l), ("right rotor", l))
     ]
     return System(
