@@ -192,7 +192,7 @@ def _steady(model: Model, settings: IntegrationSection) -> Iterator[tuple[Array,
 def _gentler(system: Mechanism, settings: IntegrationSection) -> float | None:
     """Return by how much a regulator's tracked deviations must be larger to hold at a step."""
     from kinolab.dynamics.analysis.lqr_design import with_law
-    from kinolab.dynamics.language.control.feedback import Regulator
+    from kinolab.dynamics.language.feedback import Regulator
 
     regulator = system.feedback
     if not isinstance(regulator, Regulator):

@@ -24,9 +24,9 @@ def unmoved_goals(problem: PlanningTask) -> tuple[GoalEntry, ...]:
     names = model.state_names
     missed = [e for e in goal_entries(problem, problem.start) if not e.reached and e.name in names]
     largest, spans = np.zeros(model.nx), np.full(STEPS, problem.step)
-    settings = problem.scenario.integration
+    settings, (lower, upper) = problem.scenario.integration, model.control_bounds.T
     for _ in range(MOTIONS if missed else 0):
-        u = generator.uniform(*model.control_bounds.T, (STEPS, model.nu))
+        u = generator.uniform(lower, upper, (STEPS, model.nu))
         try:
             x = model.steps(
                 problem.start, u, spans, method=settings.method, substeps=settings.substeps

@@ -78,9 +78,8 @@ def summary_lines(
         yield f"  farthest from the plan: {far.name} was off by {amount} {when}"
     if diagnosis is not None:
         yield from (f"  {sentence}" for sentence in diagnosis.sentences)
-    else:  # what the runs themselves tell
-        told = (one for group in groups[:MOST_GROUPS] for one in shortages(execution, group))
-        yield from (f"  {sentence}" for sentence in dict.fromkeys(told))
+    elif groups:  # what the runs themselves tell
+        yield from (f"  {sentence}" for sentence in shortages(execution, groups[0]))
 
 
 def varied_text(problem: PlanningTask, conditions: Conditions) -> str:

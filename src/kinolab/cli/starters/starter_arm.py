@@ -59,6 +59,7 @@ TITLE = "An arm reaches over a shelf"
 SCENARIO = """
 [world]
 ground = "plane"
+clearance = 0.02                        # [m] to spare: no real arm is quite as planned
 
 [[world.obstacle]]
 name = "shelf"
@@ -76,6 +77,10 @@ body = "forearm"
 at = [0.0, 0.0, -0.25]                  # [m] the hand, in the frame of the forearm
 position = [0.7, 0.06, 1.2]             # [m]
 tolerance = 0.05
+
+[bounds]                                # [N m] less than the motors can do: the rest corrects
+shoulder_motor = [-16.0, 16.0]
+elbow_motor = [-6.0, 6.0]
 
 [planner]
 time_limit = 30.0                       # [s]

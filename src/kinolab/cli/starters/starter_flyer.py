@@ -51,6 +51,7 @@ SCENARIO = """
 [world]
 bounds = {{ x = [0, 5], z = [0, 3] }}     # [m]
 ground = "plane"
+clearance = 0.08                        # [m] to spare: no real drone is quite as planned
 
 [[world.obstacle]]
 name = "wall"
@@ -67,6 +68,10 @@ z = 0.8
 theta = 0.0
 at_rest = true
 tolerance = 0.1                         # [m], [rad], [m/s] and [rad/s]
+
+[bounds]                                # [N] less than the rotors can do: the rest corrects
+left_thrust = [0.5, 4.5]
+right_thrust = [0.5, 4.5]
 
 [planner]
 time_limit = 30.0                       # [s]
