@@ -15,6 +15,7 @@ from kinolab.analyze.examine.behaviour import behaviour
 from kinolab.analyze.examine.dampers import dampers
 from kinolab.analyze.examine.drums import drums
 from kinolab.analyze.examine.energy_sources import energy_sources
+from kinolab.analyze.examine.forces_twice import forces_twice
 from kinolab.analyze.examine.law_check import LawCheck
 from kinolab.analyze.examine.laws import laws, modes_alone
 from kinolab.analyze.examine.left_out import left_out, unheeded
@@ -166,6 +167,7 @@ def remarks_on(subject: Subject) -> Iterator[Remark]:
     yield from pushed_down(subject)
     yield from drums(subject)
     yield from dampers(subject)
+    yield from forces_twice(subject)
 
 
 def _law_of(

@@ -192,17 +192,9 @@ def _warn(problem: PlanningTask, folder: Path, progress: Progress, *, quiet: boo
 
 def _warnings(problem: PlanningTask, folder: Path) -> Iterator[str]:
     """Yield what one should know before a search, in sentences."""
-    from kinolab.loading import find_system
-    from kinolab.problem.warnings import problem_warnings
-    from kinolab.runs import replaced_scenario
-    from kinolab.simulation.held_law import stiff_law
+    from kinolab.runs import replaced_scenario, warnings_before
 
-    yield from problem_warnings(problem)
-    stiff = stiff_law(
-        problem.model, problem.scenario.integration, lambda: find_system(problem.scenario)
-    )
-    if stiff is not None:
-        yield stiff.sentence
+    yield from warnings_before(problem)
     earlier = replaced_scenario(folder, problem)
     if earlier is not None:
         yield (

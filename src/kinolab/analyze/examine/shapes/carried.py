@@ -19,8 +19,9 @@ ROUNDING = 1e-9  # relative, of velocities: compiled derivatives are exact
 SEEN = 1e-3  # share of a velocity from which it is another one
 SHARES = (0.3, -0.2, 0.45)  # of spans, by which what is carried is moved against what carries it
 SAMPLES = 41  # points of an axis, over the reach of a body
-SLENDER = 3.0  # length to width of a rod
-FLOATING = 0.1  # share of its length from which a rod is away from its joint
+SLENDER = (
+    3.0  # length to width of a rod, of which m l^2 / 12 is short of m (l^2 + w^2) / 12 by 10 %
+)
 ORDER = (
     "Are the factors of its frame in the wrong order? What is carried begins with the frame of "
     "what carries it: base @ rot_y(q) @ move(…)."
@@ -175,7 +176,7 @@ def _floats(
     base = next((b for b in bases if depth_of(subject, b, (joint, axis[1]), reach) >= 0), None)
     if others or system.cables or base is None or length < SLENDER * width:
         return None
-    if not FLOATING * length <= gap <= length:
+    if not width <= gap <= length:  # beyond what a joint of its own width is
         return None
     what = (
         f"{body.name} turns with {coordinate} about a point of {base.name}, and ends {gap:.3g} m "

@@ -14,7 +14,7 @@ from kinolab.dynamics.language.constraints import PositionConstraint
 from kinolab.dynamics.language.mechanism_parts import atoms_of
 
 SMALL, HALF, LARGE = 0.15, 0.5, 1.0  # shares of how far a coordinate may move
-ROUNDING = 1e-9  # of angular velocities: compiled derivatives are exact
+SAME = 1e-9  # of velocities by coordinates: compiled derivatives are exact
 CHANGED = 1.05  # a parameter's value, relative to its own
 
 
@@ -32,7 +32,7 @@ def parted(contact: TouchingBodies) -> Iterator[Remark]:
         if not all(_together(contact, share) for share in shares):
             yield _parted(contact, f"{one} and {other} move together", (one, other))
             return
-    for coordinate in (c for c in plain if c.name in shared and not _jaws(contact, c)):
+    for coordinate in (c for c in plain if c.name in shared and not _opens(contact, c)):
         along = [{}, *({c: way} for c in kept if c != coordinate for way in (SMALL, -SMALL))]
         for share, way in product(along, (SMALL, -SMALL, LARGE, -LARGE)):
             if _apart(contact, {**share, coordinate: way}):
@@ -41,16 +41,19 @@ def parted(contact: TouchingBodies) -> Iterator[Remark]:
                 return
 
 
-def _jaws(contact: TouchingBodies, coordinate: Coordinate) -> bool:
-    """Whether a coordinate slides two bodies apart, neither of which carries the other."""
+def _opens(contact: TouchingBodies, coordinate: Coordinate) -> bool:
+    """Whether a coordinate moves two bodies in opposite ways, as it opens a hand.
+
+    In frames whose factors are in the wrong order both turn, or move, the same way.
+    """
     subject, x = contact.subject, contact.subject.rest
     k = subject.plain[coordinate]
-    if len({subject.moving(body.frame) for body in contact.pair}) > 1:
-        return False
-    if any(np.abs(subject.spin(body, x)[:, k]).max() > ROUNDING for body in contact.pair):
-        return False
+    turns = [subject.spin(body, x)[:, k] for body in contact.pair]
+    if np.abs(turns).max() > SAME:
+        return bool(np.allclose(turns[0], -turns[1], atol=SAME))
     one, other = (subject.poses_by(x)[subject.place_of(b), :, 3, k] for b in contact.pair)
-    return bool(one @ other < 0)
+    alone = len({subject.moving(body.frame) for body in contact.pair}) == 1  # neither carries
+    return bool(alone and one @ other < 0)
 
 
 def _together(contact: TouchingBodies, shares: dict[Coordinate, float]) -> bool:

@@ -153,6 +153,8 @@ def _judged(
     middle = subject.slip(body, base, wheel.centre, x)
     slope = slope - np.outer(wheel.normal, wheel.normal @ slope)
     size = float(np.abs(slope).max(initial=0.0))
+    if np.abs(moving @ middle.T).max() <= ROUNDING * max(np.abs(moving @ slope.T).max(), 1e-300):
+        return  # its middle stays where it is on that: it is mounted on it and turns in its place
     turned = subject.poses_by(x)[subject.place_of(body)][:, :3]
     spun = False
     for coordinate, k in subject.plain.items():
