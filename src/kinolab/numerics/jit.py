@@ -33,7 +33,7 @@ def _plain(function: Callable[..., Any], options: dict[str, Any]) -> Any:
 if numba.version_info.short == (0, 68):  # with whose insides it works
     from kinolab.numerics.linking import Kernel
 else:
-    Kernel = _plain
+    Kernel: Any = _plain  # type: ignore[no-redef]
 
 allocating_kernel: Any = partial(Kernel, options=OPTIONS)  # around the kernels
 kernel: Any = partial(Kernel, options=OPTIONS | {"_nrt": False})

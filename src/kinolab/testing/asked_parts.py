@@ -105,7 +105,7 @@ def _places(asked: PlanningTask, given: PlanningTask) -> Iterator[WrongAnswerErr
             yield WrongAnswerError(what, f"{_vector(due[1, :, 3])} m")
         elif not np.allclose(_turn(due), _turn(own), atol=NEAR):
             yield WrongAnswerError(f"from the start to {at} {name} turns otherwise than it should.")
-        elif _differ(*map(np.linalg.eigvalsh, (heavy, ours))):
+        elif _differ(*(np.asarray(np.linalg.eigvalsh(one), dtype=float) for one in (heavy, ours))):
             continue  # told with its mass
         elif _differ(heavy, ours):
             what = f"the moments of inertia of {name} about the world's x, y and z are at the start"

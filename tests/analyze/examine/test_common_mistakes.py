@@ -128,7 +128,7 @@ def swinging(
     return System(
         "s",
         bodies=[plate],
-        inputs=[Torque("u", on=plate, about=boom.y, limit=1)],
+        inputs=[Torque("u", on=plate, about=boom.y, limit=2)],
         efforts=[] if effort is None else [effort(parts)],
         gravity=toward("-z", g),
     )

@@ -190,7 +190,7 @@ def test_what_nothing_holds_or_drives_is_named() -> None:
 
 
 def test_every_kind_of_remark_is_explained_in_the_manual() -> None:
-    code = "".join(path.read_text("utf-8") for path in EXAMINE.glob("*.py"))
+    code = "".join(path.read_text("utf-8") for path in EXAMINE.rglob("*.py"))
     kinds = {*re.findall(r'Remark\(\s*"([^"]+)"', code), *re.findall(r'ASKEW = "([^"]+)"', code)}
     page = (ROOT / "docs" / "machines.md").read_text("utf-8")
     assert {kind for kind in kinds if f"`{kind}`" not in page} == set()

@@ -130,7 +130,7 @@ def _points(subject: Subject) -> Iterator[Remark]:
     for effort in subject.system.efforts:
         body, at = getattr(effort, "on", None), getattr(effort, "at", None)
         reach = _reach(subject, body) if body in subject.system.bodies else 0.0
-        if not reach or at is None:
+        if body is None or not reach or at is None:
             continue
         away = math.hypot(*map(subject.system.number, at))
         if away > FAR * reach:

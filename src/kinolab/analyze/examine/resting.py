@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from operator import itemgetter
+from typing import TypeAlias
 
 import numpy as np
 from scipy.optimize import lsq_linear
@@ -10,15 +12,19 @@ from scipy.optimize import lsq_linear
 from kinolab.analyze.examine.odd_numbers import direction_of
 from kinolab.analyze.examine.remarks.remark import Remark
 from kinolab.analyze.examine.remarks.subject import UNLIMITED, Subject
-from kinolab.dynamics import toward
+from kinolab.dynamics import Model, toward
 from kinolab.dynamics.derivation.derivation import is_kinematic
 from kinolab.dynamics.units import control_units, state_units
 from kinolab.errors import KinolabError
 from kinolab.numerics.arrays import Array
 from kinolab.simulation.stability import random_states
 
+Mass: TypeAlias = Callable[[Model, Array], Array]
+
 STEPS = 40  # of Newton's method within limits
 HALVINGS = 6  # of a step that leads away
+STEP = 1e-6  # of a coordinate, of differences of the mass matrix
+ROUNDING = 1e-12  # [kg] or [kg m^2]
 SHORTEST = 1e-3  # in scales of coordinates and halves of inputs' ranges: of a step
 HELD = 1e-6  # of a state's scale per second: slower counts as held
 SEEN = 0.02  # of the largest acceleration: smaller ones are not told
@@ -57,33 +63,48 @@ def without_rest(subject: Subject) -> Iterator[Remark]:
 def _settled(subject: Subject, z: Array, box: Array) -> tuple[Array, float]:
     """Return the state and inputs (nx + nu,) near others that are held best, and what is left.
 
+    Accelerations are reduced, and where that ends too early, the forces that nothing balances:
+    accelerations alone are least, too, where the inertia is largest.
+
     Args:
         subject: The machine.
         z: States and inputs, shape (nx + nu,); velocities are set to 0.
         box: Their limits, shape (nx + nu, 2).
     """
+    best = _descended(subject, z, box, _alike)
+    return (
+        best
+        if best[1] <= HELD
+        else min(best, _descended(subject, z, box, _mass), key=itemgetter(1))
+    )
+
+
+def _descended(subject: Subject, z: Array, box: Array, mass: Mass) -> tuple[Array, float]:
+    """Do what ``_settled`` does, with accelerations weighted by a mass matrix."""
     model, scales = subject.model, subject.model.state_scales
     moves = np.ones(len(z), dtype=bool)
     moves[model.speeds] = False
     halves = np.minimum(np.diff(model.control_bounds)[:, 0] / 2, UNLIMITED)
     sizes = np.append(scales, np.where(halves > 0, halves, 1.0))[moves]
     z = np.where(moves, np.clip(z, *box.T), 0.0)
-    radius, left = 1.0, np.inf
+    radius = 1.0
     try:
-        left = model.f(z[: model.nx], z[model.nx :]) / scales
+        units = scales.copy()
+        units[model.speeds] *= np.maximum(np.diag(mass(model, z[: model.nq])), ROUNDING)
+        left = _unbalanced(model, z, mass) / units
         for _ in range(STEPS):
             if np.abs(left).max(initial=0.0) <= HELD**2 or radius < SHORTEST:
                 break
-            rows = np.hstack(model.jacobian(z[: model.nx], z[model.nx :]))[:, moves]
+            rows = _slopes(model, z, mass)[:, moves]
             room = (box - z[:, None])[moves] / sizes[:, None]
             ends = np.clip(room, -radius, radius) + np.array([-1e-12, 1e-12])  # it may be at one
-            step = lsq_linear(rows * sizes / scales[:, None], -left, ends.T).x * sizes
+            step = lsq_linear(rows * sizes / units[:, None], -left, ends.T).x * sizes
             for k in range(HALVINGS):
                 tried = z.copy()
                 tried[moves] += step / 2**k
                 tried[: model.nx] = model.project(tried[: model.nx])
                 tried = np.clip(tried, *box.T)
-                then = model.f(tried[: model.nx], tried[model.nx :]) / scales
+                then = _unbalanced(model, tried, mass) / units
                 if np.linalg.norm(then) < np.linalg.norm(left) * (1 - 1e-4 / 2**k):
                     z, left, radius = tried, then, radius / 2 if k else radius
                     break
@@ -91,7 +112,38 @@ def _settled(subject: Subject, z: Array, box: Array) -> tuple[Array, float]:
                 radius /= 8
     except (KinolabError, ValueError, np.linalg.LinAlgError):
         return z, np.inf
-    return z, float(np.abs(left).max(initial=0.0))
+    moving = model.f(z[: model.nx], z[model.nx :]) / scales
+    return z, float(np.abs(moving).max(initial=0.0))
+
+
+def _unbalanced(model: Model, z: Array, mass: Mass) -> Array:
+    """Return the rates of a state at rest, shape (nx,), those of speeds weighted."""
+    rates = np.array(model.f(z[: model.nx], z[model.nx :]), dtype=float)
+    rates[model.speeds] = mass(model, z[: model.nq]) @ rates[model.speeds]
+    return rates
+
+
+def _slopes(model: Model, z: Array, mass: Mass) -> Array:
+    """Return the derivatives of ``_unbalanced``, shape (nx, nx + nu)."""
+    q, speeds = z[: model.nq], model.speeds
+    rows = np.hstack(model.jacobian(z[: model.nx], z[model.nx :]))
+    here, moved = mass(model, q), model.f(z[: model.nx], z[model.nx :])[speeds]
+    rows[speeds] = here @ rows[speeds]
+    for k in range(model.nq):
+        beside = q.copy()
+        beside[k] += STEP
+        rows[speeds, k] += (mass(model, beside) - here) @ moved / STEP
+    return rows
+
+
+def _alike(model: Model, _q: Array) -> Array:
+    return np.eye(model.nv)
+
+
+def _mass(model: Model, q: Array) -> Array:
+    """Return the mass matrix of the speeds, (nv, nv); none where some follow from others."""
+    mass = model.mass_matrix(q)
+    return mass if len(mass) == model.nv else np.eye(model.nv)
 
 
 def _restless(
@@ -214,4 +266,5 @@ def _lift(subject: Subject) -> Array | None:
     raised = np.linalg.lstsq(rows, wanted, rcond=1e-9)[0]
     if not masses.any() or np.abs(rows @ raised - wanted).max() > HELD:
         return None
-    return np.asarray(np.einsum("b,i,bij->j", masses, up, slopes[:, :, 3])) / masses.sum()
+    height: Array = np.einsum("b,i,bij->j", masses, up, slopes[:, :, 3]) / masses.sum()
+    return height

@@ -10,6 +10,8 @@ from kinolab.analyze.examine.remarks.remark import Remark
 from kinolab.analyze.examine.remarks.subject import Subject
 from kinolab.dynamics import Cable, Coordinate, Frame
 from kinolab.dynamics.derivation.derivation import is_kinematic
+from kinolab.dynamics.language.forces import Effort
+from kinolab.dynamics.language.inputs import Input
 from kinolab.numerics.arrays import Array
 
 STEP = 1e-3  # of a coordinate's scale, of differences
@@ -19,8 +21,9 @@ SEEN = 1e-6  # relative, of differences: changes of a length and of an energy
 def ropes(subject: Subject) -> Iterator[Remark]:
     """Yield the cables that nothing joins to what pulls, and those that carry nothing."""
     system = subject.system
-    pulled = [tuple(word.between) for word in (*system.inputs, *system.efforts)  # type: ignore[union-attr]
-              if isinstance(getattr(word, "between", None), tuple)]  # fmt: skip
+    words: tuple[Input | Effort, ...] = (*system.inputs, *system.efforts)
+    both = [getattr(word, "between", None) for word in words]
+    pulled = [ends for ends in both if isinstance(ends, tuple)]
     drawn = [cable for cable in system.cables if not any(_same(cable, ends) for ends in pulled)]
     for k, cable in enumerate(system.cables):
         if cable not in drawn or is_kinematic(system):
@@ -83,7 +86,7 @@ def _changes(subject: Subject, k: int, coordinate: Coordinate) -> bool:
 def _weighs(subject: Subject, coordinate: Coordinate) -> bool:
     """Whether the potential energy changes with a coordinate."""
     below, above = (subject.model.energy(x)[1] for x in _pair(subject, coordinate))
-    return abs(above - below) > SEEN * STEP * max(1.0, abs(above))
+    return bool(abs(above - below) > SEEN * STEP * max(1.0, abs(above)))
 
 
 def _pair(subject: Subject, coordinate: Coordinate) -> tuple[Array, Array]:

@@ -9,6 +9,8 @@ import numpy as np
 import sympy
 
 from kinolab.dynamics import Body, Coordinate, Frame, Model, System
+from kinolab.dynamics.language.forces import Effort
+from kinolab.dynamics.language.inputs import Input
 from kinolab.dynamics.language.mechanism_parts import (
     atoms_of,
     coordinate_of,
@@ -153,7 +155,8 @@ class Subject:
         system = self.system
         stated = [c.velocity for c in system.constraints]
         stated += [entry.velocity for entry in imposed_velocities(system)]
-        for word in (*system.inputs, *system.efforts):
+        words: tuple[Input | Effort, ...] = (*system.inputs, *system.efforts)
+        for word in words:
             energies = list(energies_in(word))
             if energies or not getattr(word, "size", ""):
                 stated += [*map(written, energies), *(written(v.velocity) for v in loads_in(word))]
@@ -166,7 +169,8 @@ class Subject:
         """Names of the coordinates along which inputs act, by themselves or in forces."""
         system, symbols = self.system, {entry.symbol for entry in self.system.inputs}
         users = [e for e in system.efforts if symbols & set(atoms_of(e))]
-        loads = [v.velocity for word in (*system.inputs, *users) for v in loads_in(word)]
+        words: tuple[Input | Effort, ...] = (*system.inputs, *users)
+        loads = [v.velocity for word in words for v in loads_in(word)]
         stated = (*map(written, loads), *(v.velocity for v in imposed_velocities(system)))
         owners = (coordinate_of(atom) for part in stated for atom in atoms_of(part))
         named = (owner.name for owner in owners if owner is not None)
