@@ -70,7 +70,8 @@ def test_bodies_are_told_with_their_masses_and_the_boxes_around_their_shapes() -
     assert left.extent == pytest.approx((0.195, 0.04, 0.195))
     text = described_as_text(described("diff_drive")).splitlines()
     assert "  bodies: 3" in text
-    assert "left wheel 0.005 kg m^2 0.195 x 0.04 x 0.195 m" in {" ".join(line.split()) for line in text}
+    words = {" ".join(line.split()) for line in text}
+    assert "left wheel 0.005 kg m^2 0.195 x 0.04 x 0.195 m" in words
     data = description_to_json(described("diff_drive"))["bodies"]
     assert [body["name"] for body in data] == ["robot", "left wheel", "right wheel"]
 
