@@ -26,6 +26,7 @@ from kinolab.analyze.diagnose.unmoved_goals import unmoved_goals, unmoved_senten
 from kinolab.analyze.diagnose.verification_summary import verification_sentences
 from kinolab.arguments import require_fit
 from kinolab.errors import InputError, Mistake
+from kinolab.loading import find_system
 from kinolab.planners.auto import MEMBERS, Auto
 from kinolab.problem import PlanningTask
 from kinolab.problem.goal_entries import GoalEntry, goal_entries
@@ -37,6 +38,7 @@ from kinolab.problem.static_holding import (
     start_holding,
 )
 from kinolab.simulation import Stiffness, stiffness
+from kinolab.simulation.held_law import law_sentence
 from kinolab.solve import PlanResult
 from kinolab.verification.clearance_margin import StateClearance, state_clearance
 
@@ -224,9 +226,12 @@ def _sentences(
     if plan.status == "solved":
         yield "The plan was found and verified: nothing stopped it."
         return
-    stiff = found.stiffness
+    stiff, settings = found.stiffness, problem.scenario.integration
     if stiff is not None:
         yield stiff.sentence
+    law = law_sentence(problem.model, settings, lambda: find_system(problem.scenario))
+    if law:
+        yield law
     if not goals.inside:
         yield from unmet_sentences(problem, goals.nearest)
     blocked = found.passage is not None and found.passage.blocked
@@ -248,7 +253,7 @@ def _sentences(
     yield from clearance_sentences(found.start_clearance, found.goal_clearance)
     if found.passage is not None and not blocked:
         yield found.passage.sentence
-    causes = (stiff, not goals.inside, blocked, found.unreached, found.unmoved, verdicts)
+    causes = (stiff, law, not goals.inside, blocked, found.unreached, found.unmoved, verdicts)
     if not any(causes) and not any(retry.solved for retry in found.retries):
         yield next_search_sentence(problem, plan)
 

@@ -15,6 +15,7 @@ from kinolab.analyze.execute.failure_trials import (
     failure_trials,
     most_wanted,
 )
+from kinolab.errors import EndpointError
 
 MOST_GROUPS = 2  # that are looked into, the most frequent ones
 DEEPEST = 0.2  # [m] by which the machine is made slimmer at most, to see how much room is missing
@@ -187,13 +188,14 @@ def _clearance(executor: Executor, execution: Execution, group: FailureGroup) ->
     obstacles = {obstacle.name for obstacle in problem.world.obstacles}
     if obstacles.isdisjoint(group.first.bodies):
         return
-    room = problem.scenario.world.clearance + ROOM * missing
-    checker = replace(problem, world=replace(problem.world, clearance=room)).checker()
-    ends = (executor.plan.x[0], executor.plan.x[-1])
-    if any(checker.collides(*problem.placement(x)) for x in ends):
+    room = math.ceil(1000 * (problem.scenario.world.clearance + ROOM * missing)) / 1000  # mm
+    roomy = replace(problem, world=replace(problem.world, clearance=room))
+    try:
+        roomy.check_endpoints()
+    except EndpointError:
         yield (
             "Where the plan begins or ends it is nearer to something than that, so that no plan "
             "keeps it: make room there, or give the obstacle the numbers that the machine has."
         )
     else:
-        yield f"Plan with it: --set world.clearance={math.ceil(1000 * room) / 1000:g}."
+        yield f"Plan with it: --set world.clearance={room:g}."
