@@ -12,7 +12,7 @@ import numpy as np
 
 from kinolab.dynamics.language.shapes import Shape
 from kinolab.numerics.arrays import Array
-from kinolab.robots.actuators import Actuator, Aim, Motor, Tendon, Thruster
+from kinolab.robots.actuation.actuators import Actuator, Aim, Motor, Tendon, Thruster
 from kinolab.robots.constant_frames import turned_about
 from kinolab.world.shape_surfaces import Faces
 

@@ -12,7 +12,6 @@ import numpy as np
 import sympy
 
 from kinolab.dynamics import System
-from kinolab.dynamics.language.attitude_angles import squared_turn
 from kinolab.dynamics.language.bodies import Body
 from kinolab.dynamics.language.constraints import PositionConstraint, Requirement, require
 from kinolab.dynamics.language.expressions import exact
@@ -22,7 +21,7 @@ from kinolab.dynamics.language.forces import (
     Gravity,
     Wrench,
 )
-from kinolab.dynamics.language.frames import WORLD, Axis, Frame, move, orient
+from kinolab.dynamics.language.frames import WORLD, Axis, Frame, move, orient, squared_turn
 from kinolab.dynamics.language.inputs import Force, Input, Torque
 from kinolab.dynamics.language.offers import (
     JointFriction,
@@ -45,7 +44,7 @@ from kinolab.dynamics.language.symbols import (
 )
 from kinolab.errors import InputError, Mistake, printable
 from kinolab.numerics.arrays import Array
-from kinolab.robots.actuator_words import (
+from kinolab.robots.actuation.actuator_words import (
     Command,
     actuator_efforts,
     aim_limits,
@@ -55,7 +54,7 @@ from kinolab.robots.actuator_words import (
     length_limits,
     spring,
 )
-from kinolab.robots.actuators import Actuator, Length, Tendon, Thruster
+from kinolab.robots.actuation.actuators import Actuator, Length, Tendon, Thruster
 from kinolab.robots.compared.disagreements import (
     AGREED,
     Correspondence,

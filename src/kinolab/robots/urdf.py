@@ -23,7 +23,7 @@ from kinolab.errors import InputError, Mistake, UnknownNameError, listed, printa
 from kinolab.files import is_file, read_ordinary
 from kinolab.lazy import library_of
 from kinolab.numerics.arrays import Array
-from kinolab.robots.actuators import Motor
+from kinolab.robots.actuation.actuators import Motor
 from kinolab.robots.balanced_inertia import balanced
 from kinolab.robots.compared.urdf_engines import urdf_engines
 from kinolab.robots.given_motion import PerJoint, given_motion

@@ -311,7 +311,8 @@ class PlannerSection(Section):
         Effort,
         Meaning(
             'Work on making a motion exact and shorter, on an idle computer; 0: none. "auto": '
-            "that of 60 subproblems of the whole motion, from 2 to 30 s.",
+            "that of 60 subproblems of the whole motion, at least 2 s, and as much again while "
+            "that pays, up to 30 s.",
             "s",
         ),
     ] = "auto"

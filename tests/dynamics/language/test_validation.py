@@ -289,8 +289,8 @@ def test_too_few_velocities() -> None:
 def test_velocities_that_do_not_describe_the_motion() -> None:
     """y_dot cannot follow from x_dot = 0."""
     assert derivation_mistake(zero(rate(X), "rail"), velocities=[X, TH]) == (
-        "system 'sledge': no fixed choice of independent velocities works at all sampled states. "
-        'Name them with velocities=[…], or use velocities="all" for multipliers.'
+        "system 'sledge': the velocities that are named do not determine y_dot. Is a constraint "
+        "missing there, or does it hold another point? Else name others, or leave velocities out."
     )
 
 

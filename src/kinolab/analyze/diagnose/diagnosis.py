@@ -22,6 +22,7 @@ from kinolab.analyze.diagnose.state_clearance import (
     largest_clearance,
     unmet_sentences,
 )
+from kinolab.analyze.diagnose.unmoved_goals import unmoved_goals, unmoved_sentences
 from kinolab.analyze.diagnose.verification_summary import verification_sentences
 from kinolab.arguments import require_fit
 from kinolab.errors import InputError, Mistake
@@ -101,6 +102,7 @@ class Diagnosis:
         goal_held: The same, at the state of the goal region that is easiest to hold.
         stiffness: What makes the steps unstable; None if they are stable.
         unreached: Directions of velocity that no input changes, as components by name.
+        unmoved: Entries of the goal that stay as they are in all motions from the start.
         retries: Searches with one relaxation each.
         passage: Result of the geometric path search; None if there was none.
         seconds: How long the diagnosis took.
@@ -115,6 +117,7 @@ class Diagnosis:
     goal_held: StaticHolding | None
     stiffness: Stiffness | None
     unreached: tuple[dict[str, float], ...]
+    unmoved: tuple[GoalEntry, ...]
     retries: tuple[RelaxationTrial, ...]
     passage: Passage | None
     seconds: float
@@ -196,6 +199,7 @@ def _described(problem: PlanningTask, plan: PlanResult, goals: GoalStates) -> Di
         goal_held=best_static_holding(problem, goals.inside),
         stiffness=stiffness(problem, np.concatenate(stored)),
         unreached=unreached_directions(problem),
+        unmoved=unmoved_goals(problem),
         retries=(),
         passage=None,
         seconds=0.0,
@@ -230,6 +234,7 @@ def _sentences(
     if found.passage is not None and blocked:
         yield found.passage.sentence
     yield from unreached_sentences(found.unreached)
+    yield from unmoved_sentences(found.unmoved)
     yield from holding_sentences(problem, found.start_held, found.goal_held)
     yield from verdicts
     yield from trial_sentences(found.retries)
@@ -243,7 +248,7 @@ def _sentences(
     yield from clearance_sentences(found.start_clearance, found.goal_clearance)
     if found.passage is not None and not blocked:
         yield found.passage.sentence
-    causes = (stiff, not goals.inside, blocked, found.unreached, verdicts)
+    causes = (stiff, not goals.inside, blocked, found.unreached, found.unmoved, verdicts)
     if not any(causes) and not any(retry.solved for retry in found.retries):
         yield next_search_sentence(problem, plan)
 

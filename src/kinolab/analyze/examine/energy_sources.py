@@ -9,8 +9,8 @@ import numpy as np
 import sympy
 from numpy.typing import NDArray
 
-from kinolab.analyze.examine.remark import Remark
-from kinolab.analyze.examine.subject import Subject
+from kinolab.analyze.examine.remarks.remark import Remark
+from kinolab.analyze.examine.remarks.subject import UNLIMITED, Subject
 from kinolab.dynamics.derivation.derivation import is_kinematic
 from kinolab.dynamics.language.constraints import Requirement
 from kinolab.dynamics.language.expressions import exact
@@ -23,7 +23,6 @@ from kinolab.dynamics.language.mechanism_parts import (
 )
 from kinolab.dynamics.language.quantities import written
 from kinolab.dynamics.language.symbols import (
-    InputSymbol,
     Parameter,
     RateSymbol,
     ReferenceSymbol,
@@ -58,10 +57,14 @@ def energy_sources(subject: Subject) -> Iterator[Remark]:
     states = random_states(model)
     reversed_ = states.copy()
     reversed_[:, model.speeds] *= -1.0
-    idle = np.zeros(model.nu)
+    idle = model.null_control()
     there, back = (watched.requirements(x, idle) for x in (states, reversed_))
+    ends = np.clip(model.control_bounds, -UNLIMITED, UNLIMITED).T
+    both = np.min([watched.requirements(states, u) + watched.requirements(reversed_, u)
+                   for u in (idle, *ends)], axis=0)  # fmt: skip
     for k, effort in enumerate(suspects):
-        yield from _found(effort, there[:, k], back[:, k])
+        if both[:, k].max() > 0:  # else an input may undo it
+            yield from _found(effort, there[:, k], back[:, k])
 
 
 def _repelling(subject: Subject) -> Iterator[Remark]:
@@ -132,9 +135,9 @@ def _known(value: Any) -> bool:
 
 def _may_feed(effort: Effort) -> bool:
     """Say whether a force might feed energy in though inputs are zero."""
-    driven = InputSymbol | StateSymbol | ReferenceSymbol
+    driven = StateSymbol | ReferenceSymbol
     if not any(loads_in(effort)) or any(isinstance(a, driven) for a in atoms_of(effort)):
-        return False  # it is, or may be, driven
+        return False  # it may be driven
     if not effort.size:
         return True
     return not _known(getattr(effort, effort.size))  # numbers and parameters were validated

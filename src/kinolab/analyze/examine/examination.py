@@ -12,19 +12,27 @@ import numpy as np
 
 from kinolab.analyze.describe.each_mode import in_each_mode
 from kinolab.analyze.examine.behaviour import behaviour
-from kinolab.analyze.examine.carried import left_behind, swung_off
+from kinolab.analyze.examine.dampers import dampers
+from kinolab.analyze.examine.drums import drums
 from kinolab.analyze.examine.energy_sources import energy_sources
-from kinolab.analyze.examine.joints import parted, sized_otherwise
+from kinolab.analyze.examine.forces_twice import forces_twice
 from kinolab.analyze.examine.law_check import LawCheck
 from kinolab.analyze.examine.laws import laws, modes_alone
+from kinolab.analyze.examine.left_out import left_out, unheeded
 from kinolab.analyze.examine.odd_numbers import odd_numbers
-from kinolab.analyze.examine.passing_bodies import passing_bodies
-from kinolab.analyze.examine.place_in_file import place_in
-from kinolab.analyze.examine.reactions import reactions, turned_away, turning_axes
-from kinolab.analyze.examine.remark import Remark, sorted_out
-from kinolab.analyze.examine.rolling import slips
-from kinolab.analyze.examine.subject import Subject
-from kinolab.analyze.examine.touching_bodies import contacts, standing
+from kinolab.analyze.examine.reactions import reactions, same_effects, turned_away, turning_axes
+from kinolab.analyze.examine.remarks.place_in_file import place_in
+from kinolab.analyze.examine.remarks.remark import Remark, sorted_out
+from kinolab.analyze.examine.remarks.subject import Subject
+from kinolab.analyze.examine.resting import pushed_down, without_rest
+from kinolab.analyze.examine.ropes import ropes
+from kinolab.analyze.examine.shapes.carried import left_behind, on_their_own_axis, swung_off
+from kinolab.analyze.examine.shapes.joints import parted, sized_otherwise
+from kinolab.analyze.examine.shapes.passing_bodies import passing_bodies
+from kinolab.analyze.examine.shapes.rolling import slips
+from kinolab.analyze.examine.shapes.steered_wheels import steering
+from kinolab.analyze.examine.shapes.touching_bodies import contacts, standing
+from kinolab.analyze.examine.shapes.twins import required, twins
 from kinolab.dynamics import System
 from kinolab.loading.well_posed import unlimited_sentences
 from kinolab.scenario.schema import IntegrationSection
@@ -118,7 +126,9 @@ def examine(
         found += (*remarks_on(subject), *left_out)
         mode = title.partition("\n")[0].removeprefix(system.name)
         checked += [replace(law, law=law.law + mode) for law in laws(machine, chosen)]
-    found += law
+    found += (*law, *unheeded(system, file))
+    if not system.modes:  # in one of which a rope may be slack
+        found += ropes(Subject(system.with_feedback(None)))
     remarks, unused = sorted_out(found, system.expected)
     placed = tuple(replace(one, place=place_in(file, one.part)) for one in remarks)
     return Examination(system.name, tuple(sentences), placed, tuple(checked), unused)
@@ -141,12 +151,23 @@ def remarks_on(subject: Subject) -> Iterator[Remark]:
         yield from sized_otherwise(contact)
     yield from swung_off(subject, touching)
     yield from left_behind(subject)
+    yield from on_their_own_axis(subject)
     yield from standing(subject)
     yield from reactions(subject)
     yield from turned_away(subject)
     yield from turning_axes(subject)
+    yield from same_effects(subject)
+    yield from steering(subject)
+    yield from twins(subject)
+    yield from required(subject)
+    yield from left_out(subject)
     yield from odd_numbers(subject)
     yield from energy_sources(subject)
+    yield from without_rest(subject)
+    yield from pushed_down(subject)
+    yield from drums(subject)
+    yield from dampers(subject)
+    yield from forces_twice(subject)
 
 
 def _law_of(

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from itertools import permutations
 from typing import Any
 
 import numpy as np
 import sympy
 
-from kinolab.analyze.examine.remark import Remark
-from kinolab.analyze.examine.subject import Subject
+from kinolab.analyze.examine.remarks.remark import Remark
+from kinolab.analyze.examine.remarks.subject import Subject
 from kinolab.dynamics import Body, Coordinate, Parameter
 from kinolab.dynamics.codegen.state_space import TURN
 from kinolab.dynamics.language.expressions import exact, parts_of
@@ -18,13 +19,15 @@ from kinolab.dynamics.language.forces import Gravity
 from kinolab.dynamics.language.frames import Rotation
 from kinolab.dynamics.language.mechanism_parts import energies_in, loads_in
 from kinolab.dynamics.language.shapes import Shape
+from kinolab.dynamics.units import in_digits
 from kinolab.numerics.arrays import Array
 from kinolab.world.geometry import triangles
 
-# Of a body's largest moment of inertia to m r^2, where r is the reach of its shape. No body that
-# lies within its shape has more than 1; shapes may leave parts out. A wrong unit is a factor of 1e4
-# (kg cm^2) at least.
-LARGEST_INERTIA = 100.0
+# Of a moment of inertia to m r^2, where r is how far the shape goes from that axis. No body that
+# lies within its shape has more than 1, which is that of a hoop. Shapes may leave parts out of a
+# body whose moments are typed in: a wrong unit there is a factor of 1e4 (kg cm^2) at least.
+LARGEST_INERTIA, LARGEST_TYPED = 1.01, 100.0
+THIN = 0.25  # of the largest r^2: about such an axis, moments are often rounded up
 SMALLEST_INERTIA = 1e-3  # a sphere of a third of the radius has 0.04
 DENSEST = 22_590.0  # [kg/m^3] osmium; CRC Handbook of Chemistry and Physics
 # A mass in g, or one of three lengths in mm, is a factor of 1e3; shapes may leave parts out.
@@ -33,17 +36,20 @@ AIR = 1.2  # [kg/m^3] at 20 °C
 LIGHTEST = 0.1 * AIR  # boxes around propellers hold little else than air
 LARGEST = 100.0  # [m] of a body: what is longer was hardly meant in m
 ROUNDING = 1e-9
+SLACK = 0.01  # relative: numbers in files have three digits
 WEAKEST, STRONGEST = 0.1, 30.0  # [m/s^2] moons and planets: Ceres has 0.28, Jupiter 24.8
-# whole numbers as one has them in degrees: tens, multiples of 15, and 12 and 18, parts of a turn
-DEGREES = frozenset({12, 18, *range(10, 190, 5), 270, 360})
+DEGREES = range(10, 361)  # whole numbers as one has them in degrees: up to a turn
+FAR = 10.0  # in reaches of a body, of where a force acts on it: mm for m is a factor of 1e3
 
 
 def odd_numbers(subject: Subject) -> Iterator[Remark]:
     """Yield the numbers that look like another unit."""
     for body in subject.system.bodies:
         yield from _inertia(subject, body)
+        yield from _order(subject, body)
         yield from _density(subject, body)
         yield from _length(subject, body)
+    yield from _points(subject)
     yield from _angles(subject)
     yield from _limits(subject)
     yield from _gravity(subject)
@@ -60,21 +66,103 @@ def _reach(subject: Subject, body: Body) -> float:
 
 
 def _inertia(subject: Subject, body: Body) -> Iterator[Remark]:
-    """Compare the largest principal moment with mass and shape."""
-    system = subject.system
-    mass = system.number(body.mass)
-    moments = np.array([system.number(entry) for entry in body.inertia_matrix]).reshape(3, 3)
-    largest, reach = float(np.linalg.eigvalsh(moments)[-1]), _reach(subject, body)
-    if not (mass > 0 and largest > 0 and reach > 0):
+    """Compare the principal moments with mass and shape, axis by axis.
+
+    A single number for all axes counts where the shape is widest: it may be meant for one of them.
+    """
+    mass = subject.system.number(body.mass)
+    moments = np.array([subject.system.number(e) for e in body.inertia_matrix]).reshape(3, 3)
+    own, axes = np.linalg.eigh(moments)
+    points = _whole(subject, body)
+    if not (mass > 0 and own[-1] > 0 and len(points)):
         return  # a point mass, or a wheel whose mass counts elsewhere
-    share = largest / (mass * reach**2)
-    if SMALLEST_INERTIA <= share <= LARGEST_INERTIA:
-        return
-    size, most = ("large", "at most") if share > 1 else ("small", "about")
-    what = f"It is {largest:.3g} kg m^2, and {mass:.3g} kg within {reach:.3g} m have {most} "
-    what += f"{mass * reach**2:.3g} kg m^2: is it in kg m^2? 1 kg m^2 = 10^4 kg cm^2 = "
-    what += "10^6 kg mm^2 = 10^7 g cm^2."
+    reaches = np.max((points**2).sum(axis=1)[:, None] - (points @ axes) ** 2, axis=0)  # squared
+    widest, derived = (
+        reaches.max(),
+        exact(body.mass).free_symbols & body.inertia_matrix.free_symbols,
+    )
+    if not derived or np.ptp(own) <= ROUNDING * own[-1]:
+        reaches = np.full(3, widest)
+    allowed = np.where(
+        reaches < THIN * widest, 1 / THIN, LARGEST_INERTIA if derived else LARGEST_TYPED
+    )
+    shares = own / (mass * np.maximum(reaches, ROUNDING))
+    k = int(np.argmax(shares / allowed))
+    size = "large"
+    if shares[k] <= allowed[k]:
+        k, size = int(np.argmax(own)), "small"
+        if own[k] >= SMALLEST_INERTIA * mass * widest:
+            return
+    along = max(zip(np.abs(axes[:, k]), "xyz", strict=True))[1]
+    what = (
+        f"It is {in_digits(own[k])} kg m^2 about its {along} axis, and {in_digits(mass)} kg within "
+    )
+    what += (
+        f"{math.sqrt(reaches[k]):.3g} m of that have {'at most' if size == 'large' else 'about'} "
+    )
+    what += f"{in_digits(mass * reaches[k])} kg m^2: "
+    if derived and size == "large":
+        what += (
+            "is it that about the centre of mass, are its moments in the order x, y, z, and are "
+        )
+        what += "the shape's sizes whole ones, not halves?"
+    else:
+        what += "is it in kg m^2? 1 kg m^2 = 10^4 kg cm^2 = 10^6 kg mm^2 = 10^7 g cm^2."
     yield Remark(f"inertia too {size}", body.name, what, ("Body", body.name))
+
+
+def _whole(subject: Subject, body: Body) -> Array:
+    """Return the corners of a body's shapes, and of those that are fixed to it, in its frame."""
+    poses = subject.poses(subject.rest)
+    own = poses[subject.place_of(body)]
+    corners = [np.zeros((0, 3)), *_corners(subject, body)]
+    for other in subject.system.bodies:
+        if other.massless and other.frame.motions[: len(body.frame.motions)] == body.frame.motions:
+            pose = poses[subject.place_of(other)]
+            if subject.moving(other.frame) == subject.moving(body.frame):
+                placed = [c @ pose[:, :3].T + pose[:, 3] for c in _corners(subject, other)]
+                corners += [(c - own[:, 3]) @ own[:, :3] for c in placed]
+    return np.vstack(corners)
+
+
+def _points(subject: Subject) -> Iterator[Remark]:
+    """Compare where forces act on a body with how far its shape goes."""
+    for effort in subject.system.efforts:
+        body, at = getattr(effort, "on", None), getattr(effort, "at", None)
+        reach = _reach(subject, body) if body in subject.system.bodies else 0.0
+        if not reach or at is None:
+            continue
+        away = math.hypot(*map(subject.system.number, at))
+        if away > FAR * reach:
+            what = f"The {effort} acts {away:.3g} m away from its centre of mass, and its shape "
+            what += f"goes {reach:.3g} m far: is at= in m and not in mm or cm?"
+            part = (type(effort).__name__, "")
+            yield Remark("force far from its body", body.name, what, part)
+            return
+
+
+def _order(subject: Subject, body: Body) -> Iterator[Remark]:
+    """Compare each moment with the most that the body's mass has about that axis within its shape.
+
+    A point at (x, y, z) in the box around the shape has y^2 + z^2 about x. Moments beyond that may
+    belong to a body whose shape leaves parts out; if they fit in another order they are swapped.
+    """
+    system, corners = subject.system, _corners(subject, body)
+    moments = np.array([system.number(entry) for entry in body.inertia_matrix]).reshape(3, 3)
+    if not corners or np.any(moments - np.diag(np.diag(moments))):
+        return
+    far = np.abs(np.vstack(corners)).max(axis=0) ** 2
+    most = system.number(body.mass) * (far.sum() - far)
+    given = np.diag(moments)
+    fitting = [o for o in permutations(range(3)) if (given[list(o)] <= most * (1 + SLACK)).all()]
+    worst = int(np.argmax(given - most))
+    if not fitting or given[worst] <= most[worst] * (1 + SLACK):
+        return
+    right = ", ".join(f"{given[k]:.4g}" for k in fitting[0])
+    what = f"It is {given[worst]:.4g} kg m^2 about {'xyz'[worst]}, and its mass within its shape "
+    what += f"has {most[worst]:.3g} kg m^2 about that axis at most. In the order ({right}) the "
+    what += "moments of inertia about x, y and z fit its shape."
+    yield Remark("inertia in another order", body.name, what, ("Body", body.name))
 
 
 def _density(subject: Subject, body: Body) -> Iterator[Remark]:
@@ -84,12 +172,12 @@ def _density(subject: Subject, body: Body) -> Iterator[Remark]:
     if not (mass > 0 and volume > 0):
         return
     density = mass / volume
-    told = f"{mass:.3g} kg in {volume:.3g} m^3 are {density:.3g} kg/m^3"
+    told = f"{in_digits(mass)} kg in {volume:.3g} m^3 are {in_digits(density)} kg/m^3"
     if density > TOO_DENSE:
         what = (
             f"{told}, and osmium, the densest metal, has {DENSEST:.5g}: is its mass in kg and not "
         )
-        what += f"in g ({mass / 1e3:.3g} kg), are its sizes in m?"
+        what += f"in g ({in_digits(mass / 1e3)} kg), are its sizes in m?"
         yield Remark("mass too large", body.name, what, ("Body", body.name))
     elif density < LIGHTEST:
         what = f"{told}, far less than air ({AIR:g}): are its sizes in m and not in mm or cm, is "
@@ -106,8 +194,8 @@ def _volume(shape: Shape) -> float:
 
 def _length(subject: Subject, body: Body) -> Iterator[Remark]:
     corners = _corners(subject, body)
-    if not corners:
-        return
+    if not (corners and subject.moving(body.frame)):
+        return  # what stands still may be a floor
     largest = float(np.ptp(np.vstack(corners), axis=0).max())
     if largest > LARGEST:
         what = f"Its shape is {largest:.5g} m long: lengths are in m, not in mm or cm."

@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import combinations
 
 import numpy as np
 
-from kinolab.analyze.examine.remark import Remark
-from kinolab.analyze.examine.subject import Subject
-from kinolab.analyze.examine.touching_bodies import contacts
+from kinolab.analyze.examine.remarks.remark import Remark
+from kinolab.analyze.examine.remarks.subject import Subject
+from kinolab.analyze.examine.shapes.touching_bodies import contacts
 from kinolab.dynamics import Axis, Body
 from kinolab.dynamics.language.frames import AXES, pose
-from kinolab.dynamics.language.mechanism_parts import configuration_symbols
+from kinolab.dynamics.language.inputs import Input
+from kinolab.dynamics.language.mechanism_parts import atoms_of, configuration_symbols
 from kinolab.errors import KinolabError
 from kinolab.numerics.arrays import Array
+from kinolab.simulation.stability import random_states
 
 ALONG = 1e-6  # relative, of rounding in velocities
 SEEN = 1e-3  # from which two directions are different: one minus the cosine
@@ -183,3 +186,34 @@ def turning_axes(subject: Subject) -> Iterator[Remark]:
                 yield Remark(
                     "axis that rolls along", entry.name, what, (type(entry).__name__, entry.name)
                 )
+
+
+def same_effects(subject: Subject) -> Iterator[Remark]:
+    """Yield the inputs that do on a body what another one does there, wherever the machine is."""
+    model, acting = subject.model, [_acted_on(subject, e) for e in subject.system.inputs]
+    try:
+        effects = [model.jacobian(x, model.null_control())[1] for x in random_states(model)]
+    except KinolabError:
+        return
+    for j, k in combinations(range(model.nu), 2):
+        if not acting[j] or acting[j] != acting[k]:
+            continue
+        one, other = np.concatenate([e[:, [j, k]] for e in effects]).T
+        ratio = float(one @ other) / max(float(one @ one), 1e-300)
+        if ratio > 0 and np.abs(other - ratio * one).max() <= ALONG * np.abs(other).max():
+            first, second = subject.system.inputs[j], subject.system.inputs[k]
+            what = f"{second.name} does the same as {first.name}, {ratio:.3g} times as much, "
+            what += (
+                f"wherever the machine is: both act on {' and '.join(sorted(acting[j]))} alike. "
+            )
+            what += "Do on=, about= or along= stand there from another line, or was at= left out?"
+            yield Remark("same effect", second.name, what, (type(second).__name__, second.name))
+            return
+
+
+def _acted_on(subject: Subject, entry: Input) -> frozenset[str]:
+    """Return the names of the bodies on which an input acts by itself or in forces."""
+    users = (e for e in subject.system.efforts if entry.symbol in set(atoms_of(e)))
+    words = [entry, *users]
+    bodies = (getattr(w, key, None) for w in words for key in ("on", "reacts_on"))
+    return frozenset(body.name for body in bodies if isinstance(body, Body))

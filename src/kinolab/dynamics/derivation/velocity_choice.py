@@ -136,8 +136,21 @@ def _named(binding: SymbolTable, rows: Sequence[Sequence[Node]], samples: Array)
         covectors = [binding.slopes(v.velocity)[1] for v in quasi]
         samples = SampledConstraints.of(binding).covectors([*rows, *covectors])
     if rows or quasi:
-        _require_usable(system, _margins(samples, dependent))
+        _require_determined(system, samples, dependent)
     return VelocityChoice(dependent, quasi)
+
+
+def _require_determined(system: Mechanism, samples: Array, dependent: Sequence[int]) -> None:
+    """Require that an author's choice determines the other rates; say which it leaves open."""
+    if np.median(_margins(samples, dependent)) >= MIN_PIVOT:
+        return
+    open_ = np.abs(np.linalg.svd(samples[:, :, list(dependent)])[2][:, -1]).mean(axis=0)
+    names = [tangent_symbols(system)[i].name for i in dependent]
+    left = [name for name, size in zip(names, open_, strict=True) if size > open_.max() / 2]
+    what = f"the velocities that are named do not determine {' and '.join(left)}."
+    remedy = "Is a constraint missing there, or does it hold another point? Else name others, "
+    remedy += "or leave velocities out."
+    raise InputError([Mistake(f"system {system.name!r}", what, remedy)])
 
 
 def _rates(system: Mechanism, samples: Array, free: Sequence[int]) -> tuple[int, ...]:

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from kinolab.numerics.arrays import Array
-from kinolab.robots.actuators import Actuator, Aim, Length, Motor, Thruster
+from kinolab.robots.actuation.actuators import Actuator, Aim, Length, Motor, Thruster
 from kinolab.robots.kinematic_tree import pose_of, usable_name
 from kinolab.robots.mjcf.compiled_model import WORLD_BODY, CompiledModel
 from kinolab.robots.mjcf.mjcf_fields import disabled

@@ -12,7 +12,7 @@ from typing import Self
 import numpy as np
 
 from kinolab.numerics.arrays import Array
-from kinolab.robots.actuators import Filter
+from kinolab.robots.actuation.actuators import Filter
 from kinolab.robots.mjcf.compiled_model import CompiledModel
 
 UNLIMITED = np.array([-math.inf, math.inf])

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from kinolab.robots.actuators import Length, Tendon
+from kinolab.robots.actuation.actuators import Length, Tendon
 from kinolab.robots.mjcf.compiled_model import CompiledModel
 
 RESISTING = ("stiffness", "damping", "frictionloss", "armature")

@@ -14,7 +14,7 @@ from kinolab.dynamics.language.mechanism_parts import AnyCoordinate, energies_in
 from kinolab.dynamics.language.quantities import FrameQuantity, FrameSpeed
 from kinolab.dynamics.language.symbols import Coordinate, rate
 from kinolab.errors import Mistake
-from kinolab.robots.actuators import Motor, Thruster
+from kinolab.robots.actuation.actuators import Motor, Thruster
 from kinolab.robots.writing.frame_chains import FrameChains
 from kinolab.robots.writing.input_pushes import InputPushes
 
