@@ -528,9 +528,9 @@ class _Assembly:
         follower = f"{given.name}_act"
         while follower in self._taken:
             follower += "_"
-        self._taken.add(follower)
         ends = given.lower, given.upper
         made = command(given.name, *ends, through=given.filter, follower=follower, unit=unit)
+        self._taken |= {one.name for one in made.states}
         self._inputs.append(made.input)
         self._states += made.states
         return made
