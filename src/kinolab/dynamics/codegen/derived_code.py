@@ -22,7 +22,7 @@ from kinolab.numerics.stages import doing
 # takes 40 s on an idle computer and 1.6 GB; both grow with their number.
 MOST_OPERATIONS = 150_000
 # To allocate registers takes 13 s for 25 488 operations, and grows with the square of their number:
-# beyond a minute code is compiled without, 60 times as quickly; it takes 2 to 5 times as long to run.
+# beyond a minute code is compiled without, 60 times as quickly; it runs 2 to 5 times as long.
 MOST_IN_REGISTERS = 50_000
 MOST_IN_LANES = 4000  # operations of the equations of motion: longer ones take long to compile
 
