@@ -11,7 +11,7 @@ import click
 
 from kinolab.cli.interrupts import INTERRUPTS
 from kinolab.cli.terminal import escaped
-from kinolab.numerics.stages import heard_by
+from kinolab.concurrency.stages import heard_by
 
 
 class Progress:

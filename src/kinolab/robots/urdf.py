@@ -17,13 +17,13 @@ from typing import Any, TypeVar, get_args
 import numpy as np
 
 from kinolab.arguments import require_fit
+from kinolab.concurrency.stages import doing
 from kinolab.dynamics import System
 from kinolab.dynamics.language.shapes import Box, Cylinder, Shape, Sphere
 from kinolab.errors import InputError, Mistake, UnknownNameError, listed, printable
 from kinolab.files import is_file, read_ordinary
 from kinolab.lazy import library_of
 from kinolab.numerics.arrays import Array
-from kinolab.numerics.stages import doing
 from kinolab.robots.actuation.actuators import Motor
 from kinolab.robots.balanced_inertia import balanced
 from kinolab.robots.compared.urdf_engines import urdf_engines

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+from kinolab.concurrency.stages import doing
 from kinolab.dynamics.codegen.cache import compiled
 from kinolab.dynamics.codegen.closed_loop import emit_closed_loop
 from kinolab.dynamics.codegen.emission import emit_module, operations_of
@@ -16,7 +17,6 @@ from kinolab.dynamics.language.feedback import Feedback
 from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.mode_derivations import derive_modes
 from kinolab.errors import InputError, Mistake
-from kinolab.numerics.stages import doing
 
 # Of the equations of motion. To derive and compile the 137 531 of a humanoid with 60 coordinates
 # takes 40 s on an idle computer and 1.6 GB; both grow with their number.

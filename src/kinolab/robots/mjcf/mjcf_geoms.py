@@ -7,10 +7,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from kinolab.concurrency.stages import doing
 from kinolab.dynamics.language.shapes import Box, Capsule, Cylinder, Shape, Sphere
 from kinolab.errors import InputError, printable
 from kinolab.numerics.arrays import Array
-from kinolab.numerics.stages import doing
 from kinolab.robots.kinematic_tree import Inertial, Link, PlacedShape, VisibleMesh, pose_of
 from kinolab.robots.mjcf.compiled_model import WORLD_BODY, CompiledModel
 from kinolab.robots.solids.convex_parts import enclosing_shapes

@@ -19,10 +19,10 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
+from kinolab.concurrency.stages import doing
 from kinolab.errors import InputError, Mistake
 from kinolab.lazy import library_of
 from kinolab.numerics.arrays import Array
-from kinolab.numerics.stages import doing
 from kinolab.robots.kinematic_tree import PlacedShape
 from kinolab.robots.solids.enclosing import enclosing_shape, volume
 from kinolab.scenario.values import MOST_PARTS
