@@ -175,6 +175,9 @@ def interrupt(
     seconds = time.monotonic() - begun
     while (left := of_group(process.pid)) and time.monotonic() < begun + LATEST:
         time.sleep(0.01)  # the kernel ends what belongs to a killed process, in a moment
+    while set(left) == {"Z"} and time.monotonic() < begun + seconds + LATEST:
+        time.sleep(0.01)  # it has ended: init asks how, when it comes to it
+        left = of_group(process.pid)
     out, err = process.communicate(timeout=10)
     ended = Ended(process.returncode, seconds, out, heard + err, home)
     assert ended.code == 130, ended.err
