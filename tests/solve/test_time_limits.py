@@ -174,7 +174,7 @@ def test_a_search_that_does_not_look_is_caught(
 ) -> None:
     """So that the test above can fail."""
     without_looks(monkeypatch)
-    searched("prm_geometric", hard, Watched(LIMITS[-1] * TICK, clock=clock))
+    searched("kinematic_first", hard, Watched(LIMITS[-1] * TICK, clock=clock))
     assert max(clock.pieces) > PIECE_OF_WORK
 
 
