@@ -35,7 +35,8 @@ LIGHTEST = 0.1 * AIR  # boxes around propellers hold little else than air
 LARGEST = 100.0  # [m] of a body: what is longer was hardly meant in m
 ROUNDING = 1e-9
 WEAKEST, STRONGEST = 0.1, 30.0  # [m/s^2] moons and planets: Ceres has 0.28, Jupiter 24.8
-DEGREES = range(10, 361)  # whole numbers as one has them in degrees: up to a turn
+# whole numbers as one has them in degrees, up to a turn; 10 and 100 rad stand for no limit
+DEGREES = frozenset(range(11, 361)) - {100}
 FAR = 10.0  # in reaches of a body, of where a force acts on it: mm for m is a factor of 1e3
 
 
@@ -123,8 +124,7 @@ def _points(subject: Subject) -> Iterator[Remark]:
     """Compare where forces act on a body with how far its shape goes."""
     for effort in subject.system.efforts:
         body, at = getattr(effort, "on", None), getattr(effort, "at", None)
-        reach = _reach(subject, body) if body in subject.system.bodies else 0.0
-        if not reach or at is None:
+        if not isinstance(body, Body) or at is None or not (reach := _reach(subject, body)):
             continue
         away = math.hypot(*map(subject.system.number, at))
         if away > FAR * reach:

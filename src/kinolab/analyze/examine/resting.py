@@ -21,6 +21,7 @@ STEPS = 40  # of Newton's method within limits
 HALVINGS = 6  # of a step that leads away
 SHORTEST = 1e-3  # in scales of coordinates and halves of inputs' ranges: of a step
 HELD = 1e-6  # of a state's scale per second: slower counts as held
+NEARLY = 1e-3  # of the same, within limits: the search for it may end before it is held
 SEEN = 0.02  # of the largest acceleration: smaller ones are not told
 DOWN = (0.0, 0.0, -1.0)
 MOST = 3  # bodies and limits that a sentence names
@@ -40,9 +41,9 @@ def without_rest(subject: Subject) -> Iterator[Remark]:
     found = []
     for start in (subject.rest, *random_states(model)):
         z, left = _settled(subject, np.append(start, model.null_control()), box)
-        if left <= HELD:
+        if left <= NEARLY:
             return
-        found.append((left, z))
+        found += [(left, z)] if np.isfinite(left) else []
     free = np.full_like(box, np.inf) * (-1, 1)
     places, inputs = free.copy(), free.copy()
     places[model.nx :], inputs[: model.nx] = box[model.nx :], box[: model.nx]
@@ -68,9 +69,9 @@ def _settled(subject: Subject, z: Array, box: Array) -> tuple[Array, float]:
     halves = np.minimum(np.diff(model.control_bounds)[:, 0] / 2, UNLIMITED)
     sizes = np.append(scales, np.where(halves > 0, halves, 1.0))[moves]
     z = np.where(moves, np.clip(z, *box.T), 0.0)
-    radius, left = 1.0, np.inf
+    radius = 1.0
     try:
-        left = model.f(z[: model.nx], z[model.nx :]) / scales
+        left: Array = model.f(z[: model.nx], z[model.nx :]) / scales
         for _ in range(STEPS):
             if np.abs(left).max(initial=0.0) <= HELD**2 or radius < SHORTEST:
                 break
@@ -214,4 +215,4 @@ def _lift(subject: Subject) -> Array | None:
     raised = np.linalg.lstsq(rows, wanted, rcond=1e-9)[0]
     if not masses.any() or np.abs(rows @ raised - wanted).max() > HELD:
         return None
-    return np.asarray(np.einsum("b,i,bij->j", masses, up, slopes[:, :, 3])) / masses.sum()
+    return np.asarray(np.einsum("b,i,bij->j", masses, up, slopes[:, :, 3]) / masses.sum())

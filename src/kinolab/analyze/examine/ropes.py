@@ -19,8 +19,9 @@ SEEN = 1e-6  # relative, of differences: changes of a length and of an energy
 def ropes(subject: Subject) -> Iterator[Remark]:
     """Yield the cables that nothing joins to what pulls, and those that carry nothing."""
     system = subject.system
-    pulled = [tuple(word.between) for word in (*system.inputs, *system.efforts)  # type: ignore[union-attr]
-              if isinstance(getattr(word, "between", None), tuple)]  # fmt: skip
+    words: list[object] = [*system.inputs, *system.efforts]
+    ends = (getattr(word, "between", None) for word in words)
+    pulled = [pair for pair in ends if isinstance(pair, tuple)]
     drawn = [cable for cable in system.cables if not any(_same(cable, ends) for ends in pulled)]
     for k, cable in enumerate(system.cables):
         if cable not in drawn or is_kinematic(system):
@@ -83,7 +84,7 @@ def _changes(subject: Subject, k: int, coordinate: Coordinate) -> bool:
 def _weighs(subject: Subject, coordinate: Coordinate) -> bool:
     """Whether the potential energy changes with a coordinate."""
     below, above = (subject.model.energy(x)[1] for x in _pair(subject, coordinate))
-    return abs(above - below) > SEEN * STEP * max(1.0, abs(above))
+    return bool(abs(above - below) > SEEN * STEP * max(1.0, abs(above)))
 
 
 def _pair(subject: Subject, coordinate: Coordinate) -> tuple[Array, Array]:

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import chain
 
 import numpy as np
 import sympy
 
 from kinolab.dynamics import Body, Coordinate, Frame, Model, System
+from kinolab.dynamics.language.forces import Effort
+from kinolab.dynamics.language.inputs import Input
 from kinolab.dynamics.language.mechanism_parts import (
     atoms_of,
     coordinate_of,
@@ -150,27 +154,27 @@ class Subject:
     @cached_property
     def driven(self) -> frozenset[str]:
         """Names of the coordinates along which more acts than friction and weight."""
-        system = self.system
-        stated = [c.velocity for c in system.constraints]
-        stated += [entry.velocity for entry in imposed_velocities(system)]
-        for word in (*system.inputs, *system.efforts):
-            energies = list(energies_in(word))
-            if energies or not getattr(word, "size", ""):
-                stated += [*map(written, energies), *(written(v.velocity) for v in loads_in(word))]
-        owners = (coordinate_of(atom) for part in stated for atom in atoms_of(part))
-        named = (owner.name for owner in owners if owner is not None)
-        return frozenset((*named, *imposed_accelerations(system)))
+        energies = {id(e): list(energies_in(e)) for e in self.system.efforts}
+        acting = [e for e in self.system.efforts if energies[id(e)] or not e.size]
+        stated = [*(c.velocity for c in self.system.constraints), *chain(*energies.values())]
+        return self.pushed | self._owners(stated, acting)
 
     @cached_property
     def pushed(self) -> frozenset[str]:
         """Names of the coordinates along which inputs act, by themselves or in forces."""
-        system, symbols = self.system, {entry.symbol for entry in self.system.inputs}
-        users = [e for e in system.efforts if symbols & set(atoms_of(e))]
-        loads = [v.velocity for word in (*system.inputs, *users) for v in loads_in(word)]
-        stated = (*map(written, loads), *(v.velocity for v in imposed_velocities(system)))
-        owners = (coordinate_of(atom) for part in stated for atom in atoms_of(part))
-        named = (owner.name for owner in owners if owner is not None)
-        return frozenset((*named, *imposed_accelerations(system)))
+        symbols = {entry.symbol for entry in self.system.inputs}
+        users = [e for e in self.system.efforts if symbols & set(atoms_of(e))]
+        stated = [entry.velocity for entry in imposed_velocities(self.system)]
+        names = self._owners(stated, [*self.system.inputs, *users])
+        return names | frozenset(imposed_accelerations(self.system))
+
+    def _owners(
+        self, stated: Iterable[sympy.Expr], words: Iterable[Effort | Input]
+    ) -> frozenset[str]:
+        """Return the names of the coordinates in expressions and in the loads of words."""
+        along = (written(load.velocity) for word in words for load in loads_in(word))
+        owners = (coordinate_of(a) for e in (*map(written, stated), *along) for a in atoms_of(e))
+        return frozenset(owner.name for owner in owners if owner is not None)
 
     @cached_property
     def pushed_along(self) -> tuple[tuple[sympy.Expr, frozenset[sympy.Symbol]], ...]:
