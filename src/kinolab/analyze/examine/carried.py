@@ -108,7 +108,7 @@ def _turning(subject: Subject, body: Body, bases: Sequence[Body]) -> list[Coordi
 
 
 def axis_of(subject: Subject, body: Body, coordinate: Coordinate) -> tuple[Array, Array] | None:
-    """Return a point of the axis about which a coordinate turns a body, and its direction."""
+    """Return a point of the axis about which a coordinate turns a body, and its direction, (3,)."""
     x, k = subject.rest, subject.plain[coordinate]
     origin = subject.poses(x)[subject.place_of(body)][:, 3]
     spin, speed = subject.spin(body, x)[:, k], subject.slip(body, None, origin, x)[:, k]
@@ -132,7 +132,14 @@ def reach_of(subject: Subject, body: Body) -> float:
 
 
 def depth_of(subject: Subject, body: Body, axis: tuple[Array, Array], reach: float = 0.0) -> float:
-    """Return how deep a line goes into a body in [m]; negative where it passes."""
+    """Return how deep a line goes into a body in [m]; negative where it passes.
+
+    Args:
+        subject: The machine.
+        body: The body.
+        axis: A point of the line and its direction, shape (3,) each.
+        reach: How far it is followed both ways, in [m]; 0 for twice the body's own.
+    """
     pose = subject.poses(subject.rest)[subject.place_of(body)]
     along = np.linspace(-1, 1, SAMPLES) * (reach or 2 * reach_of(subject, body))
     points = axis[0] + along[:, None] * axis[1]
