@@ -60,11 +60,11 @@ EQUIVALENT: dict[tuple[str, str], str] = {
         'options={"ftol": 1e-14, "maxiter": 200},',
     ): "where SLSQP ends by either, Newton's steps lead on onto the constraints, to rounding",
     (
-        "show/film/scene.py",
+        "show/film/staging/stage.py",
         "floor = np.maximum(near, np.float32(1e-12))",
     ): "nothing is drawn nearer than a picometre: both only keep 0 from being divided by",
     (
-        "show/film/raster/camera.py",
+        "show/scene/camera.py",
         "seen = np.where(np.abs(seen) < 1e-12, 0.0, seen)",
     ): "either is far below a pixel: what counts as 0 is what rounding has left of it",
 }

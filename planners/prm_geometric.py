@@ -12,7 +12,7 @@ from kinolab.concurrency.cancel import CancelledError
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 from kinolab.search import AbstractPlanner, Budget, Outcome, SearchResult, setting, unsolved
-from kinolab.search.ompl import ConfigurationSpace, GeometricRoadmap
+from kinolab.search.roadmap import ConfigurationSpace, GeometricRoadmap
 from kinolab.search.roadmap.milestones import Sampler
 from kinolab.simulation import Propagator
 from kinolab.steering import Maneuver, Steering
@@ -27,7 +27,7 @@ MARGIN_FACTOR = 1.5  # factor on the margin after a path that could not be track
 @final
 @dataclass(frozen=True, kw_only=True)
 class PRMGeometric(AbstractPlanner):
-    """Probabilistic roadmap of configurations (OMPL), followed with feedback.
+    """Probabilistic roadmap of configurations, followed with feedback.
 
     Each edge of a roadmap path becomes a rest-to-rest motion, which the machine tracks under the
     full dynamics with time-varying linear-quadratic feedback. The closed-loop motion is checked. If
@@ -54,16 +54,19 @@ class PRMGeometric(AbstractPlanner):
             return _result(problem, follower, budget, tried)
         places = follower.places(goal, margin)
         budget.restart()  # code for this machine was compiled and loaded until here
-        while places.differ and not budget.spent():
-            roadmap = GeometricRoadmap(places, problem.start, goal, seed + tried, self.neighbours)
-            path = _path(roadmap, follower, places, budget)
-            if path is None:
-                break
-            follower.follow(places, path)
-            if follower.reaches:
-                break
-            margin, tried = max(MARGIN_FACTOR * margin, 0.005), tried + 1
-            places = follower.places(goal, margin)
+        try:
+            while places.differ and not budget.spent():
+                given = problem.start, goal, seed + tried, self.neighbours
+                path = _path(GeometricRoadmap(places, *given), follower, places, budget)
+                if path is None:
+                    break
+                follower.follow(places, path)
+                if follower.reaches:
+                    break
+                margin, tried = max(MARGIN_FACTOR * margin, 0.005), tried + 1
+                places = follower.places(goal, margin)
+        except CancelledError:
+            pass  # partial work is discarded
         return _result(problem, follower, budget, tried)
 
 
@@ -76,17 +79,14 @@ def _path(
     is too late for that.
     """
     due = CONFIGURATIONS_PER_BATCH
-    try:
-        while not budget.over:
-            path = roadmap.path()
-            if path is not None:
-                return path
-            if roadmap.size >= due:
-                due *= APPROACH_PERIOD_FACTOR
-                follower.follow(places, roadmap.approach(follower.problem.goal_distance))
-            roadmap.grow(CONFIGURATIONS_PER_BATCH, budget)
-    except CancelledError:
-        pass  # partial work is discarded
+    while not budget.over:
+        path = roadmap.path()
+        if path is not None:
+            return path
+        if roadmap.size >= due:
+            due *= APPROACH_PERIOD_FACTOR
+            follower.follow(places, roadmap.approach(follower.problem.goal_distance))
+        roadmap.grow(CONFIGURATIONS_PER_BATCH, budget)
     return None
 
 

@@ -236,6 +236,7 @@ VALID: dict[str, dict[str, Any]] = {
         "tolerance": 1e-9,
         "work": 1000,
     },
+    "squared_turn": {"attitude": R, "rest": (0, 0, 0, 1)},
     "state": {"name": "s"},
     "toward": {"direction": "-z", "strength": 9.81},
     "trim": {"model": MODEL, "steady": [X], "fixed": [(X, 0.0)], "start": TRIM},

@@ -39,7 +39,7 @@ from kinolab.runs import check_to_json, margin_to_json
 from kinolab.scenario import builtin_scenarios, dynobench
 from kinolab.show.film.film import staged
 from kinolab.show.film.gif import gif_parts
-from kinolab.show.film.staging.motion_script import motion_script
+from kinolab.show.film.staging.script_writing import motion_script
 from kinolab.show.page import page_html
 from kinolab.show.view import content_of
 from kinolab.trajectory import Trajectory, read_csv

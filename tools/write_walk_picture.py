@@ -21,8 +21,8 @@ from PIL import Image
 
 import kinolab
 from kinolab.show.film.film import staged
-from kinolab.show.film.staging.motion_script import picture
 from kinolab.show.film.staging.script_writing import write_script
+from kinolab.show.scene.problem_picture import picture
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
 PAGE, PICTURE = DOCS / "walk.md", DOCS / "images" / "walk.png"

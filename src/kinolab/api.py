@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from kinolab.dynamics import System
     from kinolab.runs import Run
     from kinolab.search.ompl import OmplSetup
+    from kinolab.solve.replanner import Replanner
     from kinolab.trajectory import Trajectory
 
 
@@ -229,6 +230,7 @@ class Problem(PlanningTask):
         *,
         max_iterations: int | None = None,
         improve: float | Literal["auto"] | None = None,
+        guess: Trajectory | None = None,
         jobs: int = 1,
         anytime: bool = False,
         optimize: bool = True,
@@ -244,6 +246,8 @@ class Problem(PlanningTask):
             max_iterations: Of the search; the scenario's when left out.
             improve: Work on making the motion exact and shorter, in [s]; the scenario's when left
                 out, 0 for none, ``"auto"`` for more where the motion is long.
+            guess: A motion of this machine, such as the plan of a world that has changed since:
+                where it can be made to fit, nothing is searched for.
             jobs: Number of searches at once, each with a seed of its own; the first plan wins.
             anytime: Whether to go on with further seeds until the time limit; the shortest wins.
             optimize: Whether to make the motion exact and shorter at all; without it a planner may
@@ -264,12 +268,44 @@ class Problem(PlanningTask):
             time_limit,
             max_iterations=max_iterations,
             improve=improve,
+            guess=guess,
             jobs=jobs,
             anytime=anytime,
             optimize=optimize,
             **settings,
         )
         return Plan(**vars(plan), problem=self)
+
+    def replanner(
+        self, plan: PlanResult | None = None, *, deadline: float = 0.1, period: float = 0.1
+    ) -> Replanner:
+        """Return what plans again and again while the machine moves.
+
+        ``.replan(start, elapsed, obstacles)`` answers before a deadline how it goes on from the
+        state in which it will be then, in a world where obstacles have moved. All that it needs is
+        compiled when this returns.
+
+        Args:
+            plan: The first plan; that of ``solve()`` when left out.
+            deadline: Of each answer, in [s].
+            period: From the beginning of one answer to that of the next, in [s].
+
+        Raises:
+            InputError: If no first plan is found, or an argument does not fit.
+        """
+        from kinolab.solve.plan import make_planner
+        from kinolab.solve.replanner import Proof, Replan, replanner
+
+        require_fit("replanner deadline", float, deadline)
+        require_fit("replanner period", float, period)
+        plan = plan or self.solve()
+        if plan.status != "solved" or plan.trajectory is None or plan.certificate is None:
+            what = f"there is no plan to begin with: {plan.message}"
+            raise InputError([Mistake("replanner plan", what, "Solve the problem first.")])
+        proof = Proof(0.0, plan.trajectory.duration, plan.certificate)
+        first = Replan("searched", self, plan.trajectory, (proof,))
+        searcher = make_planner(self, None, {})
+        return replanner(self, searcher, first, deadline=deadline, period=period, seed=plan.seed)
 
     def _repr_html_(self) -> str:
         """Show world, start and goal in 3D in a notebook."""

@@ -138,7 +138,7 @@ def test_other_machines_to_start_from_are_planned_for_as_they_are(
     assert run(["examine", f"{name}.toml"]) == 0
 
 
-@pytest.mark.parametrize("kind", ["wheels", "segway", "pick-and-place", "hopper"])
+@pytest.mark.parametrize("kind", STARTERS)
 def test_machines_that_are_a_little_off_carry_out_the_plans_to_start_from(
     kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

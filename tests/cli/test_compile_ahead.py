@@ -14,7 +14,7 @@ import numba
 import pytest
 
 from kinolab.cli.compile_ahead import compiled_ahead
-from kinolab.concurrency import starting
+from kinolab.concurrency import process_worker
 from kinolab.concurrency.processors import processors
 from tests.cli.test_warm_up import PLANS
 from tests.support import environment
@@ -26,11 +26,11 @@ BUSY = """
 import time
 import numba
 from kinolab.cli.compile_ahead import compiled_ahead
-from kinolab.concurrency import starting
+from kinolab.concurrency import process_worker
 
 with compiled_ahead():
     numba.njit(lambda x: x + 1)(1)
-    print(*(process.pid for process in starting._running), flush=True)
+    print(*(process.pid for process in process_worker._running), flush=True)
     time.sleep(600)
 """
 AHEAD = """
@@ -57,12 +57,12 @@ def is_alive(process: int) -> bool:
 @needs_two
 def test_a_process_starts_once_something_is_compiled_and_ends_with_the_command() -> None:
     with compiled_ahead():
-        assert not starting._running
+        assert not process_worker._running
         assert fresh() == 2
         assert fresh() == 2
-        (process,) = starting._running
+        (process,) = process_worker._running
         assert process.poll() is None
-    assert not starting._running
+    assert not process_worker._running
     assert process.returncode is not None
 
 
@@ -72,7 +72,7 @@ def test_where_all_is_compiled_no_process_starts() -> None:
     made(1)
     with compiled_ahead():
         assert made(1) == 2
-        assert not starting._running
+        assert not process_worker._running
 
 
 @needs_two
@@ -82,7 +82,7 @@ def test_a_command_without_a_second_processor_compiles_alone(
     monkeypatch.setattr("kinolab.concurrency.processors.processors", lambda: 1)
     with compiled_ahead():
         assert fresh() == 2
-        assert not starting._running
+        assert not process_worker._running
 
 
 @needs_two

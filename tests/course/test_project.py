@@ -25,7 +25,8 @@ def ball_beam():
     r = length("r", -0.55, 0.55, speed=2.0)
     phi = angle("phi", speed=60.0)
     pivot = move(0, 0, 0.5) @ rot_y(alpha)
-    beam = Body("beam", pivot, mass=M, inertia=M * L**2 / 12, shape=Box(L, 0.08, d))
+    uniform = (0.0006, M * L**2 / 12, M * L**2 / 12)
+    beam = Body("beam", pivot, mass=M, inertia=uniform, shape=Box(L, 0.08, d))
     place = pivot @ move(r, 0, R + d / 2) @ rot_y(phi)
     ball = Body("ball", place, mass=m, inertia=2 * m * R**2 / 5, shape=Sphere(R))
     return System(
@@ -60,6 +61,9 @@ WRONG = {  # what is written instead, and what the report says of it
     "grams": ('"m", 0.2', '"m", 200.0', "the mass of ball is 200 kg"),
     "kg cm^2": ("2 * m * R**2 / 5", "1.28", "inertia of ball is 1.28 kg m^2"),
     "half of the beam": ("L**2 / 12", "L**2 / 3", "inertia of beam is 0.48 kg m^2"),
+    "moments in another order": (
+        "(0.0006, M * L**2 / 12,", "(M * L**2 / 12, 0.0006,", "moments of inertia of beam about",
+    ),
     "motor the other way": ("about=WORLD.y", "about=-WORLD.y", "the other way"),
     "another name": ('length("r"', 'length("s"', "no coordinate or rate is called 'r'"),
     "two motors": (

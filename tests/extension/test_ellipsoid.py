@@ -38,7 +38,7 @@ from kinolab.robots.writing.mjcf_text import mjcf_text
 from kinolab.robots.writing.urdf_text import urdf_text
 from kinolab.runs.folder import check_run
 from kinolab.show.film.animation import animate
-from kinolab.show.film.models.paint import paint
+from kinolab.show.scene.models.paint import paint
 from kinolab.verification import verify
 from kinolab.world import BodyGeometry, CollisionChecker, World, box_obstacle, sphere_obstacle
 from kinolab.world.collision.clearance_bound import ClearanceBound

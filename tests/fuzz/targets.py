@@ -399,7 +399,7 @@ def read_report(data: bytes) -> None:
     from kinolab.runs.certificate_file import unchanged
     from kinolab.runs.folder import _recorded_assets, read_run, replaced_scenario
     from kinolab.show.page.data import page_data
-    from kinolab.show.view.scenes import content_of
+    from kinolab.show.scene.scenes import content_of
 
     folder = home() / "run"
     if not folder.exists():

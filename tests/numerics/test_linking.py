@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import importlib.util
+import runpy
 import subprocess
 import sys
 from pathlib import Path
 from typing import Any
 
+import numba
 import numpy as np
 import pytest
 from numba.core import config
 from numba.core.errors import TypingError
 
+from kinolab.numerics import jit
 from tests.support import environment
 
 LOOPS = """
@@ -133,3 +136,19 @@ def test_a_function_that_failed_to_compile_holds_up_nobody(home: Path) -> None:
         made.square("text")
     assert made.square(12) == 144
     assert loops(home).square(12) == 144
+
+
+def test_with_another_release_of_numba_loops_are_its_own(
+    home: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """They are kept with checksums all the same, and no IR beside them."""
+    monkeypatch.setattr(numba, "version_info", numba.version_info._replace(short=(0, 67)))
+    other = runpy.run_path(jit.__file__)
+    monkeypatch.setattr(jit, "kernel", other["kernel"])
+    monkeypatch.setattr(jit, "allocating_kernel", other["allocating_kernel"])
+    made = loops(home)
+    assert type(made.pyramid) is type(numba.njit(lambda: 0))
+    assert made.pyramid(100) == PYRAMID
+    assert made.assigned(np.zeros(3), 2.0) == 4.0
+    assert kept(home, "linked") == set()
+    assert kept(home, "sealed") >= {"pyramid", "assigned"}

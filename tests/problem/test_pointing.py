@@ -10,7 +10,7 @@ import pytest
 from numpy.typing import NDArray
 
 from kinolab.problem import PlanningTask
-from kinolab.show.film.staging.motion_script import picture
+from kinolab.show.scene.problem_picture import picture
 from kinolab.trajopt.multistart.guesses import Guesses
 from tests.support import problem_of
 

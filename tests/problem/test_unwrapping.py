@@ -20,7 +20,7 @@ from kinolab.numerics.manifolds.state_parts import RealLine
 from kinolab.problem import PlanningTask
 from kinolab.problem.unwrapping import unwrapped
 from kinolab.runs import check_run, read_run, write_run
-from kinolab.show.view.keyframes import key_poses
+from kinolab.show.scene.keyframes import key_poses
 from kinolab.simulation.reference import resimulate
 from kinolab.solve import PlanResult
 from kinolab.testing import assert_dynamically_feasible

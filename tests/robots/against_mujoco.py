@@ -17,7 +17,10 @@ FREE, BALL = mujoco.mjtJoint.mjJNT_FREE, mujoco.mjtJoint.mjJNT_BALL
 # Their inputs are torques and forces after the gear, those of tendons and sites before it.
 ON_JOINTS = [int(mujoco.mjtTrn.mjTRN_JOINT), int(mujoco.mjtTrn.mjTRN_JOINTINPARENT)]
 SMOOTHING = 0.01  # of kinolab's Coulomb friction: tanh(v / SMOOTHING)
-UNCLAMPED = ("actuator_ctrllimited", "actuator_forcelimited", "jnt_actfrclimited")
+UNCLAMPED = (
+    *("actuator_ctrllimited", "actuator_forcelimited"),
+    *("jnt_actfrclimited", "tendon_actfrclimited"),
+)
 
 
 class SecondEngine:
@@ -39,9 +42,12 @@ class SecondEngine:
         self._friction = self.model.dof_frictionloss * (not flags & frictionless)
         limited = self.model.actuator_ctrllimited.astype(bool)
         self._linear = limited & ~self.model.actuator_forcelimited.astype(bool)  # if it is a servo
+        sticking = self.model.tendon_frictionloss * (not flags & frictionless)
+        self._sticking = [(f, self._row(t)) for t, f in enumerate(sticking) if f]
         self._followers = {} if flags & int(bits.mjDSBL_CONSTRAINT) else dict(self._following())
         self.model.opt.disableflags |= int(bits.mjDSBL_CONSTRAINT)
         self._limited = np.array(self.model.jnt_actfrclimited)
+        self._tendons_limited = np.array(self.model.tendon_actfrclimited)
         for name in UNCLAMPED:
             getattr(self.model, name)[...] = 0
         self._data, self._own, self._system = mujoco.MjData(self.model), model, system
@@ -67,28 +73,42 @@ class SecondEngine:
         mujoco.mj_forward(model, data)
         for k, force in enumerate(np.array(data.actuator_force)):
             motor = spelled(model.actuator(k).name or f"motor_{k + 1}")
-            names = [motor, *(f"{motor}_{word}" for word in ("torque", "force", "thrust"))]
+            words = "torque", "force", "thrust", "pull", "command"
+            names = [motor, *(f"{motor}_{word}" for word in words)]
             at = next((i for i, name in enumerate(inputs) if name in names), None)
             if at is None:  # it does nothing, or is off
                 continue
             gear = model.actuator_gear[k, 0] if model.actuator_trntype[k] in ON_JOINTS else 1.0
-            bias = model.actuator_biasprm[k]
-            linear = self._linear[k] and bias[1:3].any() and not self._joint_limits(k)
-            idle = bias[0] if linear else force  # of a linear one, at rest at 0
-            data.ctrl[k] = (u[at] / gear - idle) / model.actuator_gainprm[k, 0]
+            servo = self._linear[k] and model.actuator_biasprm[k, 1:3].any()
+            if (servo and not self._limited_above(k)) or model.actuator_dyntype[k]:
+                data.ctrl[k] = u[at]  # its command
+                continue
+            data.ctrl[k] = (u[at] / gear - force) / model.actuator_gainprm[k, 0]
         mujoco.mj_forward(model, data)
         mass = np.empty((model.nv, model.nv))
         for k, unit in enumerate(np.eye(model.nv)):
             mujoco.mj_mulM(model, data, mass[k], unit)
         force = data.qfrc_passive + data.qfrc_actuator - data.qfrc_bias
         force = force - self._friction * np.tanh(data.qvel / SMOOTHING)
+        for strength, row in self._sticking:
+            force = force - strength * np.tanh(row @ data.qvel / SMOOTHING) * row
         theirs = np.linalg.solve(free.T @ mass @ free, free.T @ force)
         return own.f(x, u)[entries], theirs
 
-    def _joint_limits(self, k: int) -> bool:
-        """Whether an actuator acts on a joint that limits its force."""
-        on = int(self.model.actuator_trntype[k]) in ON_JOINTS
-        return on and bool(self._limited[int(self.model.actuator_trnid[k, 0])])
+    def _limited_above(self, k: int) -> bool:
+        """Whether an actuator acts on a joint or tendon that limits its force."""
+        on, at = int(self.model.actuator_trntype[k]), int(self.model.actuator_trnid[k, 0])
+        if on == int(mujoco.mjtTrn.mjTRN_TENDON):
+            return bool(self._tendons_limited[at])
+        return on in ON_JOINTS and bool(self._limited[at])
+
+    def _row(self, tendon: int) -> Array:
+        """Return by how much a fixed tendon's length grows with each velocity."""
+        model, row = self.model, np.zeros(self.model.nv)
+        first, count = int(model.tendon_adr[tendon]), int(model.tendon_num[tendon])
+        for w in range(first, first + count):
+            row[model.jnt_dofadr[model.wrap_objid[w]]] += model.wrap_prm[w]
+        return row
 
     def _random_state(self, generator: np.random.Generator) -> tuple[Array, Array, list[int]]:
         """Set MuJoCo's state; return kinolab's, the free velocities as columns, and their rates."""
@@ -126,6 +146,11 @@ class SecondEngine:
                 )
                 data.qpos[q] = model.qpos0[q] + offset + factor * (data.qpos[ql] - model.qpos0[ql])
                 free[v] = factor * free[vl]
+        for k in range(model.nu):
+            state = f"{spelled(model.actuator(k).name or f'motor_{k + 1}')}_act"
+            if state in names:
+                at = names.index(state)
+                data.act[model.actuator_actadr[k]] = x[at] = generator.normal()
         rates_now = generator.normal(size=len(entries))
         x[entries], data.qvel[:] = rates_now, free @ rates_now
         return x, free, entries

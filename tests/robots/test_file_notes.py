@@ -94,7 +94,8 @@ def test_who_reads_a_file_in_python_is_told_once(tmp_path: Path, caplog: Any) ->
     [
         ("9", 'forcerange="-5 5"', ["stand still: target.", "not read: home, key_2. [start]",
                                     'the ground is not read: floor. Write ground = "plane"']),
-        ("9", "", ["servos without forcerange are springs and dampers", "and rest: drive."]),
+        ("9", 'ctrllimited="false" forcerange="-5 5"',
+         ["servos without ctrlrange are motors, whose inputs are forces: drive."]),
         ("9", 'group="3"', ["what is switched off is not read: pin, drive."]),
         ("-9", "", ["servos with a negative kp or kv drive their joints away: drive."]),
     ],

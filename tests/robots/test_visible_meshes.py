@@ -17,7 +17,7 @@ from kinolab.dynamics.language.shapes.drawn_mesh import MOST_DRAWN, DrawnMesh
 from kinolab.errors import InputError
 from kinolab.robots import read_mjcf, read_urdf
 from kinolab.robots.visible_meshes import MOST_TRIANGLES
-from kinolab.show.film.picture import Picture
+from kinolab.show.scene.picture import Picture
 from tests.support import needs
 
 ROBOTS = Path(sys.prefix).glob("lib/python*/site-packages/cmeel.prefix/share/example-robot-data")

@@ -9,9 +9,9 @@ from importlib.resources import files
 import numpy as np
 import pytest
 
-from kinolab.show.film.models.cone import FORBIDDEN, STRIPE, WANTED
-from kinolab.show.film.models.setting import SETTINGS
-from kinolab.show.film.staging.backdrop import GOAL, PATH, START
+from kinolab.show.scene.models.cone import FORBIDDEN, STRIPE, WANTED
+from kinolab.show.scene.models.setting import SETTINGS
+from kinolab.show.scene.still import GOAL, PATH, START
 
 # Machado, Oliveira, Fernandes, A Physiologically-based Model for Simulation of Color Vision
 # Deficiency, IEEE TVCG 15(6), 2009, severity 1: of linear red, green and blue.

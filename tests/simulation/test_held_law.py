@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import json
+from pathlib import Path
+
 import numpy as np
 import pytest
 from scipy.linalg import expm
 
+import kinolab
 from kinolab import systems
 from kinolab.dynamics import (
     WORLD,
@@ -19,8 +23,10 @@ from kinolab.dynamics import (
     move,
     rate,
 )
+from kinolab.runs import write_run
 from kinolab.scenario.schema import IntegrationSection
-from kinolab.simulation.held_law import largest_multiplier, stiff_law
+from kinolab.simulation.held_law import largest_multiplier, law_sentence, stiff_law
+from kinolab.solve import PlanResult
 
 MASS = 2.0  # [kg]
 
@@ -76,3 +82,21 @@ def test_a_regulator_is_told_how_much_gentler_it_must_be() -> None:
 def test_our_laws_hold_at_the_usual_step(name: str) -> None:
     machine = systems.get(name)
     assert stiff_law(machine.model(), IntegrationSection(), lambda: machine) is None
+
+
+def test_a_law_that_pushes_the_wrong_way_is_not_called_too_stiff(tmp_path: Path) -> None:
+    """m x'' = k (x - place): no step is short enough. The report of a run says the same."""
+    settings = IntegrationSection()
+    for machine, words in (
+        (held(-40.0, -20.0), "however short its step"),
+        (held(0.1, 240.0), "too stiff for its step"),
+        (held(40.0, 20.0), ""),
+    ):
+        told = law_sentence(machine.model(), settings, lambda machine=machine: machine)
+        assert words in told
+        assert bool(told) == bool(words)
+        problem = kinolab.load({"system": machine, "goal": {"x": 1.0}, "bounds": {"x": [-5, 5]}})
+        plan = PlanResult("not_found", None, None, "rrt", 1, 1, 0.0, {})
+        folder = tmp_path / str(len(told))
+        write_run(folder, problem, plan)
+        assert told in json.loads((folder / "report.json").read_text())["warnings"] + [""]

@@ -16,7 +16,7 @@ from kinolab.cli import run
 from kinolab.dynamics.codegen.methods import METHODS
 from kinolab.problem import PlanningTask
 from kinolab.runs import read_run
-from kinolab.show.view.driving import driving_of
+from kinolab.show.scene.driving import driving_of
 from kinolab.simulation import Propagator
 from kinolab.simulation.machine import states_under
 from kinolab.simulation.reference import DivergedError, follow, resimulate

@@ -17,8 +17,9 @@ from kinolab import trajopt
 from kinolab.concurrency import forks
 from kinolab.numerics.work import WorkClock, charge, counted_work
 from kinolab.problem import PlanningTask
+from kinolab.scenario import Effort
 from kinolab.search import Budget
-from kinolab.solve import make_planner
+from kinolab.solve import improve, make_planner
 from kinolab.solve.improve import SEARCHES_PER_WAY, PlanImprover, _expected_gain
 from kinolab.solve.incumbent import Incumbent
 from kinolab.solve.plan import Request
@@ -70,11 +71,12 @@ class Race:
     turns: Counter[int]
     taken: float = 0.0  # [s] of work
 
-    def shortened(self, work: float) -> list[RefinedWay]:
+    def shortened(self, work: float, asked: Effort | None = None) -> list[RefinedWay]:
         """Shorten them with so many seconds of work; return them, the shortest last."""
         plan = self.problem.solve("rrt_fast", seed=1, optimize=False)
-        asked = Request(None, time_limit=100.0)
-        improver = PlanImprover(self.problem, make_planner(self.problem, None, {}), asked, float)
+        request = Request(None, time_limit=100.0, improve=asked)
+        improver = PlanImprover(self.problem, make_planner(self.problem, None, {}), request, float)
+        improver._seconds = work
         improver._incumbent = Incumbent(
             self.problem, replace(plan, trajectory=self.given[0]), Budget(100.0), float
         )
@@ -131,6 +133,29 @@ def test_of_four_ways_the_best_has_most_of_the_work(race: Race) -> None:
 
 
 # --- when to end ---
+
+
+@pytest.mark.parametrize(
+    ("factor", "work", "asked", "expected"),
+    [
+        (QUICK, 4.0, "auto", 12.0),  # more than 5 % shorter in the second half of 4 and 8 s
+        (0.999, 4.0, "auto", 4.0),
+        (QUICK, 4.0, 4.0, 4.0),  # as much as was said, and no more
+        (QUICK, 12.0, "auto", 12.0),  # the most
+    ],
+)
+def test_there_is_as_much_work_again_while_a_motion_becomes_shorter(
+    factor: float,
+    work: float,
+    asked: Effort,
+    expected: float,
+    race: Race,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setitem(globals(), "QUICK", factor)
+    monkeypatch.setattr(improve, "MOST_SECONDS", 12.0)
+    race.shortened(work, asked)
+    assert expected <= race.taken <= 1.25 * expected
 
 
 @pytest.mark.parametrize(

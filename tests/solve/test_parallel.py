@@ -19,7 +19,7 @@ import pytest
 
 import kinolab
 from kinolab import cli
-from kinolab.concurrency import starting
+from kinolab.concurrency import process_worker
 from kinolab.errors import EndpointError, InputError
 from kinolab.problem import PlanningTask
 from kinolab.runs import check_run, write_run
@@ -328,7 +328,7 @@ def test_a_system_without_room_for_so_many_processes_is_told(
     table: PlanningTask, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The second process is refused; the first one is ended."""
-    start, started = starting.WorkingProcess, []
+    start, started = process_worker.WorkerProcess, []
 
     def refuse(module: str) -> Any:
         if started:
@@ -336,7 +336,7 @@ def test_a_system_without_room_for_so_many_processes_is_told(
         started.append(start(module))
         return started[0]
 
-    monkeypatch.setattr("kinolab.solve.jobs.WorkingProcess", refuse)
+    monkeypatch.setattr("kinolab.solve.jobs.WorkerProcess", refuse)
     with pytest.raises(JobsError) as caught:
         table.solve(seed=1, jobs=2)
     told = "seed 2: its process cannot be started ([Errno 11] Resource temporarily unavailable)."

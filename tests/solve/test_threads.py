@@ -42,7 +42,7 @@ def no_process(monkeypatch: pytest.MonkeyPatch) -> None:
     def refuse() -> Any:
         raise AssertionError("a process was started")
 
-    monkeypatch.setattr("kinolab.solve.jobs.WorkingProcess", refuse)
+    monkeypatch.setattr("kinolab.solve.jobs.WorkerProcess", refuse)
 
 
 def test_compiled_planners_search_in_threads_and_no_others() -> None:

@@ -12,8 +12,6 @@ from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import replace
 from multiprocessing.connection import Connection
 
-MODULE = __name__
-
 
 @contextmanager
 def compiled_ahead() -> Iterator[None]:
@@ -21,16 +19,16 @@ def compiled_ahead() -> Iterator[None]:
 
     A machine without a second processor, or Windows, does without.
     """
+    from kinolab.concurrency.process_worker import WorkerProcess
     from kinolab.concurrency.processors import processors
-    from kinolab.concurrency.starting import WorkingProcess
     from kinolab.numerics.compiling import Compilation, compilation
 
-    started: list[WorkingProcess] = []
+    started: list[WorkerProcess] = []
 
     def start(_: Compilation) -> None:
         if not started:
             with suppress(OSError):  # no process can be had: everything is compiled here
-                started.append(ending.enter_context(WorkingProcess(MODULE)))
+                started.append(ending.enter_context(WorkerProcess(work)))
 
     if sys.platform == "win32" or processors() < 2:
         yield
@@ -41,7 +39,7 @@ def compiled_ahead() -> Iterator[None]:
 
 def work(starter: Connection) -> None:
     """Compile in a process of its own, until that is done or the one that started it ends."""
-    from kinolab.concurrency.starting import leave_with
+    from kinolab.concurrency.process_worker import leave_with
 
     leave_with(starter)
     for part in in_order():

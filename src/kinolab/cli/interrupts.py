@@ -116,7 +116,7 @@ class Interrupts:
 
         Half-written files are removed.
         """
-        for kind in ("starting", "forks"):
+        for kind in ("process_worker", "forks"):
             if processes := sys.modules.get(f"kinolab.concurrency.{kind}"):
                 processes.kill_all()
         if files := sys.modules.get("kinolab.files"):

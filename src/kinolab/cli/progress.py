@@ -7,18 +7,26 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
 
+import click
+
 from kinolab.cli.interrupts import INTERRUPTS
 from kinolab.cli.terminal import escaped
+from kinolab.numerics.stages import heard_by
 
 
 class Progress:
-    """Lines on stderr: one that is overwritten on a terminal, plain ones elsewhere."""
+    """Lines on stderr: one that is overwritten on a terminal, plain ones elsewhere.
+
+    Until its command ends, it also shows what long computations do, in passing.
+    """
 
     def __init__(self, quiet: bool) -> None:
         self._quiet = quiet
         self._terminal = sys.stderr.isatty()
         self._last = time.monotonic()
         self._listeners: list[Callable[[str], None]] = []
+        if command := click.get_current_context(silent=True):
+            command.with_resource(heard_by(lambda text: self(text, passing=True)))
 
     def __call__(self, text: str, *, passing: bool = False, lasting: bool = False) -> None:
         """Print a message.

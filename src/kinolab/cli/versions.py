@@ -152,7 +152,7 @@ class Versions:
 
         pictured = pictured and self._film is not None
         if pictured:
-            import kinolab.show.view.scenes  # noqa: F401  # which takes its time once in any case
+            import kinolab.show.scene.scenes  # noqa: F401  # which takes its time once in any case
 
         begun, error = time.monotonic(), None
 

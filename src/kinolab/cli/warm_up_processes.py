@@ -11,13 +11,12 @@ from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
 
 from kinolab.cli.warm_up_parts import PARTS
+from kinolab.concurrency.process_worker import WorkerProcess
 from kinolab.concurrency.processors import processors
-from kinolab.concurrency.starting import WorkingProcess
 from kinolab.errors import KinolabError
 from kinolab.numerics.compiling import Compilation, compilation
 
 REPORT_PERIOD = 0.25  # [s] between two reports of one process
-MODULE = __name__
 
 
 @dataclass(frozen=True)
@@ -78,7 +77,7 @@ def _at_once(parts: Sequence[str], jobs: int) -> Iterator[Warmed]:
     """Yield the reports of several processes, each of which compiles part after part."""
     left = list(parts)[::-1]
     with ExitStack() as ending:
-        working = [ending.enter_context(WorkingProcess(MODULE)).connection for _ in range(jobs)]
+        working = [ending.enter_context(WorkerProcess(work)).connection for _ in range(jobs)]
         for connection in working:
             connection.send(left.pop())
         while working:

@@ -21,7 +21,7 @@ from contextlib import suppress
 from functools import partial
 from multiprocessing import Pipe
 from multiprocessing.connection import Connection, wait
-from typing import Any, Generic, NoReturn, TypeVar
+from typing import Any, Generic, TypeVar
 
 from kinolab.concurrency.cancel import CancellationToken
 from kinolab.concurrency.parent_death import end_with_parent
@@ -84,23 +84,49 @@ class Fork(Generic[A]):
             self.connection = None
 
     def _begin(self) -> None:
-        ours, theirs = Pipe()
-        parent = os.getpid()
-        mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, signal.SIGTERM})
-        try:
-            with theirs, warnings.catch_warnings():
-                # Other threads hold no lock that the work needs: what it calls is not theirs.
-                warnings.simplefilter("ignore", DeprecationWarning)
-                self._pid = os.fork()
-                if not self._pid:
-                    _serve(theirs, self._answer, parent, mask)
-        except OSError:
-            ours.close()
-            raise
-        finally:
-            signal.pthread_sigmask(signal.SIG_SETMASK, mask)
-        self.connection = ours
+        self._pid, self.connection = forked(self._serve)
         _running.add(self)
+
+    def _serve(self, connection: Connection) -> None:
+        """Answer questions in a fork until it is killed; a failure is left to who asked."""
+        while True:
+            question = connection.recv()
+            told = self._answer(question, lambda told: connection.send((False, told)))
+            connection.send((True, told))
+
+
+def forked(work: Callable[[Connection], None]) -> tuple[int, Connection]:
+    """Do some work in a fork, which gets one end of a connection and ends with this process.
+
+    Returns the fork's number, and the other end.
+
+    Raises:
+        OSError: If the system cannot start another process.
+    """
+    ours, theirs = Pipe()
+    parent = os.getpid()
+    mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT, signal.SIGTERM})
+    try:
+        with theirs, warnings.catch_warnings():
+            # Other threads hold no lock that the work needs: what it calls is not theirs.
+            warnings.simplefilter("ignore", DeprecationWarning)
+            pid = os.fork()
+            if not pid:
+                try:
+                    signal.signal(signal.SIGINT, signal.SIG_IGN)  # whoever made it decides
+                    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+                    signal.pthread_sigmask(signal.SIG_SETMASK, mask)
+                    end_with_parent()
+                    if os.getppid() == parent:  # it may be gone already
+                        work(theirs)
+                finally:
+                    os._exit(0)  # this is a copy of a process that goes on
+    except OSError:
+        ours.close()
+        raise
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, mask)
+    return pid, ours
 
 
 def kill_all() -> None:
@@ -146,19 +172,3 @@ def answers(
         heard[k] if k in heard else fork.answer_here(partial(tell, k))
         for k, fork in enumerate(forks)
     ]
-
-
-def _serve(
-    connection: Connection, answer: Callable[[Any, Telling], Any], parent: int, mask: Any
-) -> NoReturn:
-    """Answer questions in a fork until it is killed; a failure is left to who asked."""
-    try:
-        signal.signal(signal.SIGINT, signal.SIG_IGN)  # whoever made it decides
-        signal.signal(signal.SIGTERM, signal.SIG_DFL)
-        signal.pthread_sigmask(signal.SIG_SETMASK, mask)
-        end_with_parent()
-        while os.getppid() == parent:
-            question = connection.recv()
-            connection.send((True, answer(question, lambda told: connection.send((False, told)))))
-    finally:
-        os._exit(0)

@@ -47,13 +47,13 @@ if TYPE_CHECKING:
     from kinolab.dynamics.language.constraints import force_of as force_of
     from kinolab.dynamics.language.constraints import require as require
     from kinolab.dynamics.language.constraints import zero as zero
-    from kinolab.dynamics.language.control.feedback import Feedback as Feedback
-    from kinolab.dynamics.language.control.feedback import Reference as Reference
-    from kinolab.dynamics.language.control.feedback import Regulator as Regulator
-    from kinolab.dynamics.language.control.flatness import CURVATURE as CURVATURE
-    from kinolab.dynamics.language.control.flatness import FlatOutputs as FlatOutputs
-    from kinolab.dynamics.language.control.flatness import PlaneCurves as PlaneCurves
-    from kinolab.dynamics.language.control.flatness import output as output
+    from kinolab.dynamics.language.feedback import Feedback as Feedback
+    from kinolab.dynamics.language.feedback import Reference as Reference
+    from kinolab.dynamics.language.feedback import Regulator as Regulator
+    from kinolab.dynamics.language.flatness import CURVATURE as CURVATURE
+    from kinolab.dynamics.language.flatness import FlatOutputs as FlatOutputs
+    from kinolab.dynamics.language.flatness import PlaneCurves as PlaneCurves
+    from kinolab.dynamics.language.flatness import output as output
     from kinolab.dynamics.language.forces import Buoyancy as Buoyancy
     from kinolab.dynamics.language.forces import Coulomb as Coulomb
     from kinolab.dynamics.language.forces import Gravity as Gravity
@@ -76,6 +76,7 @@ if TYPE_CHECKING:
     from kinolab.dynamics.language.frames import rot_x as rot_x
     from kinolab.dynamics.language.frames import rot_y as rot_y
     from kinolab.dynamics.language.frames import rot_z as rot_z
+    from kinolab.dynamics.language.frames import squared_turn as squared_turn
     from kinolab.dynamics.language.frames import unhat as unhat
     from kinolab.dynamics.language.frames import velocity as velocity
     from kinolab.dynamics.language.inputs import Control as Control

@@ -18,7 +18,7 @@ from kinolab.numerics.arrays import Array
 from kinolab.numerics.manifolds.state_parts import Part
 
 if TYPE_CHECKING:
-    from kinolab.dynamics.language.control.flatness import Flat
+    from kinolab.dynamics.language.flatness import Flat
     from kinolab.dynamics.language.mechanism_parts import MechanismParts
 
 Limits = tuple[float, float]
@@ -332,7 +332,7 @@ def _joints(system: MechanismParts) -> JointFrames:
 
 def _flat(system: MechanismParts, flat: Flat) -> FlatFacts:
     from kinolab.dynamics.derivation.lowering import Lowering
-    from kinolab.dynamics.language.control.flatness import FlatOutputs, output_symbols
+    from kinolab.dynamics.language.flatness import FlatOutputs, output_symbols
 
     outputs = flat.outputs if isinstance(flat, FlatOutputs) else ()
     pairs = flat.determined if isinstance(flat, FlatOutputs) else flat.steered

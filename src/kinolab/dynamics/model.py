@@ -35,7 +35,7 @@ from kinolab.store import pickled
 
 if TYPE_CHECKING:  # what describes and derives a machine: one that is in the cache needs none of it
     from kinolab.dynamics.lagrange.equations import Equations
-    from kinolab.dynamics.language.control.feedback import Feedback
+    from kinolab.dynamics.language.feedback import Feedback
     from kinolab.dynamics.language.mechanism import Mechanism
 
 SINGULAR_CONDITION = 1e6  # condition number from which velocities do not determine the motion
@@ -676,7 +676,7 @@ def _require_law(system: Mechanism) -> Feedback | None:
     Raises:
         InputError: If its regulator is still to be designed.
     """
-    from kinolab.dynamics.language.control.feedback import Regulator
+    from kinolab.dynamics.language.feedback import Regulator
 
     if isinstance(system.feedback, Regulator):
         remedy = "Take system.model(), which finds them."

@@ -1,4 +1,4 @@
-"""Units of a machine's states and inputs."""
+"""Units of a machine's states and inputs, and numbers as they stand before one."""
 
 from __future__ import annotations
 
@@ -25,6 +25,11 @@ def units_by_name(machine: MachineFacts) -> dict[str, str]:
     whole = {c.name: c.unit for c in machine.coordinates}  # an attitude, as a whole, is an angle
     chosen = (*machine.inputs, *(machine.references or ()))
     return {**whole, **dict(_units(machine)), **{entry.name: entry.unit for entry in chosen}}
+
+
+def in_digits(value: float, digits: int = 3) -> str:
+    """Return a number rounded to some digits: 3000, and not 3e+03, up to a thousand million."""
+    return f"{float(f'{value:.{digits}g}'):.9g}"
 
 
 def _units(machine: MachineFacts) -> Iterator[tuple[str, str]]:

@@ -125,8 +125,8 @@ class PlanningEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
             return None
         self._batch.require_begun("render")
         from kinolab.show.film.film import staged
-        from kinolab.show.film.staging.motion_script import picture
         from kinolab.show.film.staging.script import Playback, Script
+        from kinolab.show.scene.problem_picture import picture
 
         problem = self.problem
         states = np.stack([problem.start, self._batch.x[0]])

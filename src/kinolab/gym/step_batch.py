@@ -19,48 +19,40 @@ from kinolab.problem.own_motion import other_machine
 from kinolab.problem.time_steps import covering_steps
 from kinolab.runs.dynobench_result import has_its_steps
 from kinolab.search.tree.problem_arrays import goal_violation
-from kinolab.search.tree.tree import COLLISION, EQUATIONS, LIMIT, step_is_free
 from kinolab.search.tree.tree_extension import search_state
-from kinolab.simulation.collision_context import speed_bound
-from kinolab.simulation.propagator import Propagator
+from kinolab.simulation.propagator import (
+    COLLISION,
+    EQUATIONS,
+    FREE,
+    LIMIT,
+    Propagator,
+    check_step,
+    step_checks,
+)
 from kinolab.trajectory import Trajectory
 
 ENDS = {LIMIT: "limit", COLLISION: "collision", EQUATIONS: "equations"}
-FREE = -1  # of a step that may be made
 IN_GOAL = 1.0  # largest goal error in tolerances
 MOST_DRAWN = 10_000  # states until one is free
 MOST_COPIES = 100_000
-COMPILED = ("_search", "_counts", "_is_free")  # attributes that hold addresses
+COMPILED = ("_search", "_checks", "_is_free")  # attributes that hold addresses
 UNBEGUN = -1  # steps of an episode before the first reset
 
 
-class RejectionCounts(NamedTuple):
-    """What ``step_is_free`` counts."""
-
-    rejections: NDArray[np.int64]  # by cause
-
-
 @kernel
-def step_all(search, counts, x, u, after, ends, violation):  # type: ignore[no-untyped-def]
+def step_all(search, checks, x, u, after, ends, violation):  # type: ignore[no-untyped-def]
     """Make a step of every copy, and say what forbids it.
 
     Args:
         search: ``SearchState``.
-        counts: ``RejectionCounts``; written.
+        checks: ``StepChecks``.
         x, u: States (n, nx) and inputs (n, nu).
         after: States reached, shape (n, nx); written.
         ends: The cause by which each step is rejected, or FREE, shape (n,); written.
         violation: Goal errors after the steps, in tolerances, shape (n,); written.
     """
     for k in range(x.shape[0]):
-        counts.rejections[:] = 0
-        speed = speed_bound(search.machine, x[k], u[k], search.scratch)
-        clearance, _ = step_is_free(search, counts, x[k], u[k], after[k], 0.0, speed)
-        ends[k] = FREE
-        if clearance < 0.0:
-            for cause in range(3):
-                if counts.rejections[cause] > 0:
-                    ends[k] = cause
+        ends[k], _ = check_step(checks, x[k], u[k], after[k], search.problem.step, True)
         violation[k] = goal_violation(search, after[k], math.inf)
 
 
@@ -120,7 +112,7 @@ class StepBatch:
     def _compile(self) -> None:
         """Make what compiled code takes: addresses, which no other process and no copy may have."""
         self._search = Record(search_state(self.problem, 1.0, 0))
-        self._counts = Record(RejectionCounts(np.zeros(4, dtype=np.int64)))
+        self._checks = Record(step_checks(self.problem))
         self._is_free = Propagator(self.problem).is_free
 
     def __getstate__(self) -> dict[str, Any]:
@@ -184,7 +176,7 @@ class StepBatch:
         u = low + (np.clip(given, -1.0, 1.0) + 1.0) / 2.0 * (high - low)
         after, violation = np.empty_like(self.x), np.empty(self.count)
         ends = np.empty(self.count, dtype=np.int64)
-        step_all(self._search, self._counts, self.x, u, after, ends, violation)
+        step_all(self._search, self._checks, self.x, u, after, ends, violation)
         free = ends == FREE
         reached = free & (violation <= IN_GOAL)
         after[ends == EQUATIONS] = self.x[ends == EQUATIONS]

@@ -140,7 +140,7 @@ def _limited(model: Model, limits: Mapping[str, tuple[float, float]]) -> Mechani
     Raises:
         InputError: Where limits do not intersect those of the machine.
     """
-    from kinolab.dynamics.language.control.feedback import (
+    from kinolab.dynamics.language.feedback import (
         Feedback,
     )  # which a kept machine does not need
     from kinolab.dynamics.language.inputs import bounds_of

@@ -93,6 +93,27 @@ def state_violation(goal, x, enough):  # type: ignore[no-untyped-def]
 
 
 @kernel
+def state_fractions(goal, x, reach, out):  # type: ignore[no-untyped-def]
+    """Write the errors of a state (nx,) in tolerances, those of targets signed, without points.
+
+    Args:
+        goal: ``GoalArrays``.
+        x: The state.
+        reach: Largest error of interest; say whether none is larger.
+        out: Of targets and of unit vectors, shape (named + parts,); written up to that.
+    """
+    named = goal.entry.shape[0]
+    for k in range(out.shape[0]):
+        if k < named:
+            out[k] = normalized_error(goal, k, x)
+        else:
+            out[k] = angle_from_target(goal, k - named, x) / goal.angle[k - named]
+        if not abs(out[k]) <= reach:  # NaN included
+            return False
+    return True
+
+
+@kernel
 def angle_from_target(goal, k, x):  # type: ignore[no-untyped-def]
     """Return the angle in [rad] between a unit vector and its target, as its part has it."""
     first, size, antipodal = goal.sphere[k, 0], goal.sphere[k, 1], goal.sphere[k, 2]

@@ -12,6 +12,7 @@ import numpy as np
 
 from kinolab.dynamics.language.shapes import Shape
 from kinolab.numerics.arrays import Array
+from kinolab.robots.actuation.actuators import Actuator, Aim, Motor, Tendon, Thruster
 from kinolab.robots.constant_frames import turned_about
 from kinolab.world.shape_surfaces import Faces
 
@@ -86,6 +87,7 @@ class Link:
         stands: Whether it is part of the surroundings, fixed to the world: nothing that moves may
             touch it, but what rests on it or turns about it.
         hidden: Whether its solids are not drawn.
+        borne: Which fraction of its weight is borne at its centre of mass, whatever it does.
     """
 
     name: str
@@ -94,6 +96,7 @@ class Link:
     visible: tuple[VisibleMesh, ...] = ()
     stands: bool = False
     hidden: bool = False
+    borne: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -125,6 +128,8 @@ class Joint:
         zero: Position in which the child's frame is at ``pose``.
         armature: Inertia of its motor's rotor, as the joint feels it, in [kg m^2] or [kg].
         stiffness, rest: Of a spring, in [N m/rad] or [N/m], and where that is at rest.
+        rests: Where the spring of a ball joint is at rest, a quaternion x, y, z, w; that of one
+            that moves freely, a place and a quaternion.
         higher_damping: Coefficients of v |v|, v^3, …, in SI units.
         higher_stiffness: Coefficients of x^2, x^3, …, where x = 0 is at rest, in SI units.
         held: Whether it is fixed only because it is locked, or has no room between its limits.
@@ -147,58 +152,10 @@ class Joint:
     armature: float = 0.0
     stiffness: float = 0.0
     rest: float = 0.0
+    rests: tuple[float, ...] = (0.0, 0.0, 0.0, 1.0)
     higher_damping: tuple[float, ...] = ()
     higher_stiffness: tuple[float, ...] = ()
     held: bool = False
-
-
-@dataclass(frozen=True)
-class Motor:
-    """A motor of a joint: an input within limits, which times ``gear`` is in [N m] or [N]."""
-
-    name: str
-    joint: str
-    lower: float
-    upper: float
-    gear: float = 1.0
-
-
-@dataclass(frozen=True)
-class Thruster:
-    """An input within limits that pushes and turns a link.
-
-    Attributes:
-        name: Its name.
-        link: Name of the link.
-        pose: Of its own frame in the link's, shape (4, 4).
-        force, torque: For each unit of the input, in its frame's axes at its origin, shape (3,), in
-            [N] and [N m].
-        lower, upper: Limits of the input.
-    """
-
-    name: str
-    link: str
-    pose: Array
-    force: Array
-    torque: Array
-    lower: float
-    upper: float
-
-
-@dataclass(frozen=True)
-class TendonMotor:
-    """An input within limits that acts on several joints at once, as a tendon does.
-
-    Attributes:
-        name: Its name.
-        joints: What it is on each joint for each unit of the input, in [N m] or [N], by name.
-        lower, upper: Limits of the input.
-    """
-
-    name: str
-    joints: Mapping[str, float]
-    lower: float
-    upper: float
 
 
 @dataclass(frozen=True)
@@ -221,47 +178,6 @@ class Closure:
 
 
 @dataclass(frozen=True)
-class Servo:
-    """What a servo of positions or rates can do where it is.
-
-    Its length L is a sum of positions of joints. It pushes with a - stiffness L - damping L_dot for
-    any a in [lower, upper], clipped to [least, most]: that is its input. Where it is not clipped,
-    which leaves its force without limits, a is its input, beside a spring and a damper.
-
-    Attributes:
-        motor: Name of its input.
-        lengths: By how much L grows with each joint, by name.
-        unit: What its input is for each unit of a force along L.
-        lower, upper: Ends of what it can aim at, as inputs where L and L_dot are zero.
-        stiffness, damping: In units of its input for each of L and of L_dot.
-        least, most: Limits of its input.
-        held: What joints that are held add to L.
-    """
-
-    motor: str
-    lengths: Mapping[str, float]
-    unit: float
-    lower: float
-    upper: float
-    stiffness: float
-    damping: float
-    least: float
-    most: float
-    held: float = 0.0
-
-    @property
-    def clipped(self) -> bool:
-        """Whether its force has limits."""
-        return math.isfinite(self.least) and math.isfinite(self.most)
-
-    def beside(self, held: Mapping[str, float]) -> Servo:
-        """Return the servo where some of its joints are held at positions."""
-        still = sum(each * held[name] for name, each in self.lengths.items() if name in held)
-        moving = {name: each for name, each in self.lengths.items() if name not in held}
-        return replace(self, lengths=moving, held=still)
-
-
-@dataclass(frozen=True)
 class KinematicTree:
     """Links and the joints between them; exactly one link, the root, has no parent.
 
@@ -277,8 +193,9 @@ class KinematicTree:
     gravity: tuple[float, float, float] = (0.0, 0.0, -9.81)
     thrusters: tuple[Thruster, ...] = ()
     closures: tuple[Closure, ...] = ()
-    pulls: tuple[TendonMotor, ...] = ()
-    servos: tuple[Servo, ...] = ()
+    actuators: tuple[Actuator, ...] = ()
+    aims: tuple[Aim, ...] = ()
+    tendons: tuple[Tendon, ...] = ()
     allowed: frozenset[frozenset[str]] = frozenset()
     notes: tuple[str, ...] = ()
 

@@ -16,14 +16,13 @@ from kinolab.dynamics.language.bodies import Body
 from kinolab.dynamics.language.constraints import PositionConstraint, Requirement, require
 from kinolab.dynamics.language.expressions import exact
 from kinolab.dynamics.language.forces import (
+    Buoyancy,
     Effort,
     Gravity,
-    Load,
-    Potential,
     Wrench,
 )
-from kinolab.dynamics.language.frames import WORLD, Axis, Frame, move, orient
-from kinolab.dynamics.language.inputs import Control, Force, Input, Torque
+from kinolab.dynamics.language.frames import WORLD, Axis, Frame, move, orient, squared_turn
+from kinolab.dynamics.language.inputs import Force, Input, Torque
 from kinolab.dynamics.language.offers import (
     JointFriction,
     LumpedMass,
@@ -31,11 +30,11 @@ from kinolab.dynamics.language.offers import (
     joint_friction,
     lumped_mass,
 )
+from kinolab.dynamics.language.quasi_velocities import State
 from kinolab.dynamics.language.shapes import Box, Shape
 from kinolab.dynamics.language.symbols import (
     Attitude,
     Coordinate,
-    InputSymbol,
     MachineSymbol,
     angle,
     length,
@@ -45,6 +44,17 @@ from kinolab.dynamics.language.symbols import (
 )
 from kinolab.errors import InputError, Mistake, printable
 from kinolab.numerics.arrays import Array
+from kinolab.robots.actuation.actuator_words import (
+    Command,
+    actuator_efforts,
+    aim_limits,
+    beyond_rest,
+    command,
+    force_limits,
+    length_limits,
+    spring,
+)
+from kinolab.robots.actuation.actuators import Actuator, Length, Tendon, Thruster
 from kinolab.robots.compared.disagreements import (
     AGREED,
     Correspondence,
@@ -68,9 +78,6 @@ from kinolab.robots.kinematic_tree import (
     KinematicTree,
     Link,
     PlacedShape,
-    Servo,
-    TendonMotor,
-    Thruster,
     bound_by_followers,
     coordinate_names,
     from_the_root,
@@ -158,7 +165,9 @@ def assembled(
     tree = replace(
         tree,
         joints=tuple(_fixed_at(joint, held) for joint in tree.joints),
-        servos=tuple(servo.beside(held) for servo in tree.servos),
+        actuators=tuple(replace(a, along=a.along.beside(held)) for a in tree.actuators),
+        aims=tuple(replace(a, along=a.along.beside(held)) for a in tree.aims),
+        tendons=tuple(replace(t, along=t.along.beside(held)) for t in tree.tendons),
     )
     mistakes += massless_joints(tree, where) if given is None else given.unlimited(tree, where)
     if mistakes:
@@ -178,8 +187,10 @@ def assembled(
         LOG.warning("%s", printable(told))
     if engines and given is None and AGREED.find(known := agreement_on(file, base, held)) is None:
         left_out = assembly.neglected
-        efforts = made.efforts[: len(made.efforts) - len(assembly.servos)]
-        passive = made.changed(efforts=efforts) if assembly.servos else made
+        efforts = made.efforts[: len(made.efforts) - len(assembly.driven)]
+        passive = made
+        if assembly.driven:
+            passive = made.changed(efforts=efforts, states=(), requirements=())
         if mistakes := [*disagreements(passive, corresponding, engines, where, left_out)]:
             raise InputError(mistakes)
         AGREED.keep(known, b"")
@@ -197,7 +208,7 @@ class _Assembly:
 
     Attributes:
         neglected: Moments of inertia that were rounding and are left out, in [kg m^2].
-        servos: Springs and dampers of servos, in which engines have no part.
+        driven: Forces of actuators, in which engines have no part.
     """
 
     def __init__(
@@ -220,10 +231,11 @@ class _Assembly:
         self._places: dict[str, list[Coordinate]] = {}  # of joints that move freely
         self._inputs: list[Input] = []
         self._efforts: list[Effort] = []
-        self.servos: list[Effort] = []
+        self.driven: list[Effort] = []
+        self._states: list[State] = []
         self._bodies: list[Body] = []
         self._taken = {name for joint in tree.joints for name in coordinate_names(joint)}
-        self._taken |= {one.name for one in tree.motors} | {one.name for one in tree.pulls}
+        self._taken |= {one.name for one in tree.motors} | {one.name for one in tree.actuators}
         self._taken |= {one.name for one in tree.thrusters}
         self._shapes: list[NamedShape] = []
         self._constraints: list[PositionConstraint] = []
@@ -271,7 +283,8 @@ class _Assembly:
             bodies=self._bodies,
             constraints=self._constraints,
             inputs=self._inputs,
-            efforts=[*self._efforts, *self.servos],
+            efforts=[*self._efforts, *self.driven],
+            states=self._states,
             requirements=self._requirements,
             gravity=_gravity(tree.gravity) if self._given is None else None,
         )
@@ -286,10 +299,14 @@ class _Assembly:
         """Add what pushes and what resists."""
         for joint, parent, part, before in moving:
             self._add_forces(joint, parent, part, before)
-        for servo in self._tree.servos:
-            self._add_servo(servo)
-        for pull in self._tree.pulls:
-            self._add_pull(pull, moving)
+        for tendon in self._tree.tendons:
+            self._add_tendon(tendon)
+        for actuator in self._tree.actuators:
+            self._add_actuator(actuator)
+        for aim in self._tree.aims:
+            length, speed = self._measured(aim.along)
+            if speed != 0:
+                self._requirements += aim_limits(aim, length, speed)
         for thruster in self._tree.thrusters:
             part, pose = at[thruster.link]
             self._add_thruster(thruster, part.frame @ constant_frame(pose @ thruster.pose))
@@ -344,12 +361,22 @@ class _Assembly:
         """Add the links of a part as bodies in their own frames, and one with the mass of all."""
         inherit = {joint.parent for joint in self._tree.joints}
         color = next((s.color for link, _ in part.links for s in link.solids if s.color), None)
+        first = len(self._bodies)
         for k, (link, pose) in enumerate(part.links):
             if k == 0 or link.solids or link.visible or link.name not in inherit:
                 self._add_link(part, link, pose, color, still=still)
         part.body = self._bodies[-1]
         if not still and self._given is None:
             self._add_mass(part)
+            self._add_lifts(part, self._bodies[first])
+
+    def _add_lifts(self, part: _Part, body: Body) -> None:
+        """Add what bears a fraction of the weight of each link, at its centre of mass."""
+        strength = math.hypot(*self._tree.gravity)
+        for own, pose, borne in ((link.inertial, pose, link.borne) for link, pose in part.links):
+            if own is not None and (lift := borne * own.mass * strength):
+                x, y, z = (pose[:3] @ [*own.centre, 1.0]).tolist()
+                self._efforts.append(Buoyancy(on=body, lift=lift, at=(x, y, z)))
 
     def _add_mass(self, part: _Part) -> None:
         """Add the mass of all links of a part as a body, if they have any."""
@@ -426,6 +453,7 @@ class _Assembly:
         if joint.name in self._attitudes:
             turn, place = self._attitudes[joint.name], self._places.get(joint.name, [])
             self._add_friction(joint, [*map(rate, place), *turn_rate(turn)])
+            self._add_ball_spring(joint, turn, place)
             if joint.armature > 0.0:
                 rotor = f"{joint.name} rotor"
                 own = (joint.armature,) * 3
@@ -438,10 +466,7 @@ class _Assembly:
         leader, factor, _ = self._led(joint)
         self._add_friction(joint, [factor * rate(leader) if joint.mimics else rate(leader)])
         at = self._position(joint)
-        stiffness = joint.stiffness, *joint.higher_stiffness
-        if any(stiffness):
-            x, springs = at - joint.rest, enumerate(stiffness, start=2)
-            self._efforts.append(Potential(sympy.Add(*(c * x**k / k for k, c in springs if c))))
+        self._efforts += spring((joint.stiffness, *joint.higher_stiffness), at - joint.rest)
         if joint.armature > 0.0:
             self._bodies.append(self._rotor(joint, at))
         assert part.body is not None
@@ -458,6 +483,21 @@ class _Assembly:
                 else Force(motor.name, on=part.body, along=axis, limit=limit, reacts_on=reacts_on)
             )
 
+    def _add_ball_spring(self, joint: Joint, turn: Attitude, place: Sequence[Coordinate]) -> None:
+        """Add the spring of a joint that turns about every axis, and of its place if it is free.
+
+        Only even powers of its distances have energies that are smooth at rest.
+        """
+        stiffness = joint.stiffness, *joint.higher_stiffness
+        if not any(stiffness):
+            return
+        *at, x, y, z, w = joint.rests
+        squares = [squared_turn(turn, (x, y, z, w))]
+        if place:
+            squares.append(sympy.Add(*((q - rest) ** 2 for q, rest in zip(place, at, strict=True))))
+        for square in squares:
+            self._efforts += spring(stiffness, sympy.sqrt(square))
+
     def _add_friction(self, joint: Joint, rates: Sequence[sympy.Expr]) -> None:
         """Add a joint's friction along each of its rates."""
         damping = joint.damping, *joint.higher_damping
@@ -467,65 +507,72 @@ class _Assembly:
         if joint.kind not in ("planar", "floating"):  # whose rates have different units
             self._offers.append(given)
 
-    def _add_servo(self, servo: Servo) -> None:
-        """Add spring and damper of a servo whose force has no limits, or require what it can do.
-
-        The values of a clipped interval are those between its ends that are within the limits, or
-        the limit that is nearest, where the interval is beyond it.
-        """
+    def _measured(self, along: Length) -> tuple[sympy.Expr, sympy.Expr]:
+        """Return a length of joints and its rate, which is 0 if all of them are held."""
         joints = {joint.name: joint for joint in self._tree.joints}
-        length, speed = exact(servo.held), sympy.Integer(0)
-        for name, each in servo.lengths.items():
+        length, speed = exact(along.offset), sympy.Integer(0)
+        for name, each in along.joints.items():
             leader, factor, _ = self._led(joints[name])
             length += exact(each) * self._position(joints[name])
             speed += exact(each * factor) * rate(leader)
-        if not servo.lengths:
-            return
-        if not servo.clipped:
-            if servo.stiffness:
-                self.servos.append(Potential(servo.stiffness / servo.unit / 2.0 * length**2))
-            if servo.damping:
-                self.servos.append(Load(-servo.damping / servo.unit * speed, speed))
-            return
-        pushes = InputSymbol(servo.motor)
-        aims = pushes + exact(servo.stiffness) * length + exact(servo.damping) * speed
-        below = sympy.Max(servo.upper - aims, servo.least - pushes, evaluate=False)
-        above = sympy.Max(aims - servo.lower, pushes - servo.most, evaluate=False)
-        self._requirements += [
-            require(below, f"{servo.motor} aims at no more than its ctrlrange allows"),
-            require(above, f"{servo.motor} aims at no less than its ctrlrange allows"),
-        ]
+        return length, speed
 
-    def _add_pull(self, pull: TendonMotor, moving: Sequence[_Moving]) -> None:
-        """Add an input that acts on joints, and on their links bodies without mass for it."""
-        control = Control(pull.name, limit=(pull.lower, pull.upper))
-        self._inputs.append(control)
-        for joint, parent, part, _ in moving:
-            if joint.name not in pull.joints:
-                continue
-            frames = {"moved": part.frame, "held": parent.frame}
-            on, back = (Body(f"{pull.name} {joint.name} {k}", at) for k, at in frames.items())
-            factor = pull.joints[joint.name]
-            x, y, z = (factor * e * control.symbol if e else 0 for e in joint.axis.tolist())
-            along = x, y, z
-            self._bodies += [on, back]
-            self._efforts.append(
-                Wrench(on=on, torque=along, reacts_on=back)
-                if joint.kind == "revolute"
-                else Wrench(on=on, force=along, reacts_on=back)
+    def _unit(self, along: Length) -> str:
+        """Return the unit of a length, none of one to which joints both turn and slide."""
+        kinds = {joint.name: joint.kind for joint in self._tree.joints}
+        units = {"rad" if kinds[name] == "revolute" else "m" for name in along.joints}
+        return units.pop() if len(units) == 1 else ""
+
+    def _command(self, given: Actuator | Thruster, unit: str = "") -> Command:
+        """Add an input and the state that follows it, if any, and return them."""
+        follower = f"{given.name}_act"
+        while follower in self._taken:
+            follower += "_"
+        ends = given.lower, given.upper
+        made = command(given.name, *ends, through=given.filter, follower=follower, unit=unit)
+        self._taken |= {one.name for one in made.states}
+        self._inputs.append(made.input)
+        self._states += made.states
+        return made
+
+    def _add_actuator(self, actuator: Actuator) -> None:
+        """Add an input that acts along a length of joints, and limits of its force."""
+        length, speed = self._measured(actuator.along)
+        if speed == 0:
+            return
+        unit, gain = self._unit(actuator.along), actuator.gain[0]
+        aims = {actuator.damping: f"{unit}/s", actuator.stiffness: unit} if unit else {}
+        made = self._command(actuator, aims.get(gain, "") if gain else "")
+        self.driven += actuator_efforts(actuator, made.symbol, length, speed)
+        self._requirements += force_limits(actuator, made.symbol, length, speed)
+
+    def _add_tendon(self, tendon: Tendon) -> None:
+        """Add what resists a length of joints."""
+        length, speed = self._measured(tendon.along)
+        if speed == 0:
+            return
+        self._efforts += spring(tendon.stiffness, beyond_rest(tendon, length))
+        stem, turns = self._stem(tendon.name, joint_friction.BEGINNINGS), self._unit(tendon.along)
+        given = JointFriction(stem, (speed,), tendon.damping, tendon.friction, turns == "rad")
+        self._efforts += given.efforts()
+        if turns:
+            self._offers.append(given)
+        if tendon.armature:
+            self._bodies.append(
+                self._weightless(f"{tendon.name} armature", length, tendon.armature)
             )
+        self._requirements += length_limits(tendon, length)
 
     def _add_thruster(self, thruster: Thruster, place: Frame) -> None:
         """Add an input that pushes what a frame is fixed to, and a body without mass for it."""
-        control = Control(thruster.name, limit=(thruster.lower, thruster.upper))
+        pushing = self._command(thruster).symbol
         site = Body(f"{thruster.name} site", place)
         fx, fy, fz, tx, ty, tz = (
-            control.symbol * part if part else 0
+            pushing * part if part else 0
             for part in (*thruster.force.tolist(), *thruster.torque.tolist())
         )
         self._bodies.append(site)
-        self._inputs.append(control)
-        self._efforts.append(Wrench(on=site, force=(fx, fy, fz), torque=(tx, ty, tz)))
+        self.driven.append(Wrench(on=site, force=(fx, fy, fz), torque=(tx, ty, tz)))
 
     def _add_closure(self, closure: Closure, at: Mapping[str, tuple[_Part, Array]]) -> None:
         """Add the constraints that close a loop."""

@@ -23,6 +23,8 @@ from kinolab.errors import InputError, Mistake, UnknownNameError, listed, printa
 from kinolab.files import is_file, read_ordinary
 from kinolab.lazy import library_of
 from kinolab.numerics.arrays import Array
+from kinolab.numerics.stages import doing
+from kinolab.robots.actuation.actuators import Motor
 from kinolab.robots.balanced_inertia import balanced
 from kinolab.robots.compared.urdf_engines import urdf_engines
 from kinolab.robots.given_motion import PerJoint, given_motion
@@ -36,7 +38,6 @@ from kinolab.robots.kinematic_tree import (
     KinematicTree,
     Link,
     Mimicked,
-    Motor,
     PlacedShape,
     VisibleMesh,
     usable_name,
@@ -323,6 +324,7 @@ class _LinkReader:
 
     def link(self, entry: Any) -> Link:
         """Return a link; only its name where its numbers cannot be read."""
+        doing(f"reading {printable(f'{self._path.name}: link {entry.name}')}")
         return self._guarded("link", self._link, entry, Link(str(entry.name)))
 
     def joint(self, entry: Any) -> Joint:

@@ -23,5 +23,6 @@ if TYPE_CHECKING:
     from kinolab.runs.report import check_to_json as check_to_json
     from kinolab.runs.report import facts_of_plan as facts_of_plan
     from kinolab.runs.report import margin_to_json as margin_to_json
+    from kinolab.runs.report import warnings_before as warnings_before
 
 __all__, __getattr__, __dir__ = lazy_package(__name__, __file__)

@@ -5,14 +5,17 @@ from __future__ import annotations
 import platform
 from collections.abc import Mapping
 from dataclasses import asdict
+from functools import lru_cache
 from typing import Any
 
 from kinolab.lazy import versions_of
+from kinolab.loading import find_system
 from kinolab.numerics.arrays import finite_or_none
 from kinolab.problem import PlanningTask
 from kinolab.problem.goal_entries import distance_by_unit, goal_entries
 from kinolab.problem.warnings import problem_warnings
 from kinolab.runs.assets import digest_of
+from kinolab.simulation.held_law import law_sentence
 from kinolab.solve import PlanResult
 from kinolab.verification import Certificate, Check
 
@@ -47,13 +50,21 @@ def report_of(
         "timings": plan.timings,
         "statistics": plan.statistics,
         "notes": list(problem.notes),
-        "warnings": [*problem_warnings(problem), *plan.warnings],
+        "warnings": [*warnings_before(problem), *plan.warnings],
         "duration_bound": None,
         "diagnosis": {"rejections": plan.rejections},
         "certificate": certified,
         "assets": {name: digest_of(content) for name, content in assets.items()},
         "versions": versions(),
     }
+
+
+@lru_cache(maxsize=8)
+def warnings_before(problem: PlanningTask) -> tuple[str, ...]:
+    """Return what one should know before a search, in sentences."""
+    settings = problem.scenario.integration
+    law = law_sentence(problem.model, settings, lambda: find_system(problem.scenario))
+    return (*problem_warnings(problem), *filter(None, (law,)))
 
 
 def facts_of_plan(problem: PlanningTask, plan: PlanResult) -> dict[str, Any]:

@@ -99,6 +99,7 @@ class SystemSection(Section):
     locked: dict[str, NumberOrAngle] | None = None  # positions of a robot's joints, [rad] or [m]
     self_collisions: bool | None = None  # of a robot's file
     convex_parts: Parts | None = None  # of a mesh in a robot's file, at most
+    servo_commands: bool | None = None  # of an MJCF file
     kinematic: bool | None = None  # of a robot's file
     max_velocity: PerJoint | None = None  # of a kinematic robot's joints, [rad/s] or [m/s]
     max_acceleration: PerJoint | None = None  # [rad/s^2] or [m/s^2]
@@ -310,7 +311,8 @@ class PlannerSection(Section):
         Effort,
         Meaning(
             'Work on making a motion exact and shorter, on an idle computer; 0: none. "auto": '
-            "that of 60 subproblems of the whole motion, from 2 to 30 s.",
+            "that of 60 subproblems of the whole motion, at least 2 s, and as much again while "
+            "that pays, up to 30 s.",
             "s",
         ),
     ] = "auto"

@@ -32,6 +32,7 @@ ROBOT_ONLY = (  # keys of [system], the files that they are for, and these in wo
     ("locked", ROBOT_FORMATS, "robots from files"),
     ("self_collisions", ROBOT_FORMATS, "robots from files"),
     ("convex_parts", ROBOT_FORMATS, "robots from files"),
+    ("servo_commands", (".xml",), "MJCF files"),  # a URDF file has no servos
     ("kinematic", ROBOT_FORMATS, "robots from files"),
     ("max_velocity", ROBOT_FORMATS, "robots from files"),
     ("max_acceleration", ROBOT_FORMATS, "robots from files"),

@@ -3,9 +3,6 @@
 from kinolab.lazy import lazy_package
 from kinolab.simulation.compiled_step import CompiledStep as CompiledStep
 from kinolab.simulation.compiled_step import ReferenceStep as ReferenceStep
-from kinolab.simulation.continuous_collision import (
-    ContinuousCollisionCheck as ContinuousCollisionCheck,
-)
 from kinolab.simulation.propagator import Propagator as Propagator
 from kinolab.simulation.propagator import Rejections as Rejections
 from kinolab.simulation.rollout import CandidateRollouts as CandidateRollouts

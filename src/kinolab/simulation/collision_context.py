@@ -18,12 +18,17 @@ import numpy as np
 from kinolab.numerics.arrays import Array, Integers, allocate
 from kinolab.numerics.jit import kernel
 from kinolab.problem import PlanningTask
-from kinolab.simulation.continuous_collision import SAFETY_FACTOR, moves_upright, resolution
 from kinolab.simulation.machine import advance, call_at, call_under
 from kinolab.world.collision.broadphase import Scratch
 from kinolab.world.collision.clearance_bound import clearance_within
 from kinolab.world.collision.collision_scene import CollisionScene, collision_scene
+from kinolab.world.placed_shapes import lowest_heights
 
+RESOLUTION = 0.01  # [m] that a point may move between two checks, at the finest level
+MIN_RESOLUTION = 1e-4  # [m], where the start is close to an obstacle
+RANDOM_STATES = 20  # at which bodies' heights are compared
+SAFETY_FACTOR = 1.1  # on speeds at both ends of a step, for those in between
+MOST_CHECKS = 1_000_000  # of a step; one of more, such as one of years, is refused
 CLEARANCE_HORIZON = 1.0  # [m] up to which clearance is computed, to skip later checks
 COARSE_CELL_FRACTION = 0.25  # of a cell: clearance for which the grid's bound suffices
 
@@ -51,9 +56,17 @@ class CollisionContext(NamedTuple):
     coarse_clearance: float  # [m] above which the grid's bound is not refined
 
 
-def collision_context(problem: PlanningTask) -> tuple[CollisionContext, CollisionScratch]:
-    """Build the collision context of a problem, with scratch memory for one thread."""
-    world, spacing = problem.world, resolution(problem)
+def collision_context(
+    problem: PlanningTask, margin: float = 0.0, finest: float = math.inf
+) -> tuple[CollisionContext, CollisionScratch]:
+    """Build the collision context of a problem, with scratch memory for one thread.
+
+    Args:
+        problem: The planning problem.
+        margin: Additional clearance in [m].
+        finest: As ``resolution`` takes it: passages half as wide count as free.
+    """
+    world, spacing = problem.world, resolution(problem, finest)
     gliding = not moves_upright(problem, touching=False)
     # A foot may touch the ground but not sink: only fine checks tell the difference.
     max_step = spacing if moves_upright(problem, touching=True) else math.inf
@@ -74,11 +87,43 @@ def collision_context(problem: PlanningTask) -> tuple[CollisionContext, Collisio
         lower=np.array([lower for _, lower, _ in limits], dtype=float),
         upper=np.array([upper for *_, upper in limits], dtype=float),
         bodies=problem.moving.astype(np.int64),
-        required_clearance=spacing / 2,
+        required_clearance=margin + spacing / 2,
         max_step=max_step,
         coarse_clearance=max(COARSE_CELL_FRACTION * all_around.distance.width, spacing),
     )
     return context, allocate(CollisionScratch, sizes)
+
+
+def resolution(problem: PlanningTask, finest: float = math.inf) -> float:
+    """Return the spacing of checks in [m]: the clearance of the start, clipped.
+
+    Args:
+        problem: The planning problem.
+        finest: Another one in [m], where that of the problem is coarser.
+    """
+    clearance = problem.checker().clearance(*problem.placement(problem.start), RESOLUTION)
+    return max(min(clearance, finest), MIN_RESOLUTION)
+
+
+def moves_upright(problem: PlanningTask, *, touching: bool) -> bool:
+    """Return whether any body's lowest point changes height, of those touching the ground or not.
+
+    Bodies that stay at one height need no margin against the ground, which would block them.
+    """
+    chosen = [k for k, body in enumerate(problem.bodies) if body.touches_ground is touching]
+    if not (problem.world.ground and chosen):
+        return False
+    generator, nq = np.random.default_rng(0), problem.model.nq
+    states = problem.sample_goals(generator, np.ones(RANDOM_STATES))
+    states[:, :nq] += generator.normal(size=(RANDOM_STATES, nq))
+    poses = problem.frames(states).reshape(RANDOM_STATES, -1, 3, 4)
+    lowest = [
+        lowest_heights(shape, poses[:, body])
+        for body in chosen
+        for shape in problem.bodies[body].shapes
+    ]
+    # Not finite: some sampled states have no pose, which says nothing about heights.
+    return bool(lowest) and not np.ptp(lowest, axis=1).max() <= MIN_RESOLUTION
 
 
 @kernel
@@ -143,6 +188,8 @@ def is_motion_free(machine, x, u, after, h, spare, speed, scratch, context):  # 
     """
     then = speed_bound(machine, after, u, scratch)
     speed = SAFETY_FACTOR * max(speed, then)
+    if not speed * h <= MOST_CHECKS * context.required_clearance:  # NaN included
+        return -1.0, then
     if spare - speed * h >= context.required_clearance:
         return spare - speed * h, then
     place_machine(machine, after, scratch)

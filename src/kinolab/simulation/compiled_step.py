@@ -14,8 +14,6 @@ from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 from kinolab.simulation.reference import DivergedError, follow_each
 
-REQUIREMENT_SAMPLES = 4  # of what a machine demands, along a step
-
 
 class CompiledStep:
     """One step of the machine, and where it leads.
@@ -37,10 +35,6 @@ class CompiledStep:
         self.x: Any = (ctypes.c_double * model.nx)()
         self.next: Any = (ctypes.c_double * model.nx)()
         self.u: Any = (ctypes.c_double * model.nu)()
-        self._speeds: Any = (ctypes.c_double * bodies)()
-        self._cable_speeds: Any = (ctypes.c_double * cables)()
-        self._margins: Any = (ctypes.c_double * len(problem.machine.requirements))()
-        self._slopes: Any = ((ctypes.c_double * model.nx)(), (ctypes.c_double * model.nx)())
         self.poses, self.ends = np.zeros((bodies, 12)), np.zeros((cables, 6))
         self._has_cables = cables > 0
         self._model = model  # owns the machine code behind the addresses
@@ -54,17 +48,8 @@ class CompiledStep:
         def call(name: str, *arrays: Any) -> Callable[[], int]:
             return bound(model.address(name), *arrays)
 
-        p, begin_and_end = self._p, (self.x, self.next)
-        self._frames = call("frames", self.next, p, self.poses)
-        self._cables = call("cables", self.next, p, self.ends)
-        self._requirements = call("requirements", self.next, u, p, self._margins)
-        self._point_speed = [call("point_speed", x, u, p, self._speeds) for x in begin_and_end]
-        self._cable_speed = [
-            call("cable_speed", x, u, p, self._cable_speeds) for x in begin_and_end
-        ]
-        self._f = [
-            call("f", x, u, p, out) for x, out in zip(begin_and_end, self._slopes, strict=True)
-        ]
+        self._frames = call("frames", self.next, self._p, self.poses)
+        self._cables = call("cables", self.next, self._p, self.ends)
 
     def step(self, duration: float) -> int:
         """Set ``next`` from ``x`` and ``u``; nonzero where that fails."""
@@ -75,38 +60,6 @@ class CompiledStep:
         self._frames()
         if self._has_cables:
             self._cables()
-
-    def keeps_requirements(self, duration: float) -> bool:
-        """Check what the machine demands along the step under the inputs held, its end first."""
-        if not self._margins:
-            return True
-        for k in range(REQUIREMENT_SAMPLES, -1, -1):
-            if k < REQUIREMENT_SAMPLES:
-                self.step(duration * k / REQUIREMENT_SAMPLES)
-            self._requirements()
-            if any(margin < 0 for margin in self._margins):
-                return False
-        return self.step(duration) == 0
-
-    def slopes(self) -> Any:
-        """Return the state's derivative at ``x`` and at ``next``."""
-        for f in self._f:
-            f()
-        return self._slopes
-
-    def fastest(self) -> float:
-        """Return a bound on the speed of the machine's points at ``x`` and at ``next``, in [m/s].
-
-        The ends of a cable bound its points: each is a mean of the two, and so is its velocity.
-        """
-        largest = 0.0
-        for point_speed in self._point_speed:
-            point_speed()
-            largest = max(largest, *self._speeds)
-        for cable_speed in self._cable_speed if self._has_cables else ():
-            cable_speed()
-            largest = max(largest, *self._cable_speeds)
-        return largest
 
 
 class ReferenceStep:

@@ -28,7 +28,6 @@ if TYPE_CHECKING:  # a machine that is in the cache needs no symbols
 
 FD_STEP = 1e-5  # of a state's scale, for finite differences of a step
 GROWING = 1.02  # multiplier from which a deviation grows; double roots at 1 are rounded by less
-FASTER = 1.1  # times as fast as a machine without its law: a law that leaves it as it is
 HALVINGS = 8  # of a step until the law holds
 SETTLING = 4.0  # [s] that a machine is given to come to its steady motion
 GENTLER = (2.0, 3.0, 5.0, 10.0, 20.0, 50.0, 100.0)  # factors on large deviations
@@ -64,6 +63,20 @@ class StiffLaw:
             f"{self.multiplier:.3g} times as large from one step to the next, and no motion "
             f"settles. It holds with [integration] step = {self.holds:.4g}{weights}."
         )
+
+
+def law_sentence(
+    model: Model, settings: IntegrationSection, described: Callable[[], Mechanism]
+) -> str:
+    """Return why a machine's law does not hold it, and what to do; empty if it does.
+
+    A law that pushes the wrong way is not too stiff for its step: no step is short enough.
+    Arguments as of ``stiff_law``.
+    """
+    if wrong := wrong_law(model, settings):
+        return wrong
+    found = stiff_law(model, settings, described)
+    return "" if found is None else found.sentence
 
 
 def stiff_law(
@@ -106,7 +119,7 @@ def wrong_law(model: Model, settings: IntegrationSection) -> str:
             u = model.plant_inputs(x, r)
             own = _growth(model.plant.jacobian(x[: model.plant.nx], u)[0])
             growth = _growth(model.jacobian(x, r)[0])
-            if growth > FASTER * max(own, 0.0) + math.log(GROWING) / settings.step:
+            if growth > max(own, 0.0) + math.log(GROWING) / settings.step:
                 return (
                     f"The law does not hold the machine, however short its step: a deviation from "
                     f"a steady motion grows {math.exp(min(growth, 100.0) * 0.1):.3g} times as "
@@ -179,7 +192,7 @@ def _steady(model: Model, settings: IntegrationSection) -> Iterator[tuple[Array,
 def _gentler(system: Mechanism, settings: IntegrationSection) -> float | None:
     """Return by how much a regulator's tracked deviations must be larger to hold at a step."""
     from kinolab.dynamics.analysis.lqr_design import with_law
-    from kinolab.dynamics.language.control.feedback import Regulator
+    from kinolab.dynamics.language.feedback import Regulator
 
     regulator = system.feedback
     if not isinstance(regulator, Regulator):

@@ -1,21 +1,107 @@
-"""State propagation with limit and FCL collision checks, and statistics of rejections."""
+"""State propagation with limit and collision checks, and statistics of rejections."""
 
 from __future__ import annotations
 
 import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
+from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
+from kinolab.numerics.jit import kernel
+from kinolab.numerics.struct import Record
 from kinolab.problem import PlanningTask
-from kinolab.simulation.compiled_step import CompiledStep
-from kinolab.simulation.continuous_collision import SAFETY_FACTOR, ContinuousCollisionCheck
+from kinolab.simulation.collision_context import (
+    CollisionContext,
+    CollisionScratch,
+    clearance_bound,
+    collision_context,
+    is_motion_free,
+    place_machine,
+    speed_bound,
+)
+from kinolab.simulation.limits import (
+    KEPT,
+    LimitArrays,
+    cone_at,
+    limit_arrays,
+    limit_names,
+    passed_at,
+    passed_limit,
+    slopes_of_step,
+)
+from kinolab.simulation.machine import Machine, advance, machine_of
+from kinolab.world import CollisionChecker
 
-CONE_RESOLUTION = 0.01  # [rad] that an axis may turn between two checks of a keep-out cone
 # rejections of each cause that are explained; beyond them one in EXPLANATION_PERIOD
 FULLY_EXPLAINED = 200
 EXPLANATION_PERIOD = 32
+FREE = -1
+LIMIT, COLLISION, EQUATIONS = 0, 1, 2  # causes of rejection
+
+
+class StepChecks(NamedTuple):
+    """A machine, its limits and its collision scene, for compiled code."""
+
+    machine: Machine
+    limits: LimitArrays
+    collision: CollisionContext
+    scratch: CollisionScratch
+
+
+def step_checks(problem: PlanningTask, margin: float = 0.0, finest: float = math.inf) -> StepChecks:
+    """Collect what checks of a problem's steps need; the caller must keep the model alive.
+
+    Args:
+        problem, margin, finest: As ``collision_context`` takes them.
+    """
+    scene = collision_context(problem, margin, finest)
+    return StepChecks(machine_of(problem), limit_arrays(problem), *scene)
+
+
+@kernel
+def check_step(checks, x, u, after, h, limited):  # type: ignore[no-untyped-def]
+    """Make a step and check it.
+
+    Args:
+        checks: ``StepChecks``; on collision its ``scratch`` holds the colliding poses.
+        x, u: State (nx,) and inputs (nu,).
+        after: The state reached, shape (nx,); written.
+        h: Step length in [s].
+        limited: Whether limits count, beside the workspace's.
+
+    Returns:
+        The cause of rejection, or FREE, and the index of the limit that is violated, or KEPT.
+    """
+    machine, limits, scratch = checks.machine, checks.limits, checks.scratch
+    if advance(machine, x, u, h, after) != 0:
+        return EQUATIONS, KEPT
+    if limited:
+        slopes_of_step(machine, limits, x, u, after)
+        passed = passed_limit(machine, limits, x, u, after, h, scratch)
+        if passed != KEPT:
+            return LIMIT, passed
+    speed = speed_bound(machine, x, u, scratch)
+    clearance, _ = is_motion_free(machine, x, u, after, h, 0.0, speed, scratch, checks.collision)
+    return (FREE if clearance >= 0.0 else COLLISION), KEPT
+
+
+@kernel
+def check_state(checks, x):  # type: ignore[no-untyped-def]
+    """Check a state (nx,), as ``check_step`` does the one that a step reaches."""
+    limits, scratch = checks.limits, checks.scratch
+    passed = passed_at(checks.machine, limits, x)
+    if passed != KEPT:
+        return LIMIT, passed
+    place_machine(checks.machine, x, scratch)
+    cone = cone_at(limits, scratch)
+    if cone != KEPT:
+        return LIMIT, x.shape[0] + limits.rate_lower.shape[0] + 1 + cone
+    least = checks.collision.required_clearance
+    clearance = clearance_bound(least, least, scratch, checks.collision)
+    return (FREE if clearance >= least else COLLISION), KEPT
 
 
 class Rejections:
@@ -77,17 +163,15 @@ class Propagator:
         finest: float = math.inf,
     ) -> None:
         self.problem = problem
-        self._calls = CompiledStep(problem)
-        self._sweep = ContinuousCollisionCheck(problem, self._calls, margin, finest)
-        self._limits = [
-            (i, float(lower), float(upper))
-            for i, (lower, upper) in enumerate(problem.bounds)
-            if np.isfinite(lower) or np.isfinite(upper)
-        ]
-        # Checked in Python; most machines have none.
-        self._has_rare_limits = bool(np.isfinite(problem.rate_bounds).any() or problem.keep_outs)
+        self._model = problem.model  # owns the compiled code
+        self._checks = step_checks(problem, margin, finest)
+        self._record = Record(self._checks)
+        self._x, self._after = np.zeros((2, problem.model.nx))
+        self._u = np.zeros(problem.model.nu)
         self.rejections = Rejections() if rejections is None else rejections
         self.propagations = 0
+        self.is_free(problem.start.tolist())  # loads compiled code, as what follows
+        self.touches_nothing(problem.start.tolist(), problem.model.null_control().tolist(), 0.0)
 
     def step(
         self, x: Sequence[float], u: Sequence[float], duration: float
@@ -101,14 +185,12 @@ class Propagator:
             u: Constant inputs, shape (nu,).
             duration: Step length in [s].
         """
-        calls = self._calls
-        calls.x[:], calls.u[:] = x, u
         self.propagations += 1
-        if calls.step(duration):
+        cause, limit = self._made(x, u, duration, True)
+        if cause == EQUATIONS:
             self.rejections.add("equations", lambda: ["the step has no result"])
             return list(x), False
-        reached = list(calls.next)
-        return reached, self._free_on_the_way(duration)
+        return self._after.tolist(), self._counted(cause, limit)
 
     def touches_nothing(self, x: Sequence[float], u: Sequence[float], duration: float) -> bool:
         """Return whether a step stays in the workspace and is collision-free; state limits aside.
@@ -118,89 +200,49 @@ class Propagator:
             u: Constant inputs, shape (nu,).
             duration: Step length in [s].
         """
-        calls = self._calls
-        calls.x[:], calls.u[:] = x, u
-        failed = calls.step(duration)
-        return not failed and self._sweep.free_within(duration, SAFETY_FACTOR * calls.fastest())
+        return bool(self._made(x, u, duration, False)[0] == FREE)
 
     def is_free(self, x: Sequence[float]) -> bool:
         """Return whether a state is within its limits and collision-free."""
-        self._calls.next[:] = x
-        return not self._passed() and self._sweep.free()
+        self._x[:] = x
+        return bool(check_state(self._record, self._x)[0] == FREE)
 
     def admits(self, x: Sequence[float]) -> bool:
         """Return whether a state is free; count a rejection where it is not."""
-        self._calls.next[:] = x
-        limit = self._passed()
-        if limit:
-            self.rejections.add("limit", lambda: [limit])
-        elif not self._sweep.free():
-            self.rejections.add("collision", self._sweep.rejection_sources)
-        else:
-            return True
-        return False
+        self._x[:] = x
+        return self._counted(*check_state(self._record, self._x))
 
-    def _free_on_the_way(self, duration: float) -> bool:
-        """Check the step just made for collisions."""
-        limit = (
-            self._passed()
-            or self._passed_within(duration)
-            or ("" if self._calls.keeps_requirements(duration) else "a requirement")
-            or self._cone_entered(duration)
+    def _made(
+        self, x: Sequence[float], u: Sequence[float], duration: float, limited: bool
+    ) -> tuple[int, int]:
+        """Make a step to ``_after``; return what it is refused for, and which limit it violates."""
+        self._x[:], self._u[:] = x, u
+        cause: tuple[int, int] = check_step(
+            self._record, self._x, self._u, self._after, float(duration), limited
         )
-        if limit:
-            self.rejections.add("limit", lambda: [limit])
-            return False
-        if not self._sweep.free_within(duration, SAFETY_FACTOR * self._calls.fastest()):
-            self.rejections.add("collision", self._sweep.rejection_sources)
-            return False
-        return True
+        return cause
 
-    def _passed(self) -> str:
-        """Return the name of a limit that the state reached violates; empty if none."""
-        values = self._calls.next
-        for i, lower, upper in self._limits:
-            if not lower <= values[i] <= upper:
-                return str(self.problem.model.state_names[i])
-        if self._has_rare_limits:
-            for name, *_ in self.problem.limit_violations(np.array(values)):
-                return name
-        return ""
+    def _counted(self, cause: int, limit: int) -> bool:
+        """Count a rejection by its cause; return whether there is none."""
+        if cause == LIMIT:
+            self.rejections.add("limit", lambda: [limit_names(self.problem)[limit]])
+        elif cause == COLLISION:
+            self.rejections.add("collision", self._touched)
+        return cause == FREE
 
-    def _passed_within(self, duration: float) -> str:
-        """Name a state entry whose extremum within the step violates a limit; empty if none.
+    @cached_property
+    def _checker(self) -> CollisionChecker:
+        """Names what comes too close."""
+        return self.problem.checker(self._checks.collision.required_clearance)
 
-        With slopes a and b of opposite sign at the ends of a step h, the extremum exceeds the end
-        values by about h/2 |a b| / (|a| + |b|), at most h/2 times the smaller slope.
-        """
-        before, after = self._calls.slopes()
-        for i, lower, upper in self._limits:
-            a, b = before[i], after[i]
-            if a * b < 0:
-                overshoot = SAFETY_FACTOR * 0.5 * duration * min(abs(a), abs(b))
-                ends = self._calls.x[i], self._calls.next[i]
-                if min(ends) - overshoot < lower or max(ends) + overshoot > upper:
-                    return str(self.problem.model.state_names[i])
-        return ""
-
-    def _cone_entered(self, duration: float) -> str:
-        """Name a keep-out cone violated at samples along the step, ``CONE_RESOLUTION`` apart."""
-        problem, calls = self.problem, self._calls
-        if not problem.keep_outs:
-            return ""
-        ends = zip((calls.x, calls.next), calls.slopes(), strict=True)
-        fastest = max(_axis_speed(problem, np.array(x), np.array(dx)) for x, dx in ends)
-        checks = max(1, math.ceil(SAFETY_FACTOR * fastest * duration / CONE_RESOLUTION))
-        for k in range(1, checks + 1):
-            calls.step(duration * k / checks)
-            poses = problem.frames(np.array(calls.next))
-            for cone in problem.keep_outs:
-                if cone.angle(poses) < cone.half_angle:
-                    return f"the axis of {problem.bodies[cone.body].name}"
-        return ""
-
-
-def _axis_speed(problem: PlanningTask, x: np.ndarray, slope: np.ndarray) -> float:
-    """Return the largest angular speed of axes with keep-out cones at a state, in [rad/s]."""
-    rates = problem.model.frames_jacobian(x) @ slope
-    return max(float(np.linalg.norm(cone.in_world(rates))) for cone in problem.keep_outs)
+    def _touched(self) -> list[str]:
+        """Name the contacts and limits of the workspace where the last motion was refused."""
+        poses, ends = self._checks.scratch.poses, self._checks.scratch.ends
+        outside = [
+            f"{axis} of {body.name} leaves the workspace"
+            for axis, (lower, upper) in self.problem.world.bounds.items()
+            for body, row in zip(self.problem.bodies, poses, strict=True)
+            if body.moves and not lower <= row["xyz".index(axis) * 4 + 3] <= upper
+        ]
+        touching = self._checker.contacts(poses, ends)
+        return outside + [f"{contact.body} – {contact.obstacle}" for contact in touching]

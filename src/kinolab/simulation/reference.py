@@ -62,6 +62,11 @@ class ReferenceMotion(ABC):
         """Interval, begin and end in [s] of every step within which it is smooth, each (m,)."""
         return np.arange(len(self.t) - 1), self.t[:-1], self.t[1:]
 
+    @property
+    def landings(self) -> tuple[Array, Array, NDArray[np.int64]]:
+        """Times in [s] at which modes begin after the start, states there, and their intervals."""
+        return self.t[:0], self.x[:0], np.zeros(0, np.int64)
+
     def between(self, k: int, times: Array) -> Array:
         """Evaluate the motion at times within interval k; shape (times, nx)."""
         return self.along(np.full(len(times), k), times)
@@ -86,6 +91,13 @@ class OdeMotion(ReferenceMotion):
     def steps(self) -> tuple[NDArray[np.int64], Array, Array]:
         """Interval, begin and end in [s] of every integrator step, each of shape (m,)."""
         return self.table.knot, self.table.begin, self.table.end
+
+    @property
+    def landings(self) -> tuple[Array, Array, NDArray[np.int64]]:
+        """Times in [s] at which modes begin after the start, states there, and their intervals."""
+        table = self.table
+        rows = np.flatnonzero(np.diff(table.x[:, -1])) + 1
+        return table.begin[rows], table.x[rows], table.knot[rows]
 
     @cached_property
     def pieces(self) -> MotionPieces:
@@ -238,7 +250,12 @@ def _diverged(
             model.plant.f(ode.y, ode.u[: ode.inputs], **parameters)
     except KinolabError as error:
         return DivergedError(begin, str(error))
-    return DivergedError(float(ode.progress[0]), REASONS[how])
+    reason = REASONS[how]
+    if how == dop853.CHATTERS:
+        mode = int(ode.y[-1])
+        names = (t.name for t in model.machine.transitions if mode in (t.source, t.target))
+        reason = f"{reason.rstrip('.')}: {', '.join(names)}."
+    return DivergedError(float(ode.progress[0]), reason)
 
 
 REASONS = {

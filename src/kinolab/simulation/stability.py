@@ -80,8 +80,11 @@ def step_too_long(settings: IntegrationSection, rate: float) -> Stiffness | None
 
 def fastest_rate(model: Model) -> float:
     """Return the rate of a machine's fastest stable mode, at rest and in motion, in [1/s]."""
-    generator = np.random.default_rng(0)
-    return max(decay_rate(model, x, generator) for x in (model.rest()[None], random_states(model)))
+    generator, moving = np.random.default_rng(0), random_states(model)
+    still = moving.copy()
+    still[:, model.speeds] = 0.0  # where dry friction is stiffest
+    kinds = (model.rest()[None], moving, still)
+    return max(decay_rate(model, x, generator) for x in kinds)
 
 
 def random_states(model: Model) -> Array:

@@ -43,6 +43,7 @@ SHOWING = 40  # subproblems of a whole motion that show what becomes of it
 ALIKE = 0.1  # fraction by which least durations of ways on the same side may differ
 MIN_EXPECTED_GAIN = 0.01  # of the duration, by further starts, to go on
 MIN_WAYS = 3  # whose spread says something
+STILL_GAINING = 0.05  # of its duration, in the second half of the work: a motion gets as much again
 
 
 @dataclass
@@ -134,14 +135,14 @@ class PlanImprover:
         seconds, begun = self._seconds, incumbent.time()
         if refused:  # most of the time is for another search
             seconds = min(seconds, max(MIN_REPAIR_SECONDS, REPAIR_TIME_FRACTION * limit))
-        patience = min(PATIENCE * seconds, limit - begun)
 
         def cancelled() -> bool:
+            patience = min(PATIENCE * remaining.time_limit, limit - begun)
             return incumbent.cancelled() or incumbent.time() - begun > patience
 
         with counted_work() as work:
             remaining = Budget(seconds, clock=lambda: work.seconds, cancelled=cancelled)
-            if patience <= 0.0:  # a plan found late is made exact, and no more
+            if begun >= limit:  # a plan found late is made exact, and no more
                 remaining.cancelled = incumbent.cancelled
                 Refinement(incumbent, first, remaining).end()
                 return 0
@@ -226,10 +227,24 @@ class PlanImprover:
                 for way in dropped:
                     way.end()
             self._finish(left, remaining)
+            while self._worth_more_work(left, remaining):
+                self._finish(left, remaining)
         finally:
             for way in left:
                 way.end()
         return [*dropped, *sorted(left, key=lambda way: -way.duration)]
+
+    def _worth_more_work(self, ways: Sequence[RefinedWay], remaining: Budget) -> bool:
+        """Allow as much work again while the shortest motion gets shorter, or has not begun to."""
+        more = min(self._seconds, MOST_SECONDS - self._seconds)
+        best = min(ways, key=lambda way: way.duration).progress
+        if self._wanted != "auto" or more <= 0.0 or not remaining.over or remaining.cancelled():
+            return False
+        if len(best.curve) > 1 and best.last_half_gain < STILL_GAINING:
+            return False
+        self._seconds += more
+        remaining.time_limit += more
+        return True
 
     def _joined(self, ways: Sequence[RefinedWay], *question: object) -> bool:
         """Ask all ways to do something at once, and wait for them; say whether they did it."""

@@ -11,7 +11,7 @@ from multiprocessing import Pipe
 from multiprocessing.connection import Connection
 from typing import final
 
-from kinolab.concurrency.starting import WorkingProcess
+from kinolab.concurrency.process_worker import WorkerProcess
 from kinolab.problem import PlanningTask
 from kinolab.search import Budget
 from kinolab.solve.plan import Attempt, Request
@@ -24,9 +24,9 @@ from kinolab.solve.worker import (
     Found,
     Searching,
     search_and_tell,
+    work,
 )
 
-SEARCHES = "kinolab.solve.worker"  # runs in the processes
 INTERRUPTED = "interrupted."
 PROCESS_EXIT_SECONDS = 5.0  # [s] for a process to exit after its last message
 # [s] for a thread to exit; after that it ends in the background
@@ -125,7 +125,7 @@ class ProcessJob(AbstractJob):
     """
 
     def __init__(self, parcel: bytes, request: Request, pool: SolutionPool) -> None:
-        self._worker = WorkingProcess(SEARCHES)
+        self._worker = WorkerProcess(work)
         super().__init__(self._worker.connection, request, pool)
         # Most problems exceed the pipe's buffer, and the process reads only once it has started.
         self._worker.post((request, parcel))

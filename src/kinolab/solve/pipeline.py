@@ -14,6 +14,8 @@ from kinolab.solve.parallel import solve_at_once
 from kinolab.solve.plan import PlanResult, Request, make_planner
 from kinolab.solve.sequential_runs import sequential_runs
 from kinolab.solve.solution_pool import SolutionPool
+from kinolab.trajectory import Trajectory
+from kinolab.verification.check import require_motion_of
 
 NOTHING = "Interrupted before anything was found."
 
@@ -29,6 +31,7 @@ def solve(
     anytime: bool = False,
     optimize: bool = True,
     improve: Effort | None = None,
+    guess: Trajectory | None = None,
     contained: bool = False,
     progress: Callable[[int, float], None] | None = None,
     watch: Callable[[Budget], None] | None = None,
@@ -54,6 +57,8 @@ def solve(
             plan of the shortest duration.
         optimize: Whether to make the solution exact and shorter, and search again; without it the
             plan is the planner's own, which may then use ``improve`` itself.
+        guess: A motion of this machine, such as the last plan of a world that has changed: where it
+            can be made to fit, nothing is searched for.
         contained: Whether each of several searches has a process of its own in any case, so that
             native code which crashes ends one of them.
         progress: Called during the search with the iterations and seconds so far.
@@ -63,7 +68,8 @@ def solve(
 
     Raises:
         EndpointError: If the start or the goal is impossible.
-        InputError: If the planner or a setting does not exist, or an argument is no such value.
+        InputError: If the planner or a setting does not exist, an argument is no such value, or the
+            guess is of another machine.
         JobsError: If no process of several completed.
     """
     _check_arguments(planner, jobs, seed=seed, time_limit=time_limit,
@@ -72,6 +78,9 @@ def solve(
     searcher = make_planner(problem, planner, settings)
     problem.require_goal()
     problem.check_endpoints()
+    if guess is not None:
+        require_fit("solve guess", Trajectory, guess)
+        require_motion_of(problem.model, guess, "solve guess")
     request = Request(
         planner,
         settings,
@@ -81,6 +90,7 @@ def solve(
         anytime=anytime,
         optimize=optimize,
         improve=improve,
+        guess=guess,
     )
     pool = SolutionPool(jobs, improved)
     budgets: list[Budget] = []

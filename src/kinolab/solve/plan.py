@@ -174,6 +174,7 @@ class Request:
         anytime: Whether to continue with further seeds until the time limit.
         optimize: Whether to make solutions exact and shorter.
         improve: Seconds of work for that, or ``"auto"``; None for the scenario's.
+        guess: A motion that is tried before the first search, if any.
     """
 
     planner: str | None
@@ -185,6 +186,7 @@ class Request:
     anytime: bool = False
     optimize: bool = True
     improve: Effort | None = None
+    guess: Trajectory | None = None
 
     def seeds(self) -> Iterator[int]:
         """Yield the seeds to try."""

@@ -110,6 +110,8 @@ class Refinement:
         Args:
             more: Work in [s] that there is for it.
         """
+        if self._remaining.over:  # nothing but that ended it
+            self.progress.over, self._work = False, None
         self._remaining.time_limit = self.progress.work + more
         self.go_on(math.inf)
         return self.end()
@@ -176,10 +178,10 @@ class Refinement:
     def _shorter_and_shorter(self) -> Iterator[Trajectory]:
         """Yield shorter motions; what is long and verified first loses its detours."""
         problem, made = self._incumbent.problem, self.progress
-        long = trajopt.is_long(problem, made.given)
+        long = trajopt.is_long(problem, made.shortest)
         if not (long and self._incumbent.best.status == "solved"):
             fraction = EXACTNESS_FRACTION if long else 1.0
-            made.shortest = self._exact(made.given, self._remaining, fraction)
+            made.shortest = self._exact(made.shortest, self._remaining, fraction)
         while not self._remaining.over:
             before = made.shortest.duration
             yield from trajopt.shortened(problem, made.shortest, self._spent(self._remaining))

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field, replace
 from kinolab.problem import PlanningTask
 from kinolab.search import AbstractPlanner, Budget
 from kinolab.solve.attempt import attempt
+from kinolab.solve.guessed import GuessedMotion
 from kinolab.solve.improve import PlanImprover
 from kinolab.solve.plan import REFUSED, PlanResult, Request, stream
 
@@ -57,7 +58,10 @@ def sequential_runs(
                 break  # interrupted before this budget was registered
             # With optimisation, shortening the first motion is a better use of the time.
             budget.improve = 0.0 if request.optimize else request.improve
-            found = attempt(problem, searcher, searches.next_seed, budget, keep_approach=not solved)
+            found = None if searches.begun else _guessed(problem, searcher, request, budget)
+            found = found or attempt(
+                problem, searcher, searches.next_seed, budget, keep_approach=not solved
+            )
             clock.add(budget)
             found = replace(found, seed=seed)
             improved = improving.plan(found, budget)
@@ -69,6 +73,20 @@ def sequential_runs(
         yield found, clock.elapsed
         if found.interrupted or (last is not None and last.interrupted):
             return
+
+
+def _guessed(
+    problem: PlanningTask, searcher: AbstractPlanner, request: Request, budget: Budget
+) -> PlanResult | None:
+    """Return the verified plan that a guess leads to; None without one, or where it leads nowhere.
+
+    It counts as the planner's own: what improves it may search again.
+    """
+    if request.guess is None:
+        return None
+    guess = GuessedMotion(guess=request.guess)
+    found = attempt(problem, guess, request.seed, budget, keep_approach=False)
+    return replace(found, planner=searcher.name) if found.status == "solved" else None
 
 
 @dataclass

@@ -12,7 +12,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
 
-from kinolab.concurrency.starting import leave_with
+from kinolab.concurrency.process_worker import leave_with
 from kinolab.errors import KinolabError
 from kinolab.problem import PlanningTask
 from kinolab.search import Budget

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
+from kinolab.dynamics.analysis.invariants import RANDOM_STATES, change_by
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 from kinolab.world.geometry import placement
 
-RANDOM_STATES = 8  # random states to test at
 MOTION_TOLERANCE = 1e-9  # [m] and [1]: rounding
 ROUNDING = 1e-12  # relative to the largest derivative
 # Which axes of a shape's own frame its symmetry distinguishes.
@@ -49,41 +50,34 @@ def _inputs(problem: PlanningTask) -> Array:
     return np.random.default_rng(1).uniform(lower, upper, (RANDOM_STATES, problem.model.nu))
 
 
-def _turned(states: Array, i: int) -> Array:
-    turned = states.copy()
-    turned[:, i] += 1.0
-    return turned
+def _changes(function: Callable[[Array], Array], states: Array, i: int) -> bool:
+    return change_by(function, states, i, 1.0) > MOTION_TOLERANCE
 
 
 def _demands(problem: PlanningTask, states: Array, i: int) -> bool:
     """Say whether the machine's requirements depend on an entry of the state."""
-    if not problem.machine.requirements:
-        return False
     u = _inputs(problem)
-    before, after = (problem.model.requirements(x, u) for x in (states, _turned(states, i)))
-    return bool(np.abs(after - before).max() > MOTION_TOLERANCE)
+    asked = problem.machine.requirements
+    return bool(asked) and _changes(lambda x: problem.model.requirements(x, u), states, i)
 
 
 def _shows(problem: PlanningTask, states: Array, i: int) -> bool:
     """Say whether an entry of the state moves a shape, apart from spin about its symmetry axis."""
-    cables = [problem.model.cables(x) for x in (states, _turned(states, i))]
-    if problem.cables and np.abs(cables[1] - cables[0]).max() > MOTION_TOLERANCE:
+    if problem.cables and _changes(problem.model.cables, states, i):
         return True
-    before, after = (
-        problem.frames(x).reshape(RANDOM_STATES, -1, 3, 4) for x in (states, _turned(states, i))
-    )
-    for k, body in enumerate(problem.bodies):
-        for shape in body.shapes:
-            own = placement(shape)
-            for a, b in zip(before[:, k], after[:, k], strict=True):
-                centres = [pose[:, :3] @ own[:, 3] + pose[:, 3] for pose in (a, b)]
-                turns = [(pose[:, :3] @ own[:, :3])[:, SHOWN[shape.symmetric]] for pose in (a, b)]
-                if (
-                    max(np.abs(np.subtract(*pair)).max(initial=0.0) for pair in (centres, turns))
-                    > MOTION_TOLERANCE
-                ):
-                    return True
-    return False
+
+    def shown(x: Array) -> Array:  # centres and axes of all shapes
+        poses = problem.frames(x).reshape(len(x), -1, 3, 4)
+        parts = [np.zeros((len(x), 0))]
+        for k, body in enumerate(problem.bodies):
+            turn, place = poses[:, k, :, :3], poses[:, k, :, 3]
+            for shape in body.shapes:
+                own = placement(shape)
+                axes = turn @ own[:, SHOWN[shape.symmetric]]
+                parts += [turn @ own[:, 3] + place, axes.reshape(len(x), -1)]
+        return np.hstack(parts)
+
+    return _changes(shown, states, i)
 
 
 def _turns_what_is_aimed(problem: PlanningTask, states: Array, i: int) -> bool:
@@ -91,7 +85,4 @@ def _turns_what_is_aimed(problem: PlanningTask, states: Array, i: int) -> bool:
     goal = problem.goal
     bodies = [point.body for point in goal.points]
     bodies += [axis.body for axis in goal.directions] + [cone.body for cone in problem.keep_outs]
-    if not bodies:
-        return False
-    before, after = (problem.frames(x)[:, bodies] for x in (states, _turned(states, i)))
-    return bool(np.abs(after - before).max() > MOTION_TOLERANCE)
+    return bool(bodies) and _changes(lambda x: problem.frames(x)[:, bodies], states, i)

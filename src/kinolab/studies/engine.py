@@ -13,11 +13,11 @@ from typing import Self, TypeAlias, final
 
 from kinolab.concurrency.cancel import CancellationToken, never_cancelled
 from kinolab.concurrency.forks import FORKS
-from kinolab.concurrency.starting import WorkingProcess
+from kinolab.concurrency.process_worker import WorkerProcess
 from kinolab.errors import KinolabError
 from kinolab.studies.orders import Answer, WorkOrder, failure
 from kinolab.studies.problem_files import ProblemFiles
-from kinolab.studies.worker_process import MODULE, WorkerLostError, answer_of
+from kinolab.studies.worker_process import WorkerLostError, answer_of, work
 
 AHEAD = 3  # orders per worker that are on their way or done
 TRIES = 10  # of one order whose workers are lost
@@ -141,7 +141,7 @@ class WorkerProcesses:
 
     def __init__(self, root: Path) -> None:
         self._root, self._lock = root, threading.Lock()
-        self._of_thread: dict[int, WorkingProcess] = {}
+        self._of_thread: dict[int, WorkerProcess] = {}
         self._closed = False
 
     def answer(self, order: WorkOrder) -> Answer:
@@ -155,7 +155,7 @@ class WorkerProcesses:
             if self._closed:
                 raise WorkerLostError("the engine is closed")
             if own not in self._of_thread:
-                self._of_thread[own] = WorkingProcess(MODULE)
+                self._of_thread[own] = WorkerProcess(work)
             process = self._of_thread[own]
         try:
             answer = answer_of(process, order, self._root)
@@ -166,7 +166,7 @@ class WorkerProcesses:
             self._drop(own, process)
         return answer
 
-    def _drop(self, thread: int, process: WorkingProcess) -> None:
+    def _drop(self, thread: int, process: WorkerProcess) -> None:
         with self._lock:
             if self._of_thread.get(thread) is process:
                 del self._of_thread[thread]

@@ -13,18 +13,14 @@ import signal
 import time
 from contextlib import suppress
 from dataclasses import dataclass
-from multiprocessing import Pipe
 from multiprocessing.connection import Connection, wait
 from pathlib import Path
-from typing import NoReturn
 
-from kinolab.concurrency.forks import FORKS
-from kinolab.concurrency.parent_death import end_with_parent
-from kinolab.concurrency.starting import WorkingProcess
+from kinolab.concurrency.forks import FORKS, forked
+from kinolab.concurrency.process_worker import WorkerProcess
 from kinolab.studies.hardware import computer
 from kinolab.studies.orders import Answer, WorkOrder, failure, peak_memory
 
-MODULE = __name__
 PERIOD = 0.05  # [s] between looks at a run that has limits
 
 
@@ -39,7 +35,7 @@ class Killed:
     reason: str
 
 
-def answer_of(worker: WorkingProcess, order: WorkOrder, root: Path) -> Answer:
+def answer_of(worker: WorkerProcess, order: WorkOrder, root: Path) -> Answer:
     """Have a process that runs this module do an order.
 
     Args:
@@ -66,8 +62,6 @@ def work(connection: Connection) -> None:
     while True:
         order, root = connection.recv()
         connection.send(_answer(order, root / order.files, connection, rehearsed))
-        if order.isolated and not FORKS:
-            return
 
 
 def _answer(
@@ -94,12 +88,7 @@ def _answer(
 
 def _forked(order: WorkOrder, folder: Path, connection: Connection) -> Answer | Killed:
     """Do an order in a fork, which is killed at its limits, or once nobody waits for it."""
-    ours, theirs = Pipe(duplex=False)
-    parent = os.getpid()
-    child = os.fork()
-    if not child:
-        _in_fork(order, folder, theirs, parent)
-    theirs.close()
+    child, ours = forked(lambda theirs: theirs.send(order.work(folder)))
     answer, exceeded = None, ""
     with ours:
         while True:
@@ -129,16 +118,6 @@ def _forked(order: WorkOrder, folder: Path, connection: Connection) -> Answer | 
         return Killed("its process was killed, as happens where memory runs out")
     how = signal.Signals(os.WTERMSIG(status)).name if os.WIFSIGNALED(status) else "its own exit"
     return {**failure(order, "crashed", f"its process was ended by {how}."), **used}
-
-
-def _in_fork(order: WorkOrder, folder: Path, theirs: Connection, parent: int) -> NoReturn:
-    """Do an order in this process, send its answer and leave."""
-    try:
-        end_with_parent()
-        if os.getppid() == parent:
-            theirs.send(order.work(folder))
-    finally:
-        os._exit(0)  # whatever happened: this is a copy of a process that goes on
 
 
 def _exceeded(order: WorkOrder, child: int) -> str:

@@ -99,11 +99,30 @@ def _places(asked: PlanningTask, given: PlanningTask) -> Iterator[WrongAnswerErr
     ]
     for name in (one for one in names[0] if one in names[1]):
         due, own = (f[:, n.index(name)] for f, n in zip(frames, names, strict=True))
+        heavy, ours = (_tensor(t, name, f[0]) for t, f in ((asked, due), (given, own)))
         if not np.allclose(due[1, :, 3], own[1, :, 3], atol=NEAR):
             what = f"at {at} {name} is at {_vector(own[1, :, 3])} m"
             yield WrongAnswerError(what, f"{_vector(due[1, :, 3])} m")
         elif not np.allclose(_turn(due), _turn(own), atol=NEAR):
             yield WrongAnswerError(f"from the start to {at} {name} turns otherwise than it should.")
+        elif _differ(*(np.asarray(np.linalg.eigvalsh(one), dtype=float) for one in (heavy, ours))):
+            continue  # told with its mass
+        elif _differ(heavy, ours):
+            what = f"the moments of inertia of {name} about the world's x, y and z are at the start"
+            told = f"{_vector(np.diag(ours))} kg m^2"
+            yield WrongAnswerError(f"{what} {told}", f"{_vector(np.diag(heavy))} kg m^2")
+
+
+def _tensor(task: PlanningTask, name: str, pose: Array) -> Array:
+    """Return a body's inertia along the world's axes, shape (3, 3), in a pose (3, 4)."""
+    system, turn = task.system, pose[:, :3]
+    body = next(one for one in system.bodies if one.name == name)
+    tensor = np.array([system.number(entry) for entry in body.inertia_matrix]).reshape(3, 3)
+    return np.asarray(turn @ tensor @ turn.T)
+
+
+def _differ(due: Array, own: Array) -> bool:
+    return not np.allclose(due, own, rtol=0.0, atol=THREE_DIGITS * np.abs(due).max())
 
 
 def _turn(frames: Array) -> Array:

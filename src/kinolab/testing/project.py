@@ -51,7 +51,7 @@ def project_report(what: str, against: str | None, due: bool, told: Told) -> Rep
     richer = not faults and any(_richer(system))
     poor = "it generalises it in no way." if not faults else "that counts for a right machine."
     machine = (
-        _part(SOUND if asked is None else MOVES, RIGHT, not faults, "; ".join(faults)),
+        _part(SOUND if asked is None else MOVES, RIGHT, not faults, f"{'; '.join(faults)}."),
         _part(RICHER, RICH, richer, poor),
     )
     try:
@@ -64,7 +64,7 @@ def _faults(system: System, scenario: Scenario, asked: PlanningTask | None) -> I
     """Yield what ``plan examine`` has against a machine, and not against the one asked for."""
     known = {} if asked is None else _remarks(System.of(asked.system), asked.scenario)
     remarks = _remarks(system, scenario)
-    yield from (told for law, told in remarks.items() if law not in known)
+    yield from (told.removesuffix(".") for law, told in remarks.items() if law not in known)
 
 
 def _remarks(system: System, scenario: Scenario) -> dict[str, str]:

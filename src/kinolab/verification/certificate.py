@@ -13,11 +13,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from kinolab.arguments import require_fit
-from kinolab.errors import LONGEST_QUOTE, InputError, KinolabError, Mistake
+from kinolab.errors import KinolabError
 from kinolab.problem import PlanningTask
 from kinolab.simulation.reference import MAX_ERROR_AMPLIFICATION, DivergedError, ReferenceMotion
 from kinolab.trajectory import Trajectory
-from kinolab.verification.check import Check, CheckContext
+from kinolab.verification.check import Check, CheckContext, require_motion_of
 from kinolab.verification.check_conditions import CheckConditions
 from kinolab.verification.checks import (
     CHECKS,
@@ -87,14 +87,7 @@ def verify(
     """
     require_fit("verify problem", PlanningTask, problem)
     require_fit("verify trajectory", Trajectory, trajectory)
-    model, plant = problem.model, problem.model.plant
-    references = () if plant is model else model.control_names
-    wanted = (*model.state_names, *plant.control_names, *references)
-    found = (*trajectory.state_names, *trajectory.control_names, *trajectory.reference_names)
-    if tuple(found) != wanted:
-        what = f"its columns are {', '.join(found)[:LONGEST_QUOTE]}, of another machine"
-        remedy = f"Give one with the columns {', '.join(wanted)}."
-        raise InputError([Mistake("verify trajectory", f"{what}.", remedy)])
+    require_motion_of(problem.model, trajectory, "verify trajectory")
     context = CheckContext.of(problem, trajectory, told, thorough=thorough)
     checks = tuple(_checked(context, CHECKS))
     free = any(check.name == "collision" and check.passed for check in checks)

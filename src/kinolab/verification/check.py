@@ -9,6 +9,8 @@ from functools import cached_property
 
 import numpy as np
 
+from kinolab.dynamics import Model
+from kinolab.errors import LONGEST_QUOTE, InputError, Mistake
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 from kinolab.simulation.reference import (
@@ -76,6 +78,21 @@ def worst_along(name: str, violations: Iterable[tuple[float, str]]) -> Check:
     except TooFastError as error:
         worst, detail = math.inf, str(error)
     return judged(name, worst, LIMIT_TOLERANCE, detail)
+
+
+def require_motion_of(model: Model, trajectory: Trajectory, where: str) -> None:
+    """Require that a trajectory is of a machine.
+
+    Raises:
+        InputError: If its columns are of another one; ``where`` says whose argument it is.
+    """
+    plant = model.plant
+    references = () if plant is model else model.control_names
+    wanted = (*model.state_names, *plant.control_names, *references)
+    found = (*trajectory.state_names, *trajectory.control_names, *trajectory.reference_names)
+    if found != wanted:
+        what = f"its columns are {', '.join(found)[:LONGEST_QUOTE]}, of another machine."
+        raise InputError([Mistake(where, what, f"Give one with the columns {', '.join(wanted)}.")])
 
 
 @dataclass(frozen=True, eq=False)

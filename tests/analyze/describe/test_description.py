@@ -24,9 +24,11 @@ from kinolab.dynamics import (
     angle,
     length,
     move,
+    parameter,
     rot_z,
     toward,
 )
+from kinolab.dynamics.units import in_digits
 from tests import registered
 from tests.machines import MACHINES
 
@@ -68,9 +70,24 @@ def test_bodies_are_told_with_their_masses_and_the_boxes_around_their_shapes() -
     assert left.extent == pytest.approx((0.195, 0.04, 0.195))
     text = described_as_text(described("diff_drive")).splitlines()
     assert "  bodies: 3" in text
-    assert "    left wheel   0 kg  0.195 x 0.04 x 0.195 m" in text
+    words = {" ".join(line.split()) for line in text}
+    assert "left wheel 0.005 kg m^2 0.195 x 0.04 x 0.195 m" in words
     data = description_to_json(described("diff_drive"))["bodies"]
     assert [body["name"] for body in data] == ["robot", "left wheel", "right wheel"]
+
+
+def test_numbers_have_units_and_no_exponents() -> None:
+    """What only turns has its moment of inertia, and a heavy body no power of ten."""
+    q, M, J = angle("q"), parameter("M", 3000.0, "kg"), parameter("J", 0.02, "kg m^2")
+    hull, rotor = Body("hull", move(length("x")), mass=M), Body("rotor", rot_z(q), inertia=J)
+    found = describe(System("s", bodies=[hull, rotor]))
+    text = described_as_text(found).splitlines()
+    assert "    hull   3000 kg      no shape" in text
+    assert "    rotor  0.02 kg m^2  no shape" in text
+    assert text[text.index("  parameters: 2") + 1 :][:2] == ["    J  0.02 kg m^2", "    M  3000 kg"]
+    assert description_to_json(found)["parameter_units"] == {"J": "kg m^2", "M": "kg"}
+    shown = [in_digits(value) for value in (3e3, 1234567.0, 0.0012345, 2e12, -0.5)]
+    assert shown == ["3000", "1230000", "0.00123", "2e+12", "-0.5"]
 
 
 def test_a_body_without_a_shape_has_no_extent() -> None:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 
 from kinolab import systems
+from kinolab.analyze.describe.conserved import momenta_of
 from kinolab.analyze.describe.description import describe
 from kinolab.analyze.describe.description_text import described_as_text
-from kinolab.analyze.describe.momenta import momenta_of
 from kinolab.dynamics import (
     Body,
     Force,

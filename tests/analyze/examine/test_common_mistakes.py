@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from types import SimpleNamespace
+from typing import Any
+
 import pytest
+from sympy import sin
 
 from kinolab.analyze.examine import examine
 from kinolab.dynamics import (
@@ -10,14 +15,21 @@ from kinolab.dynamics import (
     Body,
     Box,
     Force,
+    Load,
+    Potential,
+    Sphere,
     System,
     Torque,
     Viscous,
+    Wrench,
     angle,
     length,
     move,
+    parameter,
     rate,
     rot_y,
+    toward,
+    zero,
 )
 from kinolab.errors import InputError
 
@@ -102,3 +114,93 @@ def test_bodies_that_pass_through_each_other_are_told_with_the_remedy() -> None:
 
 def test_pairs_that_are_named_are_not_told() -> None:
     assert not any("collisions=" in one for one in examine(sliders([("red", "blue")])).sentences)
+
+
+def swinging(
+    effort: Callable[[Any], Any] | None = None, inertia: Any = (0.0005, 0.0025, 0.0025)
+) -> System:
+    """A plate that slides along a boom, which turns in a vertical plane."""
+    q, r = angle("q", speed=5.0), length("r", 0.1, 0.5, speed=2.0)
+    m, g = parameter("m", 0.6, "kg"), parameter("g", 9.81, "m/s^2")
+    boom = rot_y(q)
+    plate = Body("plate", boom @ move(r), mass=m, inertia=inertia, shape=Box(0.2, 0.1, 0.01))
+    parts = SimpleNamespace(plate=plate, q=q, r=r, weight=m * g, m=m, turn=rate(q), out=rate(r))
+    return System(
+        "s",
+        bodies=[plate],
+        inputs=[Torque("u", on=plate, about=boom.y, limit=2)],
+        efforts=[] if effort is None else [effort(parts)],
+        gravity=toward("-z", g),
+    )
+
+
+@pytest.mark.parametrize(
+    ("effort", "title"),
+    [
+        (lambda s: Potential(1 - s.weight * s.r * sin(s.q)), "weight"),
+        (lambda s: Load(s.weight * sin(s.q), s.out), "weight"),
+        (lambda s: Wrench(on=s.plate, force=(s.m * s.r * s.turn**2, 0, 0)), "inertial force"),
+        (lambda s: Load(-2 * s.m * s.r * s.out * s.turn, s.turn), "inertial force"),
+    ],
+)
+def test_a_force_that_follows_from_frames_and_gravity_is_not_to_be_added(
+    effort: Callable[[Any], Any], title: str
+) -> None:
+    """L has m r^2 q_dot^2 / 2 and m g r sin(q): all these are in its equations already."""
+    (found,) = broken(swinging(effort))
+    assert f"{title} that is there twice: plate" in found
+
+
+@pytest.mark.parametrize(
+    "effort",
+    [
+        lambda s: Potential(s.weight * s.r * sin(s.q)),  # a counterweight
+        lambda s: Potential(-0.9 * s.weight * s.r * sin(s.q)),  # a load that is no body
+        lambda s: Load(-0.3 * s.turn * abs(s.turn), s.turn),
+        lambda s: Potential(30 * (s.r - 0.2) ** 2 + 4 * s.q**2),
+    ],
+)
+def test_forces_of_their_own_get_no_remark(effort: Callable[[Any], Any]) -> None:
+    assert broken(swinging(effort)) == []
+
+
+def test_moments_of_inertia_in_another_order_are_named() -> None:
+    """A plate of 0.2 m by 0.1 m by 0.01 m has m (b^2 + c^2) / 12 = 0.0005 kg m^2 about x."""
+    m, a, b, c = 0.6, 0.2, 0.1, 0.01
+    right = tuple(m * (a**2 + b**2 + c**2 - edge**2) / 12 for edge in (a, b, c))
+    assert broken(swinging(inertia=right)) == []
+    heavy = tuple(m * 0.999 * (a**2 + b**2 + c**2 - edge**2) / 4 for edge in (a, b, c))
+    assert broken(swinging(inertia=heavy)) == []  # all of it in the corners
+    (found,) = broken(swinging(inertia=(heavy[1], heavy[0], heavy[2])))
+    assert "inertia in another order: plate" in found
+
+
+def test_a_hand_that_opens_and_a_ball_under_its_rider_get_no_remark() -> None:
+    """Fingers touch where they are closed; a ball's middle stays where its rider has it."""
+    x, s = length("x", speed=1.0), length("s", 0.0, 0.1, speed=1.0)
+    fingers = [
+        Body(name, move(x, way * (0.01 + s)), mass=0.1, shape=Box(0.1, 0.02, 0.02))
+        for name, way in (("left", 1), ("right", -1))
+    ]
+    push = Force("push", on=fingers[0], along=WORLD.x, limit=1.0)
+    assert broken(System("hand", bodies=fingers, inputs=[push])) == []
+
+    turn, lean, g = angle("turn", speed=9.0), angle("lean", -1.0, 1.0, speed=3.0), 9.81
+    middle = rot_y(-0.1) @ move(x, 0, 0.1)
+    ball = Body("ball", middle @ rot_y(turn), mass=2.0, inertia=0.008, shape=Sphere(0.1))
+    seat = middle @ rot_y(lean) @ move(0, 0, 0.4)
+    rider = Body("rider", seat, mass=5.0, inertia=0.2, shape=Box(0.1, 0.1, 0.6))
+    motor = Torque("motor", on=ball, about=WORLD.y, limit=5.0, reacts_on=rider)
+    rolling = zero(rate(x) - 0.1 * rate(turn), "rolling")
+    assert (
+        broken(
+            System(
+                "ballbot",
+                bodies=[ball, rider],
+                constraints=[rolling],
+                inputs=[motor],
+                gravity=toward("-z", g),
+            )
+        )
+        == []
+    )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -10,10 +11,11 @@ from typing import Any
 import pytest
 
 import kinolab
+import kinolab.analyze.examine
 from kinolab import systems
 from kinolab.analyze.examine.examination import examine, remarks_on
-from kinolab.analyze.examine.passing_bodies import passing_bodies
-from kinolab.analyze.examine.subject import Subject
+from kinolab.analyze.examine.remarks.subject import Subject
+from kinolab.analyze.examine.shapes.passing_bodies import passing_bodies
 from kinolab.dynamics import WORLD, Body, Force, System, Viscous, length, move, rate
 from kinolab.errors import InputError
 from kinolab.scenario.schema import IntegrationSection
@@ -30,7 +32,9 @@ from tests.analyze.examine.mistaken import (
     turntable,
 )
 from tests.registered import MAKERS
+from tests.support import ROOT
 
+EXAMINE = Path(kinolab.analyze.examine.__file__).parent
 SLOW = {"marionette"}  # a minute: 30 bodies, most of which touch each other
 
 
@@ -183,3 +187,11 @@ def test_a_stone_that_is_let_go_falls_as_far_as_galilei_says() -> None:
 def test_what_nothing_holds_or_drives_is_named() -> None:
     told = examine(ball(free=True))
     assert "Nothing holds or drives phi: no input, force, constraint or weight." in told.sentences
+
+
+def test_every_kind_of_remark_is_explained_in_the_manual() -> None:
+    code = "".join(path.read_text("utf-8") for path in EXAMINE.rglob("*.py"))
+    kinds = {*re.findall(r'Remark\(\s*"([^"]+)"', code), *re.findall(r'ASKEW = "([^"]+)"', code)}
+    page = (ROOT / "docs" / "machines.md").read_text("utf-8")
+    assert {kind for kind in kinds if f"`{kind}`" not in page} == set()
+    assert len(kinds) > 20

@@ -56,6 +56,7 @@ class FailingPlan:
         diagnosis: What the diagnosis must say; nothing if the summary says all.
         u: Inputs of the plan, one row per step.
         options: Of the executor.
+        runs: How many; more where it takes two parameters to fail.
     """
 
     system: System
@@ -65,6 +66,7 @@ class FailingPlan:
     diagnosis: str = ""
     u: Any = field(default_factory=lambda: SETTLED)
     options: dict[str, Any] = field(default_factory=dict)
+    runs: int = 12
 
     def made(self) -> tuple[PlanningTask, Trajectory]:
         """Return the problem, and the motion that its inputs lead to as planned."""
@@ -154,6 +156,23 @@ def scissors() -> System:
     )
 
 
+def sliding() -> System:
+    """A box on a slope, which in the world has the angle that the plan knows."""
+    x, slope = length("x", -9.0, 9.0, speed=4.0), parameter("slope", 0.1, "rad")
+    box = Body("box", rot_y(-slope) @ move(x, 0, 0.3), mass=1.0, shape=Box(0.4, 0.3, 0.2))
+    push = Force("push", on=box, along=rot_y(-slope).x, limit=2.0)
+    return System("sliding", bodies=[box], inputs=[push])
+
+
+def lifted() -> System:
+    """A box whose height is the sum of two parameters."""
+    x = length("x", -9.0, 9.0, speed=4.0)
+    a, b = parameter("a", 0.15, "m"), parameter("b", 0.15, "m")
+    box = Body("box", move(x, 0, a + b), mass=1.0, shape=Box(0.4, 0.3, 0.2))
+    push = Force("push", on=box, along=move(x).x, limit=2.0)
+    return System("lifted", bodies=[box], inputs=[push])
+
+
 def pendulum() -> System:
     """A pendulum that is to be held upright without feedback of its own."""
     theta = angle("theta", speed=8.0)
@@ -215,6 +234,23 @@ CASES = {
         r"collided on the way: box – wall",
         r"mm more room.*world\.clearance=0\.0",
         AHEAD,
+    ),
+    "a slope is not that of the world": FailingPlan(
+        sliding(),  # the plank's top is 4 mm below the box
+        REST.format(0.1) + '[[world.obstacle]]\nname = "plank"\nbox = [6.0, 1.0, 0.1]\n'
+        "position = [0, 0, 0.1467]\nrpy = [0, -0.1, 0]\n",
+        Conditions(vary={"slope": 0.2}),
+        r"collided on the way: box – plank",
+        r"--keep slope.*it is nearer to something than that",
+    ),
+    "two lengths lift the body into a beam": FailingPlan(
+        lifted(),  # 15.5 mm below it: each lifts it by 15 mm at most
+        REST.format(0.2) + '[[world.obstacle]]\nname = "beam"\nbox = [0.1, 1.0, 0.1]\n'
+        "position = [0.6, 0.0, 0.4655]\n",
+        Conditions(vary={"a": 0.1, "b": 0.1}),
+        r"collided on the way: box – beam",
+        r"So (a and b|b and a) decide alike: know them better",
+        runs=60,
     ),
     "a speed is limited": FailingPlan(
         rolling(),

@@ -44,7 +44,7 @@ def test_the_reason_that_is_named_is_the_true_one(reason: str) -> None:
     case = CASES[reason]
     problem, plan = case.made()
     executor = Executor(problem, plan, case.conditions, **case.options)
-    execution = executor.tally(map(executor.run, range(RUNS)))
+    execution = executor.tally(map(executor.run, range(case.runs)))
     diagnosis = diagnose_execution(executor, execution)
     assert re.search(case.summary, "\n".join(summary_lines(problem, execution)))
     assert re.search(case.diagnosis, " ".join(diagnosis.sentences))
@@ -53,6 +53,15 @@ def test_the_reason_that_is_named_is_the_true_one(reason: str) -> None:
         if made.failure is not None:
             assert made.failure.outcome == made.outcome
             assert made.failure.time == pytest.approx(0.05 * made.failure.step, abs=0.051)
+
+
+def test_too_weak_a_motor_is_named_without_a_diagnosis() -> None:
+    """It is what the runs themselves tell."""
+    case = CASES["a motor is too weak for the mass"]
+    problem, plan = case.made()
+    executor = Executor(problem, plan, case.conditions, **case.options)
+    execution = executor.tally(map(executor.run, range(case.runs)))
+    assert "more of push than there is" in "\n".join(summary_lines(problem, execution))
 
 
 def test_a_box_hits_the_wall_when_it_is_there() -> None:

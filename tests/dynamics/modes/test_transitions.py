@@ -93,7 +93,7 @@ def test_bounces_without_end_are_an_error_that_names_them() -> None:
     model, rest = ball().model(), Ball(1.0, 0.0, 0.7, 9.81).rest_time
     with pytest.raises(SingularError, match=r"without end \(bounce\)"):
         model.step([1.0, 0.0, 0.0], [], 3.0)
-    with pytest.raises(KinolabError, match=rf"beyond t = {rest:.6g}.*without end"):
+    with pytest.raises(KinolabError, match=rf"beyond t = {rest:.6g}.*without end: bounce"):
         reference(model, np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 3.0]))
 
 

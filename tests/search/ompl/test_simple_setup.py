@@ -14,8 +14,7 @@ from scipy.spatial.transform import Rotation
 import kinolab
 from kinolab.problem import PlanningTask
 from kinolab.search.ompl import OmplSetup
-from kinolab.simulation import CompiledStep, ContinuousCollisionCheck
-from kinolab.simulation.propagator import SAFETY_FACTOR
+from kinolab.simulation import Propagator
 from kinolab.world import CollisionChecker
 from tests.support import OPEN, coin_after, problem_of
 
@@ -220,17 +219,13 @@ def test_samples_of_the_goal_reach_as_far_as_the_goal_region_scale(
 
 
 class Looks:
-    """Asks a sweep about single steps."""
+    """Asks a propagator about single steps."""
 
     def __init__(self, problem: PlanningTask) -> None:
-        self._calls = CompiledStep(problem)
-        self._sweep = ContinuousCollisionCheck(problem, self._calls)
+        self._propagator = Propagator(problem)
 
     def accept(self, x: Array, u: Array, duration: float) -> bool:
-        calls = self._calls
-        calls.x[:], calls.u[:] = x.tolist(), u.tolist()
-        assert calls.step(duration) == 0
-        return self._sweep.free_within(duration, SAFETY_FACTOR * calls.fastest())
+        return self._propagator.touches_nothing(x.tolist(), u.tolist(), duration)
 
 
 def along(problem: PlanningTask, x: Array, u: Array, duration: float) -> Array:

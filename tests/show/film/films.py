@@ -10,8 +10,8 @@ from numpy.typing import ArrayLike
 from kinolab.files import whole_file
 from kinolab.show.film.film import Film, staged
 from kinolab.show.film.gif import gif_parts
-from kinolab.show.film.picture import Picture, Surface
 from kinolab.show.film.staging.script_writing import write_script
+from kinolab.show.scene.picture import Picture, Surface
 from kinolab.world.obstacle import box_obstacle
 
 

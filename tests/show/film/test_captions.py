@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 import trimesh
 
-from kinolab.show.film.models.surface_mesh import weld
-from kinolab.show.film.picture import Ghost
-from kinolab.show.film.staging.captions import captions
+from kinolab.show.scene.captions import captions
+from kinolab.show.scene.models.surface_mesh import weld
+from kinolab.show.scene.picture import Ghost
 
 
 def test_a_machine_s_word_stands_on_the_middle_of_its_upper_side() -> None:

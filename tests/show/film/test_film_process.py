@@ -20,9 +20,9 @@ from kinolab.show.film import film_process
 from kinolab.show.film.animation import animate
 from kinolab.show.film.film_messages import Drawn, Order
 from kinolab.show.film.film_process import DrawingError, FilmProcess
-from kinolab.show.film.picture import Picture
 from kinolab.show.film.staging.script import Script
 from kinolab.show.film.staging.script_writing import write_script
+from kinolab.show.scene.picture import Picture
 from kinolab.trajectory import Trajectory
 from tests.support import OPEN, environment, problem_of
 
@@ -32,13 +32,12 @@ IMPORTED = "import sys, kinolab.show.film.drawing; print(*sys.modules)"
 LOADED = """
 import numpy as np
 from numba.core.dispatcher import Dispatcher
-from kinolab.show.film import drawing, palette
+from kinolab.show.film import drawing
 from kinolab.show.film.gif import gif_parts
 from kinolab.show.film.raster import rasterizer
 
 def loaded():
-    loops = {**vars(palette), **vars(rasterizer)}
-    found = {name: one for name, one in loops.items() if isinstance(one, Dispatcher)}
+    found = {k: v for k, v in vars(rasterizer).items() if isinstance(v, Dispatcher)}
     return {name: len(one.signatures) for name, one in found.items()}
 
 drawing.load()
@@ -51,7 +50,7 @@ film = make_film(Picture(bodies=PAIR, ground=True, bounds=LONG), [0.0, 1.0], pos
 assert film.magnifier is not None
 b"".join(gif_parts(film))
 assert loaded() == before, (before, loaded())
-assert before["_draw"] == before["_look_up"] == 1
+assert before["_draw"] == 1
 """
 
 
@@ -151,7 +150,7 @@ def test_without_a_process_the_film_is_drawn_here(
     def full(*_: object) -> None:
         raise OSError("no room for another process")
 
-    monkeypatch.setattr(film_process, "WorkingProcess", full)
+    monkeypatch.setattr(film_process, "WorkerProcess", full)
     with FilmProcess() as film:
         assert drawn(film, table, motion) == animate(table, motion)
 
@@ -175,7 +174,7 @@ def test_what_draws_imports_neither_a_machine_nor_a_world() -> None:
 def test_what_plans_loads_nothing_that_draws() -> None:
     names = python("import sys, kinolab.show.film.film_process; print(*sys.modules)").split()
     assert "kinolab.show.film.staging.script" in names
-    assert [name for name in names if name.endswith((".rasterizer", ".gif", ".palette"))] == []
+    assert [name for name in names if name.endswith((".rasterizer", ".gif"))] == []
 
 
 def test_all_loops_are_loaded_before_the_film_comes() -> None:
@@ -265,7 +264,7 @@ def test_no_process_is_started_where_no_film_is_wanted(monkeypatch: pytest.Monke
     def refused(*_: object) -> None:
         raise AssertionError("a process was started")
 
-    monkeypatch.setattr(film_process, "WorkingProcess", refused)
+    monkeypatch.setattr(film_process, "WorkerProcess", refused)
     assert cli.run(["table.toml", "--quiet", "--no-animation"]) == 0
     lost = ["--max-iterations", "1", "--no-diagnosis", "--set", "goal.tolerance=1e-9"]
     assert cli.run(["table.toml", "--quiet", *lost]) != 0

@@ -10,10 +10,10 @@ import pytest
 import kinolab
 from kinolab.dynamics import Body, Box, Cylinder, Sphere, System, angle, length, move, rot_y, rot_z
 from kinolab.show.film.film import staged
-from kinolab.show.film.picture import Ghost, GoalMarker
-from kinolab.show.film.staging.frame_axes import X, Y, Z
-from kinolab.show.film.staging.motion_script import picture
+from kinolab.show.film.staging.drawn_axes import X, Y, Z
 from kinolab.show.film.staging.script_writing import write_script
+from kinolab.show.scene.picture import Ghost, GoalMarker
+from kinolab.show.scene.problem_picture import picture
 
 
 def hand_and_block() -> System:

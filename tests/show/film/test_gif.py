@@ -14,10 +14,9 @@ from kinolab.dynamics.machine_facts import BodyGeometry
 from kinolab.files import whole_file
 from kinolab.show.film import gif
 from kinolab.show.film.crew import Crew, Share
-from kinolab.show.film.gif import UNCHANGED, change, gif_parts
-from kinolab.show.film.palette import shared_palette
-from kinolab.show.film.picture import Picture
-from kinolab.show.film.text import letter, time_stamp
+from kinolab.show.film.gif import UNCHANGED, change, gif_parts, indexed, shared_palette
+from kinolab.show.film.staging.text import letter, time_stamp
+from kinolab.show.scene.picture import Picture
 from tests.show.film.films import box_surface, make_film, write_gif
 
 SIZE = (200, 150)
@@ -168,9 +167,16 @@ def test_a_small_bright_thing_keeps_its_colour_in_the_palette() -> None:
     ramp = np.arange(400) // 2 + 20
     image = np.broadcast_to(ramp[:, None], (300, 400, 3)).astype(np.uint8)
     image[5, :10] = (0, 200, 90)
-    palette = shared_palette([image])
-    shown = palette.colors[palette.indices(image)[5, 4]].astype(int)
+    shown = np.asarray(indexed(image, shared_palette([image])).convert("RGB"))[5, 4].astype(int)
     assert abs(shown - [0, 200, 90]).max() <= 8  # of 255; what six bits per channel resolve twice
+
+
+def test_no_colour_is_the_index_that_shows_the_frame_before() -> None:
+    """Also where more colours are wanted than there are, and where there are a few only."""
+    rng = np.random.default_rng(1)
+    for many in (rng.integers(0, 256, (200, 300, 3)), rng.integers(0, 2, (20, 30, 3)) * 255):
+        image = many.astype(np.uint8)
+        assert np.asarray(indexed(image, shared_palette([image]))).max() < UNCHANGED
 
 
 def test_text_changes_the_head_of_the_picture_and_nothing_else() -> None:
@@ -198,8 +204,8 @@ def test_a_frame_is_the_one_before_and_what_changes() -> None:
     before = rng.integers(0, 4, (20, 30), dtype=np.uint8)
     after = before.copy()
     after[2:9, 3:11], after[5:18, 9:25] = rng.integers(0, 4, (7, 8)), rng.integers(0, 4, (13, 16))
-    part, (left, top) = change(after, before)
-    shown = before.copy()
+    image, (left, top) = change(Image.fromarray(after), Image.fromarray(before))
+    part, shown = np.asarray(image), before.copy()
     window = shown[top : top + part.shape[0], left : left + part.shape[1]]
     window[part != UNCHANGED] = part[part != UNCHANGED]
     assert (shown == after).all()

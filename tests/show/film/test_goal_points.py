@@ -10,10 +10,9 @@ import pytest
 
 import kinolab
 from kinolab.problem import PlanningTask
-from kinolab.show.film.picture import Picture
-from kinolab.show.film.staging.backdrop import goal_ball
-from kinolab.show.film.staging.motion_script import picture
-from kinolab.show.film.staging.stage import seen_points
+from kinolab.show.scene.picture import Picture
+from kinolab.show.scene.problem_picture import picture
+from kinolab.show.scene.still import goal_ball, seen_points
 
 ARM = Path(__file__).parents[2] / "first_afternoon" / "mobile_arm.toml"
 

@@ -9,8 +9,8 @@ import pytest
 
 from kinolab.dynamics.language.shapes import Box, Sphere
 from kinolab.dynamics.machine_facts import BodyGeometry
-from kinolab.show.film.inset import Inset
-from kinolab.show.film.picture import Picture
+from kinolab.show.film.staging.inset import Inset
+from kinolab.show.scene.picture import Picture
 from tests.show.film.films import box_surface, make_film
 
 SIZE = (600, 450)

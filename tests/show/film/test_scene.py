@@ -10,12 +10,11 @@ import pytest
 import kinolab
 from kinolab.dynamics.language.shapes import Box, Disk, Sphere
 from kinolab.dynamics.machine_facts import BodyGeometry
-from kinolab.show.film.models.cone import cone_mesh
-from kinolab.show.film.picture import Cone, Ghost, GoalMarker, Picture
 from kinolab.show.film.raster.light import LIGHT_JITTER
-from kinolab.show.film.scene import Scene
-from kinolab.show.film.staging.motion_script import picture as picture_of
-from kinolab.show.film.staging.stage import build_scene
+from kinolab.show.film.staging.stage import Stage, build_stage
+from kinolab.show.scene.models.cone import Cone, cone_mesh
+from kinolab.show.scene.picture import Ghost, GoalMarker, Picture
+from kinolab.show.scene.problem_picture import picture as picture_of
 from tests.show.film.films import box_surface, make_film
 
 SIZE = (400, 300)
@@ -31,7 +30,7 @@ def ball(radius: float) -> list[BodyGeometry]:
     return [BodyGeometry("ball", (Sphere(radius),), color=RED)]
 
 
-def shot(stage: Scene, poses: np.ndarray, lines: np.ndarray | None = None) -> np.ndarray:
+def shot(stage: Stage, poses: np.ndarray, lines: np.ndarray | None = None) -> np.ndarray:
     """The picture with the machine at poses, shape (nb, 12), and cables, shape (nl, 2, 3)."""
     return next(stage.shots(poses[None], None if lines is None else lines[None]))
 
@@ -46,7 +45,7 @@ def reddish(image: np.ndarray) -> np.ndarray:
     return np.asarray(pixels[..., 0] > pixels[..., 1:].max(axis=-1) + 60)
 
 
-def rays_to_ground(stage: Scene) -> np.ndarray:
+def rays_to_ground(stage: Stage) -> np.ndarray:
     """Where the line of sight through each pixel meets z = 0, shape (h, w, 2), in [m]."""
     camera, (width, height) = stage.pen.camera, SIZE
     right, up, forward = camera.axes
@@ -66,7 +65,7 @@ def test_only_the_body_and_the_ground_in_its_shadow_change(height: float) -> Non
     of the ray, and two pixels of about 2 cm, come on top.
     """
     radius, pose = 0.3, at(0.4, -0.3, height)
-    stage = build_scene(Picture(bodies=ball(radius), ground=True, bounds=BOUNDS), pose[None], SIZE)
+    stage = build_stage(Picture(bodies=ball(radius), ground=True, bounds=BOUNDS), pose[None], SIZE)
     changed = (shot(stage, pose) != stage.image).any(axis=-1)
     centre = stage.pen.camera.project(pose.reshape(3, 4)[:, 3], SIZE)
     focal = 0.5 * SIZE[1] / np.tan(0.5 * stage.pen.camera.fov)
@@ -83,7 +82,7 @@ def test_only_the_body_and_the_ground_in_its_shadow_change(height: float) -> Non
 
 def test_the_shadow_is_darker_than_the_floor() -> None:
     pose = at(0.0, 0.0, 1.5)
-    stage = build_scene(Picture(bodies=ball(0.3), ground=True, bounds=BOUNDS), pose[None], SIZE)
+    stage = build_stage(Picture(bodies=ball(0.3), ground=True, bounds=BOUNDS), pose[None], SIZE)
     foot = -1.5 / stage.pen.light[2] * stage.pen.light
     column, row = stage.pen.camera.project([foot[0], foot[1], 0.0], SIZE)[:2].astype(int)
     before, after = stage.image[row, column], shot(stage, pose)[row, column]
@@ -99,7 +98,7 @@ def redness(image: np.ndarray) -> int:
 def test_a_wall_before_the_whole_way_is_translucent() -> None:
     wall = box_surface("wall", (4.0, 0.1, 1.0), (0.0, 0.0, 0.5))
     picture = Picture(bodies=ball(0.2), obstacles=[wall], ground=True, bounds=BOUNDS, view="front")
-    behind, before = (build_scene(picture, at(0.0, y, 0.2)[None], SIZE) for y in (1.0, -1.0))
+    behind, before = (build_stage(picture, at(0.0, y, 0.2)[None], SIZE) for y in (1.0, -1.0))
     assert reddish(shot(behind, at(0.0, 1.0, 0.2))).any()
     column, row = before.pen.camera.project([1.0, -0.05, 0.5], SIZE)[:2].astype(int)
     assert behind.image[row, column].mean() > before.image[row, column].mean() + 10
@@ -109,7 +108,7 @@ def test_behind_a_wall_before_a_part_of_the_way_the_machine_shows_through_paler(
     post = box_surface("post", (0.8, 0.1, 1.0), (1.6, 0.0, 0.5))
     picture = Picture(bodies=ball(0.2), obstacles=[post], ground=True, bounds=BOUNDS, view="front")
     way = np.stack([at(x, 1.0, 0.3) for x in np.linspace(-1.8, 1.6, 30)])
-    stage = build_scene(picture, way, SIZE)
+    stage = build_stage(picture, way, SIZE)
     assert not stage.still.outlook.veiled[0].any()
     hidden, seen = redness(shot(stage, way[-1])), redness(shot(stage, way[0]))
     assert redness(stage.image) + 30 < hidden < seen - 30
@@ -119,7 +118,7 @@ def test_a_machine_that_nothing_hides_does_not_shine_through_the_edge_of_a_wall(
     """Half of the ball is behind a low kerb: that is how one sees what is nearer."""
     kerb = box_surface("kerb", (4.0, 0.1, 0.2), (0.0, -0.4, 0.1))
     picture = Picture(bodies=ball(0.2), obstacles=[kerb], ground=True, bounds=BOUNDS, view="front")
-    stage = build_scene(picture, at(0.0, 0.0, 0.3)[None], SIZE)
+    stage = build_stage(picture, at(0.0, 0.0, 0.3)[None], SIZE)
     column, row = stage.pen.camera.project([0.0, -0.45, 0.15], SIZE)[:2].astype(int)
     image = shot(stage, at(0.0, 0.0, 0.3))
     assert (image[row, column] == stage.image[row, column]).all()
@@ -131,9 +130,9 @@ def test_one_looks_into_a_room_through_its_near_walls() -> None:
     room = replace(wall, faces=wall.faces[:, ::-1].copy())
     picture = Picture(bodies=ball(0.4), obstacles=[room])
     assert reddish(frame(picture, at(0.0, 0.0, 1.0))).any()
-    stage = build_scene(picture, at(0.0, 0.0, 1.0)[None], SIZE)
+    stage = build_stage(picture, at(0.0, 0.0, 1.0)[None], SIZE)
     assert not stage.still.outlook.veiled[0].any()
-    solid = build_scene(replace(picture, obstacles=[wall]), at(0.0, 0.0, 1.0)[None], SIZE)
+    solid = build_stage(replace(picture, obstacles=[wall]), at(0.0, 0.0, 1.0)[None], SIZE)
     assert solid.still.outlook.veiled[0].any()
 
 
@@ -143,7 +142,7 @@ def test_a_turning_disk_looks_different_at_every_eighth_turn() -> None:
     for angle in np.arange(8) * np.pi / 4.0:
         c, s = np.cos(angle), np.sin(angle)
         turned = np.array([[c, 0, s, 0], [0, 1, 0, 0], [-s, 0, c, 0]], dtype=float)
-        stage = build_scene(picture, at(0, 0, 0)[None], SIZE)
+        stage = build_stage(picture, at(0, 0, 0)[None], SIZE)
         images.append(shot(stage, turned.reshape(1, 12)).astype(int))
     for i in range(8):
         for j in range(i):
@@ -156,19 +155,19 @@ def test_ground_is_drawn_only_below() -> None:
     fallen = replace(picture, up=np.array([-1.0, 0.0, 0.0]))
     assert picture.stands_on_ground
     assert not fallen.stands_on_ground
-    assert build_scene(fallen, at(0, 0, 1)[None], SIZE).still.floor is None
+    assert build_stage(fallen, at(0, 0, 1)[None], SIZE).still.floor is None
 
 
 def test_the_goal_is_green_and_the_start_is_a_ghost() -> None:
     bare = Picture(bodies=ball(0.2), ground=True, bounds=BOUNDS)
     pose = at(0.0, 0.0, 0.2)
-    plain = build_scene(bare, pose[None], SIZE).image.astype(int)
+    plain = build_stage(bare, pose[None], SIZE).image.astype(int)
     goal = GoalMarker((1.5, 1.5, 0.0), 0.4)
-    marked = build_scene(replace(bare, goal=goal), pose[None], SIZE)
+    marked = build_stage(replace(bare, goal=goal), pose[None], SIZE)
     column, row = marked.pen.camera.project([1.5, 1.5, 0.0], SIZE)[:2].astype(int)
     red, green, blue = marked.image[row, column].astype(int)
     assert green > max(red, blue) + 20
-    ghost = build_scene(replace(bare, start=Ghost(at(-1.0, 0.0, 0.2))), pose[None], SIZE)
+    ghost = build_stage(replace(bare, start=Ghost(at(-1.0, 0.0, 0.2))), pose[None], SIZE)
     assert not reddish(ghost.image).any()
     assert (ghost.image != plain).any()
 
@@ -177,7 +176,7 @@ def test_the_path_lies_on_the_floor_under_the_motion() -> None:
     line = np.column_stack([np.linspace(-1.5, 1.5, 30), np.zeros(30), np.ones(30)])
     bare = Picture(bodies=(), ground=True, bounds={**BOUNDS, "z": (0.0, 1.0)})
     none = np.zeros((1, 0, 12))
-    plain, drawn = (build_scene(p, none, SIZE) for p in (bare, replace(bare, path=line)))
+    plain, drawn = (build_stage(p, none, SIZE) for p in (bare, replace(bare, path=line)))
     for x in (-1.25, 0.25, 1.25):
         column, row = plain.pen.camera.project([x, 0.0, 0.0], SIZE)[:2].astype(int)
         assert drawn.image[row, column, 0] < plain.image[row, column, 0] - 60
@@ -187,7 +186,7 @@ def test_a_cable_is_drawn_and_a_slack_one_is_not() -> None:
     bodies = [BodyGeometry("load", (Box(0.2, 0.2, 0.2),), color=RED)]
     cable = np.array([[[0.0, 0.0, 1.0], [0.0, 0.0, 0.1]]])
     picture = Picture(bodies=bodies, bounds={"z": (0.0, 1.0)}, view="front")
-    stage = build_scene(picture, at(0, 0, 0)[None], SIZE)
+    stage = build_stage(picture, at(0, 0, 0)[None], SIZE)
     column, row = stage.pen.camera.project([0.0, 0.0, 0.6], SIZE)[:2].astype(int)
     assert (shot(stage, at(0, 0, 0), cable)[row, column] < 120).all()
     slack = shot(stage, at(0, 0, 0), np.full((1, 2, 3), np.nan))
@@ -211,7 +210,7 @@ def test_a_cone_tints_what_lies_behind_it_and_points_where_it_should() -> None:
     cone = Cone((0.0, 0.0, 1.0), (1.0, 0.0, 0.0), 0.3, 1.5, forbidden=True)
     pose = at(0.0, 0.0, 1.0)
     bare, tinted = (
-        build_scene(Picture(bodies=ball(0.1), bounds=BOUNDS, cones=cones), pose[None], SIZE)
+        build_stage(Picture(bodies=ball(0.1), bounds=BOUNDS, cones=cones), pose[None], SIZE)
         for cones in ((), (cone,))
     )
     red = tinted.image[..., 0].astype(int) - tinted.image[..., 2] > 20
@@ -239,7 +238,7 @@ def test_a_cable_is_as_wide_as_its_radius_and_never_thinner_than_a_line() -> Non
     cable, widths = np.array([[[0.0, 0.0, 0.1], [0.0, 0.0, 1.0]]]), []
     for radius in (0.0, 0.001, 0.1):
         picture = Picture(bodies=ball(0.02), bounds=BOUNDS, view="front", radii=np.array([radius]))
-        stage = build_scene(picture, at(0, 0, 0)[None], SIZE)
+        stage = build_stage(picture, at(0, 0, 0)[None], SIZE)
         ends = stage.pen.camera.project([[-0.1, 0.0, 0.5], [0.1, 0.0, 0.5]], SIZE)[:, :2]
         _, row = ends[0].astype(int)
         widths.append(int((shot(stage, at(0, 0, 0), cable)[row].max(axis=-1) < 120).sum()))
@@ -251,7 +250,7 @@ def test_the_ghosts_cable_is_drawn() -> None:
     bare = Picture(bodies=ball(0.02), bounds=BOUNDS, view="front", radii=np.array([0.1]))
     cable = np.array([[[1.0, 0.0, 0.1], [1.0, 0.0, 1.0]]])
     pose = at(0.0, 0.0, 0.0)
-    marked = build_scene(replace(bare, start=Ghost(pose, cable)), pose[None], SIZE)
+    marked = build_stage(replace(bare, start=Ghost(pose, cable)), pose[None], SIZE)
     column, row = marked.pen.camera.project([1.0, 0.0, 0.5], SIZE)[:2].astype(int)
     assert (marked.image[row, column] < marked.image[2, 2] - 20).all()
 
@@ -271,5 +270,5 @@ def test_a_machine_of_which_nothing_is_seen_has_a_picture() -> None:
     pose = at(0.0, 0.0, 0.5)
     bare = Picture(bodies=[BodyGeometry("mass", ())], bounds=BOUNDS)
     ghost = Ghost(pose, np.zeros((0, 2, 3)))
-    marked = build_scene(replace(bare, start=ghost, goal=ghost), pose[None], SIZE)
-    assert np.array_equal(marked.image, build_scene(bare, pose[None], SIZE).image)
+    marked = build_stage(replace(bare, start=ghost, goal=ghost), pose[None], SIZE)
+    assert np.array_equal(marked.image, build_stage(bare, pose[None], SIZE).image)

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from kinolab.show.film.models.rotor import whirled
 from kinolab.show.film.staging.timing import (
     MAX_FRAMES,
     interpolate_lines,
     interpolate_poses,
     schedule,
 )
+from kinolab.show.scene.models.rotor import whirled
 
 
 def pose(angle: float, x: float = 0.0) -> np.ndarray:

@@ -9,13 +9,13 @@ import pytest
 
 from kinolab.dynamics.language.shapes import Sphere
 from kinolab.dynamics.machine_facts import BodyGeometry
-from kinolab.show.film.models.cut import along, cut_open, level
-from kinolab.show.film.models.surface_mesh import areas_of, is_room, weld
-from kinolab.show.film.picture import Picture, Surface
-from kinolab.show.film.raster.camera import Angles, Camera, frame_scene
-from kinolab.show.film.staging.sight import SEEN, Screens
-from kinolab.show.film.staging.stage import build_scene
+from kinolab.show.film.staging.stage import build_stage
 from kinolab.show.page.follow import follow_track
+from kinolab.show.scene.camera import Angles, Camera, frame_scene
+from kinolab.show.scene.models.cut import along, cut_open, level
+from kinolab.show.scene.models.surface_mesh import areas_of, is_room, weld
+from kinolab.show.scene.picture import Picture, Surface
+from kinolab.show.scene.sight import SEEN, Screens
 from tests.show.film.films import box_surface
 
 SIZE = (400, 300)
@@ -52,7 +52,7 @@ def test_a_wall_is_looked_at_from_the_side_on_which_the_machine_goes(side: float
     wall = box_surface("wall", (6.0, 0.1, 4.0), (0.0, -0.5 * side, 2.0))
     motion = way(*((x, 0.0, 0.1) for x in np.linspace(-2, 2, 9)))
     picture = Picture(bodies=BALL, obstacles=[wall], ground=True, bounds=BOUNDS)
-    still = build_scene(picture, motion, SIZE).still
+    still = build_stage(picture, motion, SIZE).still
     toward = np.cos(still.outlook.angles.azimuth)  # of the camera along -y
     assert toward * side < 0.0 or side < 0.0
     assert still.outlook.seen > 0.9
@@ -61,7 +61,7 @@ def test_a_wall_is_looked_at_from_the_side_on_which_the_machine_goes(side: float
 
 def test_what_a_scenario_says_about_its_camera_is_kept() -> None:
     picture = Picture(bodies=BALL, ground=True, bounds=BOUNDS, azimuth=0.5 * np.pi, elevation=0.3)
-    camera = build_scene(picture, way((0.0, 0.0, 0.1)), SIZE).pen.camera
+    camera = build_stage(picture, way((0.0, 0.0, 0.1)), SIZE).pen.camera
     look = camera.position - camera.target
     look /= np.linalg.norm(look)
     assert look == pytest.approx([np.cos(0.3), 0.0, np.sin(0.3)], abs=1e-9)
@@ -73,7 +73,7 @@ def test_a_lid_over_everything_becomes_translucent_as_a_whole() -> None:
     ends = [box_surface(f"{k}", (6.0, 0.1, 1.0), (0.0, y, 0.5)) for k, y in enumerate((-3, 3))]
     picture = Picture(bodies=BALL, obstacles=[lid, *sides, *ends], ground=True, bounds=BOUNDS)
     motion = way(*((x, 0.3 * x, 0.1) for x in np.linspace(-2, 2, 9)))
-    veiled = build_scene(picture, motion, SIZE).still.outlook.veiled[0]
+    veiled = build_stage(picture, motion, SIZE).still.outlook.veiled[0]
     mesh = picture.obstacle_meshes()[0]
     upper = mesh.normals[:, 2] > 0.5
     assert veiled[upper].all()

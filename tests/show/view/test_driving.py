@@ -15,7 +15,7 @@ from kinolab.dynamics import Model
 from kinolab.problem import PlanningTask
 from kinolab.show import page as page_package
 from kinolab.show.page.bundle import bundle
-from kinolab.show.view.driving import driven_step, driving_of
+from kinolab.show.scene.driving import driven_step, driving_of
 from tests.javascript_engine import Engine
 from tests.support import OPEN, problem_of
 

@@ -12,8 +12,8 @@ from kinolab.analyze.simulate import simulate
 from kinolab.dynamics import Model
 from kinolab.loading import build_problem, find_scenario
 from kinolab.problem import PlanningTask
-from kinolab.show.page.curves import evaluated
-from kinolab.show.view.keyframes import key_poses
+from kinolab.show.scene.curves import evaluated
+from kinolab.show.scene.keyframes import key_poses
 from kinolab.simulation.reference import reference_motion
 from kinolab.trajectory import Trajectory
 from tests.conftest import Solved

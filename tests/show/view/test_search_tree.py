@@ -6,7 +6,7 @@ import numpy as np
 
 import kinolab
 from kinolab.runs import facts_of_plan
-from kinolab.show.view.scenes import content_of
+from kinolab.show.scene.scenes import content_of
 
 
 def test_the_tree_joins_the_places_of_the_machine_in_the_states_that_were_joined() -> None:

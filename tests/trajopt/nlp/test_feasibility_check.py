@@ -11,7 +11,7 @@ import kinolab
 from kinolab.dynamics import Body, Control, Potential, Sphere, System, Wrench, length, move
 from kinolab.dynamics.language.json.machine_file import machine_to_json
 from kinolab.problem import PlanningTask
-from kinolab.simulation.continuous_collision import resolution
+from kinolab.simulation.collision_context import resolution
 from kinolab.simulation.reference import resimulate
 from kinolab.trajectory import Trajectory
 from kinolab.trajopt.nlp.decision import even_knots

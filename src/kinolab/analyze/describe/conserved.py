@@ -1,17 +1,17 @@
-"""Symmetries: cyclic coordinates, and those whose momenta no input changes."""
+"""Symmetries: cyclic coordinates, and the momenta that no input changes."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from kinolab.dynamics import Coordinate, Model, System
+from kinolab.dynamics.analysis.invariants import change_by, random_states_about_rest, steady
 from kinolab.dynamics.derivation.derivation import is_kinematic
 from kinolab.numerics.arrays import Array
 
-RANDOM_STATES = 8
-FD_STEP = 1e-5  # relative to a coordinate's magnitude
+MOVED = 0.3  # of a coordinate's scale: any other place of it serves as well
 SAME = 1e-12  # relative change of an energy that is rounding
-TOLERANCE = 1e-7  # relative, of derivatives by finite differences
+ALONG = ("x", "y", "z")
 
 
 def conserved_momenta(system: System) -> tuple[str, ...]:
@@ -29,15 +29,27 @@ def conserved_momenta(system: System) -> tuple[str, ...]:
     held = system.constraints or model.nv < model.nq  # by forces of constraints, or of speeds given
     if held or not plain or system.states or is_kinematic(model.system):
         return ()
-    generator = np.random.default_rng(0)
-    lower, upper = np.clip(model.control_bounds.T, -1e3, 1e3)
-    largest, magnitude = np.zeros(model.nq), 1e-300
-    for _ in range(RANDOM_STATES):
-        x = model.rest() + model.state_scales * generator.uniform(-1.0, 1.0, model.nx)
-        rates, sizes = _momentum_rates(model, x, generator.uniform(lower, upper))
-        largest, magnitude = np.maximum(largest, np.abs(rates)), max(magnitude, sizes)
-    names = [c.name for c in system.coordinates]
-    return tuple(n for n, r in zip(names, largest, strict=True) if r <= TOLERANCE * magnitude)
+    (kept,) = steady(model, lambda x: (model.mass_matrix(x) * model.velocity(x))[None])
+    return tuple(c.name for c, one in zip(system.coordinates, kept, strict=True) if one)
+
+
+def momenta_of(system: System) -> tuple[str, ...]:
+    """Return which momenta of a machine with an attitude stay constant under all inputs, in words.
+
+    Of all bodies together: the linear momentum along the world's axes, and the angular momentum
+    about the centre of mass. Machines with constraints or without masses are left out, and those in
+    a fluid, which has momentum, too.
+
+    Source: Goldstein, Classical Mechanics, 2nd ed., section 1-2.
+    """
+    model = system.model().plant
+    attached = all(isinstance(c, Coordinate) for c in system.coordinates) or system.constraints
+    fluid = any(body.added_mass for body in system.bodies)
+    if attached or fluid or system.states or is_kinematic(model.system):
+        return ()
+    kept = steady(model, lambda x: _momenta(system, model, x).swapaxes(1, 2))
+    names = "its linear momentum", "its angular momentum about its centre of mass"
+    return tuple(_named(name, rows) for name, rows in zip(names, kept, strict=True) if rows.any())
 
 
 def cyclic_coordinates_of(system: System) -> tuple[str, ...]:
@@ -49,34 +61,38 @@ def cyclic_coordinates_of(system: System) -> tuple[str, ...]:
     model = system.model().plant
     if is_kinematic(model.system) or not all(isinstance(c, Coordinate) for c in system.coordinates):
         return ()
-    generator = np.random.default_rng(0)
-    changes = np.zeros(model.nq)
-    for _ in range(RANDOM_STATES):
-        x = model.rest() + model.state_scales * generator.uniform(-1.0, 1.0, model.nx)
-        here = _energies(model, x)
-        for k in range(model.nq):
-            moved = x.copy()
-            moved[k] += 0.3 * model.state_scales[k]
-            gap = np.abs(_energies(model, moved) - here) / max(float(np.abs(here).max()), 1e-300)
-            changes[k] = max(changes[k], float(gap.max()))
-    names = [c.name for c in system.coordinates]
-    return tuple(n for n, change in zip(names, changes, strict=True) if change <= SAME)
+    states, _ = random_states_about_rest(model)
+
+    def energies(x: Array) -> Array:  # the mass matrix and the potential energy of each state
+        kinetic = model.mass_matrix(x).reshape(len(x), -1)
+        return np.hstack([kinetic, np.asarray(model.energy(x)[1]).reshape(-1, 1)])
+
+    size = max(float(np.abs(energies(states)).max()), 1e-300)
+    return tuple(
+        c.name
+        for k, c in enumerate(system.coordinates)
+        if change_by(energies, states, k, MOVED * model.state_scales[k]) <= SAME * size
+    )
 
 
-def _energies(model: Model, x: Array) -> Array:
-    """Return the mass matrix and the potential energy at a state, in one row."""
-    return np.append(model.mass_matrix(x).ravel(), model.energy(x)[1])
+def _named(name: str, kept: Array) -> str:
+    axes = [axis for axis, one in zip(ALONG, kept, strict=True) if one]
+    return name if len(axes) == 3 else f"{name} along {' and '.join(axes)}"
 
 
-def _momentum_rates(model: Model, x: Array, u: Array) -> tuple[Array, float]:
-    """Return dp/dt along a motion, shape (nq,), and the magnitude of its terms."""
-
-    def momentum(state: Array) -> Array:
-        p: Array = model.mass_matrix(state) @ model.velocity(state)
-        return p
-
-    rate = model.f(x, u)
-    step = FD_STEP / max(1.0, float(np.abs(rate / model.state_scales).max()))
-    rates = (momentum(x + step * rate) - momentum(x - step * rate)) / (2 * step)
-    terms = np.abs(model.mass_matrix(x)) @ np.abs(rate[model.nq :])
-    return rates, float(max(np.abs(rates).max(), terms.max()))
+def _momenta(system: System, model: Model, x: Array) -> Array:
+    """Return the linear and the angular momentum of each body at a state, shape (2, bodies, 3)."""
+    q_dot = np.where(np.arange(model.nx) < model.nq, model.f(x), 0.0)
+    poses = model.frames(x).reshape(-1, 3, 4)
+    rates = (model.frames_jacobian(x) @ q_dot).reshape(-1, 3, 4)
+    located = [k for k, body in enumerate(system.bodies) if body.located]
+    masses = np.array([system.number(system.bodies[k].mass) for k in located])
+    places, linear = poses[located, :, 3], masses[:, None] * rates[located, :, 3]
+    centre = masses @ places / max(float(masses.sum()), 1e-300)
+    angular = np.cross(places - centre, linear)
+    for row, k in enumerate(located):
+        body, turn = system.bodies[k], poses[k, :, :3]
+        inertia = np.array([system.number(e) for e in body.inertia_matrix]).reshape(3, 3)
+        hat = turn.T @ rates[k, :, :3]
+        angular[row] += turn @ inertia @ np.array([hat[2, 1], hat[0, 2], hat[1, 0]])
+    return np.stack([linear, angular])

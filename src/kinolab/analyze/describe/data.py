@@ -42,6 +42,7 @@ def description_to_json(found: Description) -> dict[str, Any]:
         "coordinates": [_coordinate(one) for one in found.machine.coordinates],
         "inputs": [_input(entry) for entry in found.inputs],
         "parameters": dict(found.machine.parameters),
+        "parameter_units": dict(found.units),
         "offered_parameters": [asdict(one) for one in found.machine.offered],
         "requirements": [one.name for one in found.machine.requirements],
         "warnings": list(machine_warnings(found.machine)),

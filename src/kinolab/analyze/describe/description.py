@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from kinolab.analyze.describe.at_rest import AtRest, examined_at_rest
-from kinolab.analyze.describe.conserved import conserved_momenta, cyclic_coordinates_of
+from kinolab.analyze.describe.conserved import (
+    conserved_momenta,
+    cyclic_coordinates_of,
+    momenta_of,
+)
 from kinolab.analyze.describe.decoupling import Decoupling, decoupling_of
 from kinolab.analyze.describe.flat_outputs import flat_outputs_of
 from kinolab.analyze.describe.generalisations import Generalisation, generalisations_of
-from kinolab.analyze.describe.momenta import momenta_of
 from kinolab.analyze.describe.sizes import BodySize, body_sizes
 from kinolab.analyze.describe.states import StateStorage, state_storage
 from kinolab.analyze.describe.topology import dimension_of, space_of
@@ -69,6 +72,7 @@ class Description:
         left_out: What could not be determined, in sentences.
         bodies: Each with its mass and the extent of its shapes.
         machine: Its facts, of which coordinates, requirements and notes are shown.
+        units: Of its parameters, by name.
         watched: Pairs of bodies or cables that may not touch each other, by name.
         cyclic: Coordinates on which the Lagrangian does not depend.
         conserved: Coordinates on which neither energies nor forces depend, without forces of their
@@ -97,6 +101,7 @@ class Description:
     generalisations: tuple[Generalisation, ...]
     left_out: tuple[str, ...]
     machine: MachineFacts
+    units: Mapping[str, str]
     bodies: tuple[BodySize, ...] = ()
     watched: tuple[tuple[str, str], ...] = ()
     cyclic: tuple[str, ...] = ()
@@ -159,6 +164,7 @@ def describe(system: System, *, switching: Sequence[str] = ()) -> Description:
         ),
         left_out=tuple(left_out),
         machine=model.machine,
+        units={parameter.name: parameter.unit for parameter in system.parameters},
         bodies=body_sizes(system),
         watched=system.collisions,
         cyclic=cyclic_coordinates_of(system),

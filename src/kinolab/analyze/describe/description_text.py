@@ -11,6 +11,7 @@ from kinolab.analyze.describe.description import Description
 from kinolab.analyze.describe.sizes import BodySize
 from kinolab.dynamics.language.inputs import Input, bounds_of
 from kinolab.dynamics.machine_facts import CoordinateFacts
+from kinolab.dynamics.units import in_digits
 from kinolab.problem.warnings import machine_warnings
 
 LINE_WIDTH = 100  # characters per line
@@ -67,10 +68,11 @@ def _lines(found: Description) -> Iterator[str]:
 def _parameters(found: Description) -> Iterator[str]:
     """Yield the parameters of the machine, and the numbers that become such."""
     machine = found.machine
-    what = {one.name: (one.unit, one.what) for one in machine.offered}
+    what = {one.name: one.what for one in machine.offered}
+    units = dict(found.units) | {one.name: one.unit for one in machine.offered}
     values = {one.name: one.value for one in machine.offered} | dict(machine.parameters)
     if rows := [
-        (name, f"{value:.6g} {what.get(name, ('', ''))[0]}".rstrip(), what.get(name, ("", ""))[1])
+        (name, f"{in_digits(value, 6)} {units.get(name, '')}".rstrip(), what.get(name, ""))
         for name, value in values.items()
     ]:
         yield from _group("parameters", rows)
@@ -111,8 +113,11 @@ def _group(title: str, rows: Sequence[Sequence[str]]) -> Iterator[str]:
 def _body_row(body: BodySize) -> tuple[str, str, str]:
     extent = "no shape"
     if body.extent is not None:
-        extent = f"{' x '.join(f'{edge:.3g}' for edge in body.extent)} m"
-    return body.name, f"{body.mass:.4g} kg", extent
+        extent = f"{' x '.join(map(in_digits, body.extent))} m"
+    weight = f"{in_digits(body.mass, 4)} kg"
+    if not body.mass and body.inertia:  # such as a rotor, which only turns
+        weight = f"{in_digits(body.inertia, 4)} kg m^2"
+    return body.name, weight, extent
 
 
 def _coordinate_row(coordinate: CoordinateFacts) -> tuple[str, str, str]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from kinolab.dynamics import System
 from kinolab.dynamics.lagrange.printing import one_line
-from kinolab.dynamics.language.control.flatness import PlaneCurves
+from kinolab.dynamics.language.flatness import PlaneCurves
 
 
 def flat_outputs_of(system: System, *, pushed_everywhere: bool) -> tuple[str, ...]:

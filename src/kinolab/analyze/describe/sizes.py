@@ -17,21 +17,28 @@ class BodySize:
     Attributes:
         name: Name of the body.
         mass: In [kg].
+        inertia: The largest moment about the centre of mass, in [kg m^2].
         extent: Edges of the box around its shapes, along the axes of its frame, in [m]; None if it
             has no shape.
     """
 
     name: str
     mass: float
+    inertia: float
     extent: tuple[float, float, float] | None
 
 
 def body_sizes(system: System) -> tuple[BodySize, ...]:
     """Return masses and sizes of a machine's bodies, in its order."""
     return tuple(
-        BodySize(body.name, system.number(body.mass), _extent(system, body))
+        BodySize(body.name, system.number(body.mass), _inertia(system, body), _extent(system, body))
         for body in system.bodies
     )
+
+
+def _inertia(system: System, body: Body) -> float:
+    tensor = np.array([system.number(entry) for entry in body.inertia_matrix]).reshape(3, 3)
+    return float(np.linalg.eigvalsh(tensor)[-1])
 
 
 def _extent(system: System, body: Body) -> tuple[float, float, float] | None:

@@ -22,9 +22,11 @@ from kinolab.analyze.diagnose.state_clearance import (
     largest_clearance,
     unmet_sentences,
 )
+from kinolab.analyze.diagnose.unmoved_goals import unmoved_goals, unmoved_sentences
 from kinolab.analyze.diagnose.verification_summary import verification_sentences
 from kinolab.arguments import require_fit
 from kinolab.errors import InputError, Mistake
+from kinolab.loading import find_system
 from kinolab.planners.auto import MEMBERS, Auto
 from kinolab.problem import PlanningTask
 from kinolab.problem.goal_entries import GoalEntry, goal_entries
@@ -36,6 +38,7 @@ from kinolab.problem.static_holding import (
     start_holding,
 )
 from kinolab.simulation import Stiffness, stiffness
+from kinolab.simulation.held_law import law_sentence
 from kinolab.solve import PlanResult
 from kinolab.verification.clearance_margin import StateClearance, state_clearance
 
@@ -101,6 +104,7 @@ class Diagnosis:
         goal_held: The same, at the state of the goal region that is easiest to hold.
         stiffness: What makes the steps unstable; None if they are stable.
         unreached: Directions of velocity that no input changes, as components by name.
+        unmoved: Entries of the goal that stay as they are in all motions from the start.
         retries: Searches with one relaxation each.
         passage: Result of the geometric path search; None if there was none.
         seconds: How long the diagnosis took.
@@ -115,6 +119,7 @@ class Diagnosis:
     goal_held: StaticHolding | None
     stiffness: Stiffness | None
     unreached: tuple[dict[str, float], ...]
+    unmoved: tuple[GoalEntry, ...]
     retries: tuple[RelaxationTrial, ...]
     passage: Passage | None
     seconds: float
@@ -196,6 +201,7 @@ def _described(problem: PlanningTask, plan: PlanResult, goals: GoalStates) -> Di
         goal_held=best_static_holding(problem, goals.inside),
         stiffness=stiffness(problem, np.concatenate(stored)),
         unreached=unreached_directions(problem),
+        unmoved=unmoved_goals(problem),
         retries=(),
         passage=None,
         seconds=0.0,
@@ -220,9 +226,12 @@ def _sentences(
     if plan.status == "solved":
         yield "The plan was found and verified: nothing stopped it."
         return
-    stiff = found.stiffness
+    stiff, settings = found.stiffness, problem.scenario.integration
     if stiff is not None:
         yield stiff.sentence
+    law = law_sentence(problem.model, settings, lambda: find_system(problem.scenario))
+    if law:
+        yield law
     if not goals.inside:
         yield from unmet_sentences(problem, goals.nearest)
     blocked = found.passage is not None and found.passage.blocked
@@ -230,6 +239,7 @@ def _sentences(
     if found.passage is not None and blocked:
         yield found.passage.sentence
     yield from unreached_sentences(found.unreached)
+    yield from unmoved_sentences(found.unmoved)
     yield from holding_sentences(problem, found.start_held, found.goal_held)
     yield from verdicts
     yield from trial_sentences(found.retries)
@@ -243,7 +253,7 @@ def _sentences(
     yield from clearance_sentences(found.start_clearance, found.goal_clearance)
     if found.passage is not None and not blocked:
         yield found.passage.sentence
-    causes = (stiff, not goals.inside, blocked, found.unreached, verdicts)
+    causes = (stiff, law, not goals.inside, blocked, found.unreached, found.unmoved, verdicts)
     if not any(causes) and not any(retry.solved for retry in found.retries):
         yield next_search_sentence(problem, plan)
 

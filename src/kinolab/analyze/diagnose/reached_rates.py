@@ -33,8 +33,11 @@ def unreached_directions(problem: PlanningTask) -> tuple[dict[str, float], ...]:
     rates = list(range(problem.model.nq, problem.model.nq + problem.model.nv))
     generator, model = np.random.default_rng(0), problem.model
     parts, held = [], np.zeros((len(rates), len(rates)))
-    for _ in range(RANDOM_STATES):
-        x = model.project(problem.sample(generator))
+    for k in range(RANDOM_STATES):
+        x = problem.sample(generator)
+        if modes := len(model.machine.modes):
+            x[-1] = k % modes
+        x = model.project(x)
         u = np.asarray(generator.uniform(*model.control_bounds.T))
         parts.append(_reached(problem, x, u)[rates])
         held += _held(problem, x, rates) / RANDOM_STATES

@@ -3,6 +3,6 @@
 from kinolab.analyze.examine.examination import Examination, examine
 from kinolab.analyze.examine.law_check import LawCheck
 from kinolab.analyze.examine.laws import laws, modes_alone
-from kinolab.analyze.examine.remark import Remark
+from kinolab.analyze.examine.remarks.remark import Remark
 
 __all__ = ["Examination", "LawCheck", "Remark", "examine", "laws", "modes_alone"]

@@ -9,7 +9,7 @@ import numpy as np
 from kinolab.analyze.describe.conserved import conserved_momenta
 from kinolab.analyze.describe.sizes import body_sizes
 from kinolab.analyze.examine.odd_numbers import direction_of
-from kinolab.analyze.examine.subject import Subject
+from kinolab.analyze.examine.remarks.subject import Subject
 from kinolab.dynamics import Axis, Body, Frame
 from kinolab.dynamics.derivation.derivation import is_kinematic
 from kinolab.dynamics.language.frames import AXES, pose
@@ -21,6 +21,7 @@ from kinolab.dynamics.language.mechanism_parts import (
     loads_in,
 )
 from kinolab.dynamics.language.quantities import written
+from kinolab.dynamics.units import in_digits
 from kinolab.errors import KinolabError
 from kinolab.numerics.arrays import Array
 
@@ -68,9 +69,10 @@ def _gravity(subject: Subject) -> str:
     if gravity is None:
         return "There is no gravity."
     way = direction_of(gravity)
-    against = {"-z": ", down onto the ground z = 0", "+z": ", up from the ground z = 0"}
     strength = subject.system.number(gravity.strength)
-    along = against.get(way, ", along the ground z = 0")
+    standing = any(body.touches_ground for body in subject.system.bodies)
+    against = {"-z": ", down onto the ground z = 0", "+z": ", up from the ground z = 0"}
+    along = against.get(way, ", along the ground z = 0") if standing else ""
     return f"Gravity pulls toward {way}{along}, with {strength:.4g} m/s^2."
 
 
@@ -248,8 +250,8 @@ def _sizes(subject: Subject) -> Iterator[str]:
 
 def _span(low: float, first: str, high: float, last: str, unit: str) -> str:
     if first == last:
-        return f"{high:.3g} {unit} ({last})"
-    return f"{low:.3g} {unit} ({first}) to {high:.3g} {unit} ({last})"
+        return f"{in_digits(high)} {unit} ({last})"
+    return f"{in_digits(low)} {unit} ({first}) to {in_digits(high)} {unit} ({last})"
 
 
 def _counted(count: int, noun: str) -> str:

@@ -9,8 +9,8 @@ import numpy as np
 import sympy
 from numpy.typing import NDArray
 
-from kinolab.analyze.examine.remark import Remark
-from kinolab.analyze.examine.subject import UNLIMITED, Subject
+from kinolab.analyze.examine.remarks.remark import Remark
+from kinolab.analyze.examine.remarks.subject import UNLIMITED, Subject
 from kinolab.dynamics.derivation.derivation import is_kinematic
 from kinolab.dynamics.language.constraints import Requirement
 from kinolab.dynamics.language.expressions import exact

@@ -12,26 +12,27 @@ import numpy as np
 
 from kinolab.analyze.describe.each_mode import in_each_mode
 from kinolab.analyze.examine.behaviour import behaviour
-from kinolab.analyze.examine.carried import left_behind, on_their_own_axis, swung_off
+from kinolab.analyze.examine.dampers import dampers
+from kinolab.analyze.examine.drums import drums
 from kinolab.analyze.examine.energy_sources import energy_sources
-from kinolab.analyze.examine.joints import parted, sized_otherwise
+from kinolab.analyze.examine.forces_twice import forces_twice
 from kinolab.analyze.examine.law_check import LawCheck
 from kinolab.analyze.examine.laws import laws, modes_alone
+from kinolab.analyze.examine.left_out import left_out, unheeded
 from kinolab.analyze.examine.odd_numbers import odd_numbers
-from kinolab.analyze.examine.parts.dampers import dampers
-from kinolab.analyze.examine.parts.drums import drums
-from kinolab.analyze.examine.parts.left_out import left_out, unheeded
-from kinolab.analyze.examine.parts.other_side import required, twins
-from kinolab.analyze.examine.parts.resting import pushed_down, without_rest
-from kinolab.analyze.examine.parts.ropes import ropes
-from kinolab.analyze.examine.parts.steered_wheels import steering
-from kinolab.analyze.examine.passing_bodies import passing_bodies
-from kinolab.analyze.examine.place_in_file import place_in
 from kinolab.analyze.examine.reactions import reactions, same_effects, turned_away, turning_axes
-from kinolab.analyze.examine.remark import Remark, sorted_out
-from kinolab.analyze.examine.rolling import slips
-from kinolab.analyze.examine.subject import Subject
-from kinolab.analyze.examine.touching_bodies import contacts, standing
+from kinolab.analyze.examine.remarks.place_in_file import place_in
+from kinolab.analyze.examine.remarks.remark import Remark, sorted_out
+from kinolab.analyze.examine.remarks.subject import Subject
+from kinolab.analyze.examine.resting import pushed_down, without_rest
+from kinolab.analyze.examine.ropes import ropes
+from kinolab.analyze.examine.shapes.carried import left_behind, on_their_own_axis, swung_off
+from kinolab.analyze.examine.shapes.joints import parted, sized_otherwise
+from kinolab.analyze.examine.shapes.passing_bodies import passing_bodies
+from kinolab.analyze.examine.shapes.rolling import slips
+from kinolab.analyze.examine.shapes.steered_wheels import steering
+from kinolab.analyze.examine.shapes.touching_bodies import contacts, standing
+from kinolab.analyze.examine.shapes.twins import required, twins
 from kinolab.dynamics import System
 from kinolab.loading.well_posed import unlimited_sentences
 from kinolab.scenario.schema import IntegrationSection
@@ -166,6 +167,7 @@ def remarks_on(subject: Subject) -> Iterator[Remark]:
     yield from pushed_down(subject)
     yield from drums(subject)
     yield from dampers(subject)
+    yield from forces_twice(subject)
 
 
 def _law_of(

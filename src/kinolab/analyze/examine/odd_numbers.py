@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from itertools import permutations
 from typing import Any
 
 import numpy as np
 import sympy
 
-from kinolab.analyze.examine.remark import Remark
-from kinolab.analyze.examine.subject import Subject
+from kinolab.analyze.examine.remarks.remark import Remark
+from kinolab.analyze.examine.remarks.subject import Subject
 from kinolab.dynamics import Body, Coordinate, Parameter
 from kinolab.dynamics.codegen.state_space import TURN
 from kinolab.dynamics.language.expressions import exact, parts_of
@@ -18,6 +19,7 @@ from kinolab.dynamics.language.forces import Gravity
 from kinolab.dynamics.language.frames import Rotation
 from kinolab.dynamics.language.mechanism_parts import energies_in, loads_in
 from kinolab.dynamics.language.shapes import Shape
+from kinolab.dynamics.units import in_digits
 from kinolab.numerics.arrays import Array
 from kinolab.world.geometry import triangles
 
@@ -34,6 +36,7 @@ AIR = 1.2  # [kg/m^3] at 20 °C
 LIGHTEST = 0.1 * AIR  # boxes around propellers hold little else than air
 LARGEST = 100.0  # [m] of a body: what is longer was hardly meant in m
 ROUNDING = 1e-9
+SLACK = 0.01  # relative: numbers in files have three digits
 WEAKEST, STRONGEST = 0.1, 30.0  # [m/s^2] moons and planets: Ceres has 0.28, Jupiter 24.8
 # whole numbers as one has them in degrees, up to a turn; 10 and 100 rad stand for no limit
 DEGREES = frozenset(range(11, 361)) - {100}
@@ -44,6 +47,7 @@ def odd_numbers(subject: Subject) -> Iterator[Remark]:
     """Yield the numbers that look like another unit."""
     for body in subject.system.bodies:
         yield from _inertia(subject, body)
+        yield from _order(subject, body)
         yield from _density(subject, body)
         yield from _length(subject, body)
     yield from _points(subject)
@@ -91,11 +95,13 @@ def _inertia(subject: Subject, body: Body) -> Iterator[Remark]:
         if own[k] >= SMALLEST_INERTIA * mass * widest:
             return
     along = max(zip(np.abs(axes[:, k]), "xyz", strict=True))[1]
-    what = f"It is {own[k]:.3g} kg m^2 about its {along} axis, and {mass:.3g} kg within "
+    what = (
+        f"It is {in_digits(own[k])} kg m^2 about its {along} axis, and {in_digits(mass)} kg within "
+    )
     what += (
         f"{math.sqrt(reaches[k]):.3g} m of that have {'at most' if size == 'large' else 'about'} "
     )
-    what += f"{mass * reaches[k]:.3g} kg m^2: "
+    what += f"{in_digits(mass * reaches[k])} kg m^2: "
     if derived and size == "large":
         what += (
             "is it that about the centre of mass, are its moments in the order x, y, z, and are "
@@ -124,7 +130,8 @@ def _points(subject: Subject) -> Iterator[Remark]:
     """Compare where forces act on a body with how far its shape goes."""
     for effort in subject.system.efforts:
         body, at = getattr(effort, "on", None), getattr(effort, "at", None)
-        if not isinstance(body, Body) or at is None or not (reach := _reach(subject, body)):
+        reach = _reach(subject, body) if body in subject.system.bodies else 0.0
+        if body is None or not reach or at is None:
             continue
         away = math.hypot(*map(subject.system.number, at))
         if away > FAR * reach:
@@ -135,6 +142,30 @@ def _points(subject: Subject) -> Iterator[Remark]:
             return
 
 
+def _order(subject: Subject, body: Body) -> Iterator[Remark]:
+    """Compare each moment with the most that the body's mass has about that axis within its shape.
+
+    A point at (x, y, z) in the box around the shape has y^2 + z^2 about x. Moments beyond that may
+    belong to a body whose shape leaves parts out; if they fit in another order they are swapped.
+    """
+    system, corners = subject.system, _corners(subject, body)
+    moments = np.array([system.number(entry) for entry in body.inertia_matrix]).reshape(3, 3)
+    if not corners or np.any(moments - np.diag(np.diag(moments))):
+        return
+    far = np.abs(np.vstack(corners)).max(axis=0) ** 2
+    most = system.number(body.mass) * (far.sum() - far)
+    given = np.diag(moments)
+    fitting = [o for o in permutations(range(3)) if (given[list(o)] <= most * (1 + SLACK)).all()]
+    worst = int(np.argmax(given - most))
+    if not fitting or given[worst] <= most[worst] * (1 + SLACK):
+        return
+    right = ", ".join(f"{given[k]:.4g}" for k in fitting[0])
+    what = f"It is {given[worst]:.4g} kg m^2 about {'xyz'[worst]}, and its mass within its shape "
+    what += f"has {most[worst]:.3g} kg m^2 about that axis at most. In the order ({right}) the "
+    what += "moments of inertia about x, y and z fit its shape."
+    yield Remark("inertia in another order", body.name, what, ("Body", body.name))
+
+
 def _density(subject: Subject, body: Body) -> Iterator[Remark]:
     """Compare a body's mass with what its shapes would weigh, made of something."""
     mass = subject.system.number(body.mass)
@@ -142,12 +173,12 @@ def _density(subject: Subject, body: Body) -> Iterator[Remark]:
     if not (mass > 0 and volume > 0):
         return
     density = mass / volume
-    told = f"{mass:.3g} kg in {volume:.3g} m^3 are {density:.3g} kg/m^3"
+    told = f"{in_digits(mass)} kg in {volume:.3g} m^3 are {in_digits(density)} kg/m^3"
     if density > TOO_DENSE:
         what = (
             f"{told}, and osmium, the densest metal, has {DENSEST:.5g}: is its mass in kg and not "
         )
-        what += f"in g ({mass / 1e3:.3g} kg), are its sizes in m?"
+        what += f"in g ({in_digits(mass / 1e3)} kg), are its sizes in m?"
         yield Remark("mass too large", body.name, what, ("Body", body.name))
     elif density < LIGHTEST:
         what = f"{told}, far less than air ({AIR:g}): are its sizes in m and not in mm or cm, is "

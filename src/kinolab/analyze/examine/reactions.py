@@ -7,9 +7,9 @@ from itertools import combinations
 
 import numpy as np
 
-from kinolab.analyze.examine.remark import Remark
-from kinolab.analyze.examine.subject import Subject
-from kinolab.analyze.examine.touching_bodies import contacts
+from kinolab.analyze.examine.remarks.remark import Remark
+from kinolab.analyze.examine.remarks.subject import Subject
+from kinolab.analyze.examine.shapes.touching_bodies import contacts
 from kinolab.dynamics import Axis, Body
 from kinolab.dynamics.language.frames import AXES, pose
 from kinolab.dynamics.language.inputs import Input

@@ -28,7 +28,6 @@ from kinolab.simulation.reference import REASONS, DivergedError
 from kinolab.trajectory import Trajectory
 
 KEPT = 1000  # runs whose paths are kept; of further ones only how they ended
-LITTLE = 1e-6  # of an input's range: less is rounding
 SETTLING_FRACTION = 0.25  # of the plan's duration: how much sooner or later it may reach the goal
 
 
@@ -275,7 +274,7 @@ class Executor:
             wanted = self.tracker.wanted(i, seen)
         held = self.tracker.limited(wanted)
         acting = model.plant_inputs(seen, held)
-        beyond = np.abs(wanted - held) > LITTLE * np.ptp(model.control_bounds, axis=1)
+        beyond = wanted != held
         if model.plant is not model:  # the law cuts its inputs itself
             lower, upper = model.plant.control_bounds.T
             beyond = np.append((acting <= lower) | (acting >= upper), beyond)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from kinolab.analyze.execute.execution import Execution, Executor
 from kinolab.analyze.execute.failure import FailureGroup
@@ -15,6 +15,7 @@ from kinolab.analyze.execute.failure_trials import (
     failure_trials,
     most_wanted,
 )
+from kinolab.errors import EndpointError
 
 MOST_GROUPS = 2  # that are looked into, the most frequent ones
 DEEPEST = 0.2  # [m] by which the machine is made slimmer at most, to see how much room is missing
@@ -79,7 +80,7 @@ def _sentences(
             "when it was due. Look at what its `until` and `provided` ask for, and let the plan "
             "pass them by more."
         )
-    yield from _wanting(execution, group)
+    yield from shortages(execution, group)
     yield from _more_room(executor, execution, group)
 
 
@@ -89,7 +90,12 @@ def _tried(group: FailureGroup, tried: Sequence[FailureTrial]) -> Iterator[str]:
     single = [t for t in helping if t.what != "parameters"]
     if single:
         yield f"tried again, {_results(single)}."
-        yield from _advice(group, single[0])
+        best = single[0]
+        yield from _advice(
+            group,
+            best,
+            [t.name for t in single if (t.what, t.reached) == (best.what, best.reached)],
+        )
     elif helping:
         yield f"tried again, {_results(helping)}; no single parameter is to blame."
     elif tried:
@@ -107,9 +113,12 @@ def _results(trials: Sequence[FailureTrial]) -> str:
     return f"{first.reached} of {first.made} reach the goal {first.words}{more}"
 
 
-def _advice(group: FailureGroup, best: FailureTrial) -> Iterator[str]:
-    """Say what to change where a change helped."""
+def _advice(group: FailureGroup, best: FailureTrial, alike: Sequence[str]) -> Iterator[str]:
+    """Say what to change where a change helped, and others of its kind as much."""
     name, first = best.name, group.first
+    decides = f"{name} is what decides: know it"
+    if len(alike) > 1:
+        decides = f"{', '.join(alike[:-1])} and {alike[-1]} decide alike: know them"
     if best.what == "parameter" and first.outcome == "collided" and first.at_start:
         yield (
             f"So {name} moves the machine into it before anything else does: a shape whose size is "
@@ -119,7 +128,7 @@ def _advice(group: FailureGroup, best: FailureTrial) -> Iterator[str]:
         return
     told = {
         "built": f"So the plan does not know {name}: give its value in [system] parameters.",
-        "parameter": f"So {name} is what decides: know it better, or plan with more to spare "
+        "parameter": f"So {decides} better, or plan with more to spare "
         "([world] clearance, [goal] reserve, [bounds] of the inputs).",
         "noise": "So it is the noise of the measurements: better sensors, or gains that answer it "
         "less (--large).",
@@ -132,7 +141,7 @@ def _advice(group: FailureGroup, best: FailureTrial) -> Iterator[str]:
         yield told[best.what]
 
 
-def _wanting(execution: Execution, group: FailureGroup) -> Iterator[str]:
+def shortages(execution: Execution, group: FailureGroup) -> Iterator[str]:
     """Say of which input the plan leaves too little to correct with."""
     for name, share in list(most_wanted(execution, group).items())[:1]:
         if share >= NOTABLE:
@@ -175,7 +184,18 @@ def _clearance(executor: Executor, execution: Execution, group: FailureGroup) ->
         f"With {1000 * missing:.3g} mm more room {passing} of {len(depths)} "
         "pass and reach the goal."
     )
-    obstacles = {obstacle.name for obstacle in executor.problem.world.obstacles}
-    if not obstacles.isdisjoint(first for first in group.first.bodies):
-        room = executor.problem.scenario.world.clearance + ROOM * missing
-        yield f"Plan with it: --set world.clearance={math.ceil(1000 * room) / 1000:g}."
+    problem = executor.problem
+    obstacles = {obstacle.name for obstacle in problem.world.obstacles}
+    if obstacles.isdisjoint(group.first.bodies):
+        return
+    room = math.ceil(1000 * (problem.scenario.world.clearance + ROOM * missing)) / 1000  # mm
+    roomy = replace(problem, world=replace(problem.world, clearance=room))
+    try:
+        roomy.check_endpoints()
+    except EndpointError:
+        yield (
+            "Where the plan begins or ends it is nearer to something than that, so that no plan "
+            "keeps it: make room there, or give the obstacle the numbers that the machine has."
+        )
+    else:
+        yield f"Plan with it: --set world.clearance={room:g}."

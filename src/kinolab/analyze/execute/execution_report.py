@@ -10,7 +10,7 @@ import numpy as np
 
 from kinolab.analyze.execute.conditions import Conditions, kept_by_default
 from kinolab.analyze.execute.execution import Execution, ExecutionRun
-from kinolab.analyze.execute.execution_diagnosis import ExecutionDiagnosis
+from kinolab.analyze.execute.execution_diagnosis import ExecutionDiagnosis, shortages
 from kinolab.dynamics.units import state_units
 from kinolab.problem import PlanningTask
 
@@ -78,6 +78,8 @@ def summary_lines(
         yield f"  farthest from the plan: {far.name} was off by {amount} {when}"
     if diagnosis is not None:
         yield from (f"  {sentence}" for sentence in diagnosis.sentences)
+    elif groups:  # what the runs themselves tell
+        yield from (f"  {sentence}" for sentence in shortages(execution, groups[0]))
 
 
 def varied_text(problem: PlanningTask, conditions: Conditions) -> str:

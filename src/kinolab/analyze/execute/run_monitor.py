@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import zip_longest
 
 import numpy as np
+from numpy.typing import NDArray
 
 from kinolab.analyze.execute.failure import Failure
 from kinolab.dynamics.language.mechanism import Mechanism
@@ -112,7 +114,9 @@ class RunMonitor:
         return Failure("missed", self._entry_name(outside[0]), f"at best {detail}", t, step)
 
     def slip(self, x: Array, t: Array) -> str:
-        """Say when a machine first is in another mode than its plan for long; else nothing.
+        """Say since when a machine has not followed its plan from mode to mode; else nothing.
+
+        Modes are compared in their order: a transition may come sooner or later than planned.
 
         Args:
             x: States, shape (n, nx).
@@ -121,14 +125,15 @@ class RunMonitor:
         modes, planned = self._problem.machine.modes, self._planned
         if not modes:
             return ""
-        due = planned[np.minimum(np.arange(len(x)), len(planned) - 1), -1].astype(int)
-        now = x[:, -1].astype(int)
-        other = np.convolve(now != due, np.ones(LATE), "valid") == LATE
-        if not other.any():
-            return ""
-        first = int(np.argmax(other))
-        is_in, wanted = modes[now[first]], modes[due[first]]
-        return f"from {t[first]:.3g} s on it was in the mode {is_in}, where the plan is in {wanted}"
+        due, now = planned[: len(x), -1].astype(int), x[:, -1].astype(int)
+        for late, early in zip_longest(_begins(now), _begins(due)):
+            if late is not None and early is not None and now[late] == due[early]:
+                continue
+            first = max(late or 0, early or 0)
+            here, there = modes[now[first]], modes[due[min(first, len(due) - 1)]]
+            since = f"from {t[first]:.3g} s on it was in the mode {here}"
+            return f"{since}, where the plan is in {there}"
+        return ""
 
     def _entry_name(self, entry: GoalEntry) -> str:
         if self._is_mode(entry):
@@ -186,8 +191,12 @@ class RunMonitor:
         return self._problem if same else built
 
 
-LATE = 5  # steps in another mode than planned: fewer are a transition that comes a little late
 DEPTH_TOLERANCE = 1e-4  # [m], and share: a depth is told to a percent or so
+
+
+def _begins(modes: NDArray[np.intp]) -> list[int]:
+    """Return where each mode of a motion begins, of its modes at every step (n,)."""
+    return [0, *(np.flatnonzero(np.diff(modes)) + 1).tolist()]
 
 
 def _collided(

@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from kinolab.search import Budget
     from kinolab.show.view.live_page import LivePage
     from kinolab.solve import PlanResult
+    from kinolab.trajectory import Trajectory
 
 
 @click.command("scenario", hidden=True)
@@ -68,6 +69,12 @@ if TYPE_CHECKING:
     is_flag=True,
     help="Keep the first motion as it was found, without improving it.",
 )
+@click.option(
+    "--guess",
+    type=PATH,
+    metavar="RUN",
+    help="A run of this machine, whose motion is tried before anything is searched for.",
+)
 @set_option
 @click.option("--out", type=PATH, help="Folder of the run; by default runs/<scenario>.")
 @click.option("--json", "as_json", is_flag=True, help="Print the report as one JSON object.")
@@ -81,6 +88,7 @@ def command(
     jobs: int,
     anytime: bool,
     no_optimize: bool,
+    guess: Path | None,
     overrides: tuple[str, ...],
     out: Path | None,
     as_json: bool,
@@ -94,7 +102,7 @@ def command(
     """Plan a scenario."""
     from kinolab.api import load
     from kinolab.concurrency.processors import processors
-    from kinolab.runs import PAGE, add_to_report, require_place, written_at
+    from kinolab.runs import PAGE, add_to_report, read_run, require_place, written_at
     from kinolab.solve.plan_summary import summary
 
     if live and jobs > 1:
@@ -124,7 +132,8 @@ def command(
         with as_typed(given):
             found, complete = _search(
                 problem, versions, progress, page,
-                jobs=jobs, anytime=anytime, optimize=not no_optimize, quiet=quiet,
+                jobs=jobs, anytime=anytime, optimize=not no_optimize,
+                guess=read_run(guess).trajectory if guess else None, quiet=quiet,
             )  # fmt: skip
         if not (found.status == "solved" or INTERRUPTS.seen or no_diagnosis):
             versions.report = _diagnose(problem, found, folder, versions.report, progress)
@@ -183,17 +192,9 @@ def _warn(problem: PlanningTask, folder: Path, progress: Progress, *, quiet: boo
 
 def _warnings(problem: PlanningTask, folder: Path) -> Iterator[str]:
     """Yield what one should know before a search, in sentences."""
-    from kinolab.loading import find_system
-    from kinolab.problem.warnings import problem_warnings
-    from kinolab.runs import replaced_scenario
-    from kinolab.simulation.held_law import stiff_law
+    from kinolab.runs import replaced_scenario, warnings_before
 
-    yield from problem_warnings(problem)
-    stiff = stiff_law(
-        problem.model, problem.scenario.integration, lambda: find_system(problem.scenario)
-    )
-    if stiff is not None:
-        yield stiff.sentence
+    yield from warnings_before(problem)
     earlier = replaced_scenario(folder, problem)
     if earlier is not None:
         yield (
@@ -233,6 +234,7 @@ def _search(
     jobs: int,
     anytime: bool,
     optimize: bool,
+    guess: Trajectory | None,
     quiet: bool,
 ) -> tuple[PlanResult, bool]:
     """Search and write what was found; return it, and whether its film is written, too.
@@ -285,6 +287,7 @@ def _search(
             jobs=jobs,
             anytime=anytime,
             optimize=optimize,
+            guess=guess,
             contained=INTERRUPTS.after_crash,
             progress=report,
             watch=watch,

@@ -23,6 +23,7 @@ from kinolab.dynamics import (
 def {name}() -> System:
     """Two links in a vertical plane, each with a motor strong enough to hold it."""
     m, l = parameter("m", 1.0, "kg"), parameter("l", 0.5, "m")  # of each link
+    w = parameter("w", 0.05, "m")  # how wide it is; shapes follow parameters as frames do
     # Angles with limits, in rad, and the largest speed, in rad/s; 0 hangs straight down.
     shoulder = angle("shoulder", -3.0, 3.0, speed=3.0)
     elbow = angle("elbow", -2.5, 2.5, speed=3.0)
@@ -30,14 +31,15 @@ def {name}() -> System:
     # A joint is a frame: what follows it moves with it.
     upper_joint = move(0, 0, 1.2) @ rot_y(shoulder)
     lower_joint = upper_joint @ move(0, 0, -l) @ rot_y(elbow)
-    inertia = (m * l**2 / 12, m * l**2 / 12, m * 0.05**2 / 6)  # about the centre of mass
+    across = m * (l**2 + w**2) / 12
+    inertia = (across, across, m * w**2 / 6)  # about the centre of mass
     upper = Body(
         "upper arm", upper_joint @ move(0, 0, -l / 2),
-        mass=m, inertia=inertia, shape=Box(0.05, 0.05, 0.5),
+        mass=m, inertia=inertia, shape=Box(w, w, l),
     )
     lower = Body(
-        "forearm", lower_joint @ move(0, 0.06, -l / 2),  # beside the upper arm
-        mass=m, inertia=inertia, shape=Box(0.05, 0.05, 0.5),
+        "forearm", lower_joint @ move(0, 1.2 * w, -l / 2),  # beside the upper arm
+        mass=m, inertia=inertia, shape=Box(w, w, l),
     )
     return System(
         "{name}",
@@ -57,6 +59,7 @@ TITLE = "An arm reaches over a shelf"
 SCENARIO = """
 [world]
 ground = "plane"
+clearance = 0.02                        # [m] to spare: no real arm is quite as planned
 
 [[world.obstacle]]
 name = "shelf"
@@ -74,6 +77,10 @@ body = "forearm"
 at = [0.0, 0.0, -0.25]                  # [m] the hand, in the frame of the forearm
 position = [0.7, 0.06, 1.2]             # [m]
 tolerance = 0.05
+
+[bounds]                                # [N m] less than the motors can do: the rest corrects
+shoulder_motor = [-16.0, 16.0]
+elbow_motor = [-6.0, 6.0]
 
 [planner]
 time_limit = 30.0                       # [s]

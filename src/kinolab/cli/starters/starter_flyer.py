@@ -27,11 +27,11 @@ def {name}() -> System:
     x, z = length("x", speed=3.0), length("z", speed=3.0)
     theta = angle("theta", -1.2, 1.2, speed=5.0)  # it leans, but does not turn over
     frame = move(x, 0, z) @ rot_y(theta)
-    beam = Body("beam", frame, mass=m, inertia=m * l**2 / 3, shape=Box(0.4, 0.1, 0.05))
+    beam = Body("beam", frame, mass=m, inertia=m * l**2 / 3, shape=Box(2 * l, 0.1, 0.05))
 
     # A force acts on a body's centre of mass, so that each rotor is a body, here without mass.
     rotors = [
-        Body(name, frame @ move(side, 0, 0.04), shape=Box(0.14, 0.1, 0.02))
+        Body(name, frame @ move(side, 0, 0.04), shape=Box(0.7 * l, 0.1, 0.02))
         for name, side in (("left rotor", -l), ("right rotor", l))
     ]
     return System(
@@ -51,6 +51,7 @@ SCENARIO = """
 [world]
 bounds = {{ x = [0, 5], z = [0, 3] }}     # [m]
 ground = "plane"
+clearance = 0.08                        # [m] to spare: no real drone is quite as planned
 
 [[world.obstacle]]
 name = "wall"
@@ -67,6 +68,10 @@ z = 0.8
 theta = 0.0
 at_rest = true
 tolerance = 0.1                         # [m], [rad], [m/s] and [rad/s]
+
+[bounds]                                # [N] less than the rotors can do: the rest corrects
+left_thrust = [0.5, 4.5]
+right_thrust = [0.5, 4.5]
 
 [planner]
 time_limit = 30.0                       # [s]

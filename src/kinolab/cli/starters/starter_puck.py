@@ -27,15 +27,17 @@ def {name}() -> System:
     # Parameters are symbols: equations show their names, and new values compile nothing.
     m = parameter("m", 0.5, "kg")
     b = parameter("b", 0.1, "N s/m")
+    r, h = parameter("r", 0.15, "m"), parameter("h", 0.1, "m")  # its radius and its height
 
     # Coordinates know their unit and how fast they may change, in m/s.
     x, y = length("x", speed=1.0), length("y", speed=1.0)
 
     # A frame is a product of motions: move(x, y, z), rot_x, rot_y, rot_z. It needs no body.
-    center = move(x, y, 0.05)
+    center = move(x, y, h / 2)
 
-    # A body's centre of mass is the origin of its frame; its shape is what may not collide.
-    puck = Body("puck", center, mass=m, shape=Cylinder(0.15, 0.1), touches_ground=True)
+    # A body's centre of mass is the origin of its frame; its shape is what may not collide,
+    # and follows the parameters, too.
+    puck = Body("puck", center, mass=m, shape=Cylinder(r, h), touches_ground=True)
 
     return System(
         "{name}",

@@ -114,6 +114,9 @@ theta_dot = 0.15                        # [rad/s]
 left_dot = 0.5                          # of a wheel: 0.05 m/s, as it balances to and fro
 right_dot = 0.5
 
+[bounds]                                # of the 1.2 m/s there are: the rest is the law's own
+speed = [-1.0, 1.0]                     # [m/s]
+
 [integration]
 step = 0.025                            # [s] the law looks at the machine this often
 

@@ -12,7 +12,7 @@ from numpy.polynomial import chebyshev
 
 from kinolab.dynamics.analysis.trim import StateFunctions, Trim, trim
 from kinolab.dynamics.codegen.cache import COMPILED, Compiled, key_of
-from kinolab.dynamics.language.control.feedback import Feedback, Reference, Regulator
+from kinolab.dynamics.language.feedback import Feedback, Reference, Regulator
 from kinolab.dynamics.language.inputs import bounds_of
 from kinolab.dynamics.language.json.machine_file import (
     feedback_from_tree,

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from kinolab.arguments import require_fit, require_numbers
 from kinolab.dynamics.analysis.trim import symbols_of_state
-from kinolab.dynamics.language.control.feedback import Feedback, Reference
+from kinolab.dynamics.language.feedback import Feedback, Reference
 from kinolab.dynamics.language.inputs import Limit
 from kinolab.dynamics.model import Model
 from kinolab.dynamics.units import state_units

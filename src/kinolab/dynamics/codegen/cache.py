@@ -19,12 +19,16 @@ def key_of(content: str) -> str:
     return digest_of(content, processor(), code_in(Path(__file__).parents[1]), *methods)
 
 
-def compiled(text: str) -> bytes:
+def compiled(text: str, *, quick: bool = False) -> bytes:
     """Return the object code of a module of LLVM IR, compiled only where it is not on disk.
 
     Values of parameters are arguments of the code: machines that differ in them alone have one.
+
+    Args:
+        text: The module.
+        quick: As ``compile_ir`` takes it.
     """
-    return OBJECTS.get([key_of(text)], lambda: compile_ir(text))
+    return OBJECTS.get([key_of(text)], lambda: compile_ir(text, quick=quick))
 
 
 def _pack(compiled: Compiled) -> bytes:

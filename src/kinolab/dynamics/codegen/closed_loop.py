@@ -16,7 +16,7 @@ from kinolab.dynamics.codegen.integrators import RATE, STEP, steppers
 from kinolab.dynamics.codegen.llvm import Register, Routine
 from kinolab.dynamics.derivation.derivation import Derivation
 from kinolab.dynamics.derivation.lowering import Lowering
-from kinolab.dynamics.language.control.feedback import Feedback
+from kinolab.dynamics.language.feedback import Feedback
 from kinolab.dynamics.language.inputs import bounds_of
 from kinolab.errors import InputError, Mistake
 

@@ -27,12 +27,18 @@ class Library:
 _linked: WeakValueDictionary[tuple[bytes, frozenset[str]], Library] = WeakValueDictionary()
 
 
-def compile_ir(text: str) -> bytes:
-    """Compile a module of LLVM IR, optimised for this processor, to an object file's bytes."""
+def compile_ir(text: str, *, quick: bool = False) -> bytes:
+    """Compile a module of LLVM IR, optimised for this processor, to an object file's bytes.
+
+    Args:
+        text: The module.
+        quick: Whether numbers stay in memory rather than in registers: for long functions, whose
+            registers take a time to allocate that grows with the square of their length.
+    """
     _initialise()
     module = llvm.parse_assembly(text)
     module.verify()
-    machine = _target_machine()
+    machine = _target_machine(0 if quick else 1)
     options = llvm.create_pipeline_tuning_options(speed_level=2)
     builder = llvm.create_pass_builder(machine, options)
     builder.getModulePassManager().run(module, builder)
@@ -74,11 +80,11 @@ def _initialise() -> None:
     llvm.initialize_native_asmprinter()
 
 
-def _target_machine() -> Any:
+def _target_machine(level: int = 1) -> Any:
     target = llvm.Target.from_default_triple()
     return target.create_target_machine(
         cpu=llvm.get_host_cpu_name(),
         features=llvm.get_host_cpu_features().flatten(),
-        opt=1,  # 2 takes a fifth longer for code as long and as quick
+        opt=level,  # 2 takes a fifth longer than 1 for code as long and as quick
         reloc="pic",
     )

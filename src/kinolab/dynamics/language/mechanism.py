@@ -10,8 +10,8 @@ from typing import Any, Literal, Self
 from kinolab.arguments import checked
 from kinolab.dynamics.language.bodies import AnyCable, Body, as_cables
 from kinolab.dynamics.language.constraints import Constraint, Requirement, closed
-from kinolab.dynamics.language.control.feedback import Feedback, Regulator
-from kinolab.dynamics.language.control.flatness import Flat
+from kinolab.dynamics.language.feedback import Feedback, Regulator
+from kinolab.dynamics.language.flatness import Flat
 from kinolab.dynamics.language.forces import Effort, Gravity
 from kinolab.dynamics.language.inputs import Input
 from kinolab.dynamics.language.mechanism_parts import (

@@ -14,9 +14,9 @@ import sympy
 
 from kinolab.dynamics.language.bodies import Body, Cable
 from kinolab.dynamics.language.constraints import Constraint, PositionConstraint, Requirement
-from kinolab.dynamics.language.control.feedback import Feedback, Regulator
-from kinolab.dynamics.language.control.flatness import Flat
 from kinolab.dynamics.language.expressions import as_written, exact, parts_of
+from kinolab.dynamics.language.feedback import Feedback, Regulator
+from kinolab.dynamics.language.flatness import Flat
 from kinolab.dynamics.language.forces import Effort, Gravity, Load, Potential
 from kinolab.dynamics.language.inputs import Drive, Input, Rate
 from kinolab.dynamics.language.modes import Mode, Transition

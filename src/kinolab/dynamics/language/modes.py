@@ -56,7 +56,9 @@ class Transition:
     At the instant of a transition, in this order: with a ``restitution`` the velocity at which
     ``until`` falls is reversed by an impact along its gradient; ``reset`` takes effect; velocities
     that the next mode's constraints forbid are stopped by a perfectly inelastic impact,
-    M (v+ - v-) = J^T impulse with J v+ = 0.
+    M (v+ - v-) = J^T impulse with J v+ = 0. Nothing moves there: positions that the next mode
+    holds (``closed``) must have come to where it holds them, by ``until``, ``provided`` or
+    ``reset``, which certificates check.
 
     Attributes:
         name: Its name in reports and errors.

@@ -14,9 +14,9 @@ import sympy
 
 from kinolab.dynamics.language.bodies import Body, Cable
 from kinolab.dynamics.language.constraints import PositionConstraint
-from kinolab.dynamics.language.control.feedback import Feedback, Regulator
-from kinolab.dynamics.language.control.flatness import CURVATURE, FlatOutputs, output_symbols
 from kinolab.dynamics.language.expressions import exact
+from kinolab.dynamics.language.feedback import Feedback, Regulator
+from kinolab.dynamics.language.flatness import CURVATURE, FlatOutputs, output_symbols
 from kinolab.dynamics.language.forces import Effort, Friction, Load, Potential, Rope
 from kinolab.dynamics.language.inputs import bounds_of
 from kinolab.dynamics.language.mechanism_parts import (

@@ -31,6 +31,7 @@ class MujocoEngine(AbstractSecondEngine):
 
     def __init__(self, mujoco: Any, model: Any, joints: Sequence[str]) -> None:
         model.opt.enableflags = 0  # one lets trees sleep that should move
+        model.jnt_actgravcomp[:] = 0  # what bears weight is passive, whatever takes its force
         for flag in LEFT_OUT:
             model.opt.disableflags |= int(getattr(mujoco.mjtDisableBit, f"mjDSBL_{flag}"))
         self._mujoco, self._model, self._data = mujoco, model, mujoco.MjData(model)

@@ -61,6 +61,14 @@ class CompiledModel:
         self.mujoco.mju_quat2Mat(turn, quaternion)
         return turn.reshape(3, 3)
 
+    def powers(self, name: str, k: int) -> tuple[float, ...]:
+        """Return a field of an element, with the coefficients of higher powers where it has those.
+
+        It is empty where this MuJoCo does not have the field yet.
+        """
+        fields = (getattr(self.model, one, None) for one in (name, f"{name}poly"))
+        return tuple(float(c) for rows in fields if rows is not None for c in np.ravel(rows[k]))
+
     def engines(self) -> Sequence[MujocoEngine]:
         """Return MuJoCo's own model of the file, once all of it is read and nothing left out."""
         if self.left_out:

@@ -30,9 +30,9 @@ def _fields_of(table: str) -> frozenset[str]:
 
 READ = _fields_of("""
     body_: parentid rootid weldid mocapid jntnum jntadr geomnum geomadr pos quat ipos iquat
-        mass inertia sameframe
+        mass inertia sameframe gravcomp
     jnt_: type qposadr dofadr bodyid limited actfrclimited pos axis stiffness stiffnesspoly
-        range actfrcrange
+        range actfrcrange actgravcomp
     dof_: jntid frictionloss armature damping dampingpoly
     geom_: type contype conaffinity bodyid dataid matid size pos quat rgba
     mesh_: vertadr vertnum faceadr facenum vert face
@@ -40,8 +40,9 @@ READ = _fields_of("""
     site_: bodyid pos quat
     eq_: type obj1id obj2id objtype active0 data
     actuator_: trntype dyntype gaintype biastype trnid gainprm biasprm ctrllimited ctrlrange
-        gear forcelimited forcerange group
-    tendon_: adr num actfrclimited actfrcrange
+        gear forcelimited forcerange group dynprm actlimited actrange actearly
+    tendon_: type adr num actfrclimited actfrcrange stiffness stiffnesspoly damping dampingpoly
+        frictionloss armature limited range lengthspring
     wrap_: type objid prm
     pair_: geom1 geom2
     exclude_: signature
@@ -49,8 +50,8 @@ READ = _fields_of("""
     opt_: gravity disableflags enableflags disableactuator
     qpos0:
 """)
-# Of contacts, solvers and pictures; what MuJoCo derives of other fields; of tendons, whose forces
-# and limits are refused; of actuators that trntype, dyntype and gaintype refuse; counts.
+# Of contacts, solvers and pictures; what MuJoCo derives of other fields; of actuators that trntype,
+# dyntype and gaintype refuse; counts.
 WITHOUT_EFFECT = _fields_of("""
     body_: dofnum dofadr treeid simple subtreemass invweight0 margin user contype
         conaffinity bvhadr bvhnum
@@ -61,10 +62,10 @@ WITHOUT_EFFECT = _fields_of("""
     site_: type dataid matid group sameframe size user rgba
     eq_: solimp solref
     pair_: dim signature solref solreffriction solimp margin gap friction
-    tendon_: type matid actuatorid group plasticadr treenum treeid width solref_lim solimp_lim
-        solref_fri solimp_fri range margin lengthspring length0 invweight0 user rgba
-    actuator_: ctrladr ctrlnum ctrlspec outadr outnum actadr actnum cranklength dynprm
-        actlimited actrange actearly history historyadr user acc0 length0 lengthrange
+    tendon_: matid actuatorid group plasticadr treenum treeid width solref_lim solimp_lim
+        solref_fri solimp_fri margin length0 invweight0 user rgba
+    actuator_: ctrladr ctrlnum ctrlspec outadr outnum actadr actnum cranklength history historyadr
+        user acc0 length0 lengthrange
     flg_: gravcomp surfacevel adhesion
     ten_: J_rownnz J_rowadr J_colind
     opt_: timestep impratio tolerance ls_tolerance noslip_tolerance ccd_tolerance
@@ -90,9 +91,8 @@ REASONS = {
     "opt_density": "makes a fluid push on all that moves, and no fluid is modelled",
     "opt_viscosity": "makes a fluid push on all that moves, and no fluid is modelled",
     "opt_wind": "makes a fluid push on all that moves, and no fluid is modelled",
-    "tendon_": "acts along a tendon, on several joints at once",
     "jnt_springyield": "is where a spring yields, which would be a state of its own",
-    "body_gravcomp": "takes weight from one body alone; gravity acts on all alike",
+    "tendon_springyield": "is where a spring yields, which would be a state of its own",
     "geom_adhesion": "is a force of contacts, and contacts do not push",
     "geom_surfacevel": "moves what touches, and contacts do not push",
     "actuator_history": "delays an input, whose past would be a state",
@@ -105,11 +105,9 @@ NONE = -1  # of an address or number: there is none
 NEUTRAL = {"body_plugin": NONE, "geom_plugin": NONE, "actuator_plugin": NONE}
 SPELLED = {
     "jnt_actfrcrange": "actuatorfrcrange",
-    "jnt_actgravcomp": "actuatorgravcomp",
     "jnt_limited": "range",
     "jnt_stiffnesspoly": "stiffness",
     "dof_dampingpoly": "damping",
-    "tendon_limited": "range",
     "tendon_stiffnesspoly": "stiffness",
     "tendon_dampingpoly": "damping",
     "actuator_dampingpoly": "damping",

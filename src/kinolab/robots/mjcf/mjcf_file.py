@@ -29,6 +29,7 @@ def read_mjcf(
     self_collisions: bool = True,
     convex_parts: int | None = None,
     partial: bool = False,
+    servo_commands: bool = False,
     kinematic: bool = False,
     max_velocity: PerJoint | None = None,
     max_acceleration: PerJoint | None = None,
@@ -36,18 +37,19 @@ def read_mjcf(
     """Read a robot from an MJCF file as a machine.
 
     Bodies without joints are fixed to their parents. A motor's limit is that of its control, times
-    gain and gear, or that of its force or of its joint's; servos become motors with their force
-    limit, and requirements of what their gain and ``ctrlrange`` let them do where they are, or
-    springs and dampers where their force has no limits; actuators of fixed tendons act on all
-    joints of these. Springs of hinges and slides count, and so do friction and rotors
-    (``armature``) of all joints; the range of a ball joint is
-    a requirement of the machine. Contacts between bodies do not push, as in all of kinolab. Flags
-    that disable forces, limits or actuators do so; solids keep apart all the same where a flag
-    disables contacts. What is fixed to the world is not touched, but by what rests on it or turns
-    about it; planes are walls and floors, except the ground z = 0, which a scenario has or not.
-    Bodies that are connected or welded to others close loops, exactly instead of softly. Geoms that
-    collide count, or those that are drawn where a body has none; meshes and ellipsoids are enclosed
-    in boxes and capsules. Warnings name mocap bodies, keyframes and the ground, which are not read.
+    gain and gear, or that of its force or of its joint's. A servo is a spring and a damper whose
+    input is its command; where its force has limits the input is that force, and requirements say
+    what its gain and ``ctrlrange`` let it do where it is. Integrators and filters have states of
+    their own. Fixed tendons and their actuators act on all joints of these. Springs, friction and
+    rotors (``armature``) of joints count, and so does weight that is borne (``gravcomp``); ranges
+    of ball joints and of tendons are requirements of the machine. Contacts between bodies do not
+    push, as in all of kinolab. Flags that disable forces, limits or actuators do so; solids keep
+    apart all the same where a flag disables contacts. What is fixed to the world is not touched,
+    but by what rests on it or turns about it; planes are walls and floors, except the ground z = 0,
+    which a scenario has or not. Bodies that are connected or welded to others close loops, exactly
+    instead of softly. Geoms that collide count, or those that are drawn where a body has none;
+    meshes and ellipsoids are enclosed in boxes and capsules. Warnings name mocap bodies, keyframes
+    and the ground, which are not read.
 
     Args:
         path: The file.
@@ -59,6 +61,9 @@ def read_mjcf(
         convex_parts: How many parts a mesh may be divided into, each with a box or capsule of its
             own, instead of one around the whole.
         partial: Whether to leave out what cannot be represented.
+        servo_commands: Whether commands are the inputs of servos whose forces have limits, too, in
+            which requirements keep the forces. A plan holds each command for a step, in which a
+            stiff servo may move but a little.
         kinematic: Whether the speeds of joints are its inputs, whatever forces that takes. Masses,
             friction and actuators have no part in its motion then.
         max_velocity: Of a kinematic robot: limits of joints, which MJCF has none of, of all or by
@@ -67,9 +72,9 @@ def read_mjcf(
             which are the inputs then.
 
     Raises:
-        InputError: With everything in the file that cannot be represented, such as tendons, muscles
-            or a fluid, unless ``partial``, and with numbers that are not finite. All of MuJoCo's
-            model is looked at, so that nothing is left out in silence. With the joint at which the
+        InputError: With everything in the file that cannot be represented, such as muscles or a
+            fluid, unless ``partial``, and with numbers that are not finite. All of MuJoCo's model
+            is looked at, so that nothing is left out in silence. With the joint at which the
             machine moves otherwise than MuJoCo's own model, unless something is left out.
     """
     require_fit("read_mjcf path", str | Path, path)
@@ -78,7 +83,11 @@ def read_mjcf(
     given = given_motion(path.name, max_velocity, max_acceleration, kinematic=kinematic)
     check_parts(convex_parts, path.name)
     compiled = CompiledModel(path)
-    tree = tree_of(compiled, GeomReader(compiled, shapes=shapes, convex_parts=convex_parts))
+    tree = tree_of(
+        compiled,
+        GeomReader(compiled, shapes=shapes, convex_parts=convex_parts),
+        commands=servo_commands,
+    )
     mistakes = [*tree_mistakes(tree, locked or {}, path.name)]
     if not partial:
         mistakes += compiled.left_out

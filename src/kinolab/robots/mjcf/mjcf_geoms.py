@@ -8,8 +8,9 @@ from dataclasses import replace
 import numpy as np
 
 from kinolab.dynamics.language.shapes import Box, Capsule, Cylinder, Shape, Sphere
-from kinolab.errors import InputError
+from kinolab.errors import InputError, printable
 from kinolab.numerics.arrays import Array
+from kinolab.numerics.stages import doing
 from kinolab.robots.kinematic_tree import Inertial, Link, PlacedShape, VisibleMesh, pose_of
 from kinolab.robots.mjcf.compiled_model import WORLD_BODY, CompiledModel
 from kinolab.robots.solids.convex_parts import enclosing_shapes
@@ -40,6 +41,7 @@ class GeomReader:
     def link(self, body: int, inertial: Inertial | None) -> tuple[Link, list[Link]]:
         """Return a body as a link, and what collides of one that stands, in links of its own."""
         stands, name = self._stands(body), self._compiled.bodies[body]
+        doing(f"reading {printable(f'{self._compiled.path.name}: body {name}')}")
         geoms = () if stands else self.solid_geoms(body)
         solids = tuple(s for g in geoms for s in self._solids(g))
         visible = tuple(self._visible(body)) if self._shapes else ()

@@ -25,8 +25,9 @@ from kinolab.robots.kinematic_tree import (
 from kinolab.robots.mjcf.compiled_model import WORLD_BODY, CompiledModel
 from kinolab.robots.mjcf.mjcf_actuators import ActuatorReader
 from kinolab.robots.mjcf.mjcf_equalities import closures, followers
-from kinolab.robots.mjcf.mjcf_fields import not_looked_at, unknown_flags
+from kinolab.robots.mjcf.mjcf_fields import disabled, not_looked_at, unknown_flags
 from kinolab.robots.mjcf.mjcf_geoms import GeomReader
+from kinolab.robots.mjcf.mjcf_tendons import tendons
 
 KINDS: Mapping[str, JointKind] = {
     "FREE": "floating",
@@ -36,8 +37,14 @@ KINDS: Mapping[str, JointKind] = {
 }
 
 
-def tree_of(compiled: CompiledModel, geoms: GeomReader) -> KinematicTree:
-    """Return a model as a tree of links and joints."""
+def tree_of(compiled: CompiledModel, geoms: GeomReader, *, commands: bool) -> KinematicTree:
+    """Return a model as a tree of links and joints.
+
+    Args:
+        compiled: The model.
+        geoms: Its geoms.
+        commands: Whether inputs of servos whose forces have limits are their commands.
+    """
     model = compiled.model
     links: list[Link] = []
     joints: list[Joint] = []
@@ -51,8 +58,8 @@ def tree_of(compiled: CompiledModel, geoms: GeomReader) -> KinematicTree:
             compiled.cannot(what)
     name = model.names.split(b"\0", 1)[0].decode(errors="replace")
     x, y, z = map(float, model.opt.gravity)
-    actuators = ActuatorReader(compiled)
-    motors, pulls = tuple(actuators.motors()), tuple(actuators.pulls())
+    actuators = ActuatorReader(compiled, commands=commands)
+    motors, acting = tuple(actuators.motors()), tuple(actuators.actuators())
     solids = [geoms.solid_geoms(body) for body in range(model.nbody)]
     return KinematicTree(
         name or compiled.path.stem,
@@ -61,8 +68,9 @@ def tree_of(compiled: CompiledModel, geoms: GeomReader) -> KinematicTree:
         motors,
         (x, y, z),
         thrusters=tuple(actuators.thrusters()),
-        pulls=pulls,
-        servos=tuple(actuators.servos),
+        actuators=acting,
+        aims=tuple(actuators.aims),
+        tendons=tuple(tendons(compiled)),
         closures=tuple(closures(compiled)),
         allowed=allowed_pairs(model, compiled.bodies, solids),
         notes=tuple(_notes(compiled, geoms, actuators)),
@@ -72,8 +80,7 @@ def tree_of(compiled: CompiledModel, geoms: GeomReader) -> KinematicTree:
 def _notes(compiled: CompiledModel, geoms: GeomReader, actuators: ActuatorReader) -> Iterator[str]:
     """Yield what has a meaning for motions in MuJoCo, and none or another one in the machine."""
     mocap = [compiled.bodies[k] for k in np.flatnonzero(compiled.model.body_mocapid >= 0)]
-    servos, equality = actuators.servos, compiled.names("EQUALITY", compiled.model.neq, "equality")
-    driving = [s.motor for s in servos if min(s.stiffness / s.unit, s.damping / s.unit) < 0.0]
+    equality = compiled.names("EQUALITY", compiled.model.neq, "equality")
     for sentence, names in {
         "mocap bodies, which are moved from outside, stand still: {}.": mocap,
         "keyframes are not read: {}. [start] of a scenario says where it begins.": compiled.names(
@@ -84,9 +91,9 @@ def _notes(compiled: CompiledModel, geoms: GeomReader, actuators: ActuatorReader
             *actuators.off,
         ],
         'the ground is not read: {}. Write ground = "plane" below [world].': geoms.grounds(),
-        "servos without forcerange are springs and dampers of the machine, and their inputs are "
-        "the forces at position 0 and rest: {}.": [s.motor for s in servos if not s.clipped],
-        "servos with a negative kp or kv drive their joints away: {}.": driving,
+        "servos without ctrlrange are motors, whose inputs are forces: {}.": actuators.unaimed,
+        "servos with a negative kp or kv drive their joints away: {}.": actuators.driving,
+        "actearly is a matter of time steps, and is not read: {}.": actuators.early,
     }.items():
         if told := listed(names):
             yield sentence.format(told)
@@ -98,6 +105,7 @@ def _hung(
     """Return the links and joints of a body: one link for every joint, the last one it."""
     model, name = compiled.model, compiled.bodies[body]
     link, around = geoms.link(body, _inertial(compiled, body))
+    link = replace(link, borne=float(model.body_gravcomp[body]))
     held = [Joint(f"{one.name} fixed", "fixed", name, one.name) for one in around]
     if body == WORLD_BODY:
         return [link, *around], held
@@ -125,8 +133,14 @@ def _joint(
     model, name = compiled.model, compiled.joints[k]
     kind = KINDS[compiled.mujoco.mjtJoint(int(model.jnt_type[k])).name.removeprefix("mjJNT_")]
     lower, upper = map(float, model.jnt_range[k]) if model.jnt_limited[k] else (-math.inf, math.inf)
+    idle = model.jnt_actfrclimited[k] or "ACTUATION" in disabled(compiled.mujoco, model)
+    if idle and model.jnt_actgravcomp[k] and model.body_gravcomp.any():
+        what = f"joint {name} has actuatorgravcomp, and a limit of the force of all its actuators."
+        compiled.cannot(what, "Leave its actuatorfrcrange out, and let actuators be enabled.")
     dof, at = int(model.jnt_dofadr[k]), int(model.jnt_qposadr[k])
-    damping, stiffness = _powers(model, "dof_damping", dof), _powers(model, "jnt_stiffness", k)
+    damping, stiffness = (
+        compiled.powers(*own) for own in (("dof_damping", dof), ("jnt_stiffness", k))
+    )
     joint = Joint(
         *(name, kind, parent, child),
         upper=upper,
@@ -135,6 +149,8 @@ def _joint(
         higher_damping=damping[1:],
         friction=float(model.dof_frictionloss[dof]),
         armature=float(model.dof_armature[dof]),
+        stiffness=stiffness[0],
+        higher_stiffness=stiffness[1:],
     )
     if kind in ("revolute", "prismatic"):
         return replace(
@@ -143,24 +159,17 @@ def _joint(
             lower=lower,
             mimics=follows.get(name),
             zero=float(model.qpos0[at]),
-            stiffness=stiffness[0],
             rest=float(model.qpos_spring[at]),
-            higher_stiffness=stiffness[1:],
         )
-    if any(stiffness):
+    if any(stiffness[1::2]):
         what = (
-            f"the {'free' if kind == 'floating' else kind} joint {name} has stiffness, whose "
-            "torque is along the axis of the turn from where it is at rest; there is none where "
-            "it rests."
+            f"the {'free' if kind == 'floating' else kind} joint {name} has a stiffness with the "
+            f"coefficient {stiffness[1]:g} of the square of an angle, which has a kink at rest."
         )
-        compiled.cannot(what, "Springs of three hinges are read.")
-    return joint
-
-
-def _powers(model: Any, name: str, k: int) -> tuple[float, ...]:
-    """Return the coefficients of the first, second, … power."""
-    fields = (getattr(model, one, None) for one in (name, f"{name}poly"))
-    return tuple(float(c) for rows in fields if rows is not None for c in np.ravel(rows[k]))
+        compiled.cannot(what, "The coefficients of its first and third power are read.")
+    width = 4 if kind == "ball" else 7
+    *place, w, x, y, z = map(float, model.qpos_spring[at : at + width])
+    return replace(joint, rests=(*place, x, y, z, w))
 
 
 def _inertial(compiled: CompiledModel, body: int) -> Inertial | None:

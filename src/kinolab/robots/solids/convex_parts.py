@@ -22,6 +22,7 @@ from scipy.spatial import ConvexHull, QhullError
 from kinolab.errors import InputError, Mistake
 from kinolab.lazy import library_of
 from kinolab.numerics.arrays import Array
+from kinolab.numerics.stages import doing
 from kinolab.robots.kinematic_tree import PlacedShape
 from kinolab.robots.solids.enclosing import enclosing_shape, volume
 from kinolab.scenario.values import MOST_PARTS
@@ -103,6 +104,7 @@ def _parts(vertices: Array, faces: Faces, most: int, where: str) -> list[Array]:
     if len(faces) > LONG:
         told = "%s: dividing %d triangles into convex parts, once; it may take a minute."
         LOG.warning(told, where, len(faces))
+    doing(f"dividing {where} into convex parts")
     hulls = _decomposed(vertices, faces, most)
     pieces = _pieces(vertices[faces])
     nearest = _nearest(pieces.mean(axis=1), hulls)

@@ -28,7 +28,8 @@ from kinolab.dynamics.language.quantities import FrameSpeed, frames_in
 from kinolab.dynamics.language.symbols import Coordinate
 from kinolab.errors import Mistake
 from kinolab.numerics.arrays import Array
-from kinolab.robots.kinematic_tree import Motor, Thruster, pose_of
+from kinolab.robots.actuation.actuators import Motor, Thruster
+from kinolab.robots.kinematic_tree import pose_of
 from kinolab.robots.writing.file_numbers import rounded
 from kinolab.robots.writing.frame_chains import FrameChains
 

@@ -14,7 +14,7 @@ from kinolab.dynamics.language.mechanism_parts import AnyCoordinate, energies_in
 from kinolab.dynamics.language.quantities import FrameQuantity, FrameSpeed
 from kinolab.dynamics.language.symbols import Coordinate, rate
 from kinolab.errors import Mistake
-from kinolab.robots.kinematic_tree import Motor, Thruster
+from kinolab.robots.actuation.actuators import Motor, Thruster
 from kinolab.robots.writing.frame_chains import FrameChains
 from kinolab.robots.writing.input_pushes import InputPushes
 
@@ -158,17 +158,18 @@ class _Efforts:
 
     def _take_potential(self, effort: Effort, energy: sympy.Expr) -> None:
         """Take a sum of k_i (q_i - r_i)^2 / 2 as springs."""
-        if energy.has(FrameQuantity):
-            self._no_joint(effort)
-            return
         value = self._number(energy)
+        coordinates = value.atoms(Coordinate)
+        if coordinates != value.free_symbols:
+            self._no_joint(effort)  # it is of places or attitudes
+            return
         found: dict[Coordinate, tuple[float, float]] = {}
-        for symbol in sorted(value.free_symbols, key=str):
+        for symbol in sorted(coordinates, key=str):
             slope = sympy.diff(value, symbol)
             bend = sympy.simplify(sympy.diff(slope, symbol))
             at_zero = sympy.simplify(slope - bend * symbol)
             linear = not bend.free_symbols and not at_zero.free_symbols
-            if not isinstance(symbol, Coordinate) or not linear or not bend > 0:
+            if not linear or not bend > 0:
                 what = f"its energy {energy} is not that of springs of joints."
                 self._cannot(effort, what, "Write k * (q - q_0)**2 / 2 with k > 0.")
                 return

@@ -7,9 +7,7 @@ invisible to the garbage collector, so no callback may refer to the space inform
 definition. Lists are passed as copies, states and inputs are not.
 """
 
-from kinolab.search.ompl.configuration_space import ConfigurationSpace as ConfigurationSpace
 from kinolab.search.ompl.control_search import search as search
-from kinolab.search.ompl.geometric_roadmap import GeometricRoadmap as GeometricRoadmap
 from kinolab.search.ompl.ompl_planner import OmplPlanner as OmplPlanner
 from kinolab.search.ompl.simple_setup import OmplSetup as OmplSetup
 from kinolab.search.ompl.syclop.syclop_planner import AbstractSyclopPlanner as AbstractSyclopPlanner

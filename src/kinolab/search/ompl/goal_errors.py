@@ -1,13 +1,14 @@
-"""Normalised goal errors in pure Python: evaluated at every propagation step."""
+"""Normalised goal errors one by one, evaluated at every propagation step."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
-from kinolab.dynamics.codegen.state_space import wrapped
+from kinolab.numerics.struct import Record
 from kinolab.problem import PlanningTask
+from kinolab.problem.goal_kernel import goal_arrays, state_fractions
 
 
 class GoalErrors:
@@ -19,34 +20,19 @@ class GoalErrors:
     """
 
     def __init__(self, problem: PlanningTask, reach: float) -> None:
-        self._problem, self._reach, goal = problem, reach, problem.goal
-        rows = zip(
-            goal.indices,
-            goal.targets.tolist(),
-            goal.tolerances.tolist(),
-            goal.circular.tolist(),
-            strict=True,
-        )
-        self._box = list(rows)
-        self.size = len(self._box) + len(goal.parts) + goal.needs_frames
+        self._problem, self._reach, goal = problem, float(reach), problem.goal
+        self._goal, self._x = Record(goal_arrays(goal)), np.zeros(problem.model.nx)
+        self._errors = np.zeros(len(goal.indices) + len(goal.parts))
+        self.size = len(self._errors) + goal.needs_frames
 
     def fractions(self, values: Sequence[float]) -> list[float] | None:
         """Return one normalised error per tolerance; None if one of them is out of reach.
 
         Those of lengths, angles and rates are signed. All points and axes share one.
         """
-        found = []
-        for fraction in self._each(values):
-            if not -self._reach <= fraction <= self._reach:
-                return None
-            found.append(fraction)
-        return found
-
-    def _each(self, values: Sequence[float]) -> Iterator[float]:
-        for index, target, tolerance, circular in self._box:
-            deviation = values[index] - target
-            yield (wrapped(deviation) if circular else deviation) / tolerance
-        for one in self._problem.goal.parts:
-            yield one.error(np.array(values)) / one.tolerance
-        if self._problem.goal.needs_frames:
-            yield self._problem.goal_excess(np.array(values))
+        self._x[:] = values
+        if not state_fractions(self._goal, self._x, self._reach, self._errors):
+            return None
+        placed = [self._problem.goal_excess(self._x)] if self._problem.goal.needs_frames else []
+        near = all(fraction <= self._reach for fraction in placed)
+        return [*self._errors.tolist(), *placed] if near else None

@@ -16,16 +16,16 @@ from kinolab.numerics.arrays import Array, Integers
 from kinolab.numerics.jit import kernel
 from kinolab.problem.goal import SEARCHED_FRACTION
 from kinolab.search.tree.flat_arrays import copy
-from kinolab.search.tree.limits import slopes_of_step
 from kinolab.search.tree.problem_arrays import goal_violation, is_inside
 from kinolab.search.tree.tree import (
     ALL_STEPS,
-    EQUATIONS,
     NONE,
     made_step_is_free,
 )
 from kinolab.simulation.collision_context import speed_bound
+from kinolab.simulation.limits import slopes_of_step
 from kinolab.simulation.machine import advance, advance_in_lanes, derivative_in_lanes
+from kinolab.simulation.propagator import EQUATIONS
 
 MAX_DRAWS = 8  # of a node to extend, in an idle lane before the others go on
 

@@ -21,8 +21,8 @@ from kinolab.problem.goal_kernel import (
     wrapped_angle,
 )
 from kinolab.search.tree.flat_arrays import copy
-from kinolab.search.tree.limits import LimitArrays, limit_arrays
 from kinolab.simulation.collision_context import place_machine
+from kinolab.simulation.limits import LimitArrays, limit_arrays
 
 GOAL_SAMPLES = 4096  # precomputed samples around the goal
 GOAL_STATES = 256  # precomputed samples in the goal

@@ -12,14 +12,14 @@ from kinolab.numerics.jit import kernel
 from kinolab.numerics.neighbours.r_tree import RTree, r_tree
 from kinolab.search.tree.flat_arrays import copy
 from kinolab.search.tree.lanes import Extensions, LaneStates, drop_extensions
-from kinolab.search.tree.limits import slopes_of_step, step_keeps_limits
 from kinolab.search.tree.problem_arrays import ProblemArrays, is_inside, metric_periods
 from kinolab.simulation.collision_context import is_motion_free
+from kinolab.simulation.limits import KEPT, passed_limit, slopes_of_step
 from kinolab.simulation.machine import advance
+from kinolab.simulation.propagator import COLLISION, EQUATIONS, LIMIT
 
 GROWING, REACHED, FULL = 0, 1, 2  # status of growth: may continue, goal reached, capacity used
-LIMIT, COLLISION, EQUATIONS = 0, 1, 2  # causes of rejection, indices into ``Tree.rejections``
-ALL_STEPS = 3  # index of the count of all steps
+ALL_STEPS = 3  # index of the count of all steps, after those of rejections by cause
 NONE = np.int64(-1)  # parent of the start; typed, since a literal would trigger recompilation
 ROUNDING_FACTOR = 1.0 - 1e-6  # keeps clearances conservative in single precision
 
@@ -137,7 +137,7 @@ def made_step_is_free(search, tree, x, u, after, known_clearance, speed):  # typ
         known_clearance, speed: As ``step_is_free`` takes them.
     """
     machine, scratch, h = search.machine, search.scratch, search.problem.step
-    if not step_keeps_limits(machine, search.problem.limits, x, u, after, h, scratch):
+    if passed_limit(machine, search.problem.limits, x, u, after, h, scratch) != KEPT:
         tree.rejections[LIMIT] += 1
         return -1.0, 0.0
     known_clearance, speed = is_motion_free(

@@ -13,8 +13,8 @@ from kinolab.lazy import library_of
 from kinolab.problem import PlanningTask
 from kinolab.show.film.film import Film, staged
 from kinolab.show.film.gif import gif_parts
-from kinolab.show.film.raster.camera import View
-from kinolab.show.film.staging.motion_script import motion_script
+from kinolab.show.film.staging.script_writing import motion_script
+from kinolab.show.scene.camera import View
 from kinolab.trajectory import Trajectory
 
 CODECS = ("libx264", "h264", "mpeg4")  # the first available

@@ -19,12 +19,11 @@ from kinolab.show.film.crew import Crew, Share, everything
 from kinolab.show.film.film import staged
 from kinolab.show.film.film_messages import Compiling, Drawn, Final, Order
 from kinolab.show.film.gif import gif_parts
-from kinolab.show.film.palette import shared_palette
-from kinolab.show.film.picture import Surface
 from kinolab.show.film.raster.draw_list import FloorPaint, Shadows, Solid, drawn
 from kinolab.show.film.raster.light import LIGHT_SAMPLES
 from kinolab.show.film.raster.rasterizer import NO_FACETS, average, blank, extent, reveal
-from kinolab.show.film.scene import PAPER
+from kinolab.show.film.staging.stage import PAPER
+from kinolab.show.scene.picture import Surface
 
 SMALL = 8  # [pixel] per side of the picture that is drawn beforehand
 
@@ -89,10 +88,9 @@ def work(connection: Connection) -> None:
 def load() -> None:
     """Load all compiled loops of a film, by drawing nothing."""
     layers = [Solid(NO_FACETS), FloorPaint(NO_FACETS), Shadows([NO_FACETS.corners] * LIGHT_SAMPLES)]
-    image = average(drawn(layers, (SMALL, SMALL), PAPER).color, 1)
+    average(drawn(layers, (SMALL, SMALL), PAPER).color, 1)
     extent(NO_FACETS.corners, (SMALL, SMALL))
     reveal(blank((SMALL, SMALL), PAPER), NO_FACETS)
-    shared_palette([image]).indices(image)
 
 
 def _result(connection: Connection, order: Order, orders: OrderBook) -> Drawn | None:

@@ -7,12 +7,11 @@ from dataclasses import dataclass
 from itertools import repeat
 
 from kinolab.numerics.arrays import Array, Bytes
-from kinolab.show.film.inset import Inset
-from kinolab.show.film.scene import Scene
+from kinolab.show.film.staging.inset import Inset
 from kinolab.show.film.staging.inset_place import build_inset, whole_window
 from kinolab.show.film.staging.script import Script
-from kinolab.show.film.staging.stage import build_scene
-from kinolab.show.film.text import letter, time_stamp
+from kinolab.show.film.staging.stage import Stage, build_stage
+from kinolab.show.film.staging.text import letter, time_stamp
 
 RUN = 8  # frames that are prepared at once
 
@@ -29,7 +28,7 @@ class Film:
     """
 
     script: Script
-    stage: Scene
+    stage: Stage
     magnifier: Inset | None = None
 
     def __len__(self) -> int:
@@ -75,7 +74,7 @@ class Film:
 
 def staged(script: Script) -> Film:
     """Build the scene of a film, which can then be drawn."""
-    stage = build_scene(script.picture, script.motion, script.size)
+    stage = build_stage(script.picture, script.motion, script.size)
     inset = whole_window(stage, script) if script.picture.follow else None
     if inset is None and script.magnify:
         inset = build_inset(stage, script)

@@ -18,17 +18,17 @@ from multiprocessing.connection import Connection
 
 import numpy as np
 
+from kinolab.concurrency.process_worker import WorkerProcess
 from kinolab.concurrency.processors import processors
-from kinolab.concurrency.starting import WorkingProcess
 from kinolab.errors import KinolabError
 from kinolab.numerics.compiling import running
 from kinolab.problem import PlanningTask
 from kinolab.show.film.film_messages import Compiling, Drawn, Final, Order
-from kinolab.show.film.picture import Picture
-from kinolab.show.film.staging.motion_script import motion_script
+from kinolab.show.film.staging.script_writing import motion_script
+from kinolab.show.scene.picture import Picture
 from kinolab.trajectory import Trajectory
 
-MODULE = "kinolab.show.film.drawing"
+DRAWING = ("kinolab.show.film.drawing", "work")  # which is not imported here
 
 
 class DrawingError(KinolabError):
@@ -46,7 +46,7 @@ class FilmProcess:
 
     def __init__(self, progress: Callable[[str], None] = lambda _: None) -> None:
         self._progress = progress
-        self._worker: WorkingProcess | None = None
+        self._worker: WorkerProcess | None = None
         self._ordered: Trajectory | None = None
         self._orders = 0
         self._still: Picture | None = None  # surfaces, which are the same in all orders
@@ -60,7 +60,7 @@ class FilmProcess:
     def __enter__(self) -> FilmProcess:
         if sys.platform != "win32":
             with suppress(OSError):  # no room for another process
-                self._worker = WorkingProcess(MODULE)
+                self._worker = WorkerProcess(DRAWING)
         if self._worker:
             self._listener = threading.Thread(target=self._listen, args=(self._worker.connection,))
             self._listener.daemon = True
@@ -130,7 +130,7 @@ class FilmProcess:
 
     def _order(
         self,
-        worker: WorkingProcess,
+        worker: WorkerProcess,
         problem: PlanningTask,
         trajectory: Trajectory,
         drawn: Callable[[bytes], None] = lambda _: None,

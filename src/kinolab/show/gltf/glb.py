@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.numerics.arrays import Array
-from kinolab.show.film.models.ball import Color
+from kinolab.show.scene.models.ball import Color
 
 FLOAT, UINT = 5126, 5125
 VERTICES, INDICES = 34962, 34963

@@ -10,20 +10,17 @@ import numpy as np
 from kinolab.dynamics.language.shapes import Cylinder
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.manifolds.rotations import of_matrices
-from kinolab.show.film.models.ball import Color
-from kinolab.show.film.models.cone import cone_mesh
-from kinolab.show.film.models.ground import floor_top, marked_areas
-from kinolab.show.film.models.setting import SceneColors
-from kinolab.show.film.models.surface_mesh import SurfaceMesh, weld
-from kinolab.show.film.picture import Floor, Ghost
-from kinolab.show.film.raster.camera import horizontal_axes
-from kinolab.show.film.scene import INK
-from kinolab.show.film.staging.backdrop import GOAL, PATH, START, goal_ball
 from kinolab.show.gltf.glb import Glb
-from kinolab.show.page.content import Content, Curve
-from kinolab.show.page.curves import evaluated
-from kinolab.show.page.extent import extent
-from kinolab.show.page.meshes import by_color
+from kinolab.show.scene.camera import horizontal_axes
+from kinolab.show.scene.content import Content, Curve
+from kinolab.show.scene.curves import evaluated
+from kinolab.show.scene.models.ball import Color
+from kinolab.show.scene.models.cone import cone_mesh
+from kinolab.show.scene.models.ground import floor_top, marked_areas
+from kinolab.show.scene.models.setting import SceneColors
+from kinolab.show.scene.models.surface_mesh import SurfaceMesh, by_color, weld
+from kinolab.show.scene.picture import Floor, Ghost
+from kinolab.show.scene.still import GOAL, INK, PATH, START, extent, goal_ball
 from kinolab.world.geometry import triangles
 
 MARK_HEIGHT = 2e-4  # of the ground's longer side: how far marks lie above it

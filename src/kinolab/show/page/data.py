@@ -9,19 +9,18 @@ from typing import Any
 import numpy as np
 
 from kinolab.numerics.arrays import Array, finite_or_none
-from kinolab.show.film.models.cone import cone_mesh
-from kinolab.show.film.models.ground import grid_step, marked_areas, marked_lines
-from kinolab.show.film.models.surface_mesh import is_room, join
-from kinolab.show.film.picture import Floor, Ghost, GoalMarker, Picture
-from kinolab.show.film.staging.backdrop import GOAL, START, Still
-from kinolab.show.film.staging.captions import captions
-from kinolab.show.film.staging.frame_axes import axis_length
-from kinolab.show.film.staging.motion_script import WORLD
-from kinolab.show.page.content import Content, Curve, Keys, Series
-from kinolab.show.page.extent import Extent, extent
 from kinolab.show.page.follow import follow_track
 from kinolab.show.page.meshes import mesh_data
 from kinolab.show.page.pack import Pack, Place
+from kinolab.show.scene.captions import captions
+from kinolab.show.scene.content import Content, Curve, Keys, Series
+from kinolab.show.scene.frame_axes import axis_length
+from kinolab.show.scene.models.cone import cone_mesh
+from kinolab.show.scene.models.ground import grid_step, marked_areas, marked_lines
+from kinolab.show.scene.models.surface_mesh import is_room, join
+from kinolab.show.scene.picture import Floor, Ghost, GoalMarker, Picture
+from kinolab.show.scene.problem_picture import WORLD
+from kinolab.show.scene.still import GOAL, START, Extent, Still, extent
 
 FORMAT = 1  # version of the data; the page's modules always match it
 TEXTS = ("status", "message", "planner")
@@ -125,7 +124,9 @@ def _follow(content: Content, seen: Extent) -> Array:
     """Where the camera is that goes with the machine: rows of time, azimuth, elevation."""
     times = content.keys.places[0].times
     rows = np.linspace(0, len(times) - 1, len(seen.motion)).astype(int)
-    return follow_track(content.picture, seen.still.obstacles, times[rows], seen.motion, seen.reach)
+    return follow_track(
+        content.picture, seen.still.obstacles, times[rows], seen.motion, seen.still.reach
+    )
 
 
 def _setting(picture: Picture) -> dict[str, Any]:

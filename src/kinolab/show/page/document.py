@@ -13,8 +13,8 @@ from importlib.resources import files
 from typing import Any
 
 from kinolab.show.page.bundle import bundle
-from kinolab.show.page.content import Content, Driving
 from kinolab.show.page.data import page_data
+from kinolab.show.scene.content import Content, Driving
 
 LIBRARY = "three.min.js"
 FOLDERS = ("", "drive")  # of modules; their names are unique

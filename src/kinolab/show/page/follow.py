@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.numerics.arrays import Array
-from kinolab.show.film.models.surface_mesh import SurfaceMesh, is_room
-from kinolab.show.film.picture import Picture
-from kinolab.show.film.raster.camera import WIDE, to_viewer
-from kinolab.show.film.staging.viewpoint import MANY
+from kinolab.show.scene.camera import WIDE, to_viewer
+from kinolab.show.scene.models.surface_mesh import SurfaceMesh, is_room
+from kinolab.show.scene.picture import Picture
+from kinolab.show.scene.viewpoint import MANY
 
 MOMENTS = 25  # of a motion at which the camera's place is chosen
 AZIMUTHS = np.radians(-32.0 + 30.0 * np.arange(12))  # the first one where all are free

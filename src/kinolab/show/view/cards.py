@@ -14,11 +14,11 @@ from kinolab.errors import KinolabError
 from kinolab.files import read_ordinary
 from kinolab.runs import Run, check_run, margin_to_json, read_run
 from kinolab.show.film.film import staged
-from kinolab.show.film.staging.motion_script import picture
 from kinolab.show.film.staging.script_writing import write_script
 from kinolab.show.page import page_html
 from kinolab.show.page.gallery import Card, gallery_html
-from kinolab.show.view.scenes import content_of
+from kinolab.show.scene.problem_picture import picture
+from kinolab.show.scene.scenes import content_of
 
 POSTER = (480, 360)  # pixels
 POSTER_TIME = 0.5  # of the motion, shown on a poster

@@ -27,7 +27,7 @@ from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 from kinolab.search.graph import SearchGraph
 from kinolab.show.page import page_html
-from kinolab.show.view.scenes import branches, content_of
+from kinolab.show.scene.scenes import branches, content_of
 from kinolab.trajectory import Trajectory
 
 HOST = "127.0.0.1"

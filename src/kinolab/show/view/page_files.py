@@ -4,25 +4,18 @@ from __future__ import annotations
 
 import html
 from pathlib import Path
-from typing import TypeAlias
 
 from kinolab.arguments import checked
-from kinolab.errors import InputError
 from kinolab.files import utf_8, write_whole
 from kinolab.problem import PlanningTask
-from kinolab.problem.own_motion import other_machine
-from kinolab.runs import Run, facts_of_plan
 from kinolab.runs.folder import MODEL, PAGE
 from kinolab.show.gltf.glb_scene import glb_scene
-from kinolab.show.page import Content, page_html
-from kinolab.show.view.scenes import content_of, readiness
+from kinolab.show.page import page_html
+from kinolab.show.scene.content import Content
+from kinolab.show.scene.scenes import Shown, content_of_plan
 from kinolab.solve import PlanResult
-from kinolab.trajectory import Trajectory
-
-Shown: TypeAlias = PlanResult | Trajectory | Run | None
 
 FRAME_HEIGHT = 600  # pixels, in a notebook
-UNPLANNED = "A motion by itself: kinolab.verify says whether it solves the problem."
 
 
 def views(content: Content) -> dict[str, bytes]:
@@ -85,22 +78,3 @@ def notebook_frame(problem: PlanningTask, plan: PlanResult | None) -> str:
     page = html.escape(page_html(content_of_plan(problem, plan)))
     style = f"width: 100%; height: {FRAME_HEIGHT}px; border: 0"
     return f'<iframe sandbox="allow-scripts" style="{style}" srcdoc="{page}"></iframe>'
-
-
-def content_of_plan(problem: PlanningTask, plan: Shown) -> Content:
-    """Return what is shown of a plan, or of a problem before planning.
-
-    Raises:
-        InputError: If the trajectory is another machine's.
-    """
-    if plan is None:
-        return content_of(problem, None, readiness(problem))
-    motion = plan if isinstance(plan, Trajectory) else plan.trajectory
-    if motion is not None and (mistakes := list(other_machine(problem, motion))):
-        raise InputError(mistakes)
-    if isinstance(plan, Run):
-        return content_of(problem, motion, plan.report, plan.graph)
-    if isinstance(plan, Trajectory):
-        facts = {"status": "simulated", "duration": plan.duration, "message": UNPLANNED}
-        return content_of(problem, plan, facts)
-    return content_of(problem, plan.trajectory, facts_of_plan(problem, plan), plan.graph)

@@ -11,10 +11,10 @@ from kinolab.arguments import checked
 from kinolab.lazy import library_of
 from kinolab.numerics.manifolds.rotations import to_matrices
 from kinolab.problem import PlanningTask
-from kinolab.show.film.raster.camera import frame_scene, horizontal_axes
-from kinolab.show.page.content import Content
-from kinolab.show.page.extent import extent
-from kinolab.show.view.page_files import Shown, content_of_plan
+from kinolab.show.scene.camera import frame_scene, horizontal_axes
+from kinolab.show.scene.content import Content
+from kinolab.show.scene.scenes import Shown, content_of_plan
+from kinolab.show.scene.still import extent
 from kinolab.show.viewers.viewed_parts import (
     FRAMES_PER_SECOND,
     ViewedPart,

@@ -12,8 +12,8 @@ from kinolab.files import whole_file
 from kinolab.interchange.motion_tables import with_unit
 from kinolab.lazy import library_of
 from kinolab.problem import PlanningTask
-from kinolab.show.page.content import Content
-from kinolab.show.view.page_files import Shown, content_of_plan
+from kinolab.show.scene.content import Content
+from kinolab.show.scene.scenes import Shown, content_of_plan
 from kinolab.show.viewers.viewed_parts import cables_at, moving_parts, still_parts, times_of
 
 TIMELINE = "motion"

@@ -9,11 +9,11 @@ import numpy as np
 
 from kinolab.numerics.arrays import Array
 from kinolab.robots.writing.fresh_names import fresh_name
-from kinolab.show.film.models.ground import floor_top
-from kinolab.show.film.models.surface_mesh import Indices, SurfaceMesh
-from kinolab.show.page.content import Content
-from kinolab.show.page.curves import evaluated
-from kinolab.show.page.extent import extent
+from kinolab.show.scene.content import Content
+from kinolab.show.scene.curves import evaluated
+from kinolab.show.scene.models.ground import floor_top
+from kinolab.show.scene.models.surface_mesh import Indices, SurfaceMesh
+from kinolab.show.scene.still import extent
 
 FRAMES_PER_SECOND = 30.0
 

@@ -21,7 +21,7 @@ from kinolab.numerics.arrays import Array
 from kinolab.numerics.work import charge
 from kinolab.problem import PlanningTask
 from kinolab.simulation import Propagator
-from kinolab.simulation.continuous_collision import resolution
+from kinolab.simulation.collision_context import resolution
 from kinolab.simulation.sensitivities import StepSensitivities
 from kinolab.trajopt.nlp.collision_constraints import CollisionConstraints
 from kinolab.trajopt.nlp.decision import Knots, Scaling

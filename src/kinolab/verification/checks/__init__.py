@@ -12,6 +12,7 @@ from kinolab.verification.checks.contacts import collision
 from kinolab.verification.checks.equations_of_motion import equations
 from kinolab.verification.checks.goal_reached import goal
 from kinolab.verification.checks.knot_defects import drift, dynamics, error_growth, start
+from kinolab.verification.checks.mode_begins import transitions
 from kinolab.verification.checks.stored_rows import (
     constraints,
     feedback,
@@ -29,6 +30,7 @@ CHECKS: tuple[CheckFunction, ...] = (
     dynamics,
     equations,
     constraints,
+    transitions,
     inputs,
     feedback,
     requirements,
@@ -41,6 +43,8 @@ CHECKS: tuple[CheckFunction, ...] = (
 
 PRECONDITIONS = frozenset({numbers, times})  # if they fail, nothing can be integrated
 # is the motion consistent with the dynamics and the inputs?
-DYNAMICS = frozenset({start, dynamics, constraints, inputs, feedback, requirements, error_growth})
+DYNAMICS = frozenset(
+    {start, dynamics, constraints, transitions, inputs, feedback, requirements, error_growth}
+)
 # properties of any motion, however it was computed
 CONDUCT = frozenset({requirements, limits, goal, collision})

@@ -7,8 +7,8 @@ import pytest
 
 from kinolab.dynamics.language.shapes import Box, Capsule, Cylinder, Disk, Shape, Sphere
 from kinolab.dynamics.machine_facts import BodyGeometry
-from kinolab.show.film.models.paint import MARK, paint, painted_bodies
-from kinolab.show.film.models.surface_mesh import is_room, join, normals, weld
+from kinolab.show.scene.models.paint import MARK, paint, painted_bodies
+from kinolab.show.scene.models.surface_mesh import is_room, join, normals, weld
 
 RED = (0.9, 0.1, 0.1)
 SHAPES: list[tuple[Shape, float]] = [

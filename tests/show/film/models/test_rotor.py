@@ -9,7 +9,7 @@ import pytest
 import trimesh
 
 from kinolab.dynamics import Disk
-from kinolab.show.film.models.rotor import CHORD, HUB, RIM, SEGMENTS, rotor
+from kinolab.show.scene.models.rotor import CHORD, HUB, RIM, SEGMENTS, rotor
 
 R, H = 2.0, 0.2  # [m]
 

@@ -6,7 +6,7 @@ import numpy as np
 import trimesh
 
 from kinolab.numerics.arrays import Array
-from kinolab.show.film.models.surface_mesh import MANY, weld
+from kinolab.show.scene.models.surface_mesh import MANY, weld
 
 GREY = (0.7, 0.7, 0.7)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from kinolab.show.film.raster.camera import Camera, View, frame_scene
+from kinolab.show.scene.camera import Camera, View, frame_scene
 
 SIZE = (800, 600)
 VIEWS: tuple[View, ...] = ("perspective", "top", "front", "side")

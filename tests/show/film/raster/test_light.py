@@ -6,8 +6,6 @@ import numpy as np
 import pytest
 
 from kinolab.dynamics.language.shapes import Box
-from kinolab.show.film.models.surface_mesh import weld
-from kinolab.show.film.raster.camera import frame_scene
 from kinolab.show.film.raster.light import (
     LIGHT_SAMPLES,
     light_samples,
@@ -17,6 +15,8 @@ from kinolab.show.film.raster.light import (
 )
 from kinolab.show.film.raster.rasterizer import GROUND, blank, darken
 from kinolab.show.film.raster.shading import pen
+from kinolab.show.scene.camera import frame_scene
+from kinolab.show.scene.models.surface_mesh import weld
 from kinolab.world.geometry import triangles
 
 UP = np.array([0.0, 0.0, 1.0])

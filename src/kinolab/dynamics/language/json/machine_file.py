@@ -18,9 +18,9 @@ from kinolab.dynamics.language.constraints import (
     Requirement,
     VelocityConstraint,
 )
-from kinolab.dynamics.language.control.feedback import Feedback, Reference, Regulator
-from kinolab.dynamics.language.control.flatness import FlatOutputs, PlaneCurves, output_symbols
 from kinolab.dynamics.language.expressions import parts_of
+from kinolab.dynamics.language.feedback import Feedback, Reference, Regulator
+from kinolab.dynamics.language.flatness import FlatOutputs, PlaneCurves, output_symbols
 from kinolab.dynamics.language.forces import FORCES, Gravity
 from kinolab.dynamics.language.frames import Axis, Frame, Orientation, Rotation, Translation
 from kinolab.dynamics.language.inputs import INPUTS

@@ -26,7 +26,6 @@ from kinolab.search.tree.lanes import (
     draw_lanes,
     hold_best_lane,
 )
-from kinolab.search.tree.limits import keeps_limits
 from kinolab.search.tree.problem_arrays import goal_violation, is_inside
 from kinolab.search.tree.tree import (
     ALL_STEPS,
@@ -40,6 +39,7 @@ from kinolab.search.tree.tree import (
     step_is_free,
 )
 from kinolab.simulation.collision_context import speed_bound
+from kinolab.simulation.limits import keeps_limits
 from kinolab.simulation.machine import call_under, derivative_in_lanes
 
 LEAST_CELLS = 3.0  # from the start to the goal, where the cost to go says how far a node has come

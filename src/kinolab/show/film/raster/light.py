@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.numerics.arrays import Array
-from kinolab.show.film.raster.camera import Camera
+from kinolab.show.scene.camera import Camera
 
 AMBIENT, FULL = 0.66, 1.06  # brightness of a face turned away from the lamp, and toward it
 LIGHT_SAMPLES = 6  # one lamp, jittered: their shadows overlap to a soft edge

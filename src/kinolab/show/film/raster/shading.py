@@ -13,11 +13,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from kinolab.numerics.arrays import Array
-from kinolab.show.film.models.surface_mesh import SurfaceMesh
-from kinolab.show.film.raster.camera import Camera
 from kinolab.show.film.raster.light import AMBIENT, light_samples, main_light, shade, shadow_points
 from kinolab.show.film.raster.rasterizer import Facets
 from kinolab.show.film.raster.stroke import strokes
+from kinolab.show.scene.camera import Camera
+from kinolab.show.scene.models.surface_mesh import SurfaceMesh
 
 GROUND_TOLERANCE = 1e-6  # [m] below the ground: rounding
 EDGE_LEAD = 8e-4  # of the distance to the viewer: 2 cm in a room of 10 m

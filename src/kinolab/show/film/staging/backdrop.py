@@ -3,68 +3,30 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from kinolab.numerics.arrays import Array
-from kinolab.show.film.models.ball import Color, ball
-from kinolab.show.film.models.cone import cone_mesh
-from kinolab.show.film.models.ground import annulus, marked_areas, marked_lines, slab
-from kinolab.show.film.models.painted_body import fineness
-from kinolab.show.film.models.setting import SceneColors
-from kinolab.show.film.models.surface_mesh import SurfaceMesh, is_room, join, weld
-from kinolab.show.film.picture import Floor, Ghost, GoalMarker, Picture
 from kinolab.show.film.raster.draw_list import FloorPaint, Layer, Shadows, Sky, Solid, Veil
 from kinolab.show.film.raster.rasterizer import GROUND
 from kinolab.show.film.raster.shading import Pen
 from kinolab.show.film.raster.stroke import chain, smoothed, strokes, thinned
-from kinolab.show.film.staging.viewpoint import Outlook
+from kinolab.show.scene.models.ball import Color
+from kinolab.show.scene.models.cone import cone_mesh
+from kinolab.show.scene.models.ground import annulus, marked_areas, marked_lines, slab
+from kinolab.show.scene.models.setting import SceneColors
+from kinolab.show.scene.models.surface_mesh import SurfaceMesh, is_room, join
+from kinolab.show.scene.picture import Floor, Ghost, GoalMarker
+from kinolab.show.scene.still import GOAL, PATH, START, Still, goal_ball
 
-BRIGHT, DARK = (255, 255, 255), (22, 24, 32)  # around dark letters, and around bright ones
-PATH = (58, 110, 165)
 WALL_EDGE = 0.62  # of the colour of an obstacle's faces: how bright its edges are
-START, GOAL = (0.55, 0.57, 0.60), (0.0, 0.48, 0.25)
 CONE_OPACITY, DARK_CONE_OPACITY = 0.3, 0.55  # of a cone, and of one before a dark sky
 GOAL_OPACITY = 0.35  # of a ball
 VEIL_OPACITY = 0.14  # of walls that hide the way
 EDGE_WIDTH, GRID_WIDTH, PATH_WIDTH, CABLE = 0.7, 0.9, 2.2, 1.6  # [pixel]
 CUT_WIDTH = 1.6  # [pixel] of the outline of a room, into which one looks
-
-
-@dataclass(frozen=True, eq=False)
-class Still:
-    """What stands still in a picture, and how it is looked at.
-
-    Args:
-        picture: The picture.
-        obstacles: Its obstacles as meshes.
-        outlook: Where it is seen from, and what is translucent.
-        floor: The ground, if there is any.
-        size: Of all that is seen, in [m].
-        machine: The bodies in their finest detail.
-        reach: How far they reach from their middle, in [m].
-    """
-
-    picture: Picture
-    obstacles: Sequence[SurfaceMesh]
-    outlook: Outlook
-    floor: Floor | None
-    size: float
-    machine: Sequence[SurfaceMesh]
-    reach: float
-
-    @property
-    def words(self) -> tuple[int, int, int]:
-        """The colour of title and labels, RGB in 0..255."""
-        red, green, blue = (round(255.0 * part) for part in self.picture.colors.words)
-        return red, green, blue
-
-    @property
-    def around(self) -> tuple[int, int, int]:
-        """What surrounds letters that stand before all kinds of things, RGB in 0..255."""
-        return DARK if self.picture.colors.is_dark else BRIGHT
 
 
 def backdrop(still: Still, machine: Sequence[SurfaceMesh], pen: Pen) -> list[Layer]:
@@ -86,12 +48,6 @@ def backdrop(still: Still, machine: Sequence[SurfaceMesh], pen: Pen) -> list[Lay
     layers += [_veil(goal_ball(point), GOAL_OPACITY, pen) for point in picture.points]
     opacity = DARK_CONE_OPACITY if picture.colors.is_dark else CONE_OPACITY
     return layers + [_veil(cone_mesh(cone), opacity, pen) for cone in picture.cones]
-
-
-def goal_ball(goal: GoalMarker) -> SurfaceMesh:
-    """Return the ball that a point must enter."""
-    points, faces, colors = ball(goal.radius, np.array(GOAL), fineness(goal.radius, 0.0))
-    return weld(np.asarray(goal.position) + points, faces, colors).painted(GOAL)
 
 
 def _floor(floor: Floor, colors: SceneColors, pen: Pen) -> Iterator[Layer]:

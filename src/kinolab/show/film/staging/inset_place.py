@@ -9,16 +9,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.numerics.arrays import Array
-from kinolab.show.film.inset import SUPERSAMPLING, Inset
-from kinolab.show.film.models.assembly import Assembly
 from kinolab.show.film.raster.rasterizer import Box
 from kinolab.show.film.raster.shading import Pen
 from kinolab.show.film.raster.tiles import Tiles
-from kinolab.show.film.scene import PAPER, Scene
+from kinolab.show.film.staging.assembly import Assembly
 from kinolab.show.film.staging.backdrop import backdrop
+from kinolab.show.film.staging.inset import SUPERSAMPLING, Inset
 from kinolab.show.film.staging.script import Script
-from kinolab.show.film.staging.stage import nearest_pixel, swept
-from kinolab.show.film.text import heading
+from kinolab.show.film.staging.stage import PAPER, Stage, nearest_pixel
+from kinolab.show.film.staging.text import heading
+from kinolab.show.scene.still import swept
 
 SMALL_FRACTION = 0.07  # of the picture's height: larger machines need no inset
 FILL_FRACTION = 0.45  # of the inset's height that the machine takes
@@ -30,7 +30,7 @@ EDGE_MARGIN = 0.02  # of the picture's height: distance from the edge
 MAX_COVERED = 0.02  # fraction of a corner that may be occupied
 
 
-def build_inset(stage: Scene, script: Script) -> Inset | None:
+def build_inset(stage: Stage, script: Script) -> Inset | None:
     """Return the inset of a film; None if the machine is large enough, or no corner is free."""
     places, apparent = _apparent(stage, script)
     if not 0.0 < apparent < SMALL_FRACTION * script.size[1]:
@@ -44,7 +44,7 @@ def build_inset(stage: Scene, script: Script) -> Inset | None:
     return _enlarged(stage, script, box, times)
 
 
-def whole_window(stage: Scene, script: Script) -> Inset | None:
+def whole_window(stage: Stage, script: Script) -> Inset | None:
     """Return a window as large as the picture that goes with the machine; None if it is large."""
     (_, apparent), tall = _apparent(stage, script), script.size[1]
     times = min(FOLLOW_FRACTION * tall / apparent, MAX_MAGNIFICATION) if apparent > 0.0 else 1.0
@@ -53,7 +53,7 @@ def whole_window(stage: Scene, script: Script) -> Inset | None:
     return replace(_enlarged(stage, script, (0, 0, *script.size), times), framed=False)
 
 
-def _apparent(stage: Scene, script: Script) -> tuple[Array, float]:
+def _apparent(stage: Stage, script: Script) -> tuple[Array, float]:
     """Where the corners of the bodies' boxes are in the picture, and the machine's usual size."""
     bodies = stage.machine.bodies
     paths = [swept(mesh, script.poses[:, i]) for i, mesh in enumerate(bodies) if len(mesh.faces)]
@@ -65,7 +65,7 @@ def _apparent(stage: Scene, script: Script) -> tuple[Array, float]:
     return places, float(np.median(np.ptp(places, axis=1).max(axis=1)))
 
 
-def _enlarged(stage: Scene, script: Script, box: Box, times: float) -> Inset:
+def _enlarged(stage: Stage, script: Script, box: Box, times: float) -> Inset:
     """The machine and what is around it, so many times as large."""
     camera, picture = stage.pen.camera, stage.still.picture
     wide, tall = script.size

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from kinolab.numerics.arrays import Array
-from kinolab.show.film.picture import Picture
+from kinolab.show.scene.picture import Picture
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,25 +1,110 @@
-"""The stage of a film: the camera that sees everything, the machine's colours, the backdrop."""
+"""The stage of a film: the camera that sees everything, and the backdrop, corners darkened."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import repeat
 
 import numpy as np
 
-from kinolab.numerics.arrays import Array
-from kinolab.show.film.models.assembly import Assembly
-from kinolab.show.film.models.cone import cone_mesh
-from kinolab.show.film.models.surface_mesh import SurfaceMesh
-from kinolab.show.film.picture import Floor, Ghost, GoalMarker, Picture
-from kinolab.show.film.raster.camera import Camera, frame_scene
-from kinolab.show.film.raster.shading import pen
-from kinolab.show.film.scene import SUPERSAMPLING, Scene
-from kinolab.show.film.staging.backdrop import Still, backdrop
-from kinolab.show.film.staging.frame_axes import axes_of, axis_length, reach_of
-from kinolab.show.film.staging.viewpoint import outlook
+from kinolab.numerics.arrays import Array, Bytes
+from kinolab.show.film.raster.draw_list import Layer, Shadows, drawn
+from kinolab.show.film.raster.rasterizer import (
+    NO_FACETS,
+    Canvas,
+    Facets,
+    average,
+    draw,
+    extent,
+    reveal,
+)
+from kinolab.show.film.raster.shading import Pen, pen
+from kinolab.show.film.staging.assembly import Assembly
+from kinolab.show.film.staging.backdrop import backdrop
+from kinolab.show.film.staging.drawn_axes import axes_at, put_names
+from kinolab.show.film.staging.signs import Signs, signs
+from kinolab.show.scene.camera import Camera, frame_scene
+from kinolab.show.scene.frame_axes import axis_length
+from kinolab.show.scene.models.surface_mesh import SurfaceMesh
+from kinolab.show.scene.picture import Picture
+from kinolab.show.scene.still import INK, Still, set_up, swept
+
+PAPER = (250, 250, 248)  # behind the sky
+SUPERSAMPLING = 3  # small pixels per pixel and axis
+OUTLINE, CABLE = 0.8, 1.6  # [pixel]
+AMBIENT = 0.80  # the machine is shaded less than the walls, as colours distinguish its bodies
+REACHES = (2, 7)  # [pixel] of an 800 x 600 picture
+DIRECTIONS = ((1, 0), (0, 1), (1, 1), (1, -1))
+STRENGTH = 0.42  # how much darker the deepest corner is
+HOLLOW = 6e-3  # of 1 / depth: what counts as the deepest corner
+AHEAD = 0.03  # of 1 / depth: what is so much nearer stands before it, not beside it
+LEAST = 0.03  # darkness that one sees
 
 
-def build_scene(picture: Picture, motion: Array, size: tuple[int, int]) -> Scene:
+@dataclass(frozen=True, eq=False)
+class Stage:
+    """Draws the machine over a backdrop; only the pixels that it covers are redrawn.
+
+    Args:
+        pen: Camera and light.
+        machine: The bodies.
+        layers: The backdrop, in drawing order.
+        still: What stands still.
+    """
+
+    pen: Pen
+    machine: Assembly
+    layers: Sequence[Layer]
+    still: Still
+
+    @cached_property
+    def canvas(self) -> Canvas:
+        """The backdrop in small pixels, with depth."""
+        canvas = drawn(self.layers, self.pen.size, PAPER)
+        darken_corners(canvas, self.pen.scale)
+        return canvas
+
+    @cached_property
+    def image(self) -> Bytes:
+        """The backdrop in full pixels, shape (h, w, 3)."""
+        return average(self.canvas.color, self.pen.scale)
+
+    @cached_property
+    def signs(self) -> Signs:
+        """Words in the picture."""
+        height, width = self.image.shape[:2]
+        return signs(self.still, self.pen.camera, (width, height))
+
+    def shots(
+        self, poses: Array, lines: Array | None, axes: Array | None = None
+    ) -> Iterator[Bytes]:
+        """Draw pictures, shape (h, w, 3) each.
+
+        Args:
+            poses: Of the bodies, shape (nf, nb, 12).
+            lines: Cables, shape (nf, nl, 2, 3), if any.
+            axes: Poses of frames whose axes are drawn, shape (nf, n, 12), if any.
+        """
+        moving = machine_facets(self.pen, self.machine, poses, lines, self.still, axes)
+        for k, parts in enumerate(moving):
+            image = self._composed(*parts)
+            if axes is not None:
+                name_frames(image, self.still, self.pen, axes[k])
+            yield image
+
+    def _composed(self, facets: Facets, shadows: list[Array]) -> Bytes:
+        box = extent(np.concatenate([facets.corners, *shadows]), self.pen.size, self.pen.scale)
+        part = self.canvas.part(box)
+        put_machine(part, box[:2], facets, shadows, self.still)
+        left, top, right, bottom = (side // self.pen.scale for side in box)
+        image = self.image.copy()
+        image[top:bottom, left:right] = average(part.color, self.pen.scale)
+        return image
+
+
+def build_stage(picture: Picture, motion: Array, size: tuple[int, int]) -> Stage:
     """Place the camera to frame everything, and set up the backdrop.
 
     Args:
@@ -33,30 +118,7 @@ def build_scene(picture: Picture, motion: Array, size: tuple[int, int]) -> Scene
     tool = pen(camera, size, up, SUPERSAMPLING)
     machine = picture.machine(nearest_pixel(camera, still.machine, motion, size))
     layers, body = backdrop(still, machine, tool), Assembly(machine, picture.radii)
-    return Scene(tool, body, layers, still)
-
-
-def set_up(picture: Picture, motion: Array) -> tuple[Still, Array]:
-    """What stands still, and points whose convex hull has all that is seen, shape (n, 3), in [m].
-
-    Args:
-        picture: The picture.
-        motion: Poses that it must contain, shape (nt, nb, 12).
-    """
-    machine, obstacles = picture.machine(), picture.obstacle_meshes()
-    cloud, floor = seen_points(picture, obstacles, machine, motion), None
-    reach, largest = reach_of(machine, motion), float(np.ptp(cloud, axis=0).max())
-    if picture.frames is not None:
-        length = axis_length(reach, largest, len(picture.frames.names))
-        cloud = np.concatenate([cloud, axes_of(picture.frames.poses, length).reshape(-1, 3)])
-    if picture.stands_on_ground:
-        low, high = cloud[:, :2].min(axis=0), cloud[:, :2].max(axis=0)
-        margin = 0.02 * float(np.max(high - low))
-        floor = Floor(low - margin, high + margin)
-        flat = box_corners(np.append(floor.low, 0.0), np.append(floor.high, 0.0))[::2]
-        cloud = np.concatenate([cloud, flat])
-    look = outlook(picture, obstacles, cloud, motion)
-    return Still(picture, obstacles, look, floor, largest, machine, reach), cloud
+    return Stage(tool, body, layers, still)
 
 
 def nearest_pixel(
@@ -70,53 +132,108 @@ def nearest_pixel(
     return float(2.0 * nearest * np.tan(0.5 * camera.fov) / size[1])
 
 
-def seen_points(
-    picture: Picture,
-    obstacles: Sequence[SurfaceMesh],
-    machine: tuple[SurfaceMesh, ...],
-    motion: Array,
-) -> Array:
-    """Points whose convex hull contains everything that is drawn, shape (n, 3)."""
-    parts = [mesh.vertices for mesh in obstacles]
-    ghosts = [ghost for ghost in (picture.start, picture.goal) if isinstance(ghost, Ghost)]
-    tables = [motion, *(ghost.table[None] for ghost in ghosts)]
-    for table in tables:
-        parts += [swept(mesh, table[:, i]) for i, mesh in enumerate(machine) if len(mesh.faces)]
-    parts += [np.asarray(ghost.lines, dtype=np.float64) for ghost in ghosts]
-    if picture.path is not None:
-        parts.append(np.asarray(picture.path, dtype=np.float64))
-    ways = np.concatenate([np.eye(3), -np.eye(3)])
-    if isinstance(picture.goal, GoalMarker):
-        level = np.array([1.0, 1.0, 0.0 if picture.stands_on_ground else 1.0])
-        parts.append((np.array(picture.goal.position) + picture.goal.radius * ways) * level)
-    parts += [point.position + point.radius * ways for point in picture.points]
-    parts += [cone_mesh(cone).vertices for cone in picture.cones]
-    if picture.lines is not None:
-        parts.append(np.asarray(picture.lines, dtype=np.float64))
-    found = np.concatenate([np.zeros((0, 3)), *(part.reshape(-1, 3) for part in parts)])
-    found = found[np.isfinite(found).all(axis=1)]
-    if len(found) == 0:
-        found = np.zeros((1, 3))  # an empty world is viewed from near its origin
-    return np.concatenate([found, _bounds(picture, found)])
+def put_machine(
+    canvas: Canvas,
+    corner: tuple[int, int],
+    facets: Facets,
+    shadows: Sequence[Array],
+    still: Still,
+) -> None:
+    """Draw a machine and its shadows, of shape (m, 3, 3) by lamp, on a part of a picture.
+
+    It shows through walls where one could not see it otherwise.
+
+    Args:
+        canvas: The part.
+        corner: Its first column and row in the picture.
+        facets: The machine.
+        shadows: One entry per lamp.
+        still: What stands still in the picture.
+    """
+    shift = np.array([*corner, 0.0])
+    Shadows([corners - shift for corners in shadows]).on(canvas)
+    moved = Facets(facets.corners - shift, facets.colors)
+    if still.outlook.hides:
+        reveal(canvas, moved)
+    draw(canvas, moved)
 
 
-def swept(mesh: SurfaceMesh, poses: Array) -> Array:
-    """The corners of a mesh's own bounding box at every pose, shape (nt, 8, 3)."""
-    corners = box_corners(mesh.vertices.min(axis=0), mesh.vertices.max(axis=0))
-    g = poses.reshape(-1, 3, 4)
-    return np.asarray(np.einsum("tij,kj->tki", g[:, :, :3], corners) + g[:, None, :, 3])
+def name_frames(
+    image: Bytes, still: Still, pen: Pen, poses: Array, corner: tuple[int, int] = (0, 0)
+) -> None:
+    """Write the names of frames at poses (n, 12) on an image, a part of the pen's canvas."""
+    if still.picture.frames is not None:
+        places = (pen.at(poses[:, 3::4]) - (*corner, 0.0)) / (pen.scale, pen.scale, 1.0)
+        put_names(image, still.picture.frames.names, places, (still.words, still.around))
 
 
-def _bounds(picture: Picture, found: Array) -> Array:
-    """The corners of the workspace; an axis without finite limits adds no extent of its own."""
-    box = np.stack([found.min(axis=0)] * 2)
-    for k, axis in enumerate("xyz"):
-        limits = np.array(picture.bounds.get(axis, (np.nan, np.nan)))
-        if np.isfinite(limits).all():
-            box[:, k] = limits
-    return box_corners(*box)
+def machine_facets(
+    pen: Pen,
+    machine: Assembly,
+    poses: Array,
+    lines: Array | None,
+    still: Still,
+    axes: Array | None = None,
+) -> Iterator[tuple[Facets, list[Array]]]:
+    """Yield the machine and its cables as facets, and their shadows by lamp if any, per frame.
+
+    Args:
+        pen: Camera and light.
+        machine: The bodies.
+        poses: Of the bodies, shape (nf, nb, 12).
+        lines: Cables, shape (nf, nl, 2, 3), if any.
+        still: What stands still; on its ground there are shadows.
+        axes: Poses of frames whose axes are drawn, shape (nf, n, 12), if any.
+    """
+    shadows = still.floor is not None
+    moved = machine.placed(poses)
+    faces, edges = pen.faces_at_poses(moved, AMBIENT), pen.edges_at_poses(moved, OUTLINE, INK)
+    fallen = pen.shadows_at_poses(moved) if shadows else [[] for _ in poses]
+    cables = repeat(None) if lines is None else lines
+    length = 0.0 if axes is None else axis_length(still.reach, still.size, axes.shape[1])
+    drawn_axes = repeat(NO_FACETS) if axes is None else (axes_at(pen, at, length) for at in axes)
+    for face, edge, dark, cable, axis in zip(
+        faces, edges, fallen, cables, drawn_axes, strict=False
+    ):
+        if cable is None:
+            yield face + edge + axis, dark
+        else:
+            both = zip(
+                dark, pen.line_shadows(cable, CABLE, machine.radii) if shadows else (), strict=True
+            )
+            yield (
+                face + edge + pen.line(cable, CABLE, INK, machine.radii) + axis,
+                [np.concatenate(parts) for parts in both],
+            )
 
 
-def box_corners(low: Array, high: Array) -> Array:
-    """The corners of a box between two opposite ones, shape (8, 3)."""
-    return np.array([np.where(pick, high, low) for pick in np.ndindex(2, 2, 2)])
+def darken_corners(canvas: Canvas, scale: int) -> None:
+    """Darken hollow places of a canvas of scale x scale small pixels per pixel."""
+    middle = scale // 2
+    near = canvas.nearness[middle::scale, middle::scale]
+    dark = STRENGTH * _hollowness(near.astype(np.float32))
+    rows, columns = np.nonzero(dark > LEAST)
+    height, width = near.shape
+    blocks = canvas.color[: height * scale, : width * scale].reshape(height, scale, width, scale, 3)
+    left = (1.0 - dark[rows, columns])[:, None, None, None]
+    blocks[rows, :, columns] = (blocks[rows, :, columns] * left + 0.5).astype(np.uint8)
+
+
+def _hollowness(near: Array) -> Array:
+    """How hollow a surface is at each pixel, from 0 to 1, from 1 / depth, shape (h, w)."""
+    height, width = near.shape
+    most = max(REACHES)
+    wide = np.pad(near, most, mode="edge")
+    total = np.zeros_like(near)
+
+    def at(dx: int, dy: int) -> Array:
+        return wide[most + dy : most + dy + height, most + dx : most + dx + width]
+
+    floor = np.maximum(near, np.float32(1e-12))
+    for reach in REACHES:
+        for dx, dy in DIRECTIONS:
+            a, b = at(reach * dx, reach * dy), at(-reach * dx, -reach * dy)
+            bend = (0.5 * (a + b) - near) / floor
+            beside = (np.maximum(a, b) < (1.0 + AHEAD) * near) & (np.minimum(a, b) > 0.0)
+            total += np.where(beside, np.clip(bend / HOLLOW, 0.0, 1.0), 0.0)
+    return np.asarray(np.where(near > 0.0, total / (len(REACHES) * len(DIRECTIONS)), 0.0))

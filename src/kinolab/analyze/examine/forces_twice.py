@@ -1,0 +1,143 @@
+"""Forces that a machine has already: weights and inertial forces that its author adds by hand.
+
+A generalised force of an effort that equals the weight of a body, or minus the terms of its
+equation of motion that are quadratic in the rates, at every state, is that force once more.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import sympy
+
+from kinolab.analyze.examine.remarks.remark import Remark
+from kinolab.analyze.examine.remarks.subject import Subject
+from kinolab.dynamics import Body
+from kinolab.dynamics.derivation.derivation import is_kinematic
+from kinolab.dynamics.language.forces import Effort
+from kinolab.dynamics.language.mechanism_parts import (
+    atoms_of,
+    energies_in,
+    loads_in,
+    up_in,
+)
+from kinolab.dynamics.language.quantities import written
+from kinolab.dynamics.language.symbols import InputSymbol, ReferenceSymbol, StateSymbol
+from kinolab.numerics.arrays import Array
+from kinolab.simulation.stability import random_states
+
+FD_STEP = 1e-5  # of a second, along the rates; the error of central differences is its square
+SAME = 1e-6  # relative: a thousand times that error
+
+
+def forces_twice(subject: Subject) -> Iterator[Remark]:
+    """Yield the efforts that are the weight, or an inertial force, of what the machine moves."""
+    system, model = subject.system, subject.model
+    efforts = [effort for effort in system.efforts if not _driven(effort)]
+    if not efforts or is_kinematic(system):
+        return
+    states = random_states(model)
+    q_dots = model.f(states, np.zeros((len(states), model.nu)))[:, : model.nq]
+    weights, inertial = _own_forces(subject, states, q_dots)
+    for effort in efforts:
+        forces = _generalised(subject, effort, states, q_dots)
+        part = (type(effort).__name__, "")
+        for k, name in _same(subject, forces, weights):
+            what = f"The {effort} pulls along {name} as the weight of {_whose(subject, k)} does, "
+            what += "which gravity=… is already: it is there twice. Take one of them out."
+            yield Remark("weight that is there twice", _whose(subject, k), what, part)
+            break
+        for k, name in _same(subject, forces, inertial):
+            what = f"The {effort} is the centrifugal or Coriolis force of {_whose(subject, k)} "
+            what += f"along {name}, which follows from its frame: it is there twice. Take the "
+            what += "effort out."
+            yield Remark("inertial force that is there twice", _whose(subject, k), what, part)
+            break
+
+
+def _driven(effort: Effort) -> bool:
+    driven = InputSymbol | StateSymbol | ReferenceSymbol
+    return any(isinstance(atom, driven) for atom in atoms_of(effort))
+
+
+def _whose(subject: Subject, k: int) -> str:
+    bodies: tuple[Body, ...] = subject.system.bodies
+    return str(bodies[k].name) if k < len(bodies) else "all bodies"
+
+
+def _same(subject: Subject, forces: Array, own: Array) -> Iterator[tuple[int, str]]:
+    """Yield the bodies, or all together, whose forces along a coordinate an effort's equal.
+
+    Args:
+        subject: The machine.
+        forces: Of the effort, shape (states, coordinates).
+        own: Of each body and of all together, shape (bodies + 1, states, coordinates).
+    """
+    for k, force in enumerate(own):
+        for column, coordinate in enumerate(subject.plain):
+            size = np.abs(force[:, column]).max()
+            gap = np.abs(forces[:, column] - force[:, column]).max()
+            if size > SAME * np.abs(own).max(initial=0.0) and gap <= SAME * size:
+                yield k, coordinate.name
+
+
+def _generalised(subject: Subject, effort: Effort, states: Array, q_dots: Array) -> Array:
+    """Return the force of an effort along each plain coordinate, shape (states, coordinates)."""
+    system, plain = subject.system, list(subject.plain)
+    along = [
+        sum((written(load.magnitude) * written(load.velocity).diff(c.rates[0])
+             for load in loads_in(effort)), sympy.Integer(0))
+        - sum((written(energy).diff(c) for energy in energies_in(effort)), sympy.Integer(0))
+        for c in plain
+    ]  # fmt: skip
+    values = {p: system.parameter_values[p.name] for p in system.parameters}
+    along = [sympy.sympify(one).subs(up_in(system)).subs(values) for one in along]
+    symbols = [*plain, *(c.rates[0] for c in plain)]
+    if {s for one in along for s in one.free_symbols} - set(symbols):
+        return np.full((len(states), len(plain)), np.nan)  # it acts on attitudes
+    columns = [*subject.plain.values()]
+    numbers = np.hstack([states[:, columns], q_dots[:, columns]]).T
+    force = sympy.lambdify(symbols, along, "numpy")
+    with np.errstate(all="ignore"):
+        rows = [np.broadcast_to(one, len(states)) for one in force(*numbers)]
+    return np.array(rows, dtype=float).T
+
+
+def _own_forces(subject: Subject, states: Array, q_dots: Array) -> tuple[Array, Array]:
+    """Return weights and inertial forces along the plain coordinates.
+
+    Of each body and of all together, shapes (bodies + 1, states, coordinates). An inertial force is
+    -J^T (m a, I alpha + w x I w) with the accelerations that are left where all rates are constant.
+
+    Source: Murray, Li, Sastry, A Mathematical Introduction to Robotic Manipulation, 1994, 4.3.
+    """
+    system, columns = subject.system, [*subject.plain.values()]
+    gravity = system.gravity
+    pull = 0.0 if gravity is None else system.number(gravity.strength)
+    down = np.zeros(3) if gravity is None else np.array(system.down, dtype=float)
+    shape = (len(system.bodies) + 1, len(states), len(columns))
+    weights, inertial = np.zeros(shape), np.zeros(shape)
+    for i, (x, q_dot) in enumerate(zip(states, q_dots, strict=True)):
+        shift = np.zeros(len(x))
+        shift[: len(q_dot)] = FD_STEP * q_dot
+        here, ahead, behind = (_jacobians(subject, x + s * shift) for s in (0.0, 1.0, -1.0))
+        turns = subject.poses(x)[:, :, :3]
+        for k, body in enumerate(system.bodies):
+            mass = system.number(body.mass)
+            moments = np.array([system.number(e) for e in body.inertia_matrix]).reshape(3, 3)
+            moments = turns[k] @ moments @ turns[k].T
+            left = (ahead[k] - behind[k]) @ q_dot / (2 * FD_STEP)
+            spin = here[k, 3:] @ q_dot
+            load = np.append(mass * left[:3], moments @ left[3:] + np.cross(spin, moments @ spin))
+            weights[k, i] = (mass * pull * down @ here[k, :3])[columns]
+            inertial[k, i] = -(load @ here[k])[columns]
+    weights[-1], inertial[-1] = weights[:-1].sum(axis=0), inertial[:-1].sum(axis=0)
+    return weights, inertial
+
+
+def _jacobians(subject: Subject, x: Array) -> Array:
+    """Return the velocities and spins of bodies by the rates of entries, (bodies, 6, nq)."""
+    slopes = subject.poses_by(x)[:, :, 3]
+    spins = [subject.spin(body, x) for body in subject.system.bodies]
+    return np.concatenate([slopes, np.array(spins)], axis=1)

@@ -1,0 +1,1 @@
+"""What a remark is, of which machine, and where in its file."""

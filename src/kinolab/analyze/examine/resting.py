@@ -1,0 +1,271 @@
+"""Whether a machine can rest: where something holds it within all limits, and what is missing."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from operator import itemgetter
+from typing import TypeAlias
+
+import numpy as np
+from scipy.optimize import lsq_linear
+
+from kinolab.analyze.examine.odd_numbers import direction_of
+from kinolab.analyze.examine.remarks.remark import Remark
+from kinolab.analyze.examine.remarks.subject import UNLIMITED, Subject
+from kinolab.dynamics import Model, toward
+from kinolab.dynamics.derivation.derivation import is_kinematic
+from kinolab.dynamics.units import control_units, state_units
+from kinolab.errors import KinolabError
+from kinolab.numerics.arrays import Array
+from kinolab.simulation.stability import random_states
+
+Mass: TypeAlias = Callable[[Model, Array], Array]
+
+STEPS = 40  # of Newton's method within limits
+HALVINGS = 6  # of a step that leads away
+STEP = 1e-6  # of a coordinate, of differences of the mass matrix
+ROUNDING = 1e-12  # [kg] or [kg m^2]
+SHORTEST = 1e-3  # in scales of coordinates and halves of inputs' ranges: of a step
+HELD = 1e-6  # of a state's scale per second: slower counts as held
+NEARLY = 1e-3  # of the same, within limits: the search for it may end before it is held
+SEEN = 0.02  # of the largest acceleration: smaller ones are not told
+DOWN = (0.0, 0.0, -1.0)
+MOST = 3  # bodies and limits that a sentence names
+
+
+def without_rest(subject: Subject) -> Iterator[Remark]:
+    """Yield that nothing holds a machine within its limits, though something would beyond them.
+
+    What nothing holds beyond them either may be meant to fall, as what is thrown, and is silent.
+
+    Source: Bertsekas, Nonlinear Programming, 3rd ed., 2016, section 3.3 (Gauss, Newton in a box).
+    """
+    model = subject.model
+    if is_kinematic(subject.system):
+        return
+    box = np.vstack([model.state_bounds, model.control_bounds])
+    found = []
+    for start in (subject.rest, *random_states(model)):
+        z, left = _settled(subject, np.append(start, model.null_control()), box)
+        if left <= NEARLY:
+            return
+        found += [(left, z)] if np.isfinite(left) else []
+    free = np.full_like(box, np.inf) * (-1, 1)
+    places, inputs = free.copy(), free.copy()
+    places[model.nx :], inputs[: model.nx] = box[model.nx :], box[: model.nx]
+    for wider in (places, inputs, free):
+        for _, z in sorted(found, key=lambda entry: entry[0]):
+            held, left = _settled(subject, z, wider)
+            if left <= HELD:
+                yield _restless(subject, found, held, box)
+                return
+
+
+def _settled(subject: Subject, z: Array, box: Array) -> tuple[Array, float]:
+    """Return the state and inputs (nx + nu,) near others that are held best, and what is left.
+
+    Accelerations are reduced, and where that ends too early, the forces that nothing balances:
+    accelerations alone are least, too, where the inertia is largest.
+
+    Args:
+        subject: The machine.
+        z: States and inputs, shape (nx + nu,); velocities are set to 0.
+        box: Their limits, shape (nx + nu, 2).
+    """
+    best = _descended(subject, z, box, _alike)
+    return (
+        best
+        if best[1] <= HELD
+        else min(best, _descended(subject, z, box, _mass), key=itemgetter(1))
+    )
+
+
+def _descended(subject: Subject, z: Array, box: Array, mass: Mass) -> tuple[Array, float]:
+    """Do what ``_settled`` does, with accelerations weighted by a mass matrix."""
+    model, scales = subject.model, subject.model.state_scales
+    moves = np.ones(len(z), dtype=bool)
+    moves[model.speeds] = False
+    halves = np.minimum(np.diff(model.control_bounds)[:, 0] / 2, UNLIMITED)
+    sizes = np.append(scales, np.where(halves > 0, halves, 1.0))[moves]
+    z = np.where(moves, np.clip(z, *box.T), 0.0)
+    radius = 1.0
+    try:
+        units = scales.copy()
+        units[model.speeds] *= np.maximum(np.diag(mass(model, z[: model.nq])), ROUNDING)
+        left = _unbalanced(model, z, mass) / units
+        for _ in range(STEPS):
+            if np.abs(left).max(initial=0.0) <= HELD**2 or radius < SHORTEST:
+                break
+            rows = _slopes(model, z, mass)[:, moves]
+            room = (box - z[:, None])[moves] / sizes[:, None]
+            ends = np.clip(room, -radius, radius) + np.array([-1e-12, 1e-12])  # it may be at one
+            step = lsq_linear(rows * sizes / units[:, None], -left, ends.T).x * sizes
+            for k in range(HALVINGS):
+                tried = z.copy()
+                tried[moves] += step / 2**k
+                tried[: model.nx] = model.project(tried[: model.nx])
+                tried = np.clip(tried, *box.T)
+                then = _unbalanced(model, tried, mass) / units
+                if np.linalg.norm(then) < np.linalg.norm(left) * (1 - 1e-4 / 2**k):
+                    z, left, radius = tried, then, radius / 2 if k else radius
+                    break
+            else:
+                radius /= 8
+    except (KinolabError, ValueError, np.linalg.LinAlgError):
+        return z, np.inf
+    moving = model.f(z[: model.nx], z[model.nx :]) / scales
+    return z, float(np.abs(moving).max(initial=0.0))
+
+
+def _unbalanced(model: Model, z: Array, mass: Mass) -> Array:
+    """Return the rates of a state at rest, shape (nx,), those of speeds weighted."""
+    rates = np.array(model.f(z[: model.nx], z[model.nx :]), dtype=float)
+    rates[model.speeds] = mass(model, z[: model.nq]) @ rates[model.speeds]
+    return rates
+
+
+def _slopes(model: Model, z: Array, mass: Mass) -> Array:
+    """Return the derivatives of ``_unbalanced``, shape (nx, nx + nu)."""
+    q, speeds = z[: model.nq], model.speeds
+    rows = np.hstack(model.jacobian(z[: model.nx], z[model.nx :]))
+    here, moved = mass(model, q), model.f(z[: model.nx], z[model.nx :])[speeds]
+    rows[speeds] = here @ rows[speeds]
+    for k in range(model.nq):
+        beside = q.copy()
+        beside[k] += STEP
+        rows[speeds, k] += (mass(model, beside) - here) @ moved / STEP
+    return rows
+
+
+def _alike(model: Model, _q: Array) -> Array:
+    return np.eye(model.nv)
+
+
+def _mass(model: Model, q: Array) -> Array:
+    """Return the mass matrix of the speeds, (nv, nv); none where some follow from others."""
+    mass = model.mass_matrix(q)
+    return mass if len(mass) == model.nv else np.eye(model.nv)
+
+
+def _restless(
+    subject: Subject, found: list[tuple[float, Array]], held: Array, box: Array
+) -> Remark:
+    """Say what moves off where it is held best, and beyond which limits it would rest."""
+    system, model = subject.system, subject.model
+    names = (*model.state_names, *model.control_names)
+    units = dict(zip(names, (*state_units(model), *control_units(model)), strict=True))
+    slack = HELD * np.maximum(1.0, np.abs(held))
+    outside = np.flatnonzero((held < box[:, 0] - slack) | (held > box[:, 1] + slack))
+    beyond = [
+        f"{names[k]} = {held[k]:.3g} {units[names[k]]}".rstrip()
+        + f" (limits {box[k, 0]:g} and {box[k, 1]:g})"
+        for k in outside
+    ]
+    _, z = min(found, key=lambda entry: entry[0])
+    moving = _moving_off(subject, z[: model.nx], z[model.nx :])
+    gravity = system.gravity
+    pull = f" against gravity toward {direction_of(gravity)}" if gravity else ""
+    what = f"Within the limits of its coordinates and inputs nothing holds it{pull}: at best, "
+    what += f"{_listed(moving)}. It would rest with {_listed(beyond)}. "
+    if gravity is not None and gravity.down != DOWN and _rests_below(subject):
+        what += 'With gravity toward "-z" it would rest within them.'
+    else:
+        what += "Are a mass, a stiffness or a limit in another unit, has a force or a constraint "
+        what += "the wrong sign or place?"
+    about = names[outside[0]] if len(outside) else ""
+    return Remark("cannot rest", about, what, _part_of(subject, about))
+
+
+def _rests_below(subject: Subject) -> bool:
+    """Whether a machine would rest somewhere if gravity pulled toward -z."""
+    system, gravity = subject.system, subject.system.gravity
+    strength = 0.0 if gravity is None else gravity.strength
+    return not any(without_rest(Subject(system.changed(gravity=toward("-z", strength), flat=None))))
+
+
+def _part_of(subject: Subject, name: str) -> tuple[str, str]:
+    """Return the word of the language that made an input or a coordinate, and its name."""
+    for entry in subject.system.inputs:
+        if entry.name == name:
+            return type(entry).__name__, name
+    units = {c.name: c.unit for c in subject.plain}
+    return ("angle" if units.get(name) == "rad" else "length", name)
+
+
+def _moving_off(subject: Subject, x: Array, u: Array) -> list[str]:
+    """Say how bodies begin to move from rest, those that do so fastest first."""
+    model = subject.model
+    begun = x.copy()
+    begun[model.speeds] = model.f(x, u)[model.speeds]
+    rates = model.f(begun, u)[: model.nq]  # of the configuration, as velocities were accelerations
+    gravity = subject.system.gravity
+    up = -np.array(gravity.down if gravity is not None else (0.0, 0.0, -1.0), dtype=float)
+    slopes, told = subject.poses_by(x), []
+    for k, body in enumerate(subject.system.bodies):
+        way = slopes[k, :, 3] @ rates
+        turn = float(np.linalg.norm(subject.spin(body, x) @ rates))
+        rise, fast = float(way @ up), float(np.linalg.norm(way))
+        verb = ("rises" if rise > 0 else "falls") if abs(rise) > fast / 2 else "moves aside"
+        told.append((fast, f"{body.name} {verb} with {fast:.2g} m/s^2"))
+        told.append((turn * 1e-3, f"{body.name} turns with {turn:.2g} rad/s^2"))
+    told.sort(key=lambda entry: -entry[0])
+    return [what for size, what in told if size > SEEN * told[0][0]]
+
+
+def _listed(told: list[str]) -> str:
+    kept = told[:MOST]
+    return " and ".join([", ".join(kept[:-1]), kept[-1]] if len(kept) > 1 else kept)
+
+
+def pushed_down(subject: Subject) -> Iterator[Remark]:
+    """Yield that all that inputs can do to what floats is to push it down with its weight."""
+    system, model, x = subject.system, subject.model, subject.rest
+    if system.gravity is None or is_kinematic(system) or not model.nu:
+        return
+    try:
+        lift = _lift(subject)
+    except KinolabError:
+        return
+    if lift is None:
+        return
+    idle = model.null_control()
+    ends = [np.where(np.eye(model.nu, dtype=bool)[k], np.clip(end, -UNLIMITED, UNLIMITED), idle)
+            for k in range(model.nu) for end in model.control_bounds[k]]  # fmt: skip
+    weight, *lifts = (float(lift @ model.f(x, u)[model.speeds]) for u in (idle, *ends))
+    gains = np.array(lifts) - weight
+    if weight < 0 and gains.max() <= HELD * -weight and gains.min() < HELD * weight:
+        k = int(np.argmin(gains)) // 2
+        entry = system.inputs[k]
+        what = (
+            "As it stands at rest, no input can push it up, and this one pushes it down: it hovers "
+        )
+        what += (
+            "upside down only. Is its force along an axis that points down, as z does where x is "
+        )
+        what += "north and y east? Here gravity goes along "
+        what += f"{direction_of(system.gravity)}."
+        yield Remark("pushes down", entry.name, what, (type(entry).__name__, entry.name))
+
+
+def _lift(subject: Subject) -> Array | None:
+    """Return how the centre of mass rises by each velocity, (nv,); None of what does not float.
+
+    It floats if all bodies may rise alike without turning.
+    """
+    system, model, x = subject.system, subject.model, subject.rest
+    moving = []
+    for one in np.eye(len(model.speeds)):
+        begun = x.copy()
+        begun[model.speeds] = one
+        moving.append(model.f(begun, model.null_control())[: model.nq])
+    slopes = subject.poses_by(x) @ np.array(moving).T  # of [R | p] by velocities
+    masses = np.array([system.number(body.mass) for body in system.bodies])
+    up = -np.array(system.down or DOWN)
+    wanted = np.hstack([np.zeros((3, 3)), up[:, None]]).ravel()
+    rows = np.vstack([slopes[k].reshape(12, -1) for k in np.flatnonzero(masses)])
+    wanted = np.tile(wanted, np.count_nonzero(masses))
+    raised = np.linalg.lstsq(rows, wanted, rcond=1e-9)[0]
+    if not masses.any() or np.abs(rows @ raised - wanted).max() > HELD:
+        return None
+    height: Array = np.einsum("b,i,bij->j", masses, up, slopes[:, :, 3]) / masses.sum()
+    return height

@@ -1,0 +1,1 @@
+"""What of a machine its shapes and places tell: what touches, carries, rolls and steers."""

@@ -1,0 +1,128 @@
+"""Which bodies touch at rest, each other or the ground, and how far apart they are elsewhere."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import combinations
+
+import numpy as np
+
+from kinolab.analyze.examine.remarks.remark import Remark
+from kinolab.analyze.examine.remarks.subject import Subject
+from kinolab.dynamics import Body
+from kinolab.dynamics.machine_facts import BodyGeometry
+from kinolab.numerics.arrays import Array
+from kinolab.simulation.stability import random_states
+from kinolab.world import CollisionChecker, World
+from kinolab.world.geometry import lowest_z, reach_of
+
+TOUCHING = 1e-4  # of the smaller body's reach: what rounded sizes in a file leave between two
+APART = 5e-3  # of the same: a gap that can be seen
+
+
+@dataclass(frozen=True)
+class TouchingBodies:
+    """Two bodies that touch at rest, or a body on the ground.
+
+    Attributes:
+        subject: The machine.
+        one: A body.
+        other: The one that it touches; None for the ground.
+        reach: Of the smaller one about its origin, in [m].
+    """
+
+    subject: Subject
+    one: Body
+    other: Body | None
+    reach: float
+
+    @property
+    def names(self) -> str:
+        """Both, as a title names them."""
+        return f"{self.one.name} and {'the ground' if self.other is None else self.other.name}"
+
+    @property
+    def moved_by(self) -> frozenset[str]:
+        """Names of the coordinates that move either of them."""
+        others = frozenset() if self.other is None else self.subject.moving(self.other.frame)
+        return self.subject.moving(self.one.frame) | others
+
+    @property
+    def moved_together(self) -> frozenset[str]:
+        """Names of the coordinates that move both."""
+        if self.other is None:
+            return frozenset()
+        return self.subject.moving(self.one.frame) & self.subject.moving(self.other.frame)
+
+    def gap(self, x: Array, values: Mapping[str, float] | None = None) -> float:
+        """Return how far apart they are in [m] at a state.
+
+        Args:
+            x: State, shape (nx,).
+            values: Other values of parameters, by name.
+
+        Returns:
+            Negative where a body is in the ground; bodies that overlap are 0 apart.
+        """
+        frames = self.subject.model.frames(x, **(values or {})).reshape(-1, 3, 4)
+        solid, checker = self._made_for(values) if values else self._made
+        own = np.array([frames[self.subject.place_of(body)] for body in self.pair])
+        if self.other is None:
+            return min(lowest_z(shape, own[0]) for shape in solid[0].shapes)
+        return 2.0 * checker.clearance(own)
+
+    @cached_property
+    def pair(self) -> tuple[Body, ...]:
+        """The bodies, one or two."""
+        return (self.one,) if self.other is None else (self.one, self.other)
+
+    @cached_property
+    def _made(self) -> tuple[list[BodyGeometry], CollisionChecker]:
+        return self._made_for({})
+
+    def _made_for(self, values: Mapping[str, float]) -> tuple[list[BodyGeometry], CollisionChecker]:
+        system = self.subject.system.with_parameters(**values) if values else self.subject.system
+        solid = [BodyGeometry(body.name, system.resolved_shapes(body)) for body in self.pair]
+        names = [(solid[0].name, solid[-1].name)] if self.other is not None else []
+        return solid, CollisionChecker(solid, World(), self_pairs=names)
+
+    @property
+    def touches(self) -> bool:
+        """Whether they touch at rest."""
+        return abs(self.gap(self.subject.rest)) <= TOUCHING * self.reach
+
+
+def contacts(subject: Subject) -> Iterator[TouchingBodies]:
+    """Yield the bodies that touch at rest: on the ground, then each other."""
+    solid = [body for body in subject.system.bodies if body.shapes]
+    reaches = {
+        body.name: reach_of(BodyGeometry(body.name, subject.system.resolved_shapes(body)))
+        for body in solid
+    }
+    for body in solid:
+        found = TouchingBodies(subject, body, None, reaches[body.name])
+        if body.touches_ground and subject.moving(body.frame) and found.touches:
+            yield found
+    origins = subject.poses(subject.rest)[:, :, 3]
+    for one, other in combinations(solid, 2):
+        far = origins[subject.place_of(one)] - origins[subject.place_of(other)]
+        found = TouchingBodies(subject, one, other, min(reaches[one.name], reaches[other.name]))
+        near = np.linalg.norm(far) <= (1 + TOUCHING) * (reaches[one.name] + reaches[other.name])
+        if near and found.moved_by and found.touches:
+            yield found
+
+
+def standing(subject: Subject) -> Iterator[Remark]:
+    """Yield the bodies that stand on the ground, however the machine moves, and are not said to."""
+    states = [subject.rest, *random_states(subject.model)]
+    for body in subject.system.bodies:
+        if body.touches_ground or not body.shapes or not subject.moving(body.frame):
+            continue
+        geometry = BodyGeometry(body.name, subject.system.resolved_shapes(body))
+        contact = TouchingBodies(subject, body, None, reach_of(geometry))
+        if all(abs(contact.gap(x)) <= TOUCHING * contact.reach for x in states):
+            what = f"{body.name} always touches the ground z = 0, which is a collision for every "
+            what += "plan. Where it stands, rolls or slides on it: Body(…, touches_ground=True)."
+            yield Remark("collision with the ground", body.name, what, ("Body", body.name))

@@ -1,0 +1,52 @@
+"""The same problem with obstacles elsewhere, without building its world anew.
+
+Where: obstacles that are moved between two plans.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from kinolab.errors import UnknownNameError
+from kinolab.numerics.arrays import Array
+from kinolab.problem.task import PlanningTask
+from kinolab.world import Obstacle
+
+
+def with_obstacles_at(problem: PlanningTask, places: Mapping[str, Sequence[float]]) -> PlanningTask:
+    """Return a problem in which obstacles stand elsewhere, turned as before.
+
+    Nothing else is built anew: it takes a fraction of a millisecond, more for large meshes.
+
+    Args:
+        problem: The problem.
+        places: By names of obstacles: what ``position`` of their tables would be, (3,) in [m].
+
+    Raises:
+        UnknownNameError: If there is no such obstacle.
+    """
+    section = problem.scenario.world
+    entries = {entry.name: entry for entry in section.obstacle}
+    standing = {obstacle.name: obstacle for obstacle in problem.world.obstacles}
+    for name, place in places.items():
+        if name not in entries or name not in standing:
+            raise UnknownNameError("obstacle", name, known=standing, where="obstacles")
+        by = np.asarray(place, dtype=float) - entries[name].position
+        standing[name] = _shifted(standing[name], by)
+        position = tuple(float(value) for value in place)
+        entries[name] = entries[name].model_copy(update={"position": position})
+    world = replace(problem.world, obstacles=tuple(standing.values()))
+    written = section.model_copy(update={"obstacle": tuple(entries.values())})
+    scenario = problem.scenario.model_copy(update={"world": written})
+    return replace(problem, world=world, scenario=scenario)
+
+
+def _shifted(obstacle: Obstacle, by: Array) -> Obstacle:
+    primitive = obstacle.primitive
+    if primitive is not None:
+        shape, pose = primitive
+        primitive = shape, np.column_stack([pose[:, :3], pose[:, 3] + by])
+    return replace(obstacle, vertices=obstacle.vertices + by, primitive=primitive)

@@ -1,0 +1,1 @@
+"""What pushes the joints of a robot, and what resists them."""

@@ -1,0 +1,115 @@
+"""The picture of a problem: the machine in its world, its way, its start and its goal."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from kinolab.dynamics.language.shapes import Shape
+from kinolab.problem import PlanningTask
+from kinolab.scenario.schema import RenderSection
+from kinolab.show.scene.goal_mark import goal_mark
+from kinolab.show.scene.models.cone import Cone
+from kinolab.show.scene.picture import Frames, Ghost, GoalMarker, Picture, Surface
+from kinolab.world.geometry import triangles
+
+RENDERED: tuple[Any, ...] = ("view", "azimuth", "elevation", "follow", "cut", "setting")
+REST = 1e-6  # [m]; a body that goes less turns in its place
+WORLD = "world"  # name of its frame
+ROLLING = 1.01  # of a body's reach: as high is its origin at most while it touches the ground
+CONE_LENGTH = 1.25  # of cones, relative to the machine's radius
+
+
+def _surfaces(problem: PlanningTask) -> list[Surface]:
+    """The obstacles with the colours that the scenario gives them."""
+    colors = {entry.name: entry.colors for entry in problem.scenario.world.obstacle}
+    return [
+        Surface(each.name, each.vertices, each.faces, colors.get(each.name, ()), each.colors)
+        for each in (*problem.world.obstacles, *problem.world.floors)
+    ]
+
+
+def picture(problem: PlanningTask, x: np.ndarray, settings: RenderSection | None = None) -> Picture:
+    """Return the picture in which bodies and cables move.
+
+    Args:
+        problem: The machine and its world.
+        x: States along the way, shape (times, nx).
+        settings: The scenario's, or others.
+    """
+    settings = settings or problem.scenario.render
+    poses, cables = problem.model.frames(x), problem.model.cables(x)
+    down = problem.machine.down
+    up = np.array([0.0, 0.0, 1.0]) if down is None else -np.array(down)
+    drawn = path_body(problem, poses)
+    path = poses[:, drawn, 3::4]
+    return Picture(
+        bodies=problem.bodies,
+        obstacles=_surfaces(problem),
+        ground=problem.world.ground,
+        bounds=problem.world.bounds,
+        up=up,
+        **{name: getattr(settings, name) for name in RENDERED},
+        path=path,
+        rolls=_rolls(problem, drawn, path),
+        frames=frames_of(problem, x, poses) if settings.axes else None,
+        start=Ghost(poses[0], cables[0].reshape(-1, 2, 3)),
+        lines=cables if cables.size else None,
+        radii=np.array([cable.radius for cable in problem.cables]),
+        goal=goal_mark(problem, x),
+        points=[GoalMarker(point.position, point.tolerance) for point in problem.goal.points],
+        cones=list(_cones(problem, poses[0])),
+    )
+
+
+def frames_of(problem: PlanningTask, x: np.ndarray, poses: np.ndarray) -> Frames:
+    """Return the frames of the world, of joints and of bodies at states (nt, nx)."""
+    joints = problem.machine.joints
+    names = (WORLD, *joints.names, *(body.name for body in problem.bodies))
+    world = np.broadcast_to(np.eye(3, 4).ravel(), (len(x), 1, 12))
+    at = joints.at(x, problem.model.coordinate_names)
+    return Frames(names, np.concatenate([world, at, poses], axis=1))
+
+
+def path_body(problem: PlanningTask, poses: np.ndarray) -> int:
+    """Return the body whose path is drawn: the leading one, or the next that leaves its place.
+
+    Args:
+        problem: The machine.
+        poses: Along the way, shape (nt, nb, 12).
+    """
+    goes = np.ptp(poses[..., 3::4], axis=0).max(axis=-1) > REST
+    order = [problem.leading, *problem.moving.tolist()]
+    seen = [k for k in order if problem.bodies[k].shapes or problem.bodies[k].drawn]
+    return next((k for k in seen if goes[k]), problem.leading)
+
+
+def _rolls(problem: PlanningTask, body: int, path: np.ndarray) -> bool:
+    """Whether a path (n, 3) of a body is a track: it is never higher than the body itself."""
+    reach = max(map(_reach, problem.bodies[body].shapes), default=0.0)
+    return bool(path[:, 2].max(initial=0.0) <= ROLLING * reach)
+
+
+def _reach(shape: Shape) -> float:
+    """How far a shape reaches from its body's origin, in [m]."""
+    return float(np.linalg.norm(triangles(shape)[0], axis=1).max())
+
+
+def _cones(problem: PlanningTask, poses: np.ndarray) -> Iterator[Cone]:
+    """Yield goal and keep-out cones, with apexes at the start of their bodies."""
+    reaches = [_reach(shape) for body in problem.bodies for shape in body.shapes]
+    length = CONE_LENGTH * max(reaches, default=1.0)  # of the machine's radius about its bodies
+    for target in problem.goal.directions:
+        apex = _place(poses[target.body])
+        yield Cone(apex, target.target, target.tolerance, length, forbidden=False)
+    for cone in problem.keep_outs:
+        apex = _place(poses[cone.body])
+        half_angle = cone.forbidden.half_angle
+        yield Cone(apex, cone.direction, half_angle, length, forbidden=True)
+
+
+def _place(pose: np.ndarray) -> tuple[float, float, float]:
+    x, y, z = pose[3::4].tolist()
+    return x, y, z

@@ -1,0 +1,173 @@
+"""From where a world is looked at: the direction from which one sees most of the way."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinolab.numerics.arrays import Array
+from kinolab.show.scene.camera import AZIMUTH, Angles, frame_scene, usual_elevation
+from kinolab.show.scene.models.surface_mesh import SurfaceMesh, flat_patches, is_room, join
+from kinolab.show.scene.picture import Ghost, GoalMarker, Picture
+from kinolab.show.scene.sight import SEEN, Screens
+
+AZIMUTHS = np.radians([18, -55, 55, -110, 110, 162])  # besides the usual one
+STEEPER = np.radians([45.0, 72.0])  # elevations that are tried where walls stand close
+MOMENTS, BODIES = 16, 3  # of the way, and of a machine at each of them
+ENOUGH = 0.9  # fraction seen from the usual direction with which nothing else is tried
+FEW, MOST = 5000, 0.97  # faces of a small world, where trying takes no time; what is enough there
+FILLING = 0.15  # what a picture that is filled is worth, in fractions of the way
+GAIN = 0.04  # fraction that another direction must show besides
+ALL = 0.995  # fraction that is seen where nothing hides the machine for long
+OPEN = 0.75  # fraction of the way that one wants to see; else what hides it is made translucent
+LARGE = 2e-3  # of all surface: smaller patches hide little, and are left alone
+PEELS = 8  # layers of walls that are made translucent at most
+DIRECTIONS = 100  # in which the scene's outermost points are looked for
+MANY = 400_000  # faces: in larger worlds the usual direction is taken
+SIZE = (800, 600)  # [pixel] of the picture in which directions are compared
+
+
+@dataclass(frozen=True, eq=False)
+class Outlook:
+    """A direction to look from, and what stands in the way nevertheless.
+
+    Args:
+        angles: Azimuth and elevation in [rad].
+        seen: Fraction of start, goal and way that is seen, before anything is made translucent.
+        veiled: For each obstacle, which of its faces are drawn translucent, shape (m,).
+    """
+
+    angles: Angles
+    seen: float
+    veiled: tuple[NDArray[np.bool_], ...]
+
+    @property
+    def hides(self) -> bool:
+        """Whether the machine is hidden somewhere, and is to show through."""
+        return self.seen < ALL
+
+
+def outlook(
+    picture: Picture, meshes: Sequence[SurfaceMesh], cloud: Array, motion: Array
+) -> Outlook:
+    """Choose the direction from which start, goal and most of the way are seen.
+
+    Args:
+        picture: The picture; what it says about its camera is kept.
+        meshes: Of its obstacles.
+        cloud: Points that the picture must contain, shape (n, 3), in [m].
+        motion: Poses of the bodies along the way, shape (nt, nb, 12).
+    """
+    azimuth = -AZIMUTH if picture.azimuth is None else picture.azimuth
+    given = picture.elevation
+    usual = Angles(azimuth, usual_elevation(cloud, picture.up) if given is None else given)
+    nothing = tuple(np.zeros(len(mesh.faces), dtype=bool) for mesh in meshes)
+    watched, count = _watched(picture, motion), sum(len(mesh.faces) for mesh in meshes)
+    if not count or count > MANY or not len(watched[0]):
+        return Outlook(usual, 1.0, nothing)
+    whole = join(meshes)
+    one_sided = np.concatenate([np.full(len(mesh.faces), is_room(mesh)) for mesh in meshes])
+    screens = Screens(whole.vertices, whole.faces, one_sided)
+    sight = _Sight(picture, cloud, screens, *watched)
+    best, most = usual, sight.fraction(usual)
+    if picture.view == "perspective" and most < (MOST if count < FEW else ENOUGH):
+        sight = replace(sight, cloud=_outermost(cloud))
+        worth = most + FILLING * sight.filled(usual)
+        for angles in _others(picture, usual):
+            seen = sight.fraction(angles)
+            if seen + FILLING * sight.filled(angles) > worth + GAIN:
+                best, most, worth = angles, seen, seen + FILLING * sight.filled(angles)
+    if most >= OPEN:
+        return Outlook(best, most, nothing)
+    ends = np.cumsum([len(mesh.faces) for mesh in meshes])[:-1]
+    return Outlook(best, most, tuple(np.split(_opened(sight, best, whole), ends)))
+
+
+def _outermost(cloud: Array) -> Array:
+    """The points of a cloud (n, 3) that reach farthest in many directions: enough for framing."""
+    k = np.arange(DIRECTIONS) + 0.5
+    z, turn = 1.0 - 2.0 * k / DIRECTIONS, np.pi * (1.0 + 5.0**0.5) * k  # a spiral on the sphere
+    level = np.sqrt(1.0 - z * z)
+    directions = np.stack([level * np.cos(turn), level * np.sin(turn), z])
+    reach = directions.T.astype(np.float32) @ cloud.T.astype(np.float32)
+    return np.asarray(cloud[np.unique(np.argmax(reach, axis=1))])
+
+
+@dataclass(frozen=True, eq=False)
+class _Sight:
+    """What is seen of some weighted points (n, 3) between obstacles, from any direction."""
+
+    picture: Picture
+    cloud: Array
+    screens: Screens
+    points: Array
+    weights: Array
+
+    def hiding(self, angles: Angles) -> NDArray[np.int64]:
+        camera = frame_scene(self.cloud, self.picture.up, self.picture.view, SIZE, angles=angles)
+        return self.screens.hiding(camera, self.points)
+
+    def filled(self, angles: Angles) -> float:
+        """How much of the picture's width and height the scene takes, where it takes less."""
+        camera = frame_scene(self.cloud, self.picture.up, self.picture.view, SIZE, angles=angles)
+        places = camera.project(self.cloud, SIZE)[:, :2]
+        return float(np.min(np.ptp(places, axis=0) / SIZE))
+
+    def fraction(self, angles: Angles) -> float:
+        return float(self.weights[self.hiding(angles) == SEEN].sum())
+
+
+def _others(picture: Picture, usual: Angles) -> list[Angles]:
+    """Other directions, those near the usual one first."""
+    azimuths = [usual.azimuth]
+    if picture.azimuth is None:
+        azimuths += AZIMUTHS.tolist()
+    elevations = [usual.elevation]
+    if picture.elevation is None:
+        elevations += [each for each in STEEPER.tolist() if each > usual.elevation + 0.1]
+    both = [Angles(azimuth, elevation) for elevation in elevations for azimuth in azimuths]
+    return [angles for angles in both if angles != usual]
+
+
+def _watched(picture: Picture, motion: Array) -> tuple[Array, Array]:
+    """Points that one wants to see, shape (n, 3), and their weights, of sum 1.
+
+    Start and goal count for a fifth each, the way for the rest.
+    """
+    count = motion.shape[1]
+    if not count or not len(motion):
+        return np.zeros((0, 3)), np.zeros(0)
+    bodies = np.unique(np.linspace(0, count - 1, min(BODIES, count)).astype(int))
+    moments = np.unique(np.linspace(0, len(motion) - 1, min(MOMENTS, len(motion))).astype(int))
+    way = motion[moments][:, bodies][..., 3::4].reshape(-1, 3)
+    start = motion[0, bodies][:, 3::4]
+    parts = [(way, 0.6), (start, 0.2), (_goal(picture, bodies), 0.2)]
+    parts = [(points, weight) for points, weight in parts if len(points)]
+    weights = np.concatenate([np.full(len(points), w / len(points)) for points, w in parts])
+    return np.concatenate([points for points, _ in parts]), weights / weights.sum()
+
+
+def _goal(picture: Picture, bodies: NDArray[np.int64]) -> Array:
+    if isinstance(picture.goal, Ghost):
+        return picture.goal.table[bodies][:, 3::4]
+    marks = [*picture.points, *([picture.goal] if isinstance(picture.goal, GoalMarker) else [])]
+    return np.array([mark.position for mark in marks], dtype=np.float64).reshape(-1, 3)
+
+
+def _opened(sight: _Sight, angles: Angles, whole: SurfaceMesh) -> NDArray[np.bool_]:
+    """Which faces are made translucent so that one sees the way: large flat ones, as a whole."""
+    patches, areas = flat_patches(whole)
+    large = areas[patches] > LARGE * areas.sum()
+    veiled = np.zeros(len(patches), dtype=bool)
+    for _ in range(PEELS):
+        left = np.flatnonzero(~veiled)
+        hiding = replace(sight, screens=sight.screens.part(left)).hiding(angles)
+        found = left[np.unique(hiding[hiding != SEEN])]
+        found = found[large[found]]
+        if sight.weights[hiding == SEEN].sum() >= OPEN or not len(found):
+            break
+        veiled |= np.isin(patches, patches[found])
+    return veiled

@@ -1,0 +1,357 @@
+"""Planning again and again while a machine moves: from where it is, in the world as it is now.
+
+Each time the motion that it follows is kept as far as it holds. What no longer fits is closed by
+motions between two of its states; only where that fails is the whole of it made anew, or searched
+for. Nothing is offered that was not verified by the deadline, together with a way to come to rest
+from it: where there is nothing, the machine comes to rest as the last answer had proved it can.
+
+Where: the loop that plans again.
+
+Source: Hauser, On responsiveness, safety, and completeness in real-time motion planning, Autonomous
+Robots 32, 2012; Fraichard, Asama, Inevitable collision states, Advanced Robotics 18, 2004.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from kinolab import trajopt
+from kinolab.concurrency.cancel import CancellationToken
+from kinolab.numerics.arrays import Array
+from kinolab.problem import PlanningTask
+from kinolab.problem.goal import Goal
+from kinolab.problem.moved import with_obstacles_at
+from kinolab.search import AbstractPlanner, Budget
+from kinolab.solve.attempt import motion, old_objects_left_alone
+from kinolab.solve.plan import stream
+from kinolab.trajectory import Trajectory
+from kinolab.trajopt.options import SHORT
+from kinolab.trajopt.segments import segment_problem
+from kinolab.verification import Certificate, verify
+from kinolab.verification.certificate import collision_check
+
+WINDOWS = (20, 40, 80)  # steps on each side of what no longer fits, tried in turn
+# Steps in which a machine may come to rest, tried in turn: too few take long to be refuted.
+BRAKES = (40, 80, 20)
+
+
+@dataclass(frozen=True)
+class Proof:
+    """A certificate of one part of a motion, as a motion between its two ends.
+
+    Attributes:
+        begin: When the part begins, in [s].
+        end: When it ends, in [s].
+        certificate: What was verified.
+    """
+
+    begin: float
+    end: float
+    certificate: Certificate
+
+
+@dataclass(frozen=True)
+class Replan:
+    """What a machine does from now on.
+
+    Attributes:
+        by: How it was made: ``kept``, ``mended``, ``searched``, or ``stop`` where no motion into
+            the goal was verified in time.
+        problem: What it solves: from the state asked about, in the world as it is now; a stop, in
+            the world as it was when it was proved.
+        trajectory: The motion, from time 0 on.
+        proofs: Of its parts that are new, in order of time. What is between them was proved with an
+            earlier answer, and is kept: there only what has moved since was held against it anew.
+            Parts meet within 1e-6 of a state's scale.
+        seconds: Of the clock, from question to answer.
+    """
+
+    by: str
+    problem: PlanningTask
+    trajectory: Trajectory
+    proofs: tuple[Proof, ...] = ()
+    seconds: float = 0.0
+
+
+@dataclass
+class Replanner:
+    """Answers again and again how a machine goes on, each time before a deadline.
+
+    Attributes:
+        problem: The problem, with obstacles where they were last.
+        searcher: Searches where nothing of the last motion can be kept.
+        last: The last answer.
+        deadline: Of an answer, in [s].
+        period: From the beginning of one answer to that of the next, in [s]: so long the machine
+            follows it, and then a stop where the next one is not there.
+        seed: Of searches.
+        stop: What follows the last answer for a period, and comes to rest.
+    """
+
+    problem: PlanningTask
+    searcher: AbstractPlanner
+    last: Replan
+    deadline: float
+    period: float
+    seed: int = 1
+    stop: Replan = field(init=False)
+    _way: Trajectory = field(init=False)  # the last motion into the goal
+    _moved: set[str] = field(default_factory=set)  # since that was proved
+    _pace: float = 0.0  # [s] of a verification, for each knot
+    _asked: int = 0
+
+    def __post_init__(self) -> None:
+        """Begin with the first answer."""
+        self.follow(self.last)
+
+    def follow(self, answer: Replan) -> None:
+        """Begin anew with an earlier answer; what has moved since then is held against it."""
+        self.last = answer
+        self._way, self.stop = answer.trajectory, self._stopping(answer, math.inf) or answer
+        self._moved = {obstacle.name for obstacle in self.problem.world.obstacles}
+
+    def replan(
+        self,
+        start: Array,
+        elapsed: float,
+        obstacles: Mapping[str, Sequence[float]] | None = None,
+    ) -> Replan:
+        """Return how the machine goes on.
+
+        Args:
+            start: Where it will be when the answer is there, shape (nx,): from now on until then it
+                follows the last one.
+            elapsed: When that is, in seconds since the last answer's motion began.
+            obstacles: What has moved, by name: positions (3,) in [m].
+
+        Raises:
+            UnknownNameError: If there is no such obstacle.
+        """
+        begun = time.monotonic()
+        moved = with_obstacles_at(self.problem, obstacles) if obstacles else self.problem
+        self.problem = replace(moved, start=np.asarray(start, dtype=float))
+        self._asked += 1
+        self._moved |= set(obstacles or ())
+        with old_objects_left_alone():
+            answer = self._answered(elapsed, begun + self.deadline)
+        self.last = replace(answer, seconds=time.monotonic() - begun)
+        return self.last
+
+    def _answered(self, elapsed: float, end: float) -> Replan:
+        for answer in self._candidates(elapsed, end):
+            stop = self._stopping(answer, end)
+            if stop is not None:
+                self._way, self.stop = answer.trajectory, stop
+                self._moved.clear()
+                return answer
+        return self._stopped(elapsed)
+
+    def _candidates(self, elapsed: float, end: float) -> Iterator[Replan]:
+        """Yield verified motions into the goal, the cheapest to find first."""
+        task, late = self.problem, _after(end)
+        rest = None if self.last.by == "stop" else later(self.last.trajectory, elapsed)
+        rest = self._nearest() if rest is None else rest
+        if len(rest.u):
+            broken = _touching(task, rest)
+            if not (broken or _apart(task, rest)) and self._still_free(rest):
+                yield Replan("kept", task, rest)
+            for steps in WINDOWS:
+                mended = _mended(task, rest, broken, steps, late)
+                if mended is not None:
+                    proofs = self._proofs(*mended, end)
+                    if proofs is not None and self._still_free(mended[0]):
+                        yield Replan("mended", task, mended[0], proofs)
+            whole = trajopt.make_exact(task, rest, late)
+            yield from self._new("mended", whole, end)
+        left = end - time.monotonic()
+        if left > 0.0:
+            seed = stream(self.seed, self._asked)
+            budget = Budget(left, improve=0.0, cancelled=late)
+            yield from self._new("searched", motion(task, self.searcher, seed, budget), end)
+
+    def _nearest(self) -> Trajectory:
+        """Return the last way into the goal from where it is nearest to the machine."""
+        task, way = self.problem, self._way
+        apart = np.abs(task.space.difference(task.start, way.x)) / task.scales
+        return way.piece(int(apart.max(axis=1).argmin()), len(way.u))
+
+    def _new(self, by: str, made: Trajectory | None, end: float) -> Iterator[Replan]:
+        """Yield a motion that has nothing of an earlier one, if it is verified in time."""
+        if made is not None:
+            certificate = self._verified(self.problem, made, end)
+            if certificate is not None:
+                yield Replan(by, self.problem, made, (Proof(0.0, made.duration, certificate),))
+
+    def _proofs(
+        self, made: Trajectory, new: Sequence[tuple[int, int]], end: float
+    ) -> tuple[Proof, ...] | None:
+        """Return the proofs of the parts of a motion that are new, by their knots; None without."""
+        proofs = []
+        for first, last in new:
+            own = _between(self.problem, made, first, last)
+            certificate = self._verified(own, made.piece(first, last), end)
+            if certificate is None:
+                return None
+            proofs.append(Proof(float(made.t[first]), float(made.t[last]), certificate))
+        return tuple(proofs)
+
+    def _still_free(self, made: Trajectory) -> bool:
+        """Say whether all of a motion is free of what has moved since its parts were proved."""
+        task = self.problem
+        if not self._moved:
+            return True
+        world = task.world
+        there = tuple(one for one in world.obstacles if one.name in self._moved)
+        alone = replace(task, world=replace(world, obstacles=there), start=made.x[0])
+        return collision_check(alone, made).passed
+
+    def _verified(self, task: PlanningTask, made: Trajectory, end: float) -> Certificate | None:
+        """Return the certificate of a motion; None if it fails, or would come too late."""
+        begun, knots = time.monotonic(), len(made.t)
+        if begun + self._pace * knots > end:
+            return None
+        certificate = verify(task, made)
+        self._pace = (time.monotonic() - begun) / knots
+        return certificate if certificate.passed else None
+
+    def _stopping(self, answer: Replan, end: float) -> Replan | None:
+        """Return what follows an answer until the next one is there, and comes to rest: proved."""
+        task, trajectory = answer.problem, answer.trajectory
+        k, last = int(np.searchsorted(trajectory.t, self.period)), len(trajectory.u)
+        if k >= last or task.rests(trajectory.x[k]):
+            return answer  # it has arrived by then
+        rest = replace(task, goal=_rest(task), start=trajectory.x[k])
+        for steps in BRAKES:
+            guess = _slowed(task, trajectory.piece(k, last), steps)
+            brake = trajopt.make_exact(rest, guess, _after(end))
+            certificate = None if brake is None else self._verified(rest, brake, end)
+            if brake is not None and certificate is not None:
+                whole = trajectory.with_piece(k, last, brake, task.space)
+                proof = Proof(float(whole.t[k]), whole.duration, certificate)
+                kept = tuple(one for one in answer.proofs if one.begin < proof.begin)
+                return Replan("stop", replace(task, goal=rest.goal), whole, (*kept, proof))
+        return None
+
+    def _stopped(self, elapsed: float) -> Replan:
+        """Return what is left of the last stop; where it is over, the machine stands."""
+        known = self.stop
+        left = later(known.trajectory, elapsed)
+        if left is None:
+            last = len(known.trajectory.u)
+            left = known.trajectory.piece(last, last)
+        gone = [replace(one, begin=one.begin - elapsed, end=one.end - elapsed)
+                for one in known.proofs if one.end > elapsed]  # fmt: skip
+        self.stop = replace(known, by="stop", trajectory=left, proofs=tuple(gone))
+        return self.stop
+
+
+def replanner(
+    problem: PlanningTask,
+    searcher: AbstractPlanner,
+    first: Replan,
+    *,
+    deadline: float,
+    period: float,
+    seed: int = 1,
+) -> Replanner:
+    """Return what plans again from a first plan on, with everything compiled that it may need."""
+    made = Replanner(problem, searcher, first, math.inf, period, seed)
+    beside = problem.start + SHORT.end_tolerance * 10.0 * problem.scales
+    made.replan(beside, 0.0, {one.name: one.position for one in problem.scenario.world.obstacle})
+    return Replanner(problem, searcher, first, deadline, period, seed, _pace=made._pace)
+
+
+def later(known: Trajectory, elapsed: float) -> Trajectory | None:
+    """Return a motion from a moment in [s] on, with times from 0; None where it is over."""
+    k = int(np.searchsorted(known.t, elapsed + SHORT.even_step_tolerance, side="right")) - 1
+    if k >= len(known.u):
+        return None
+    t = np.concatenate([[0.0], known.t[k + 1 :] - elapsed])
+    x = np.vstack([known.at(max(elapsed, float(known.t[k]))).x, known.x[k + 1 :]])
+    return replace(known, t=t, x=x, u=known.u[k:], references=known.references[k:])
+
+
+def _after(end: float) -> CancellationToken:
+    return lambda: time.monotonic() > end
+
+
+def _apart(task: PlanningTask, rest: Trajectory) -> bool:
+    """Say whether the machine is not where a motion begins."""
+    apart = task.space.difference(task.start, rest.x[0]) / task.scales
+    return bool(np.abs(apart).max() > SHORT.end_tolerance)
+
+
+def _touching(task: PlanningTask, rest: Trajectory) -> list[tuple[int, int]]:
+    """Return first and last knots of what touches something, one range after the other."""
+    ends = np.stack([task.model.cables(x) for x in rest.x]) if task.cables else None
+    touching = task.checker().clearances(task.model.frames(rest.x), ends, 0.1) <= 0.0
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], touching.astype(int), [0]])))
+    return [(int(a), int(b) - 1) for a, b in edges.reshape(-1, 2)]
+
+
+def _between(task: PlanningTask, made: Trajectory, begin: int, end: int) -> PlanningTask:
+    """Return the problem of a part of a motion: to its last state, or into the goal."""
+    start = task.start if begin == 0 else made.x[begin]
+    if end == len(made.u):
+        return replace(task, start=start)
+    return segment_problem(task, start, made.x[end])
+
+
+def _mended(
+    task: PlanningTask,
+    rest: Trajectory,
+    broken: Sequence[tuple[int, int]],
+    steps: int,
+    late: CancellationToken,
+) -> tuple[Trajectory, list[tuple[int, int]]] | None:
+    """Leave a motion only around what no longer fits.
+
+    Returns:
+        The motion, and the knots between which it is new; None if that fails.
+    """
+    made, last = rest, len(rest.u)
+    new: list[tuple[int, int]] = []
+    ranges = [(0, min(steps, last))]  # the state is never quite what was planned
+    ranges += [(max(a - steps, 0), min(b + steps, last)) for a, b in broken]
+    for begin, end in reversed(_joined(ranges)):
+        own = _between(task, rest, begin, end)
+        piece = trajopt.make_exact(own, rest.piece(begin, end), late)
+        if piece is None:
+            return None
+        made = made.with_piece(begin, end, piece, task.space)
+        longer = len(piece.u) - (end - begin)
+        new = [(begin, begin + len(piece.u)), *((a + longer, b + longer) for a, b in new)]
+    return made, new
+
+
+def _joined(ranges: Sequence[tuple[int, int]]) -> list[tuple[int, int]]:
+    """Return ranges of knots in order, those that overlap as one."""
+    joined: list[tuple[int, int]] = []
+    for begin, end in sorted(ranges):
+        if joined and begin <= joined[-1][1]:
+            joined[-1] = joined[-1][0], max(end, joined[-1][1])
+        else:
+            joined.append((begin, end))
+    return joined
+
+
+def _slowed(task: PlanningTask, way: Trajectory, steps: int) -> Trajectory:
+    """Return a guess that goes on along a motion's path and loses its speed evenly."""
+    t: Array = task.step * np.arange(steps + 1.0)
+    left = 1.0 - t / t[-1]  # of the speed
+    now = way.at(np.minimum(t - 0.5 * t**2 / t[-1], way.duration))
+    x = now.x.copy()
+    x[:, task.model.nq :] *= left[:, None]
+    return replace(way, t=t, x=x, u=now.u[:-1], references=now.references[:-1])
+
+
+def _rest(task: PlanningTask) -> Goal:
+    """Return the goal of a machine that stands, wherever."""
+    rates = list(range(task.model.nq, task.model.nx))
+    near = SHORT.end_tolerance * task.scales[rates]
+    return Goal(tuple(rates), np.zeros(len(rates)), near, task.circular[rates])

@@ -1,0 +1,130 @@
+"""Planning again while a machine moves: what is answered holds, and so does the stop behind it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from kinolab.api import Problem
+from kinolab.errors import InputError
+from kinolab.numerics.arrays import Array
+from kinolab.solve import replanner
+from kinolab.solve.replanner import Replanner, later
+from kinolab.verification import verify
+from tests.support import OPEN, problem_of
+
+BOX = """
+[[world.obstacle]]
+name = "crate"
+box = [0.3, 0.3, 0.6]
+position = [2.0, 3.0, 0.3]
+"""
+FAR = OPEN.replace("x = -1.0", "x = -3.0").replace("x = 0.0", "x = 3.0")
+IN_TIME, LATE = 0.1, -1.0  # [s] deadlines where the clock stands still
+
+
+@pytest.fixture
+def asked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Replanner:
+    """Return a planner that has all the time it needs."""
+    monkeypatch.setattr(replanner, "time", SimpleNamespace(monotonic=lambda: 0.0))
+    problem = Problem.of(problem_of(tmp_path, FAR + BOX))
+    return problem.replanner(problem.solve("rrt_fast", seed=1, improve=2.0), deadline=IN_TIME)
+
+
+def beside(asked: Replanner, seconds: float, seed: int = 0) -> Array:
+    """Return a state near that of the motion so many seconds after the last question."""
+    near = asked.last.trajectory.at(seconds).x.copy()
+    near[:3] += 0.01 * np.random.default_rng(seed).normal(size=3)  # [m] and [rad]
+    return near
+
+
+def test_undisturbed_all_of_the_motion_is_kept(asked: Replanner) -> None:
+    before = asked.last.trajectory
+    answer = asked.replan(before.x[4], float(before.t[4]))
+    assert (answer.by, answer.proofs) == ("kept", ())
+    assert np.array_equal(answer.trajectory.x, before.x[4:])
+    assert verify(answer.problem, answer.trajectory).passed
+
+
+def test_what_no_longer_fits_is_mended_again_and_again(asked: Replanner) -> None:
+    """Each answer begins where the machine is, and holds as a whole, not in parts only."""
+    for k in range(4):
+        state = beside(asked, 0.1, k)
+        answer = asked.replan(state, 0.1)
+        assert answer.by == "mended"
+        assert answer.trajectory.x[0] == pytest.approx(state)
+        assert verify(answer.problem, answer.trajectory).passed
+        assert answer.proofs[0].end < answer.trajectory.duration  # the rest is kept
+
+
+def test_an_obstacle_that_jumps_onto_the_way_is_gone_round(asked: Replanner) -> None:
+    onto = asked.last.trajectory.at(0.5 * asked.last.trajectory.duration).x
+    place = (float(onto[0]), float(onto[1]) + 0.1, 0.3)
+    answer = asked.replan(beside(asked, 0.1), 0.1, {"crate": place})
+    assert answer.by in {"mended", "searched"}
+    assert verify(answer.problem, answer.trajectory).passed
+    (moved,) = answer.problem.world.obstacles
+    assert moved.bounding_box()[0] == pytest.approx(np.array(place) - [0.15, 0.15, 0.3])
+    # The scenario tells the same: the world that is built from it is this one.
+    assert answer.problem.scenario.world.obstacle[0].position == place
+
+
+def test_what_is_late_is_a_stop_that_had_been_proved(asked: Replanner) -> None:
+    asked.replan(beside(asked, 0.1), 0.1)
+    asked.deadline = LATE
+    state = asked.last.trajectory.x[0]
+    answer = asked.replan(state, 0.0)
+    assert answer.by == "stop"
+    assert verify(answer.problem, answer.trajectory).passed
+    assert answer.problem.rests(answer.trajectory.x[-1])
+    over = asked.replan(answer.trajectory.x[-1], answer.trajectory.duration + 1.0)
+    assert (over.by, over.trajectory.duration) == ("stop", 0.0)
+
+
+def test_what_jumped_while_it_stopped_is_gone_round_afterwards(asked: Replanner) -> None:
+    """The way that is kept had been proved before the jump, of which only the stop was told."""
+    onto = asked.last.trajectory.at(0.6 * asked.last.trajectory.duration).x
+    place = (float(onto[0]), float(onto[1]) + 0.35, 0.3)
+    asked.replan(beside(asked, 0.1), 0.1)
+    asked.deadline = LATE
+    stopped = asked.replan(asked.last.trajectory.x[0], 0.0, {"crate": place})
+    asked.deadline = IN_TIME
+    answer = asked.replan(stopped.trajectory.x[0], 0.0)
+    assert answer.by != "stop"
+    assert verify(answer.problem, answer.trajectory).passed
+
+
+def test_after_a_stop_it_goes_on(asked: Replanner) -> None:
+    asked.replan(beside(asked, 0.1), 0.1)
+    asked.deadline = LATE
+    stopped = asked.replan(asked.last.trajectory.x[0], 0.0)
+    asked.deadline = IN_TIME
+    answer = asked.replan(stopped.trajectory.x[-1], stopped.trajectory.duration)
+    assert answer.by in {"mended", "searched"}
+    assert verify(answer.problem, answer.trajectory).passed
+
+
+def test_a_motion_goes_on_between_its_knots(asked: Replanner) -> None:
+    known = asked.last.trajectory
+    rest = later(known, float(known.t[3]) + 0.01)
+    assert rest is not None
+    assert rest.t[0] == 0.0
+    assert rest.t[-1] == pytest.approx(known.duration - known.t[3] - 0.01)
+    assert rest.u == pytest.approx(known.u[3:])
+    assert later(known, known.duration) is None
+
+
+def test_an_unknown_obstacle_is_named(asked: Replanner) -> None:
+    with pytest.raises(InputError, match=r"no obstacle is called 'crat'\. Did you mean 'crate'\?"):
+        asked.replan(asked.last.trajectory.x[0], 0.0, {"crat": (0.0, 0.0, 0.0)})
+
+
+def test_there_is_nothing_to_begin_with_without_a_plan(tmp_path: Path) -> None:
+    problem = Problem.of(problem_of(tmp_path, FAR + BOX))
+    nothing = replace(problem.solve("rrt_fast", seed=1, max_iterations=1), status="not_found")
+    with pytest.raises(InputError, match="replanner plan: there is no plan to begin with"):
+        problem.replanner(nothing)
