@@ -38,7 +38,8 @@ LARGEST = 100.0  # [m] of a body: what is longer was hardly meant in m
 ROUNDING = 1e-9
 SLACK = 0.01  # relative: numbers in files have three digits
 WEAKEST, STRONGEST = 0.1, 30.0  # [m/s^2] moons and planets: Ceres has 0.28, Jupiter 24.8
-DEGREES = range(10, 361)  # whole numbers as one has them in degrees: up to a turn
+# whole numbers as one has them in degrees, up to a turn; 10 and 100 rad stand for no limit
+DEGREES = frozenset(range(11, 361)) - {100}
 FAR = 10.0  # in reaches of a body, of where a force acts on it: mm for m is a factor of 1e3
 
 

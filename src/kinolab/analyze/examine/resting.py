@@ -27,6 +27,7 @@ STEP = 1e-6  # of a coordinate, of differences of the mass matrix
 ROUNDING = 1e-12  # [kg] or [kg m^2]
 SHORTEST = 1e-3  # in scales of coordinates and halves of inputs' ranges: of a step
 HELD = 1e-6  # of a state's scale per second: slower counts as held
+NEARLY = 1e-3  # of the same, within limits: the search for it may end before it is held
 SEEN = 0.02  # of the largest acceleration: smaller ones are not told
 DOWN = (0.0, 0.0, -1.0)
 MOST = 3  # bodies and limits that a sentence names
@@ -46,9 +47,9 @@ def without_rest(subject: Subject) -> Iterator[Remark]:
     found = []
     for start in (subject.rest, *random_states(model)):
         z, left = _settled(subject, np.append(start, model.null_control()), box)
-        if left <= HELD:
+        if left <= NEARLY:
             return
-        found.append((left, z))
+        found += [(left, z)] if np.isfinite(left) else []
     free = np.full_like(box, np.inf) * (-1, 1)
     places, inputs = free.copy(), free.copy()
     places[model.nx :], inputs[: model.nx] = box[model.nx :], box[: model.nx]
