@@ -77,9 +77,9 @@ def test_another_value_of_a_parameter_compiles_and_loads_nothing(
     """LLVM keeps some memory of all that it compiles, and of what it loads."""
     compiled: list[str] = []
 
-    def counted(text: str) -> bytes:
+    def counted(text: str, *, quick: bool) -> bytes:
         compiled.append(text)
-        return compile_ir(text)
+        return compile_ir(text, quick=quick)
 
     monkeypatch.setattr(cache, "compile_ir", counted)
     models = [kinolab.systems.get("pendulum", m=m).model() for m in (1.0, 2.0, 3.0)]
