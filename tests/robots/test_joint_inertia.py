@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from kinolab.errors import InputError
@@ -160,3 +161,17 @@ def test_what_follows_a_joint_that_has_no_position_is_told_so(kind: str, tmp_pat
     )
     with pytest.raises(InputError, match=r"held, which it follows, does not turn or slide.*0\.3"):
         read_urdf(robot(tmp_path, *parts))
+
+
+def test_many_wheels_of_unit_inertia_are_derived_and_turn_as_they_are_driven(
+    tmp_path: Path,
+) -> None:
+    """Their accelerations are the torques themselves, over 1 kg m^2 (as in r2d2.urdf)."""
+    wheels = "abcdefghi"
+    parts = [part for w in wheels for part in (link(w, 1.0, 1.0), joint("base", w, "0 0 1"))]
+    model = read_urdf(robot(tmp_path, *parts), shapes=False).model()
+    n = len(wheels)
+    A, B = model.jacobian(np.zeros(2 * n), np.zeros(n))
+    zero, one = np.zeros((n, n)), np.eye(n)
+    np.testing.assert_allclose(A, np.block([[zero, one], [zero, zero]]), atol=1e-15)
+    np.testing.assert_allclose(B, np.vstack([zero, one]), atol=1e-15)

@@ -245,3 +245,28 @@ def test_a_long_chain_needs_no_deep_recursion() -> None:
     assert tape.depends_on(node) == {x}
     (slope,) = tape.derivative([node], {x: tape.one})
     assert math.isfinite(tape.evaluate([slope], {"x": 0.1})[0])
+
+
+def test_the_root_of_a_long_sum_needs_no_deep_recursion() -> None:
+    """The length of a vector of 5000 entries, along the diagonal."""
+    tape = ExpressionGraph()
+    x = [tape.variable(f"x{i}") for i in range(5000)]
+    length = tape.unary("sqrt", tape.sum(tape.mul(one, one) for one in x))
+    (slope,) = tape.derivative([length], dict.fromkeys(x, tape.one))
+    values = {f"x{i}": 1.0 + i for i in range(len(x))}
+    size = math.sqrt(math.fsum(v * v for v in values.values()))
+    expected = math.fsum(values.values()) / size
+    assert tape.evaluate([slope], values) == pytest.approx([expected], rel=1e-12)
+
+
+def test_the_root_of_sums_of_sums_is_differentiated_in_few_operations() -> None:
+    """sqrt(F_n x^2 + F_(n+1) y^2) by Fibonacci's sums: as a tree it would have F_100 terms."""
+    tape = ExpressionGraph()
+    x, y = tape.variable("x"), tape.variable("y")
+    terms, counts = (tape.mul(x, x), tape.mul(y, y)), (1, 1)
+    for _ in range(100):
+        terms = terms[1], tape.add(*terms)
+        counts = counts[1], sum(counts)
+    (slope,) = tape.derivative([tape.unary("sqrt", terms[1])], {x: tape.one, y: tape.one})
+    expected = math.sqrt(counts[1])  # at x = y = 1
+    assert tape.evaluate([slope], {"x": 1.0, "y": 1.0}) == pytest.approx([expected], rel=1e-12)

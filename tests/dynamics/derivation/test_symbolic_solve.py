@@ -73,6 +73,27 @@ def test_solutions_of_definite_systems_have_the_derivative_of_their_equations(si
     np.testing.assert_allclose(found, [*expected, product], rtol=1e-11)
 
 
+def test_solutions_that_are_part_of_their_equations_are_differentiated_too() -> None:
+    """x_i = b_i where M is 1: its tangent is that of b_i, and asks for none of x."""
+    size = 9
+    M = np.eye(size)
+    M[0, 1] = M[1, 0] = 0.3
+    tape = ExpressionGraph()
+    nodes = [[tape.constant(entry) for entry in row] for row in M]
+    b = [tape.variable(f"b{i}") for i in range(size)]
+    b[2] = tape.unary("sin", b[3])
+    (x,) = solve_definite(tape, nodes, [b], Guards())
+    (y,) = solve_definite(tape, nodes, [[*x[1:], x[0]]], Guards())  # what rests on a solution
+    values = {f"b{i}": 0.1 * (i + 1) for i in range(size)}
+    seeds = {tape.variable(name): tape.constant(value) for name, value in values.items()}
+    rates = np.array([*values.values()])
+    rates[2] = np.cos(values["b3"]) * values["b3"]
+    inverse = np.linalg.inv(M)
+    found = tape.evaluate(tape.derivative([*x, *y], seeds), values)
+    expected = [*inverse @ rates, *inverse @ np.roll(inverse @ rates, -1)]
+    np.testing.assert_allclose(found, expected, rtol=1e-13)
+
+
 @pytest.mark.parametrize("size", SIZES)
 @pytest.mark.parametrize("seed", range(4))
 @pytest.mark.parametrize("kind", ["full", "sparse", "zero leading", "permuted"])

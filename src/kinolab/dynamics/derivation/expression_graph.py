@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 import operator
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Container, Iterable, Mapping, Sequence
 from functools import partial
 from typing import Any, NamedTuple, Protocol, TypeAlias, TypeVar
 
@@ -61,6 +61,7 @@ class ExpressionGraph:
         self.operations: list[Operation] = []
         self._known: dict[Operation, Node] = {}
         self._variables: dict[Node, frozenset[Node]] = {}
+        self._sets: dict[frozenset[Node], frozenset[Node]] = {}  # of those, each kept once
         self._solved: dict[Node, Solution] = {}
         self.zero = self.constant(0.0)
         self.one = self.constant(1.0)
@@ -223,7 +224,8 @@ class ExpressionGraph:
                 stack.extend(missing)
                 continue
             own = frozenset({top}) if self.operations[top].name == "variable" else frozenset()
-            self._variables[top] = own.union(*(self._variables[o] for o in operands))
+            found = own.union(*(self._variables[o] for o in operands))
+            self._variables[top] = self._sets.setdefault(found, found)
             stack.pop()
         return self._variables[node]
 
@@ -257,13 +259,13 @@ class ExpressionGraph:
         made: Node = getattr(self, operation.name)(*operands)
         return made
 
-    def needed(self, outputs: Iterable[Node]) -> list[Node]:
-        """Return the nodes that outputs depend on, in topological order."""
+    def needed(self, outputs: Iterable[Node], known: Container[Node] = ()) -> list[Node]:
+        """Return the nodes that outputs depend on, in topological order, but for what is known."""
         seen: set[Node] = set()
         stack = list(outputs)
         while stack:
             node = stack.pop()
-            if node not in seen:
+            if node not in seen and node not in known:
                 seen.add(node)
                 stack.extend(self.operations[node].operands)
         return sorted(seen)
@@ -331,7 +333,7 @@ class ExpressionGraph:
 
     def _tangent(self, output: Node, seeds: Mapping[Node, Node], tangent: dict[Node, Node]) -> Node:
         moving = frozenset(seeds)
-        for node in self.needed([output]):
+        for node in self.needed([output], tangent):
             if node not in tangent:
                 if not self.depends_on(node) & moving:
                     tangent[node] = self.zero
@@ -387,8 +389,18 @@ class ExpressionGraph:
 
     def _half(self, a: Node) -> Node:
         """Return a / 2: of a derivative of squares without their factor of 2."""
-        operation = self.operations[a]
-        if operation.name != "add":
-            return self.mul(self.constant(0.5), a)
-        first, second = operation.operands
-        return first if first == second else self.add(self._half(first), self._half(second))
+        halves: dict[Node, Node] = {}
+        stack = [a]
+        while stack:
+            name, operands, *_ = self.operations[stack[-1]]
+            if name != "add":
+                half = self.mul(self.constant(0.5), stack[-1])
+            elif operands[0] == operands[1]:
+                half = operands[0]
+            elif missing := [one for one in reversed(operands) if one not in halves]:
+                stack.extend(missing)
+                continue
+            else:
+                half = self.add(*(halves[one] for one in operands))
+            halves[stack.pop()] = half
+        return halves[a]

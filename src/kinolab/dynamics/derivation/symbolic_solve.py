@@ -71,11 +71,14 @@ def solve_definite(
 
     Source: Golub, Van Loan, Matrix Computations, 4th ed., 4.1.2.
     """
+    known = len(tape.operations)
     lower, pivots = _factor(tape, M, guards)
     solved = [_substitute(tape, lower, pivots, column) for column in columns]
     if len(M) >= MIN_IMPLICIT_SIZE:
         for column, x in zip(columns, solved, strict=True):
-            tape.solves(_Definite(tape, M, column, lower, pivots, x), x)
+            # What was there before, such as b where M is 1, is part of the equations itself.
+            found = (node for node in x if node >= known)
+            tape.solves(_Definite(tape, M, column, lower, pivots, x), found)
     return solved
 
 
