@@ -10,6 +10,7 @@ import pytest
 import trimesh
 
 import kinolab
+from kinolab.dynamics import Body, System, angle, move, rot_y
 from kinolab.dynamics.language.json.machine_file import machine_to_json
 from kinolab.errors import InputError
 from kinolab.loading import find_machine, find_scenario, find_system
@@ -204,7 +205,21 @@ def test_a_number_outside_its_range_is_refused(tmp_path: Path, override: str) ->
 def test_a_position_without_limits_is_told_by_name(tmp_path: Path) -> None:
     found = mistakes(tmp_path, OPEN, "world.bounds={ y = [-5, 5] }")
     assert len(found) == 1
-    assert "nothing limits x" in found[0]
+    assert "nothing limits x, so a planner cannot sample it. Write x = [lower, upper]" in found[0]
+
+
+def test_all_positions_without_limits_are_told_at_once(tmp_path: Path) -> None:
+    (found,) = mistakes(tmp_path, OPEN.replace("bounds = { x = [-5, 5], y = [-5, 5] }\n", ""))
+    assert "nothing limits x, y, so a planner cannot sample them." in found
+    assert "Write x = [lower, upper], and the others likewise, below [bounds]." in found
+
+
+def test_a_machine_without_inputs_is_not_searched_for() -> None:
+    q = angle("q", speed=5.0)
+    bob = Body("bob", rot_y(q) @ move(0, 0, -1), mass=1.0)
+    scenario = {"system": System("pendulum", bodies=[bob]), "goal": {"q": 1.0}}
+    with pytest.raises(InputError, match=r"it has no inputs, so that there is nothing to plan\. G"):
+        kinolab.load(scenario)
 
 
 @pytest.mark.parametrize(

@@ -11,10 +11,11 @@ from kinolab import planners
 from kinolab.dynamics import Model
 from kinolab.dynamics.machine_facts import MachineFacts
 from kinolab.dynamics.units import units_by_name
-from kinolab.errors import InputError, MissingPlannerError, Mistake
+from kinolab.errors import InputError, MissingPlannerError, Mistake, listed
 from kinolab.loading.state_arrays import StateArrays
 from kinolab.numerics.arrays import MULTIPLIABLE
 from kinolab.scenario import Issue, Scenario, check_angles, check_names
+from kinolab.scenario.values import ROBOT_FORMATS
 from kinolab.search.plugins import full_reference
 from kinolab.world import Obstacle
 from kinolab.world.meshes.mesh_hints import FAR_TOO_LARGE, likely_scale
@@ -93,7 +94,13 @@ def mesh_issues(scenario: Scenario, obstacles: Mapping[int, Obstacle]) -> Iterat
 
 
 def limit_issues(scenario: Scenario, model: Model, arrays: StateArrays) -> Iterator[Issue]:
-    """Yield what no planner could work with: no limits, limits that exclude each other, …"""
+    """Yield what no planner could work with: no inputs, no limits, limits that exclude others, …"""
+    unlimited: list[str] = []
+    if not model.nu:
+        remedy = "Give it some; plan simulate shows how it moves without."
+        if str(scenario.system.file).endswith(ROBOT_FORMATS):
+            remedy = "Give joints an effort in the file, or write kinematic = true below [system]."
+        yield Issue(("system",), "it has no inputs, so that there is nothing to plan.", remedy)
     for i in np.flatnonzero(~model.space.limited(arrays.circular).turns):
         name, (lower, upper) = model.state_names[i], arrays.bounds[i].tolist()
         if not lower < upper:
@@ -101,10 +108,12 @@ def limit_issues(scenario: Scenario, model: Model, arrays: StateArrays) -> Itera
             remedy = "Compare [bounds], [world] bounds and the machine's own limits."
             yield Issue(("bounds", name), what, remedy)
         elif not np.isfinite([lower, upper]).all():
-            yield Issue(("bounds",), *unlimited_sentences(model, name))
+            unlimited.append(name)
         elif max(abs(lower), abs(upper)) > MAX_LIMIT:
             what = f"{name} may be as large as {max(abs(lower), abs(upper)):g}."
             yield Issue(("bounds", name), what, f"Keep limits below {MAX_LIMIT:g}.")
+    if unlimited:
+        yield Issue(("bounds",), *unlimited_sentences(model, unlimited))
     if not arrays.weights.any():
         what = "all weights are 0, so that every state is as near as any other."
         yield Issue(("metric",), what, "Leave one positive.")
@@ -113,11 +122,13 @@ def limit_issues(scenario: Scenario, model: Model, arrays: StateArrays) -> Itera
         yield Issue(("integration", "step"), what, f"Take {MIN_STEP:g} s or more.")
 
 
-def unlimited_sentences(model: Model, name: str) -> tuple[str, str]:
-    """Say that nothing limits a state, and of a quasi-velocity what it is; and what would."""
+def unlimited_sentences(model: Model, names: Sequence[str]) -> tuple[str, str]:
+    """Say that nothing limits states, and of quasi-velocities what they are; and what would."""
     known = {v.name: f", the {v.direction}, in {v.unit}" for v in model.quasi_velocities}
-    what = f"nothing limits {name}{known.get(name, '')}, so a planner cannot sample it."
-    return what, f"Write {name} = [lower, upper] below [bounds]."
+    told = listed(f"{name}{known.get(name, '')}" for name in names)
+    it, likewise = ("them", ", and the others likewise,") if len(names) > 1 else ("it", "")
+    what = f"nothing limits {told}, so a planner cannot sample {it}."
+    return what, f"Write {names[0]} = [lower, upper]{likewise} below [bounds]."
 
 
 def endpoint_issues(scenario: Scenario, model: Model) -> Iterator[Issue]:

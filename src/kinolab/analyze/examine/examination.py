@@ -195,8 +195,7 @@ def _limits(system: System) -> Iterator[str]:
         model.state_names[i] for i in model.speeds if not np.isfinite(model.state_bounds[i]).all()
     ]
     if names:
-        more = f" So it is with {', '.join(names[1:])}." if names[1:] else ""
-        yield f"Before planning, {' '.join(unlimited_sentences(model, names[0]))}{more}"
+        yield f"Before planning, {' '.join(unlimited_sentences(model, names))}"
     if not model.nu:
         yield "It has no inputs: there is nothing to plan; plan simulate shows how it moves."
 
