@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import re
 from pathlib import Path
 from typing import Any
@@ -197,3 +198,17 @@ def test_a_description_lists_what_a_robot_s_file_has(
     assert run(["describe", "--json", str(tmp_path / "arm.urdf")]) == 0
     (shoulder,) = json.loads(capsys.readouterr().out)["coordinates"]
     assert (shoulder["limits"], shoulder["speed"]) == ([-0.75, 1.25], 1.0)
+
+
+@needs("yourdfpy")
+def test_what_a_second_engine_says_of_a_file_that_it_refuses_is_kept_quiet(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """URDF's readers in ROS ask for an effort, and say on stderr that a joint has none."""
+    monkeypatch.setenv("KINOLAB_CACHE", str(tmp_path / "cache"))
+    file = tmp_path / "arm.urdf"
+    file.write_text(ARM.replace('effort="9" ', ""))
+    read_urdf(file)
+    assert "Error" not in capfd.readouterr().err
+    os.write(2, b"heard again")
+    assert capfd.readouterr().err == "heard again"

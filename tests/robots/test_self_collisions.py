@@ -8,7 +8,7 @@ import pytest
 
 import kinolab
 from kinolab.dynamics.language.json.machine_file import machine_from_json, machine_to_json
-from kinolab.errors import InputError
+from kinolab.errors import EndpointError, InputError
 from kinolab.problem.warnings import problem_warnings
 from kinolab.robots import read_mjcf, read_urdf
 from tests.support import needs
@@ -180,3 +180,16 @@ def test_an_srdf_may_name_a_link_that_touches_all_but_a_few(tmp_path: Path) -> N
         f'<robot name="sliders">{default}<enable_collisions link1="b" link2="a"/></robot>'
     )
     assert ("a", "b") in read_urdf(path).collisions
+
+
+def test_who_begins_in_an_obstacle_is_told_how_to_make_solids_smaller(tmp_path: Path) -> None:
+    """The names of its start and of an obstacle, and what a robot's file can do about it."""
+    sliders(tmp_path, -1.0, 1.0)
+    crate = {"name": "crate", "box": [0.3, 0.3, 0.3], "position": [3.2, 0.0, 0.0]}
+    table = {"file": str(tmp_path / "sliders.urdf")}
+    scenario = {"world": {"obstacle": [crate]}, "goal": {"to_a": 0.5}}
+    for further, told in (({}, True), ({"convex_parts": 4}, False)):
+        problem = kinolab.load({**scenario, "system": {**table, **further}})
+        with pytest.raises(EndpointError, match=r"b touches crate\.") as caught:
+            problem.check_endpoints()
+        assert ("convex_parts = 4 below [system] makes them smaller" in str(caught.value)) is told

@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 import trimesh
 
+import kinolab
+from kinolab.dynamics import WORLD, Body, Box, Force, System, length, move
 from kinolab.errors import EndpointError
 from kinolab.problem import PlanningTask
 from kinolab.verification.clearance_margin import state_clearance
@@ -109,3 +111,17 @@ def test_a_mesh_that_is_all_floor_stays_in_the_picture(tmp_path: Path) -> None:
     problem = car(tmp_path)
     assert problem.world.obstacles == ()
     assert [len(floor.faces) for floor in problem.world.floors] == [2]
+
+
+def test_no_floor_is_supposed_where_two_bodies_touch() -> None:
+    """One stands on the ground; it is the other body that it touches, which is no floor."""
+    x, y = length("x", speed=1.0), length("y", speed=1.0)
+    cart = Body("cart", move(x, 0, 0.5), mass=1.0, shape=Box(1, 1, 1), touches_ground=True)
+    cage = Body("cage", move(y, 0, 0.6), mass=1.0, shape=Box(1, 1, 1))
+    pushes = [Force(f"push_{one.name}", on=one, along=WORLD.x, limit=1.0) for one in (cart, cage)]
+    machine = System("carts", bodies=[cart, cage], inputs=pushes, collisions=[("cart", "cage")])
+    limits = {"x": [-3, 3], "y": [-3, 3]}
+    problem = kinolab.load({"system": machine, "bounds": limits, "goal": {"x": 2.0}})
+    with pytest.raises(EndpointError, match="touches") as caught:
+        problem.check_endpoints()
+    assert "floor" not in str(caught.value)

@@ -37,6 +37,9 @@ MISSED_TOLERANCES, MISSED_LENGTH = 2.0, 1e-3  # [m] or [rad]
 LIMIT_TOLERANCE = 1e-9  # by which a value may exceed a limit, in its own unit
 REST = 1e-10  # of an entry's scale: what is slower rests
 SAME = 1e-12  # smaller differences are not printed
+LARGE_SOLIDS = (  # of a robot from a file
+    " If only the solids around meshes do, convex_parts = 4 below [system] makes them smaller."
+)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -330,16 +333,18 @@ class PlanningTask:
         } | dict([*self._unmet(x), *self._touching(x)])
 
     def _touching(self, x: Array) -> Iterator[tuple[str, str]]:
+        obstacles = {obstacle.name for obstacle in self.world.obstacles}
         resting = {body.name for body in self.bodies if body.touches_ground}
         floor = ' If that is its floor, write ground = "plane" below [world].'
+        wheel, large = " A body that stands on it has touches_ground=True.", ""
+        system = self.scenario.system
+        if str(system.file).endswith(ROBOT_FORMATS):  # where nobody can write it
+            wheel = " Lift it in [start] and [goal], or leave ground out of [world]."
+            large = "" if system.convex_parts else LARGE_SOLIDS
         for contact in self.checker().contacts(*self.placement(x)):
-            stands = contact.body in resting and not self.world.ground
-            wheel = " A body that stands on it has touches_ground=True."
-            if str(self.scenario.system.file).endswith(ROBOT_FORMATS):  # where nobody can write it
-                wheel = " Lift it in [start] and [goal], or leave ground out of [world]."
-            on_ground = contact.obstacle == GROUND_NAME
-            remedy = wheel if on_ground else floor if stands else ""
-            told = _contact_sentence(contact, remedy)
+            stands = contact.body in resting and contact.obstacle in obstacles
+            remedy = floor if stands and not self.world.ground else large
+            told = _contact_sentence(contact, wheel if contact.obstacle == GROUND_NAME else remedy)
             yield told, told
 
     def _unmet(self, x: Array) -> Iterator[tuple[str, str]]:

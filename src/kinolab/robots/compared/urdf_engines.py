@@ -7,7 +7,10 @@ the sum of the others; a file that it refuses is compared with Pinocchio's model
 
 from __future__ import annotations
 
+import os
+import sys
 from collections.abc import Iterator
+from contextlib import contextmanager
 from importlib import import_module
 from typing import Any
 
@@ -17,6 +20,7 @@ from kinolab.robots.compared.mujoco_engine import MujocoEngine, quiet
 from kinolab.robots.compared.pinocchio_engine import PinocchioEngine
 from kinolab.robots.compared.second_engine import AbstractSecondEngine
 
+STDERR = 2
 BASE = "base"  # the joint of a root that moves freely
 GROUND = "world"  # as MuJoCo calls it
 # [kg] and [kg m^2] of what has none: the least that MuJoCo takes, which is none again afterwards
@@ -67,10 +71,25 @@ def _in_pinocchio(xml: Any, document: Any, *, floating: bool) -> PinocchioEngine
     if not hasattr(pinocchio, "buildModelFromXML"):  # a package of tests has the same name
         return None
     text = xml.tostring(document, encoding="unicode")
+    with _unheard():
+        try:
+            return PinocchioEngine(pinocchio, text, BASE if floating else None)
+        except Exception:  # of several kinds
+            return None
+
+
+@contextmanager
+def _unheard() -> Iterator[None]:
+    """Keep off stderr what native code says inside, such as urdfdom of a file that it refuses."""
+    sys.stderr.flush()
+    kept = os.dup(STDERR)
     try:
-        return PinocchioEngine(pinocchio, text, BASE if floating else None)
-    except Exception:  # of several kinds
-        return None
+        with open(os.devnull, "wb") as nothing:
+            os.dup2(nothing.fileno(), STDERR)
+        yield
+    finally:
+        os.dup2(kept, STDERR)
+        os.close(kept)
 
 
 def _in_mujoco(xml: Any, document: Any, *, floating: bool) -> MujocoEngine | None:
