@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import trimesh
 
 import kinolab
 from kinolab.dynamics.language.shapes import Box, Cylinder
@@ -496,6 +497,36 @@ def test_a_template_is_expanded(tmp_path: Path) -> None:
     assert np.array_equal(model.f([0.3, 0.1], [1.0]), plain.f([0.3, 0.1], [1.0]))
     with pytest.raises(InputError, match=r"arm.urdf.xacro: xacro cannot expand it \("):
         read_urdf(written(tmp_path, TEMPLATE.replace("${m}", "${mass}"), "arm.urdf.xacro"))
+
+
+@needs("xacro")
+def test_a_template_finds_what_lies_beside_its_package(tmp_path: Path) -> None:
+    """As in a folder of packages that were downloaded, without ROS."""
+    parts, urdf = tmp_path / "arm_parts", tmp_path / "arm_description" / "urdf"
+    for folder in (parts, urdf):
+        folder.mkdir(parents=True)
+    (parts / "values.xacro").write_text(
+        '<robot xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:property name="m" value="2"/>'
+        "</robot>"
+    )
+    trimesh.creation.box((0.1, 0.1, 0.3)).export(parts / "tip.stl")
+    include = '<xacro:include filename="$(find arm_parts)/values.xacro"/>'
+    mesh = 'size="0.1 0.2 0.3"', "file://$(find arm_parts)/tip.stl"
+    text = TEMPLATE.replace('<xacro:property name="m" value="2"/>', include)
+    text = text.replace(f"<box {mesh[0]}/>", f'<mesh filename="{mesh[1]}"/>')
+    file = written(urdf, text, "arm.urdf.xacro")
+    read = read_urdf(file)
+    plain = read_urdf(written(tmp_path, ARM)).model()
+    assert np.array_equal(read.model().f([0.3, 0.1], [1.0]), plain.f([0.3, 0.1], [1.0]))
+    (tip,) = (body.shape for body in read.bodies if body.name == "upper 2")
+    assert isinstance(tip, Box)
+    assert (tip.x, tip.y, tip.z) == pytest.approx((0.1, 0.1, 0.3))
+    (parts / "values.xacro").unlink()
+    missing = (
+        r"arm.urdf.xacro: what it includes is not in the folders above it: package://arm_parts"
+    )
+    with pytest.raises(InputError, match=missing):
+        read_urdf(file)
 
 
 def test_a_scenario_may_name_a_file_anywhere(tmp_path: Path) -> None:

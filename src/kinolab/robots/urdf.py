@@ -134,7 +134,7 @@ def read_urdf(
         remedy = "Give kg/m^3, such as 2700 of aluminium."
         raise InputError([Mistake(f"{path.name} density", f"it is {density:g}.", remedy)])
     check_parts(convex_parts, path.name)
-    robot, document, notes = _parsed(path, balance=balance_inertia)
+    robot, document, notes = _parsed(path, packages or {}, balance=balance_inertia)
     xml = library_of("robots", "lxml.etree", "URDF files are read by yourdfpy and lxml")
     reader = _LinkReader(path, packages or {}, density, shapes=shapes, convex_parts=convex_parts)
     given = given_motion(path.name, max_velocity, max_acceleration, kinematic=kinematic)
@@ -162,7 +162,9 @@ def read_urdf(
     )
 
 
-def _parsed(path: Path, *, balance: bool) -> tuple[Any, Any, list[str]]:
+def _parsed(
+    path: Path, packages: Mapping[str, str | Path], *, balance: bool
+) -> tuple[Any, Any, list[str]]:
     """Return yourdfpy's robot, the document of lxml, and what is not read or was changed."""
     library = library_of("robots", "yourdfpy", "URDF files are read by yourdfpy")
     if not is_file(path):
@@ -170,7 +172,7 @@ def _parsed(path: Path, *, balance: bool) -> tuple[Any, Any, list[str]]:
     content = bytes(read_ordinary(path, MOST_BYTES))
     if b"<!ENTITY" in content:
         raise InputError([Mistake(path.name, "it defines XML entities.", "Write them out.")])
-    content = XML_VERSION.sub(rb"\g<1>1.0", expanded(path, content).lstrip())
+    content = XML_VERSION.sub(rb"\g<1>1.0", expanded(path, content, packages).lstrip())
     xml = library_of("robots", "lxml.etree", "URDF files are read by yourdfpy and lxml")
     notes: list[str] = []
     try:
