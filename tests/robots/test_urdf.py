@@ -518,7 +518,7 @@ def test_a_template_finds_what_lies_beside_its_package(tmp_path: Path) -> None:
     read = read_urdf(file)
     plain = read_urdf(written(tmp_path, ARM)).model()
     assert np.array_equal(read.model().f([0.3, 0.1], [1.0]), plain.f([0.3, 0.1], [1.0]))
-    (tip,) = (body.shape for body in read.bodies if body.name == "upper 2")
+    ((tip,),) = (body.shapes for body in read.bodies if body.name == "upper 2")
     assert isinstance(tip, Box)
     assert (tip.x, tip.y, tip.z) == pytest.approx((0.1, 0.1, 0.3))
     (parts / "values.xacro").unlink()
