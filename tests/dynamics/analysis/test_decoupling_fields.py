@@ -182,3 +182,17 @@ def test_machines_to_which_the_notion_does_not_apply_are_refused(
 ) -> None:
     with pytest.raises(InputError, match=reason):
         decoupling_fields(machine())
+
+
+def test_many_joints_are_refused_before_their_inputs_are_chosen_from() -> None:
+    """Of 26 velocities there are ten million choices of 13; gravity speaks against all of them."""
+    bodies, inputs = [], []
+    for k in range(13):
+        x, q = length(f"x{k}"), angle(f"q{k}")
+        cart = Body(f"cart{k}", move(x), mass=1.0)
+        bob = Body(f"bob{k}", cart.frame @ rot_y(q) @ move(0, 0, -0.5), mass=0.3)
+        bodies += [cart, bob]
+        inputs.append(Force(f"push{k}", on=cart, along=WORLD.x, limit=10.0))
+    carts = System("carts", bodies=bodies, inputs=inputs, gravity=toward("-z", 9.81))
+    with pytest.raises(InputError, match="gravity or springs push it where no input does"):
+        decoupling_fields(carts)

@@ -31,6 +31,7 @@ from kinolab.dynamics.derivation.velocity_coordinates import feasible_values
 from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.language.mechanism_parts import imposed_velocities, tangent_symbols
 from kinolab.errors import InputError, Mistake
+from kinolab.numerics.arrays import Array
 
 SAMPLES = 6  # random configurations at which an identity is checked
 SAME = 1e-8  # of the terms of a sum: it is zero up to rounding
@@ -136,14 +137,16 @@ class _Decoupling:
         )
         self._points = list(islice(_configurations(system, whole), SAMPLES))
         self._effect = self._effects()
-        self._pivots, self._columns = self._independent()
+        at_points = self._evaluated([node for row in self._effect for node in row])
+        at_points = at_points.reshape(len(self._points), self._count, -1)
+        self._require_balance(at_points)
+        self._pivots, self._columns = _independent(at_points)
         self._rest = [i for i in range(self._count) if i not in self._pivots]
         # C (rest, pivots): how the other velocities follow the pivots, by the inputs.
         A, columns = self._effect, self._columns
         square = [[A[i][j] for i in self._pivots] for j in columns]  # transposed
         right = [[A[i][j] for j in columns] for i in self._rest]
         self._C = solve_square(self._tape, square, right, Guards()) if right else []
-        self._require_balance()
         self._basis = self._bases()[0]
         self._basis = max(self._bases(), key=self._alone)
 
@@ -212,36 +215,23 @@ class _Decoupling:
             raise _refusal(self._system, "what its inputs do depends on its velocity")
         return rows
 
-    def _independent(self) -> tuple[tuple[int, ...], tuple[int, ...]]:
-        """Return velocities and inputs, as many as the rank, between which the effect is regular.
+    def _evaluated(self, nodes: Sequence[Node]) -> Array:
+        """Return nodes (n,) at the points, shape (points, n)."""
+        return np.array([self._tape.evaluate(nodes, point) for point in self._points])
 
-        Those are taken whose determinant, rows of unit size, stays the largest over the points.
+    def _require_balance(self, effect: Array) -> None:
+        """Refuse a machine that gravity or springs move where no input does.
+
+        Args:
+            effect: Of the inputs on velocities at the points, shape (points, nv, nu).
         """
-        flat = [node for row in self._effect for node in row]
-        A = np.array([self._tape.evaluate(flat, point) for point in self._points])
-        A = A.reshape(len(self._points), self._count, -1)
-        sizes = np.abs(A).max(axis=(0, 2), initial=1e-300)
-        A = A / sizes[:, None] / np.abs(A / sizes[:, None]).max(axis=(0, 1), initial=1e-300)
-        ranks = [int(np.linalg.matrix_rank(a, tol=FULL_RANK * np.linalg.norm(a, 2))) for a in A]
-        rank = max(ranks)
-
-        def worst(choice: tuple[tuple[int, ...], tuple[int, ...]]) -> float:
-            return float(np.abs(np.linalg.det(A[:, choice[0]][:, :, choice[1]])).min())
-
-        choices = [
-            (rows, columns)
-            for rows in combinations(range(self._count), rank)
-            for columns in combinations(range(A.shape[2]), rank)
-        ]
-        return max(choices, key=worst)
-
-    def _require_balance(self) -> None:
-        """Refuse a machine that gravity or springs move where no input does."""
         still = dict.fromkeys(self._v, self._tape.zero)
-        pull = self._tape.substitute(self._drift, still)
-        if not self._vanishes(self._left_over(pull)):
-            what = "gravity or springs push it where no input does"
-            raise _refusal(self._system, what)
+        pulls = self._evaluated(self._tape.substitute(self._drift, still))
+        for A, pull in zip(effect, pulls, strict=True):
+            held = A @ np.linalg.lstsq(A, pull, rcond=FULL_RANK)[0]
+            if np.linalg.norm(pull - held) > FULL_RANK * np.linalg.norm(pull):
+                what = "gravity or springs push it where no input does"
+                raise _refusal(self._system, what)
 
     # The quadratic forms
 
@@ -414,3 +404,27 @@ def _configurations(system: Mechanism, whole: VectorFields) -> Iterator[dict[str
         with suppress(ArithmeticError, ValueError):
             if np.isfinite(whole.tape.evaluate(outputs, velocities | values)).all():
                 yield values
+
+
+def _independent(A: Array) -> tuple[tuple[int, ...], tuple[int, ...]]:
+    """Return velocities and inputs, as many as the rank, between which the effect is regular.
+
+    Those are taken whose determinant, rows of unit size, stays the largest over the points.
+
+    Args:
+        A: Effect of the inputs on velocities at the points, shape (points, nv, nu).
+    """
+    sizes = np.abs(A).max(axis=(0, 2), initial=1e-300)
+    A = A / sizes[:, None] / np.abs(A / sizes[:, None]).max(axis=(0, 1), initial=1e-300)
+    ranks = [int(np.linalg.matrix_rank(a, tol=FULL_RANK * np.linalg.norm(a, 2))) for a in A]
+    rank = max(ranks)
+
+    def worst(choice: tuple[tuple[int, ...], tuple[int, ...]]) -> float:
+        return float(np.abs(np.linalg.det(A[:, choice[0]][:, :, choice[1]])).min())
+
+    choices = (
+        (rows, columns)
+        for rows in combinations(range(A.shape[1]), rank)
+        for columns in combinations(range(A.shape[2]), rank)
+    )
+    return max(choices, key=worst)
