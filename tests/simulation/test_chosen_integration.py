@@ -1,4 +1,4 @@
-"""Stiff machines get a stable method where a scenario names none; all others keep theirs."""
+"""Stiff machines get a stable method where a scenario names none, quick motions short steps."""
 
 from __future__ import annotations
 
@@ -8,7 +8,25 @@ import numpy as np
 import pytest
 
 import kinolab
-from kinolab.dynamics import Body, Box, Coulomb, Force, System, Viscous, length, move, rate
+from kinolab.dynamics import (
+    WORLD,
+    Body,
+    Box,
+    Coulomb,
+    Force,
+    Sphere,
+    System,
+    Torque,
+    Viscous,
+    angle,
+    length,
+    move,
+    rate,
+    rot_y,
+    toward,
+)
+from kinolab.loading import find_scenario
+from kinolab.scenario import builtin_scenarios
 from kinolab.simulation import stiffness
 from tests.simulation.test_stability import SLEDGE, sledge
 from tests.support import failed
@@ -64,12 +82,70 @@ def test_what_the_scenario_says_stays() -> None:
         assert stiffness(load(sledge(), one)) is not None
 
 
-@pytest.mark.parametrize("name", ["crane_factory", "pendulum_swingup", "unicycle_slalom"])
-def test_a_scenario_whose_steps_are_stable_keeps_them(name: str) -> None:
+@pytest.mark.parametrize("name", builtin_scenarios())
+def test_a_scenario_that_says_its_steps_or_has_stable_ones_keeps_them(name: str) -> None:
     problem = kinolab.load(name)
-    written = kinolab.load(name).scenario.integration
-    assert problem.scenario.integration.model_fields_set == written.model_fields_set
-    assert not any("too fast for steps" in note for note in problem.notes)
+    assert problem.scenario.integration == find_scenario(name).integration
+    assert not any("instead. Give [integration]" in note for note in problem.notes)
+
+
+def dart(mass: float) -> System:
+    """A box on a rail that 100 N push ahead or back."""
+    x = length("x", speed=100.0)
+    box = Body("box", move(x), mass=mass)
+    push = Force("push", on=box, along=box.frame.x, limit=100.0)
+    return System("dart", bodies=[box], inputs=[push])
+
+
+@pytest.mark.parametrize(("mass", "least"), [(100.0, 2.0), (0.01, 0.02)])
+def test_a_quick_motion_gets_short_steps_and_is_planned_for(mass: float, least: float) -> None:
+    """From rest to rest 1 m on it takes 2 sqrt(d m / F) at least, where steps were 50 ms."""
+    limits = {"x": [-3.0, 3.0]}
+    scenario = {"system": dart(mass), "bounds": limits, "goal": {"x": 1.0, "at_rest": True}}
+    problem = kinolab.load(scenario)
+    changed = "step" in problem.scenario.integration.model_fields_set
+    assert changed is (least < 0.5)
+    assert any("which is short for steps of 0.05 s" in note for note in problem.notes) is changed
+    assert problem.scenario.integration.method == "rk4"
+    plan = problem.solve(seed=1)
+    assert plan.certificate is not None
+    assert not failed(plan.certificate)
+    assert 0.999 * least < plan.trajectory.t[-1] < 1.5 * least
+
+
+def finger() -> System:
+    """Three light links on a stand with motors, friction of their gears, and little inertia."""
+    frame, links, motors, frictions = WORLD, list[Body](), list[Torque](), list[Coulomb]()
+    for k, reach in enumerate((0.0, 0.12, 0.12)):
+        q = angle(f"q{k}", speed=20.0)
+        frame = frame @ move(reach, 0, 0) @ rot_y(q)
+        link = Body(f"link{k}", frame @ move(0.06), mass=0.1, inertia=1e-4, shape=Sphere(0.02))
+        links.append(link)
+        motors.append(Torque(f"motor{k}", on=link, about=frame.y, limit=5.0))
+        frictions.append(Coulomb(rate(q), 0.1, 0.1))
+    gravity = toward("-z", 9.81)
+    return System("finger", bodies=links, inputs=motors, efforts=frictions, gravity=gravity)
+
+
+def test_a_stiff_and_quick_machine_is_planned_for_without_a_word_of_integration() -> None:
+    """No method gets anywhere with the usual step; DOP853 knows nothing of either."""
+    limits = {name: [-3.0, 3.0] for name in ("q0", "q1", "q2")}
+    post = {"name": "post", "box": [0.02, 0.4, 0.02], "position": [0.2, 0.0, 0.12]}
+    problem = kinolab.load(
+        {
+            "system": finger(),
+            "bounds": limits,
+            "world": {"obstacle": [post]},
+            "start": {"q0": 0.3},
+            "goal": {"q0": -1.2, "q1": 0.4, "q2": 0.3, "at_rest": True},
+        }
+    )
+    assert {"step", "method"} <= problem.scenario.integration.model_fields_set
+    assert stiffness(problem) is None
+    plan = problem.solve(seed=1)
+    assert plan.status == "solved"
+    assert plan.certificate is not None
+    assert not failed(plan.certificate)
 
 
 def test_the_chosen_steps_follow_the_motion() -> None:

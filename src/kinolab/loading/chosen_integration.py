@@ -1,7 +1,8 @@
-"""Method and substeps for stiff machines, where the scenario says nothing of them.
+"""Step, method and substeps, where the scenario says nothing of them.
 
-Steps that are stable stay as they are. Others become unstable motions that no search gets through,
-and one would have to know which of several keys to change together.
+A step that is long for the motion leaves a search nothing to choose, and one that is unstable ends
+in motions that no search gets through; one would have to know which of several keys to change
+together. Other steps stay as they are.
 """
 
 from __future__ import annotations
@@ -10,16 +11,19 @@ import math
 from contextlib import suppress
 from dataclasses import replace
 from itertools import pairwise
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from kinolab.dynamics.codegen.methods import METHODS, ROSENBROCK
-from kinolab.errors import SingularError
+from kinolab.errors import KinolabError, SingularError
+from kinolab.loading.well_posed import MIN_STEP
+from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 from kinolab.scenario.schema import IntegrationSection
 from kinolab.simulation.stability import (
     FEW_STATES,
+    RANDOM_STATES,
     UNLIMITED_INPUT,
     fastest_rate,
     step_too_long,
@@ -27,11 +31,80 @@ from kinolab.simulation.stability import (
 )
 from kinolab.simulation.step_error import REFINEMENTS, TOLERATED
 
+if TYPE_CHECKING:
+    from kinolab.trajopt.multistart.guesses import Guesses
+
 
 def steady(problem: PlanningTask) -> PlanningTask:
-    """Return a problem whose steps are stable: the same one where they are, or where told so."""
+    """Return a problem whose steps are short for its motion and stable.
+
+    It is the same one where they are, or where the scenario says what they are.
+    """
+    if problem.scenario.integration.truth == "discrete":
+        return problem
+    return _stable(_stepped(problem))
+
+
+def _stepped(problem: PlanningTask) -> PlanningTask:
+    """Return a problem of which the quickest motion has as many steps as any guess of a motion."""
+    from kinolab.trajopt.options import GUESS  # late: where no step is given
+
     settings = problem.scenario.integration
-    if settings.truth == "discrete" or {"method", "substeps"} & settings.model_fields_set:
+    if "step" in settings.model_fields_set or problem.machine.modes:
+        return problem
+    least = _least_time(problem)
+    if not 0.0 < least < GUESS.min_guess_steps * settings.step:
+        return problem
+    step = max(MIN_STEP, float(f"{least / GUESS.min_guess_steps:.1g}"))
+    return _changed(
+        problem,
+        {"step": step},
+        f"This motion may take as little as {least:.2g} s, which is short for steps of "
+        f"{settings.step:g} s: steps of {step:g} s are taken instead. Give [integration] step to "
+        "choose otherwise.",
+    )
+
+
+def _least_time(problem: PlanningTask) -> float:
+    """Estimate the least time in [s] of a motion into the goal, from rest to rest.
+
+    No coordinate can take less at its largest rate, nor by speeding up and slowing down as it does
+    from the start at the limits of the inputs: that takes 2 sqrt(way / acceleration). The way is
+    the straight one, or a coordinate's scale where that takes longer, since a goal nearby may need
+    a long way. It is infinite where nothing tells.
+    """
+    from kinolab.trajopt.multistart.guesses import Guesses  # late: where no step is given
+
+    generator, model, nq = np.random.default_rng(0), problem.model, problem.model.nq
+    guesses, still = Guesses(problem, generator), problem.start.copy()
+    still[nq:] = 0.0
+    aside = still.copy()
+    aside[:nq] += problem.scales[:nq]
+    lower, upper = np.clip(model.control_bounds.T, -UNLIMITED_INPUT, UNLIMITED_INPUT)
+    u = np.where(generator.random((RANDOM_STATES, model.nu)) < 0.5, lower, upper)
+    x = np.tile(still, (len(u), 1))
+    with suppress(KinolabError):  # some equations are singular somewhere
+        risen = x.copy()
+        risen[:, nq:] = model.f(x, u)[:, nq:]  # rates are linear in velocities
+        gained = np.abs(model.f(risen, u) - model.f(x, u))[:, :nq].max(axis=0)
+        ways = guesses.straight(), np.stack([still, aside])
+        return max(_least(guesses, way, gained) for way in ways)
+    return math.inf
+
+
+def _least(guesses: Guesses, way: Array, accelerations: Array) -> float:
+    """Return the least time in [s] of a way from rest to rest, shape (2, nx)."""
+    moved = np.abs(way[1] - way[0])[: len(accelerations)]
+    if (accelerations[moved > 0.0] == 0.0).any():
+        return math.inf
+    speeding = (moved[moved > 0.0] / accelerations[moved > 0.0]).max(initial=0.0)
+    return max(guesses.quickest(way), 2.0 * math.sqrt(speeding))
+
+
+def _stable(problem: PlanningTask) -> PlanningTask:
+    """Return a problem whose steps are stable."""
+    settings = problem.scenario.integration
+    if {"method", "substeps"} & settings.model_fields_set:
         return problem
     if step_too_long(settings, fastest_rate(problem.model)) is None:  # a few states: cheap
         return problem
@@ -39,47 +112,60 @@ def steady(problem: PlanningTask) -> PlanningTask:
     if found is None:
         return problem
     chosen = _chosen(problem, found.rate)
+    after = settings.model_copy(update=chosen)
+    return _changed(problem, chosen, _sentence(settings, after, found.rate))
+
+
+def _changed(problem: PlanningTask, chosen: dict[str, Any], note: str) -> PlanningTask:
+    """Return a problem with keys of ``[integration]`` that were chosen, and a note that says so."""
+    scenario, settings = problem.scenario, problem.scenario.integration
     integration = type(settings)(**settings.model_dump(exclude_unset=True), **chosen)
-    scenario, origin = problem.scenario, problem.scenario.origin
-    note = _sentence(settings, integration, found.rate)
     changed = scenario.model_copy(update={"integration": integration})
-    located = changed.located(replace(origin, notes=(*origin.notes, note)))
-    return replace(problem, scenario=located)
+    origin = replace(scenario.origin, notes=(*scenario.origin.notes, note))
+    return replace(problem, scenario=changed.located(origin))
 
 
 def _chosen(problem: PlanningTask, rate: float) -> dict[str, Any]:
-    """Return keys of ``[integration]`` that make steps stable.
+    """Return keys of ``[integration]`` that make steps stable, and follow the motion if they can.
 
-    A linearly implicit step takes a derivative, which is worth nx evaluations of the equations at
-    most. Explicit substeps are taken where they take fewer than that.
+    Of the scenario's method and an implicit one, it is the one that then takes less work.
     """
-    settings = problem.scenario.integration
+    settings, nx = problem.scenario.integration, problem.model.nx
     own = METHODS[settings.method]
-    count = math.ceil(settings.step * rate / own.stability)
-    if count * own.stages <= ROSENBROCK.stages + problem.model.nx:
-        return {"substeps": _fine(problem, settings.method, count)}
-    return {"method": ROSENBROCK.name, "substeps": _fine(problem, ROSENBROCK.name, 1)}
+    least = math.ceil(settings.step * rate / own.stability)
+    implicit = _fine(problem, ROSENBROCK.name, 1, REFINEMENTS[-1])
+    worth = (implicit or 1) * ROSENBROCK.evaluations(nx) // own.evaluations(nx)
+    explicit = _fine(problem, settings.method, least, worth)
+    if explicit is None and implicit is None and least <= worth:
+        explicit = least
+    if explicit is not None:
+        return {"substeps": explicit}
+    return {"method": ROSENBROCK.name, "substeps": implicit or 1}
 
 
-def _fine(problem: PlanningTask, method: str, least: int) -> int:
-    """Return substeps, at least so many, of which a step from the start errs tolerably.
+def _fine(problem: PlanningTask, method: str, least: int, most: int) -> int | None:
+    """Return substeps within limits of which a step from the start errs tolerably, if any do.
 
-    Half as many are compared with all, under random inputs; none is enough where all err too much.
+    Twice as many are compared with them, under random inputs.
     """
     model, generator = problem.model, np.random.default_rng(0)
     lower, upper = np.clip(model.control_bounds, -UNLIMITED_INPUT, UNLIMITED_INPUT).T
     u = generator.uniform(lower, upper, (FEW_STATES, model.nu))
     x, h = np.tile(problem.start, (len(u), 1)), np.full(len(u), problem.step)
     counts = [least * factor for factor in (1, *REFINEMENTS)]
+    if least > most:
+        return None
     with suppress(SingularError):  # no step so long can be made
-        coarse = model.step(x, u, h, method=method, substeps=counts[0])
+        coarse = model.step(x, u, h, method=method, substeps=least)
         for count, finer in pairwise(counts):
             fine = model.step(x, u, h, method=method, substeps=finer)
             errors = np.abs(model.space.difference(coarse, fine)) / problem.scales
             if np.isfinite(errors).all() and errors.max() <= TOLERATED:
                 return count
+            if finer > most:
+                return None
             coarse = fine
-    return least
+    return None
 
 
 def _sentence(before: IntegrationSection, after: IntegrationSection, rate: float) -> str:

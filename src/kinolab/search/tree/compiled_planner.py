@@ -224,7 +224,8 @@ def step_seconds(problem: PlanningTask) -> float:
     holds within a factor of two for most, and of four for all of them.
     """
     integration, operations = problem.scenario.integration, problem.model.operations
-    evaluations = integration.substeps * METHODS[integration.method].stages
+    method = METHODS[integration.method]
+    evaluations = integration.substeps * method.evaluations(problem.model.nx)
     shapes = sum(len(body.shapes) for body in problem.bodies) + len(problem.cables)
     seconds = 4e-7 + operations * (7e-9 + 7e-10 * evaluations) + 1.5e-7 * shapes
     if problem.model.plant is not problem.model:
