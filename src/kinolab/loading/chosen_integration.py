@@ -46,16 +46,17 @@ def steady(problem: PlanningTask) -> PlanningTask:
 
 
 def _stepped(problem: PlanningTask) -> PlanningTask:
-    """Return a problem of which the quickest motion has as many steps as any guess of a motion."""
+    """Return a problem of which a guess of the quickest motion has as many steps as any guess."""
     from kinolab.trajopt.options import GUESS  # late: where no step is given
 
     settings = problem.scenario.integration
     if "step" in settings.model_fields_set or problem.machine.modes:
         return problem
     least = _least_time(problem)
-    if not 0.0 < least < GUESS.min_guess_steps * settings.step:
+    longest = GUESS.durations[0] * least / GUESS.min_guess_steps
+    if not 0.0 < longest < settings.step:
         return problem
-    step = max(MIN_STEP, float(f"{least / GUESS.min_guess_steps:.1g}"))
+    step = max(MIN_STEP, float(f"{longest:.1g}"))
     return _changed(
         problem,
         {"step": step},
