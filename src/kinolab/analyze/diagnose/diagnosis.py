@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from kinolab.analyze.diagnose.growing_errors import growing_errors_sentence
 from kinolab.analyze.diagnose.reached_rates import unreached_directions, unreached_sentences
 from kinolab.analyze.diagnose.relaxation_trials import (
     RelaxationTrial,
@@ -241,6 +242,9 @@ def _sentences(
     yield from unreached_sentences(found.unreached)
     yield from unmoved_sentences(found.unmoved)
     yield from holding_sentences(problem, found.start_held, found.goal_held)
+    growing = growing_errors_sentence(problem, found.start_held)
+    if growing:
+        yield growing
     yield from verdicts
     yield from trial_sentences(found.retries)
     # Limits violated by unstable steps are not what stops the machine.
@@ -253,7 +257,8 @@ def _sentences(
     yield from clearance_sentences(found.start_clearance, found.goal_clearance)
     if found.passage is not None and not blocked:
         yield found.passage.sentence
-    causes = (stiff, law, not goals.inside, blocked, found.unreached, found.unmoved, verdicts)
+    causes = (stiff, law, growing, not goals.inside, blocked)
+    causes += (found.unreached, found.unmoved, verdicts)
     if not any(causes) and not any(retry.solved for retry in found.retries):
         yield next_search_sentence(problem, plan)
 
