@@ -56,7 +56,8 @@ def _stepped(problem: PlanningTask) -> PlanningTask:
     longest = GUESS.durations[0] * least / GUESS.min_guess_steps
     if not 0.0 < longest < settings.step:
         return problem
-    step = max(MIN_STEP, float(f"{longest:.1g}"))
+    unit = 10.0 ** math.floor(math.log10(longest))
+    step = max(MIN_STEP, float(f"{math.floor(longest / unit) * unit:.1g}"))
     return _changed(
         problem,
         {"step": step},
