@@ -257,9 +257,8 @@ def _sentences(
     yield from clearance_sentences(found.start_clearance, found.goal_clearance)
     if found.passage is not None and not blocked:
         yield found.passage.sentence
-    causes = (stiff, law, growing, not goals.inside, blocked)
-    causes += (found.unreached, found.unmoved, verdicts)
-    if not any(causes) and not any(retry.solved for retry in found.retries):
+    causes = (stiff, law, growing, not goals.inside, blocked, found.unreached, found.unmoved)
+    if not any((*causes, verdicts)) and not any(retry.solved for retry in found.retries):
         yield next_search_sentence(problem, plan)
 
 
