@@ -11,6 +11,7 @@ import pytest
 
 from kinolab.analyze.execute.conditions import Conditions
 from kinolab.analyze.execute.execution import Executor
+from kinolab.analyze.execute.execution_report import varied_text
 from kinolab.dynamics import Model, System
 from kinolab.dynamics.language.json.machine_file import machine_from_json, machine_to_json
 from kinolab.errors import InputError
@@ -199,5 +200,6 @@ def test_an_execution_varies_the_numbers_of_a_robots_file(tmp_path: Path) -> Non
     assert run.parameters["m_upper"] != 2.0
     assert abs(run.parameters["m_tool"] / 0.5 - 1.0) <= 0.1
     assert run.x[-1] == pytest.approx([0.0, 0.0], abs=1e-12)  # it hangs at rest all the same
+    assert "m_upper" in varied_text(problem, conditions)
     planned = executor.under(Conditions(tracked=False)).run(0).parameters
     assert (planned["m_upper"], planned["m_tool"]) == (2.0, 0.0)  # as the file says again

@@ -24,7 +24,7 @@ def execution_to_json(
     conditions = execution.conditions
     return {
         "conditions": dict(vars(conditions)),
-        "varied": conditions.shares(problem.system.with_parameters(**conditions.built)),
+        "varied": conditions.shares(conditions.varied(problem.system)),
         "seed": execution.seed,
         "runs": execution.total,
         "reached": execution.reached,
@@ -84,7 +84,7 @@ def summary_lines(
 
 def varied_text(problem: PlanningTask, conditions: Conditions) -> str:
     """Say what differed from run to run, and what did not."""
-    system = problem.system.with_parameters(**conditions.built)
+    system = conditions.varied(problem.system)
     parts = [
         f"{', '.join(names)} by up to {share:.3g} %"
         for share, names in _by_share(conditions.shares(system)).items()
