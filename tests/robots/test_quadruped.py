@@ -34,7 +34,7 @@ def test_a_quadruped_on_a_stand_lifts_a_leg_past_a_bar() -> None:
         }
     )
     assert stiffness(problem) is None
-    plan = problem.solve(seed=1, improve=0)
+    plan = problem.solve(seed=1, improve=0, time_limit=300.0)  # on a busy computer
     assert plan.status == "solved"
     assert plan.certificate is not None
     assert not failed(plan.certificate)
