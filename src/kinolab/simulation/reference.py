@@ -5,6 +5,7 @@ Source: Hairer, Norsett, Wanner, Solving ODEs I, 2nd ed., section II.5.
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -312,6 +313,27 @@ def resimulate(problem: PlanningTask, t: Array, u: Array) -> Trajectory:
     """Re-simulate inputs (N, nu) at times (N+1,) from the problem's start."""
     motion = reference_motion(problem, problem.start, t, u, between=False)
     return trajectory_under(problem.model, motion.t, motion.x, np.asarray(u))
+
+
+def price(problem: PlanningTask, trajectory: Trajectory) -> float | None:
+    """Return what a motion costs by a problem's [objective], integrated anew; None without one.
+
+    Infinite where it cannot be integrated.
+    """
+    return cost_of_inputs(problem, trajectory.inputs, trajectory.t) if problem.costed else None
+
+
+def cost_of_inputs(problem: PlanningTask, u: Array, t: Array | None = None) -> float:
+    """Return what the motion under inputs (N, nu) at times (N+1,) in [s], or steps, costs.
+
+    By the problem's [objective]; infinite where it cannot be integrated.
+    """
+    priced, times = problem.costed, problem.step * np.arange(len(u) + 1.0) if t is None else t
+    assert priced is not None
+    try:
+        return priced.cost_of(resimulate(priced, times, u))
+    except DivergedError:
+        return math.inf
 
 
 def trajectory_under(model: Model, t: Array, x: Array, u: Array) -> Trajectory:

@@ -43,6 +43,9 @@ SHOWING = 40  # subproblems of a whole motion that show what becomes of it
 ALIKE = 0.1  # fraction by which least durations of ways on the same side may differ
 MIN_EXPECTED_GAIN = 0.01  # of the duration, by further starts, to go on
 MIN_WAYS = 3  # whose spread says something
+# Of the work where an [objective] says what a motion costs: for quick ones, from which others are
+# made; of what is left, for the cheapest of them.
+QUICK_FRACTION, CHEAPEST_FRACTION = 0.3, 0.6
 STILL_GAINING = 0.05  # of its duration, in the second half of the work: a motion gets as much again
 
 
@@ -89,7 +92,7 @@ class PlanImprover:
             )
             incumbent.begin()
             wanted = self.request.optimize and self._wanted and not incumbent.cancelled()
-            promises = found.status != "solved" or self._promises(found.cost)
+            promises = found.status != "solved" or self._promises(found.duration)
             if found.trajectory is None or not (wanted and promises):
                 self._learn()
                 return incumbent.plan()
@@ -121,8 +124,8 @@ class PlanImprover:
     def _learn(self, gained: float = 1.0) -> None:
         """Update the shortest duration and the largest reduction factor."""
         best = self._incumbent.best
-        if best.status == "solved" and best.cost is not None:
-            self._shortest = min(self._shortest, best.cost)
+        if best.status == "solved" and best.duration is not None:
+            self._shortest = min(self._shortest, best.duration)
             self._gained = max(self._gained, gained)
 
     def _improve(self, first: Trajectory) -> int:
@@ -133,6 +136,8 @@ class PlanImprover:
         self._unfinished, self._out_of_time, incumbent = False, 0.0, self._incumbent
         refused, limit = incumbent.best.status == REFUSED, self.request.time_limit
         seconds, begun = self._seconds, incumbent.time()
+        if self.problem.costed:  # a quick motion is a guess for a cheap one
+            seconds *= QUICK_FRACTION
         if refused:  # most of the time is for another search
             seconds = min(seconds, max(MIN_REPAIR_SECONDS, REPAIR_TIME_FRACTION * limit))
 
@@ -155,11 +160,24 @@ class PlanImprover:
             if ways[-1].given is not first and incumbent.best.goal_distance > CENTRE_TOLERANCE:
                 self._finish([RefinedWay(incumbent, first, remaining, alone=True)], remaining)
             unmended = refused and incumbent.best.status == REFUSED
-            if not (self.request.anytime or unmended):
+            if self.problem.costed:
+                remaining.time_limit = self._seconds
+                self._cheapen([way.progress.shortest for way in reversed(ways)], remaining)
+            elif not (self.request.anytime or unmended):
                 self._start_again(starts, ways)
             if incumbent.time() >= limit and not incumbent.cancelled():
                 self._out_of_time = limit
             return starts.made
+
+    def _cheapen(self, quick: Sequence[Trajectory], remaining: Budget) -> None:
+        """Make the cheapest motion cost less by [objective], then others that were quick."""
+        incumbent, problem = self._incumbent, self.problem
+        for k, motion in enumerate([incumbent.best.trajectory, *quick]):
+            over = remaining.fraction(1.0 if k else CHEAPEST_FRACTION)
+            if motion is None or remaining.over:
+                return
+            for cheaper in trajopt.cheapened(problem, motion, lambda: over() >= 1.0):
+                incumbent.take(cheaper, "cheapen")
 
     def _several(self, first: Trajectory, starts: Starts) -> list[Trajectory]:
         """Return motions to shorten, the shortest first: as many as can then be told apart.
@@ -327,8 +345,8 @@ def _expected_gain(ways: Sequence[RefinedWay], remaining: Budget) -> float:
 
 def _statistics(found: PlanResult, best: PlanResult, further: int) -> dict[str, float]:
     statistics = {"further_searches": float(further)}
-    if found.status == "solved" and found.cost is not None:
-        statistics["raw_duration"] = found.cost
+    if found.status == "solved" and found.duration is not None:
+        statistics["raw_duration"] = found.duration
     if best.trajectory is not None and best.status == "solved":
         statistics["final_duration"] = best.trajectory.duration
         margin = best.certificate.margin if best.certificate else None

@@ -82,7 +82,7 @@ def _more_time(statistics: Mapping[str, float]) -> str:
 def _before(found: PlanResult) -> str:
     """Describe the duration before optimisation, if it was shortened."""
     raw = found.statistics.get("raw_duration")
-    return f" (first found: {raw:.2f} s)" if raw not in {None, found.cost} else ""
+    return f" (first found: {raw:.2f} s)" if raw not in {None, found.duration} else ""
 
 
 def _refusals(refused: Mapping[str, int]) -> str:

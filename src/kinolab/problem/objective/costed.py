@@ -1,0 +1,66 @@
+"""The same problem, of a machine that has one state more: what its motion has cost so far.
+
+So the cost is integrated by whatever integrates the motion, its derivatives are those of a state,
+and a bound on it is a limit of that state (Mayer's form of an optimal control problem).
+
+Source: Betts, Practical Methods for Optimal Control and Estimation Using Nonlinear Programming,
+2nd ed., 2010, section 4.9 (forms of Bolza, Lagrange and Mayer).
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+
+from kinolab.dynamics import Model, State
+from kinolab.dynamics.language.mechanism import Mechanism
+from kinolab.dynamics.language.modes import MODE
+from kinolab.problem.goal import Goal
+from kinolab.problem.objective.running_cost import running_cost
+from kinolab.problem.task import PlanningTask
+from kinolab.scenario import Scenario
+
+COST = "cost"  # what the state is called
+
+
+def costed(problem: PlanningTask) -> PlanningTask:
+    """Return a problem whose states have a further entry, the cost so far, 0 at the start.
+
+    Raises:
+        InputError: If the machine cannot have such a cost.
+    """
+    model, scenario = problem.model, problem.scenario
+    assert scenario.objective is not None
+    content = json.dumps([model.key, COST, scenario.objective.model_dump(mode="json")])
+    made = Model.described_by(content, partial(_with_cost, model, scenario))
+    entry = made.state_names.index(COST)
+    return replace(
+        problem,
+        machine=made.machine,
+        model=made,
+        whole=None,
+        start=np.insert(problem.start, entry, 0.0),
+        goal=_shifted(problem.goal, entry),
+        bounds=np.insert(problem.bounds, entry, (-np.inf, np.inf), axis=0),
+        scales=np.insert(problem.scales, entry, 1.0),
+        weights=np.insert(problem.weights, entry, 0.0),
+        circular=np.insert(problem.circular, entry, False),  # noqa: FBT003 - a value, no argument
+        cost_entry=entry,
+    )
+
+
+def _with_cost(model: Model, scenario: Scenario) -> Mechanism:
+    """Return a machine with a state that its cost is the derivative of; its mode stays the last."""
+    system = model.system
+    spent = State(COST, running_cost(scenario, system))
+    own = [entry for entry in system.states if entry.name != MODE]
+    modes = [entry for entry in system.states if entry.name == MODE]
+    return system.changed(states=[*own, spent, *modes], flat=None)
+
+
+def _shifted(goal: Goal, entry: int) -> Goal:
+    """Return a goal in states that have one entry more, before which nothing else moves."""
+    return replace(goal, indices=tuple(i + (i >= entry) for i in goal.indices))
