@@ -140,7 +140,10 @@ def build_problem(
         keep_outs=keep_outs_of(scenario, model),
         **arrays._asdict(),
     )
-    return steady(problem) if planning else problem
+    if planning:
+        problem = steady(problem)
+        _ = problem.costed  # whose formulas may have mistakes
+    return problem
 
 
 def _parts(

@@ -56,7 +56,7 @@ def objective_issues(given: Mapping[str, object]) -> list[Issue]:
     if not costs:
         return [Issue((), "nothing costs anything.", "Write time = 1.0, or effort = 1.0.")]
     if costs == ["effort"] and "max_time" not in given:
-        what = "effort alone is the less the longer a motion takes, without end."
+        what = "effort alone becomes less the longer a motion takes, without end."
         return [Issue(("effort",), what, "Write max_time = 10.0 [s], or time = 0.1, too.")]
     return []
 

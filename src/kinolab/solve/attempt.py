@@ -101,7 +101,7 @@ def attempt(
         graph=result.graph,
         warnings=(*result.warnings, *(() if wrong is None else (wrong.sentence,))),
         search_work=work.seconds,
-        price=price(problem, verdict.trajectory) if verdict.status == "solved" else None,
+        price=price(problem, verdict.trajectory) if verdict.trajectory is not None else None,
     )
 
 

@@ -15,6 +15,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 
 from kinolab import trajopt
 from kinolab.numerics.compiling import compilation
@@ -44,8 +45,8 @@ ALIKE = 0.1  # fraction by which least durations of ways on the same side may di
 MIN_EXPECTED_GAIN = 0.01  # of the duration, by further starts, to go on
 MIN_WAYS = 3  # whose spread says something
 # Of the work where an [objective] says what a motion costs: for quick ones, from which others are
-# made; of what is left, for the cheapest of them.
-QUICK_FRACTION, CHEAPEST_FRACTION = 0.3, 0.6
+# made; of what is left, for each of these.
+QUICK_FRACTION, CHEAP_FRACTION = 0.3, 0.6
 STILL_GAINING = 0.05  # of its duration, in the second half of the work: a motion gets as much again
 
 
@@ -115,7 +116,8 @@ class PlanImprover:
         self._subproblem = trajopt.subproblem_seconds(self.problem, found)
         if self._wanted != "auto":
             return self._wanted
-        return min(max(SUBPROBLEMS * self._subproblem, LEAST_SECONDS), MOST_SECONDS)
+        least = LEAST_SECONDS * (SEARCHES_PER_WAY if self.problem.costed else 1)
+        return min(max(SUBPROBLEMS * self._subproblem, least), MOST_SECONDS)
 
     def _promises(self, duration: float | None) -> bool:
         """Say whether a motion would beat all others if it gained as much as they did."""
@@ -162,22 +164,31 @@ class PlanImprover:
             unmended = refused and incumbent.best.status == REFUSED
             if self.problem.costed:
                 remaining.time_limit = self._seconds
-                self._cheapen([way.progress.shortest for way in reversed(ways)], remaining)
+                self._cheapen([way.progress.shortest for way in reversed(ways)], starts)
             elif not (self.request.anytime or unmended):
                 self._start_again(starts, ways)
             if incumbent.time() >= limit and not incumbent.cancelled():
                 self._out_of_time = limit
             return starts.made
 
-    def _cheapen(self, quick: Sequence[Trajectory], remaining: Budget) -> None:
-        """Make the cheapest motion cost less by [objective], then others that were quick."""
-        incumbent, problem = self._incumbent, self.problem
-        for k, motion in enumerate([incumbent.best.trajectory, *quick]):
-            over = remaining.fraction(1.0 if k else CHEAPEST_FRACTION)
-            if motion is None or remaining.over:
-                return
-            for cheaper in trajopt.cheapened(problem, motion, lambda: over() >= 1.0):
-                incumbent.take(cheaper, "cheapen")
+    def _cheapen(self, quick: Sequence[Trajectory], starts: Starts) -> None:
+        """Make quick motions cost less by [objective], then those of further searches."""
+        incumbent, remaining = self._incumbent, starts.remaining
+        motions = [incumbent.best.trajectory, *quick]
+        longest = trajopt.most_time(self.problem)
+        while not (incumbent.cancelled() or starts.exhausted or remaining.over):
+            given, motions = motions[:AT_ONCE], motions[AT_ONCE:]
+            seconds, forks = CHEAP_FRACTION * remaining.unspent, []
+            for motion in given:
+                own = incumbent.apart()
+                forks.append(own.forked(partial(_cheapen, own), alone=len(given) == 1))
+                forks[-1].ask((motion, seconds))
+            try:
+                incumbent.joined(forks)
+            finally:
+                for fork in forks:
+                    fork.end()
+            motions = motions or [motion for _, motion in starts.others(longest)]
 
     def _several(self, first: Trajectory, starts: Starts) -> list[Trajectory]:
         """Return motions to shorten, the shortest first: as many as can then be told apart.
@@ -321,6 +332,13 @@ class PlanImprover:
         finally:
             for _, way in new:
                 way.end()
+
+
+def _cheapen(own: Incumbent, motion: Trajectory, seconds: float) -> None:
+    """Offer motions that cost less than one from which they are made, for so much work in [s]."""
+    budget = Budget(seconds, clock=lambda: own.clock.seconds, cancelled=own.cancelled)
+    for cheaper in trajopt.cheapened(own.problem, motion, budget.spent):
+        own.take(cheaper, "cheapen")
 
 
 def _expected_gain(ways: Sequence[RefinedWay], remaining: Budget) -> float:

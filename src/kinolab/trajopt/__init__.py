@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     from kinolab.trajopt.multistart.lazy_roadmap import least_durations as least_durations
     from kinolab.trajopt.segments import is_long as is_long
     from kinolab.trajopt.shortening.cheapening import cheapened as cheapened
+    from kinolab.trajopt.shortening.cheapening import most_time as most_time
     from kinolab.trajopt.shortening.shorten import shorten as shorten
     from kinolab.trajopt.shortening.shorten import shortened as shortened
 

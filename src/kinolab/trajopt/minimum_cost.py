@@ -1,4 +1,4 @@
-"""Least time or cost with a fixed number of steps, by inexact restoration: all iterates are feasible.
+"""Least time or cost with a fixed number of steps, by inexact restoration: all are feasible.
 
 Each iteration solves the optimal subproblem and then restores feasibility at a fixed step
 length. Without restoration the trust region shrinks to where the linearised dynamics hold (the

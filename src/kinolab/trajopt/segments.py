@@ -121,7 +121,9 @@ class Segments:
         times, least = self._steps(lengths[1], knots.h), SHORT.min_segment_duration * knots.h
         price, longest = self.problem.cost_of, knots.h
         if self.problem.cost_entry is not None:
-            longest = max(min(times * self.problem.step, longest + self.spare / len(knots.u)), longest)
+            longest = max(
+                min(times * self.problem.step, longest + self.spare / len(knots.u)), longest
+            )
         fast = minimize_cost(task, knots, (least, longest), times=times, tolerances=LOOSE)
         times = self._steps(times * self.problem.step, fast.h)
         found = self._true(task, fast, times) if price(fast) < below else None

@@ -18,11 +18,13 @@ import numpy as np
 from kinolab.dynamics import Model, State
 from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.language.modes import MODE
+from kinolab.errors import InputError, SingularError
 from kinolab.problem.goal import Goal
 from kinolab.problem.objective.running_cost import running_cost
 from kinolab.problem.task import PlanningTask
-from kinolab.scenario import Scenario
+from kinolab.scenario import Issue, Scenario, mistake_at
 
+RANDOM_STATES = 1000  # at which a cost must not fall
 COST = "cost"  # what the state is called
 
 
@@ -37,6 +39,7 @@ def costed(problem: PlanningTask) -> PlanningTask:
     content = json.dumps([model.key, COST, scenario.objective.model_dump(mode="json")])
     made = Model.described_by(content, partial(_with_cost, model, scenario))
     entry = made.state_names.index(COST)
+    _require_growth(problem, made, entry)
     return replace(
         problem,
         machine=made.machine,
@@ -47,9 +50,34 @@ def costed(problem: PlanningTask) -> PlanningTask:
         bounds=np.insert(problem.bounds, entry, (-np.inf, np.inf), axis=0),
         scales=np.insert(problem.scales, entry, 1.0),
         weights=np.insert(problem.weights, entry, 0.0),
-        circular=np.insert(problem.circular, entry, False),  # noqa: FBT003 - a value, no argument
+        circular=np.insert(problem.circular, entry, False),
         cost_entry=entry,
     )
+
+
+def _require_growth(problem: PlanningTask, made: Model, entry: int) -> None:
+    """Require a cost that never falls, at states and inputs within their limits.
+
+    Raises:
+        InputError: Where it falls: who searches gives up what costs more already.
+    """
+    generator = np.random.default_rng(0)
+    x = np.array([problem.start, *(problem.sample(generator) for _ in range(RANDOM_STATES))])
+    lower, upper = made.control_bounds.T
+    u = generator.uniform(lower, upper, (len(x), made.nu))
+    issue = ("objective", "expression")
+    try:
+        rates = made.f(np.insert(x, entry, 0.0, axis=1), u)[:, entry]
+    except SingularError as error:
+        what = f"what a second costs is no number everywhere: {error}"
+        raise InputError([mistake_at(Issue(issue, what), problem.scenario.origin)]) from error
+    k = int(np.argmin(rates))
+    if rates[k] < 0.0:
+        named = zip((*problem.model.state_names, *made.control_names), (*x[k], *u[k]), strict=True)
+        where = ", ".join(f"{name} = {value:.3g}" for name, value in named)
+        what = f"what a second costs is below 0 at {where}: {rates[k]:.3g}."
+        remedy = "Add a constant, or take a square."
+        raise InputError([mistake_at(Issue(issue, what, remedy), problem.scenario.origin)])
 
 
 def _with_cost(model: Model, scenario: Scenario) -> Mechanism:

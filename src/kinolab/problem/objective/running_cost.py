@@ -7,14 +7,13 @@ from collections.abc import Iterator
 import sympy
 
 from kinolab.dynamics.language.expressions import exact
-from kinolab.dynamics.language.forces import Load
 from kinolab.dynamics.language.frames import velocity
 from kinolab.dynamics.language.inputs import Control, Input
 from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.language.mechanism_parts import loads
 from kinolab.dynamics.language.quantities import written
 from kinolab.dynamics.language.words import primitives_of
-from kinolab.errors import InputError, Mistake
+from kinolab.errors import InputError
 from kinolab.problem.objective.formula import formula
 from kinolab.scenario import Issue, Scenario, mistake_at, place_at
 
@@ -37,8 +36,7 @@ def running_cost(scenario: Scenario, system: Mechanism) -> sympy.Expr:
         exact(section.time),
         section.effort * sympy.Add(*squares),
         section.energy and section.energy * sympy.Add(*_powers(scenario, system)),
-        section.expression
-        and formula(section.expression, system, _place(scenario, "expression")),
+        section.expression and formula(section.expression, system, _place(scenario, "expression")),
     ]
     frames = {body.name: body.frame for body in system.bodies}
     for name, weight in section.length.items():
@@ -53,7 +51,9 @@ def _powers(scenario: Scenario, system: Mechanism) -> Iterator[sympy.Expr]:
         if not any(isinstance(part, Control) for part in primitives_of(one)):
             what = f"the input {one.name!r} is a given motion, whose power is not known."
             remedy = "Leave energy out, or let the machine be driven by forces."
-            raise InputError([mistake_at(Issue(("objective", "energy"), what, remedy), scenario.origin)])
+            raise InputError(
+                [mistake_at(Issue(("objective", "energy"), what, remedy), scenario.origin)]
+            )
         yield sympy.Abs(sympy.Add(*_power_of(one, system)))
 
 

@@ -165,7 +165,7 @@ class TrajectoryProblem:
         Of the rate of the cost alone, at the knots: what curves the motion is left out, as Gauss
         and Newton do.
         """
-        entry, model = self.problem.cost_entry, self.problem.model
+        entry = self.problem.cost_entry
         if entry is None:
             return None
         z, large = np.hstack([knots.x[:-1], knots.u]), np.concatenate([scaling.x, scaling.u])

@@ -100,9 +100,10 @@ def _swept(
     window, best = SlidingWindow(segments), priced.cost_of(given)
     while not over():
         before = priced.cost_of(motion)
-        segments.spare = _most_time(problem) - motion.duration
-        for motion in window.sweep(motion):
-            segments.spare = _most_time(problem) - motion.duration
+        segments.spare = most_time(problem) - motion.duration
+        for cheaper in window.sweep(motion):
+            motion = cheaper
+            segments.spare = most_time(problem) - motion.duration
         try:
             motion = resimulate(priced, motion.t, motion.inputs)
         except DivergedError:
@@ -154,11 +155,12 @@ def _exact(task: TrajectoryProblem, guess: Knots, block: int) -> Knots | None:
 
 def _longest(task: TrajectoryProblem, knots: Knots, block: int) -> float:
     """Return how long the steps between so many knots may be in [s]."""
-    most, step = _most_time(task.problem), block * task.problem.step
+    most, step = most_time(task.problem), block * task.problem.step
     return max(min(step, most / len(knots.u)), knots.h)
 
 
-def _most_time(problem: PlanningTask) -> float:
+def most_time(problem: PlanningTask) -> float:
+    """Return how long a motion may take in [s]."""
     section = problem.scenario.objective
     return math.inf if section is None or section.max_time is None else section.max_time
 
@@ -186,7 +188,7 @@ def _cheaper(task: TrajectoryProblem, knots: Knots, block: int = 1) -> Knots:
 def _slower(task: TrajectoryProblem, knots: Knots, block: int) -> Knots | None:
     """Return a motion with more knots on the same path that takes longer, if it may."""
     step, model = block * task.problem.step, task.problem.model
-    most = min(LONGER * knots.duration, _most_time(task.problem))
+    most = min(LONGER * knots.duration, most_time(task.problem))
     if most <= (1 + SHORT.min_round_gain) * knots.duration:
         return None
     count = max(covering_steps(most, step), len(knots.u))
@@ -194,4 +196,3 @@ def _slower(task: TrajectoryProblem, knots: Knots, block: int) -> Knots | None:
     x, rates = guess.x.copy(), slice(model.nq, model.nq + model.nv)
     x[:, rates] *= knots.duration / most
     return _exact(task, Knots(x, guess.u, most / count), block)
-
