@@ -26,6 +26,7 @@ from kinolab.loading.well_posed import (
     planner_issues,
 )
 from kinolab.problem import PlanningTask
+from kinolab.problem.objective.costed import costed
 from kinolab.scenario import Issue, ObstacleEntry, Scenario, mistake_at
 from kinolab.world import (
     Obstacle,
@@ -142,7 +143,7 @@ def build_problem(
     )
     if planning:
         problem = steady(problem)
-        _ = problem.costed  # whose formulas may have mistakes
+        costed(problem)  # whose formulas may have mistakes
     return problem
 
 

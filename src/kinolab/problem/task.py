@@ -113,15 +113,6 @@ class PlanningTask:
         """The machine as it is described, with its full input limits; described on demand."""
         return (self.whole or self.model).system
 
-    @cached_property
-    def costed(self) -> PlanningTask | None:
-        """The same problem with the cost so far as a state; None where the duration is the cost."""
-        if self.scenario.objective is None or self.cost_entry is not None:
-            return None
-        from kinolab.problem.objective.costed import costed  # which derives a machine
-
-        return costed(self)
-
     def cost_of(self, motion: Costly) -> float:
         """Return the duration of a motion in [s], or what it costs where that is a state."""
         entry = self.cost_entry

@@ -21,6 +21,7 @@ from kinolab.errors import KinolabError, SingularError
 from kinolab.numerics.arrays import Array, allocate
 from kinolab.numerics.struct import Record
 from kinolab.problem import PlanningTask
+from kinolab.problem.objective.costed import costed
 from kinolab.simulation import dop853
 from kinolab.simulation.dop853 import StepTable, make_ode
 from kinolab.simulation.motion_pieces import MotionPieces
@@ -320,7 +321,7 @@ def price(problem: PlanningTask, trajectory: Trajectory) -> float | None:
 
     Infinite where it cannot be integrated.
     """
-    return cost_of_inputs(problem, trajectory.inputs, trajectory.t) if problem.costed else None
+    return cost_of_inputs(problem, trajectory.inputs, trajectory.t) if costed(problem) else None
 
 
 def cost_of_inputs(problem: PlanningTask, u: Array, t: Array | None = None) -> float:
@@ -328,7 +329,7 @@ def cost_of_inputs(problem: PlanningTask, u: Array, t: Array | None = None) -> f
 
     By the problem's [objective]; infinite where it cannot be integrated.
     """
-    priced, times = problem.costed, problem.step * np.arange(len(u) + 1.0) if t is None else t
+    priced, times = costed(problem), problem.step * np.arange(len(u) + 1.0) if t is None else t
     assert priced is not None
     try:
         return priced.cost_of(resimulate(priced, times, u))

@@ -116,7 +116,7 @@ class PlanImprover:
         self._subproblem = trajopt.subproblem_seconds(self.problem, found)
         if self._wanted != "auto":
             return self._wanted
-        least = LEAST_SECONDS * (SEARCHES_PER_WAY if self.problem.costed else 1)
+        least = LEAST_SECONDS * (SEARCHES_PER_WAY if self.problem.scenario.objective else 1)
         return min(max(SUBPROBLEMS * self._subproblem, least), MOST_SECONDS)
 
     def _promises(self, duration: float | None) -> bool:
@@ -138,7 +138,7 @@ class PlanImprover:
         self._unfinished, self._out_of_time, incumbent = False, 0.0, self._incumbent
         refused, limit = incumbent.best.status == REFUSED, self.request.time_limit
         seconds, begun = self._seconds, incumbent.time()
-        if self.problem.costed:  # a quick motion is a guess for a cheap one
+        if self.problem.scenario.objective:  # a quick motion is a guess for a cheap one
             seconds *= QUICK_FRACTION
         if refused:  # most of the time is for another search
             seconds = min(seconds, max(MIN_REPAIR_SECONDS, REPAIR_TIME_FRACTION * limit))
@@ -162,7 +162,7 @@ class PlanImprover:
             if ways[-1].given is not first and incumbent.best.goal_distance > CENTRE_TOLERANCE:
                 self._finish([RefinedWay(incumbent, first, remaining, alone=True)], remaining)
             unmended = refused and incumbent.best.status == REFUSED
-            if self.problem.costed:
+            if self.problem.scenario.objective:
                 remaining.time_limit = self._seconds
                 self._cheapen([way.progress.shortest for way in reversed(ways)], starts)
             elif not (self.request.anytime or unmended):

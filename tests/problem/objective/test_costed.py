@@ -1,12 +1,11 @@
 """The cost as a state: what it is along motions whose cost is known in closed form."""
 
-import math
-
 import numpy as np
 import pytest
 
 import kinolab
 from kinolab.errors import InputError
+from kinolab.problem.objective.costed import costed
 from kinolab.simulation.reference import price, resimulate
 
 STEPS = 40
@@ -53,7 +52,7 @@ def test_without_an_objective_there_is_no_price() -> None:
     problem = kinolab.load("pendulum_swingup")
     t = np.linspace(0.0, 1.0, STEPS + 1)
     assert price(problem, resimulate(problem, t, np.zeros((STEPS, 1)))) is None
-    assert problem.costed is None
+    assert costed(problem) is None
 
 
 @pytest.mark.parametrize(
@@ -83,9 +82,8 @@ def test_a_machine_with_modes_and_one_with_a_law_have_costs() -> None:
     """The cost comes before the mode, which stays the last entry; a law keeps its states."""
     for name in ("biped_walk", "unicycle_slalom"):
         problem = kinolab.load(name)
-        costed = problem.replace(objective={"effort": 1.0, "max_time": 60.0}).costed
-        assert costed is not None
-        names = [one for one in costed.model.state_names if one != "cost"]
+        priced = costed(problem.replace(objective={"effort": 1.0, "max_time": 60.0}))
+        assert priced is not None
+        names = [one for one in priced.model.state_names if one != "cost"]
         assert names == list(problem.model.state_names)
-        assert not math.isnan(costed.goal_excess(costed.start))
-        assert costed.goal_excess(costed.start) == pytest.approx(problem.goal_excess(problem.start))
+        assert priced.goal_excess(priced.start) == pytest.approx(problem.goal_excess(problem.start))

@@ -11,31 +11,36 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
-from functools import partial
+from functools import lru_cache, partial
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from kinolab.dynamics import Model, State
-from kinolab.dynamics.language.mechanism import Mechanism
-from kinolab.dynamics.language.modes import MODE
+from kinolab.dynamics import Model
 from kinolab.errors import InputError, SingularError
 from kinolab.problem.goal import Goal
-from kinolab.problem.objective.running_cost import running_cost
 from kinolab.problem.task import PlanningTask
 from kinolab.scenario import Issue, Scenario, mistake_at
+
+if TYPE_CHECKING:
+    from kinolab.dynamics.language.mechanism import Mechanism
 
 RANDOM_STATES = 1000  # at which a cost must not fall
 COST = "cost"  # what the state is called
 
 
-def costed(problem: PlanningTask) -> PlanningTask:
+@lru_cache(maxsize=8)
+def costed(problem: PlanningTask) -> PlanningTask | None:
     """Return a problem whose states have a further entry, the cost so far, 0 at the start.
+
+    None without an [objective], whose cost is the duration.
 
     Raises:
         InputError: If the machine cannot have such a cost.
     """
     model, scenario = problem.model, problem.scenario
-    assert scenario.objective is not None
+    if scenario.objective is None or problem.cost_entry is not None:
+        return None
     content = json.dumps([model.key, COST, scenario.objective.model_dump(mode="json")])
     made = Model.described_by(content, partial(_with_cost, model, scenario))
     entry = made.state_names.index(COST)
@@ -82,6 +87,11 @@ def _require_growth(problem: PlanningTask, made: Model, entry: int) -> None:
 
 def _with_cost(model: Model, scenario: Scenario) -> Mechanism:
     """Return a machine with a state that its cost is the derivative of; its mode stays the last."""
+    # Imported here: a machine that is in the cache needs no symbols.
+    from kinolab.dynamics import State
+    from kinolab.dynamics.language.modes import MODE
+    from kinolab.problem.objective.running_cost import running_cost
+
     system = model.system
     spent = State(COST, running_cost(scenario, system))
     own = [entry for entry in system.states if entry.name != MODE]

@@ -8,11 +8,9 @@ import sympy
 
 from kinolab.dynamics.language.expressions import exact
 from kinolab.dynamics.language.frames import velocity
-from kinolab.dynamics.language.inputs import Control, Input
 from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.language.mechanism_parts import loads
 from kinolab.dynamics.language.quantities import written
-from kinolab.dynamics.language.words import primitives_of
 from kinolab.errors import InputError
 from kinolab.problem.objective.formula import formula
 from kinolab.scenario import Issue, Scenario, mistake_at, place_at
@@ -48,19 +46,19 @@ def running_cost(scenario: Scenario, system: Mechanism) -> sympy.Expr:
 def _powers(scenario: Scenario, system: Mechanism) -> Iterator[sympy.Expr]:
     """Yield the magnitude of each input's power in [W]."""
     for one in system.inputs:
-        if not any(isinstance(part, Control) for part in primitives_of(one)):
+        shares = [*_power_of(one.symbol, system)]
+        if not shares:
             what = f"the input {one.name!r} is a given motion, whose power is not known."
             remedy = "Leave energy out, or let the machine be driven by forces."
-            raise InputError(
-                [mistake_at(Issue(("objective", "energy"), what, remedy), scenario.origin)]
-            )
-        yield sympy.Abs(sympy.Add(*_power_of(one, system)))
+            issue = Issue(("objective", "energy"), what, remedy)
+            raise InputError([mistake_at(issue, scenario.origin)])
+        yield sympy.Abs(sympy.Add(*shares))
 
 
-def _power_of(one: Input, system: Mechanism) -> Iterator[sympy.Expr]:
+def _power_of(symbol: sympy.Symbol, system: Mechanism) -> Iterator[sympy.Expr]:
     for _, load in loads(system):
         magnitude = written(load.magnitude)
-        share = magnitude - magnitude.xreplace({one.symbol: sympy.Integer(0)})
+        share = magnitude - magnitude.xreplace({symbol: sympy.Integer(0)})
         if share != 0:
             yield share * written(load.velocity)
 

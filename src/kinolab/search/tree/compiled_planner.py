@@ -15,6 +15,7 @@ from kinolab.dynamics.codegen.methods import METHODS
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.work import charge, in_whole_ticks
 from kinolab.problem import PlanningTask
+from kinolab.problem.objective.costed import costed
 from kinolab.problem.time_steps import covering_steps
 from kinolab.scenario import improvement_seconds
 from kinolab.search.budget import Budget
@@ -90,7 +91,7 @@ class AbstractCompiledPlanner(AbstractTreeSearch):
 
     def solve(self, problem: PlanningTask, seed: int, budget: Budget) -> SearchResult:
         """Grow a tree from the start into the goal region, then improve the solution."""
-        priced = (self.compares_costs and problem.costed) or problem
+        priced = (self.compares_costs and costed(problem)) or problem
         tree = self.extension(priced, search_state(priced, self.goal_region_scale, seed))
         with closing(tree):
             return self._grow(problem, seed, budget, tree)
@@ -105,7 +106,7 @@ class AbstractCompiledPlanner(AbstractTreeSearch):
         budget.restart()  # code was compiled and loaded until here
         best = IncumbentImprovement(budget, seconds, problem, priced=tree.nodes.cost_entry >= 0)
         best.bound(tree)
-        own = problem if tree.nodes.cost_entry < 0 else problem.costed or problem
+        own = problem if tree.nodes.cost_entry < 0 else costed(problem) or problem
         sub_searches = self.beside(problem, seed, budget) if own is problem else ()
         beside = InterleavedSearches(sub_searches)
         truth, rounds = TrueEnds(problem), RestartRounds(self.restart_after)

@@ -13,6 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from kinolab.problem import PlanningTask
+from kinolab.problem.objective.costed import costed
 from kinolab.problem.time_steps import covering_steps
 from kinolab.simulation.reference import DivergedError, resimulate, trajectory_under
 from kinolab.trajectory import Trajectory
@@ -44,7 +45,7 @@ def cheapened(
         trajectory: A motion that solves it, its cost not among its states.
         over: Whether to give up; asked before each subproblem.
     """
-    priced = problem.costed
+    priced = costed(problem)
     if priced is None or problem.machine.modes or not len(trajectory.inputs):
         return
     try:
@@ -123,8 +124,9 @@ def _swept(
 
 def without_cost(problem: PlanningTask, motion: Trajectory) -> Trajectory:
     """Return a motion of a problem's own machine: of the same, its cost so far no state."""
-    entry = problem.costed.cost_entry if problem.costed else None
-    x = motion.x if entry is None else np.delete(motion.x, entry, axis=1)
+    priced = costed(problem)
+    assert priced is not None
+    x = np.delete(motion.x, priced.cost_entry or 0, axis=1)
     return trajectory_under(problem.model, motion.t, x, motion.inputs)
 
 
