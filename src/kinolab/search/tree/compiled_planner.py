@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 from abc import abstractmethod
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import ClassVar
 
 import numpy as np
@@ -104,9 +105,10 @@ class AbstractCompiledPlanner(AbstractTreeSearch):
         section = problem.scenario.planner
         seconds = improvement_seconds(section.improve if budget.improve is None else budget.improve)
         budget.restart()  # code was compiled and loaded until here
-        best = IncumbentImprovement(budget, seconds, problem, priced=tree.nodes.cost_entry >= 0)
-        best.bound(tree)
         own = problem if tree.nodes.cost_entry < 0 else costed(problem) or problem
+        cost = len if own is problem else partial(trees_cost, problem)
+        best = IncumbentImprovement(budget, seconds, problem.step, cost)
+        best.bound(tree)
         sub_searches = self.beside(problem, seed, budget) if own is problem else ()
         beside = InterleavedSearches(sub_searches)
         truth, rounds = TrueEnds(problem), RestartRounds(self.restart_after)
@@ -188,8 +190,8 @@ class IncumbentImprovement:
     Args:
         budget: Of the search.
         seconds: Time to continue after the first solution, in [s].
-        problem: The planning problem.
-        priced: Whether the best solution is that of the least cost, and not the shortest one.
+        step: Time step of the motions in [s].
+        cost: Returns what inputs (N, nu) cost; the number of steps when left out.
 
     Attributes:
         u: Inputs of the shortest solution (N, nu); None before there is one.
@@ -197,14 +199,14 @@ class IncumbentImprovement:
     """
 
     def __init__(
-        self, budget: Budget, seconds: float, problem: PlanningTask, *, priced: bool
+        self, budget: Budget, seconds: float, step: float, cost: Callable[[Array], int] = len
     ) -> None:
-        self._clock, self._seconds, self._problem = budget.clock, seconds, problem
-        self._priced = priced
+        self._clock, self._seconds, self._step = budget.clock, seconds, step
+        self._cost = cost
         self._until, self._pointless = math.inf, False
         self._most, self._gained, self._patience = UNBOUNDED_STEPS, math.inf, budget.patience
         if math.isfinite(budget.below) and seconds > 0:
-            self._most = covering_steps(budget.below, problem.step)
+            self._most = covering_steps(budget.below, step)
             self._gained = self._clock()
         self.u: Array | None = None
         self.statistics: dict[str, float] = {}
@@ -227,19 +229,17 @@ class IncumbentImprovement:
     def found(self, u: Array, tree: AbstractTreeExtension) -> None:
         """Accept inputs (N, nu) as the incumbent, and bound the tree by their length."""
         if self.u is None:
-            first = len(u) * self._problem.step
-            self.statistics = {"first_duration": first, "improvements": 0.0}
+            self.statistics = {"first_duration": len(u) * self._step, "improvements": 0.0}
             self._until = self._clock() + self._seconds
         else:
             self.statistics["improvements"] += 1.0
         self.u, self._most, self._gained = u, self._cost(u), self._clock()
         self._pointless = self.over or not tree.shorten(self._most)
 
-    def _cost(self, u: Array) -> int:
-        """Return the cost of inputs (N, nu) as trees count it."""
-        if not self._priced:
-            return len(u)
-        return int(min(cost_of_inputs(self._problem, u) / COST_UNIT, UNBOUNDED_STEPS - 1.0))
+
+def trees_cost(problem: PlanningTask, u: Array) -> int:
+    """Return what inputs (N, nu) cost by [objective], as trees count it."""
+    return int(min(cost_of_inputs(problem, u) / COST_UNIT, UNBOUNDED_STEPS - 1.0))
 
 
 def step_seconds(problem: PlanningTask) -> float:
