@@ -329,12 +329,22 @@ def cost_of_inputs(problem: PlanningTask, u: Array, t: Array | None = None) -> f
 
     By the problem's [objective]; infinite where it cannot be integrated.
     """
-    priced, times = costed(problem), problem.step * np.arange(len(u) + 1.0) if t is None else t
-    assert priced is not None
+    times = problem.step * np.arange(len(u) + 1.0) if t is None else t
     try:
-        return priced.cost_of(resimulate(priced, times, u))
+        return float(costs_along(problem, times, u)[-1])
     except DivergedError:
         return math.inf
+
+
+def costs_along(problem: PlanningTask, t: Array, u: Array) -> Array:
+    """Return what a motion has cost at each of its times (N+1,) in [s], under inputs (N, nu).
+
+    Raises:
+        DivergedError: If it cannot be integrated to its end.
+    """
+    priced = costed(problem)
+    assert priced is not None
+    return resimulate(priced, t, u).x[:, priced.cost_entry or 0]
 
 
 def trajectory_under(model: Model, t: Array, x: Array, u: Array) -> Trajectory:

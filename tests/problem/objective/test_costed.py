@@ -6,7 +6,8 @@ import pytest
 import kinolab
 from kinolab.errors import InputError
 from kinolab.problem.objective.costed import costed
-from kinolab.simulation.reference import price, resimulate
+from kinolab.show.scene.scenes import told
+from kinolab.simulation.reference import costs_along, price, resimulate
 
 STEPS = 40
 
@@ -87,3 +88,13 @@ def test_a_machine_with_modes_and_one_with_a_law_have_costs() -> None:
         names = [one for one in priced.model.state_names if one != "cost"]
         assert names == list(problem.model.state_names)
         assert priced.goal_excess(priced.start) == pytest.approx(problem.goal_excess(problem.start))
+
+
+def test_the_cost_so_far_is_plotted_first() -> None:
+    problem = pendulum(effort=1.0, max_time=9.0)
+    t = np.linspace(0.0, 1.0, STEPS + 1)
+    motion = resimulate(problem, t, np.full((STEPS, 1), 2.0))
+    assert costs_along(problem, t, motion.u) == pytest.approx(4.0 * t, abs=1e-9)
+    cost = told(problem, motion)[0]
+    assert (cost.title, cost.names) == ("Cost", ("cost so far",))
+    assert cost.values[:, 0] == pytest.approx(4.0 * t, abs=1e-9)
