@@ -20,6 +20,7 @@ class AORRT(AbstractSampledPlanner):
     Source: Hauser, Zhou, IEEE Transactions on Robotics 32(6), 2016.
     """
 
+    compares_costs: ClassVar[bool] = True
     name: ClassVar[str] = "ao_rrt"
 
     cost_weight: float = setting(

@@ -20,6 +20,7 @@ class SST(AbstractThreadedPlanner):
     Source: Li, Littlefield, Bekris, IJRR 35(5), 2016.
     """
 
+    compares_costs: ClassVar[bool] = True
     name: ClassVar[str] = "sst"
 
     selection_radius: float = setting(

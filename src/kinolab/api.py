@@ -336,7 +336,7 @@ class Plan(PlanResult):
 
     def __repr__(self) -> str:
         """Name its status and what found it; ``print`` shows more."""
-        motion = "" if self.cost is None else f", motion of {self.cost:.2f} s"
+        motion = "" if self.duration is None else f", motion of {self.duration:.2f} s"
         return f"<Plan {self.status}: {self.planner}, seed {self.seed}{motion}>"
 
     def __str__(self) -> str:

@@ -26,6 +26,7 @@ from kinolab.loading.well_posed import (
     planner_issues,
 )
 from kinolab.problem import PlanningTask
+from kinolab.problem.objective.costed import costed
 from kinolab.scenario import Issue, ObstacleEntry, Scenario, mistake_at
 from kinolab.world import (
     Obstacle,
@@ -140,7 +141,10 @@ def build_problem(
         keep_outs=keep_outs_of(scenario, model),
         **arrays._asdict(),
     )
-    return steady(problem) if planning else problem
+    if planning:
+        problem = steady(problem)
+        costed(problem)  # whose formulas may have mistakes
+    return problem
 
 
 def _parts(

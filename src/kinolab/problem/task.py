@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,6 +42,18 @@ LARGE_SOLIDS = (  # of a robot from a file
 )
 
 
+class Costly(Protocol):
+    """A motion as ``cost_of`` needs it: a trajectory, or knots that are optimised."""
+
+    @property
+    def x(self) -> Array:
+        """States, shape (N+1, nx)."""
+
+    @property
+    def duration(self) -> float:
+        """In [s]."""
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class PlanningTask:
     """A planning problem.
@@ -60,6 +72,7 @@ class PlanningTask:
         circular: Which state entries are angles on the circle, shape (nx,).
         keep_outs: Cones that axes of bodies must stay out of.
         whole: The machine with its full input limits; ``model`` when left out.
+        cost_entry: The entry of the state that is the cost so far, where there is one.
     """
 
     scenario: Scenario
@@ -75,6 +88,7 @@ class PlanningTask:
     circular: NDArray[np.bool_]
     keep_outs: tuple[KeepOutCone, ...] = ()
     whole: Model | None = None
+    cost_entry: int | None = None
 
     def __repr__(self) -> str:
         """Name the scenario, the machine and what stands in the way."""
@@ -101,6 +115,11 @@ class PlanningTask:
     def system(self) -> Mechanism:
         """The machine as it is described, with its full input limits; described on demand."""
         return (self.whole or self.model).system
+
+    def cost_of(self, motion: Costly) -> float:
+        """Return the duration of a motion in [s], or what it costs where that is a state."""
+        entry = self.cost_entry
+        return motion.duration if entry is None else float(np.ptp(motion.x[[0, -1], entry]))
 
     @property
     def step(self) -> float:
@@ -513,6 +532,8 @@ class PlanningTask:
         bounds[self.circular] = -np.pi, np.pi
         for part in self.model.space.spheres:
             bounds[part.own] = -1.0, 1.0
+        if self.cost_entry is not None:
+            bounds[self.cost_entry] = 0.0  # which is nowhere compared
         return bounds
 
 

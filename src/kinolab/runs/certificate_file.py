@@ -66,6 +66,11 @@ def proved(problem: PlanningTask, certificate: Certificate) -> Iterator[str]:
             "No body or cable touches an obstacle, nor any other listed in `collisions`, also "
             "between the rows; the clearance given here is the smallest along the motion."
         )
+    section = problem.scenario.objective
+    if section is not None and certificate.cost is not None:
+        yield f"By [objective] the motion costs {certificate.cost:.9g}, integrated anew."
+        if section.max_time is not None:
+            yield f"It takes no longer than {section.max_time:g} s."
     if "error growth" in value:
         grown = max(value["error growth"], 1.0)
         yield f"A small error at the start grows about {grown:.3g} times as large by the end."
@@ -88,6 +93,7 @@ def certificate_to_json(
         "passed": certificate.passed,
         "checks": [check_to_json(check) for check in certificate.checks],
         "margin": margin_to_json(certificate),
+        "cost": certificate.cost,
         "conditions": asdict(certificate.conditions) if certificate.conditions else {},
         "proved": list(proved(problem, certificate) if certificate.passed else ()),
         "not_proved": list(NOT_PROVED),

@@ -77,7 +77,7 @@ def facts_of_plan(problem: PlanningTask, plan: PlanResult) -> dict[str, Any]:
         "seed": plan.seed,
         "iterations": plan.iterations,
         "cost": plan.cost,
-        "duration": plan.cost,
+        "duration": plan.duration,
         "goal_distance": finite_or_none(plan.goal_distance),
         "goal_distance_by_unit": goal_distance_by_unit(problem, plan),
         "margin": margin_to_json(plan.certificate),

@@ -27,6 +27,7 @@ TABLE_LISTS: tuple[KeyPath, ...] = (
 NAME_TABLES: tuple[KeyPath, ...] = (
     ("bounds",),
     ("metric",),
+    ("objective", "length"),
     ("start",),
     ("system", "locked"),
     ("system", "parameters"),

@@ -93,6 +93,8 @@ def _bodies(scenario: Scenario) -> list[tuple[KeyPath, str]]:
         (("goal", "direction"), scenario.goal.direction),
         (("keep_out",), scenario.keep_out),
     ]
-    return [
+    named = [
         ((*path, k, "body"), entry.body) for path, rows in lists for k, entry in enumerate(rows)
     ]
+    paths = scenario.objective.length if scenario.objective else ()
+    return [*named, *((("objective", "length", name), name) for name in paths)]

@@ -26,8 +26,9 @@ PLANNER_KEYS = ("name", "time_limit", "max_iterations", "seed", "improve")
 
 def document_issues(document: Mapping[str, object]) -> list[Issue]:
     """Apply every rule to a document of which nothing is known yet."""
-    system, world, planner, integration = (
-        _table(document.get(key)) for key in ("system", "world", "planner", "integration")
+    system, world, planner, integration, objective = (
+        _table(document.get(key))
+        for key in ("system", "world", "planner", "integration", "objective")
     )
     entries = world.get("obstacle")
     obstacles = [_table(entry) for entry in entries] if isinstance(entries, list) else []
@@ -35,12 +36,29 @@ def document_issues(document: Mapping[str, object]) -> list[Issue]:
         (("system",), system_issues(system, system.get("file")) if "system" in document else []),
         *((("world", "obstacle", k), obstacle_issues(one)) for k, one in enumerate(obstacles)),
         (("world", "obstacle"), name_issues([one.get("name") for one in obstacles])),
+        (("objective",), objective_issues(objective) if "objective" in document else []),
         (("integration",), integration_issues(integration)),
         (("planner",), planner_issues(planner)),
     ]
     return [
         replace(issue, path=prefix + issue.path) for prefix, issues in found for issue in issues
     ]
+
+
+def objective_issues(given: Mapping[str, object]) -> list[Issue]:
+    """Something costs, and a motion that costs less the longer it takes has an end."""
+    weights = {key: value for key, value in given.items() if key != "max_time"}
+    costs = [
+        key
+        for key, value in weights.items()
+        if (any(value.values()) if isinstance(value, Mapping) else bool(value))
+    ]
+    if not costs:
+        return [Issue((), "nothing costs anything.", "Write time = 1.0, or effort = 1.0.")]
+    if costs == ["effort"] and "max_time" not in given:
+        what = "effort alone becomes less the longer a motion takes, without end."
+        return [Issue(("effort",), what, "Write max_time = 10.0 [s], or time = 0.1, too.")]
+    return []
 
 
 def system_issues(given: Mapping[str, object], file: object) -> list[Issue]:

@@ -231,6 +231,22 @@ class GoalSection(Section):
         return dict(self.__pydantic_extra__)
 
 
+class ObjectiveSection(Section):
+    """``[objective]``: what a motion costs, where that is not its duration; weights of a sum."""
+
+    time: NotNegative = 0.0  # per [s]
+    effort: NotNegative = 0.0  # of the integral of the sum of the inputs' squares
+    energy: NotNegative = 0.0  # per [J] that an input does or takes up
+    length: dict[BodyName, NotNegative] = {}  # per [m] of the path of a body's origin
+    expression: Text | None = None  # a formula of what a second costs
+    max_time: Seconds | None = None
+
+    @model_validator(mode="after")
+    def _a_cost(self) -> Self:
+        _obey(rules.objective_issues({key: getattr(self, key) for key in _given(self)}))
+        return self
+
+
 class KeepOut(Section):
     """``[[keep_out]]``: an axis of a body stays out of a cone about a direction of the world."""
 
@@ -358,6 +374,7 @@ class Scenario(Section):
     start: dict[str, Coordinate] = {}
     goal: GoalSection = Field(default_factory=GoalSection)
     keep_out: Annotated[Tables[KeepOut], Wanted("a list of [[keep_out]] tables")] = ()
+    objective: ObjectiveSection | None = None
     integration: IntegrationSection = Field(default_factory=IntegrationSection)
     planner: PlannerSection = Field(default_factory=PlannerSection)
     render: RenderSection = Field(default_factory=RenderSection)

@@ -5,6 +5,7 @@ Source: Hairer, Norsett, Wanner, Solving ODEs I, 2nd ed., section II.5.
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -20,6 +21,7 @@ from kinolab.errors import KinolabError, SingularError
 from kinolab.numerics.arrays import Array, allocate
 from kinolab.numerics.struct import Record
 from kinolab.problem import PlanningTask
+from kinolab.problem.objective.costed import costed
 from kinolab.simulation import dop853
 from kinolab.simulation.dop853 import StepTable, make_ode
 from kinolab.simulation.motion_pieces import MotionPieces
@@ -312,6 +314,37 @@ def resimulate(problem: PlanningTask, t: Array, u: Array) -> Trajectory:
     """Re-simulate inputs (N, nu) at times (N+1,) from the problem's start."""
     motion = reference_motion(problem, problem.start, t, u, between=False)
     return trajectory_under(problem.model, motion.t, motion.x, np.asarray(u))
+
+
+def price(problem: PlanningTask, trajectory: Trajectory) -> float | None:
+    """Return what a motion costs by a problem's [objective], integrated anew; None without one.
+
+    Infinite where it cannot be integrated.
+    """
+    return cost_of_inputs(problem, trajectory.inputs, trajectory.t) if costed(problem) else None
+
+
+def cost_of_inputs(problem: PlanningTask, u: Array, t: Array | None = None) -> float:
+    """Return what the motion under inputs (N, nu) at times (N+1,) in [s], or steps, costs.
+
+    By the problem's [objective]; infinite where it cannot be integrated.
+    """
+    times = problem.step * np.arange(len(u) + 1.0) if t is None else t
+    try:
+        return float(costs_along(problem, times, u)[-1])
+    except DivergedError:
+        return math.inf
+
+
+def costs_along(problem: PlanningTask, t: Array, u: Array) -> Array:
+    """Return what a motion has cost at each of its times (N+1,) in [s], under inputs (N, nu).
+
+    Raises:
+        DivergedError: If it cannot be integrated to its end.
+    """
+    priced = costed(problem)
+    assert priced is not None
+    return resimulate(priced, t, u).x[:, priced.cost_entry or 0]
 
 
 def trajectory_under(model: Model, t: Array, x: Array, u: Array) -> Trajectory:

@@ -20,7 +20,13 @@ from kinolab.problem import PlanningTask
 from kinolab.search import AbstractPlanner, Budget, Outcome, SearchResult
 from kinolab.search.plugins import search
 from kinolab.simulation import stiffness
-from kinolab.simulation.reference import DivergedError, follow_map, resimulate, trajectory_under
+from kinolab.simulation.reference import (
+    DivergedError,
+    follow_map,
+    price,
+    resimulate,
+    trajectory_under,
+)
 from kinolab.simulation.step_error import step_error
 from kinolab.solve.plan import REFUSED, PlanResult
 from kinolab.trajectory import Trajectory
@@ -95,6 +101,7 @@ def attempt(
         graph=result.graph,
         warnings=(*result.warnings, *(() if wrong is None else (wrong.sentence,))),
         search_work=work.seconds,
+        price=price(problem, verdict.trajectory) if verdict.trajectory is not None else None,
     )
 
 

@@ -15,6 +15,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 
 from kinolab import trajopt
 from kinolab.numerics.compiling import compilation
@@ -43,6 +44,9 @@ SHOWING = 40  # subproblems of a whole motion that show what becomes of it
 ALIKE = 0.1  # fraction by which least durations of ways on the same side may differ
 MIN_EXPECTED_GAIN = 0.01  # of the duration, by further starts, to go on
 MIN_WAYS = 3  # whose spread says something
+# Of the work where an [objective] says what a motion costs: for quick ones, from which others are
+# made; of what is left, for each of these.
+QUICK_FRACTION, CHEAP_FRACTION = 0.3, 0.6
 STILL_GAINING = 0.05  # of its duration, in the second half of the work: a motion gets as much again
 
 
@@ -89,7 +93,7 @@ class PlanImprover:
             )
             incumbent.begin()
             wanted = self.request.optimize and self._wanted and not incumbent.cancelled()
-            promises = found.status != "solved" or self._promises(found.cost)
+            promises = found.status != "solved" or self._promises(found.duration)
             if found.trajectory is None or not (wanted and promises):
                 self._learn()
                 return incumbent.plan()
@@ -112,7 +116,8 @@ class PlanImprover:
         self._subproblem = trajopt.subproblem_seconds(self.problem, found)
         if self._wanted != "auto":
             return self._wanted
-        return min(max(SUBPROBLEMS * self._subproblem, LEAST_SECONDS), MOST_SECONDS)
+        least = LEAST_SECONDS * (SEARCHES_PER_WAY if self.problem.scenario.objective else 1)
+        return min(max(SUBPROBLEMS * self._subproblem, least), MOST_SECONDS)
 
     def _promises(self, duration: float | None) -> bool:
         """Say whether a motion would beat all others if it gained as much as they did."""
@@ -121,8 +126,8 @@ class PlanImprover:
     def _learn(self, gained: float = 1.0) -> None:
         """Update the shortest duration and the largest reduction factor."""
         best = self._incumbent.best
-        if best.status == "solved" and best.cost is not None:
-            self._shortest = min(self._shortest, best.cost)
+        if best.status == "solved" and best.duration is not None:
+            self._shortest = min(self._shortest, best.duration)
             self._gained = max(self._gained, gained)
 
     def _improve(self, first: Trajectory) -> int:
@@ -133,6 +138,8 @@ class PlanImprover:
         self._unfinished, self._out_of_time, incumbent = False, 0.0, self._incumbent
         refused, limit = incumbent.best.status == REFUSED, self.request.time_limit
         seconds, begun = self._seconds, incumbent.time()
+        if self.problem.scenario.objective:  # a quick motion is a guess for a cheap one
+            seconds *= QUICK_FRACTION
         if refused:  # most of the time is for another search
             seconds = min(seconds, max(MIN_REPAIR_SECONDS, REPAIR_TIME_FRACTION * limit))
 
@@ -155,11 +162,33 @@ class PlanImprover:
             if ways[-1].given is not first and incumbent.best.goal_distance > CENTRE_TOLERANCE:
                 self._finish([RefinedWay(incumbent, first, remaining, alone=True)], remaining)
             unmended = refused and incumbent.best.status == REFUSED
-            if not (self.request.anytime or unmended):
+            if self.problem.scenario.objective:
+                remaining.time_limit = self._seconds
+                self._cheapen([way.progress.shortest for way in reversed(ways)], starts)
+            elif not (self.request.anytime or unmended):
                 self._start_again(starts, ways)
             if incumbent.time() >= limit and not incumbent.cancelled():
                 self._out_of_time = limit
             return starts.made
+
+    def _cheapen(self, quick: Sequence[Trajectory], starts: Starts) -> None:
+        """Make quick motions cost less by [objective], then those of further searches."""
+        incumbent, remaining = self._incumbent, starts.remaining
+        motions = [incumbent.best.trajectory, *quick]
+        longest = trajopt.most_time(self.problem)
+        while not (incumbent.cancelled() or starts.exhausted or remaining.over):
+            given, motions = motions[:AT_ONCE], motions[AT_ONCE:]
+            seconds, forks = CHEAP_FRACTION * remaining.unspent, []
+            for motion in given:
+                own = incumbent.apart()
+                forks.append(own.forked(partial(_cheapen, own), alone=len(given) == 1))
+                forks[-1].ask((motion, seconds))
+            try:
+                incumbent.joined(forks)
+            finally:
+                for fork in forks:
+                    fork.end()
+            motions = motions or [motion for _, motion in starts.others(longest)]
 
     def _several(self, first: Trajectory, starts: Starts) -> list[Trajectory]:
         """Return motions to shorten, the shortest first: as many as can then be told apart.
@@ -305,6 +334,13 @@ class PlanImprover:
                 way.end()
 
 
+def _cheapen(own: Incumbent, motion: Trajectory, seconds: float) -> None:
+    """Offer motions that cost less than one from which they are made, for so much work in [s]."""
+    budget = Budget(seconds, clock=lambda: own.clock.seconds, cancelled=own.cancelled)
+    for cheaper in trajopt.cheapened(own.problem, motion, budget.spent):
+        own.take(cheaper, "cheapen")
+
+
 def _expected_gain(ways: Sequence[RefinedWay], remaining: Budget) -> float:
     """Return the fraction by which further starts may be expected to shorten the best motion.
 
@@ -327,8 +363,8 @@ def _expected_gain(ways: Sequence[RefinedWay], remaining: Budget) -> float:
 
 def _statistics(found: PlanResult, best: PlanResult, further: int) -> dict[str, float]:
     statistics = {"further_searches": float(further)}
-    if found.status == "solved" and found.cost is not None:
-        statistics["raw_duration"] = found.cost
+    if found.status == "solved" and found.duration is not None:
+        statistics["raw_duration"] = found.duration
     if best.trajectory is not None and best.status == "solved":
         statistics["final_duration"] = best.trajectory.duration
         margin = best.certificate.margin if best.certificate else None

@@ -13,6 +13,7 @@ from kinolab.numerics.compiling import compilation, count_elsewhere
 from kinolab.numerics.work import WorkClock, charge, counted_work
 from kinolab.problem import PlanningTask
 from kinolab.search import Budget
+from kinolab.simulation.reference import price
 from kinolab.solve.attempt import MIN_SEARCH_WORK, judging
 from kinolab.solve.plan import Improvement, PlanResult
 from kinolab.trajectory import Trajectory
@@ -168,12 +169,15 @@ class Incumbent:
             self.best,
             status="solved",
             trajectory=trajectory,
+            price=price(self.problem, trajectory),
             goal_distance=self.problem.goal_distance(trajectory.x[-1]),
             message=self.best.message if self.best.status == "solved" else SEARCHED_ALONE,
         )
 
     def _keep(self, found: PlanResult, by: str) -> None:
-        made = Improvement(self.time(), found.cost or 0.0, found.goal_distance, by, found.seed)
+        made = Improvement(
+            self.time(), found.duration or 0.0, found.goal_distance, by, found.seed, found.price
+        )
         self.improvements.append(made)
         self.best = found
         if self.on_improved:

@@ -73,8 +73,9 @@ class Improvement:
         duration: Of the motion in [s]; one that ends exactly in the goal's centre may take longer
             than the one it was derived from.
         goal_distance: Norm of the goal errors at the end, in SI units.
-        by: The stage that produced it: ``search``, ``repair`` or ``shorten``.
+        by: The stage that produced it: ``search``, ``repair``, ``shorten`` or ``cheapen``.
         seed: Random seed of the search that it started from.
+        price: As of a plan.
     """
 
     after: float
@@ -82,6 +83,7 @@ class Improvement:
     goal_distance: float
     by: str
     seed: int
+    price: float | None = None
 
 
 @dataclass(frozen=True)
@@ -110,6 +112,7 @@ class PlanResult:
             continued.
         warnings: What the plan does not suffer from but the search did, in sentences.
         search_work: What the search takes on an idle computer, about, in [s].
+        price: What the motion costs by the scenario's [objective], None without one.
     """
 
     status: str
@@ -131,6 +134,7 @@ class PlanResult:
     refused: dict[str, int] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
     search_work: float = 0.0
+    price: float | None = None
 
     @property
     def exit_code(self) -> int:
@@ -140,16 +144,21 @@ class PlanResult:
         return EXIT_CODES["interrupted" if self.interrupted else self.status]
 
     @property
-    def cost(self) -> float | None:
-        """Duration in [s], None if nothing was found."""
+    def duration(self) -> float | None:
+        """Of the motion in [s], None if nothing was found."""
         return None if self.trajectory is None else self.trajectory.duration
+
+    @property
+    def cost(self) -> float | None:
+        """What the motion costs by [objective], or else its duration in [s]; None without one."""
+        return self.duration if self.price is None else self.price
 
     @property
     def rank(self) -> tuple[int, float, float]:
         """Sort key, smaller is better.
 
         Verified plans that end in the goal's centre come before those that end elsewhere within
-        its tolerance, then shorter ones first; plans that miss the goal or are unverified are
+        its tolerance, then those of less cost first; plans that miss the goal or are unverified are
         ordered by their distance from it.
         """
         if self.status == "solved":

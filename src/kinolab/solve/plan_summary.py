@@ -19,6 +19,11 @@ NOTABLE = 0.01  # gain of the second half of improvement that is told
 def progress_text(found: PlanResult, *, anytime: bool) -> str:
     """Describe a plan that improves on all previous ones."""
     first, last = found.improvements[0], found.improvements[-1]  # longer, if it is exact at last
+    if first.price is not None and last.price is not None:
+        return (
+            f"optimising: a cost of {last.price:.4g} (first found: {first.price:.4g}), "
+            f"after {last.after:.1f} s"
+        )
     if anytime:
         best = min(found.improvements, key=lambda one: one.duration)
         return f"seed {best.seed}: {best.duration:.2f} s of motion, after {best.after:.1f} s"
@@ -52,6 +57,10 @@ def summary(problem: PlanningTask, found: PlanResult, sentences: Sequence[str] =
             f"{found.iterations} iterations in "
             f"{found.timings['search']:.2f} s"
         )
+    if found.price is not None:
+        first = found.improvements[0].price if found.improvements else found.price
+        before = "" if first in {None, found.price} else f" (first found: {first:.4g})"
+        lines.append(f"  by [objective] it costs {found.price:.4g}{before}")
     if found.refused:
         lines.append(f"  {_refusals(found.refused)}")
     if len(found.attempts) > 1:
@@ -82,7 +91,7 @@ def _more_time(statistics: Mapping[str, float]) -> str:
 def _before(found: PlanResult) -> str:
     """Describe the duration before optimisation, if it was shortened."""
     raw = found.statistics.get("raw_duration")
-    return f" (first found: {raw:.2f} s)" if raw not in {None, found.cost} else ""
+    return f" (first found: {raw:.2f} s)" if raw not in {None, found.duration} else ""
 
 
 def _refusals(refused: Mapping[str, int]) -> str:

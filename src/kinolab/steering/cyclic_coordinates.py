@@ -41,6 +41,8 @@ def cyclic_coordinates(problem: PlanningTask) -> NDArray[np.bool_]:
         found[i] = not bound and not any(
             matters(problem, states, i) for matters in (_shows, _turns_what_is_aimed, _demands)
         )
+    if problem.cost_entry is not None:
+        found[problem.cost_entry] = True
     return found
 
 

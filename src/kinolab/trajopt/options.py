@@ -22,6 +22,7 @@ class NlpOptions:
     max_substeps: int = setting(64, meaning="Substeps of a step at most.")
     derivative_tolerance: float = setting(1e-4, meaning="Error of derivatives: none of a motion.")
     sampled_step_stride: int = setting(4, meaning="Steps of which one shows that error.")
+    curvature_step: float = setting(1e-4, meaning="Finite difference of a cost, of a scale.")
     check_resolution: float = setting(0.12, meaning="Motion between two samples, about.")
     max_samples_per_step: int = setting(8, meaning="Samples of a step at most.")
     check_factor: int = setting(4, meaning="Times as many samples where a motion is judged.")

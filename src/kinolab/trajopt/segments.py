@@ -19,7 +19,7 @@ from kinolab.problem.goal import Goal, PartTarget
 from kinolab.problem.time_steps import covering_steps
 from kinolab.steering.cyclic_coordinates import cyclic_coordinates
 from kinolab.trajectory import Trajectory
-from kinolab.trajopt.minimum_time import minimize_time
+from kinolab.trajopt.minimum_cost import minimize_cost
 from kinolab.trajopt.nlp.decision import Knots, resampled
 from kinolab.trajopt.nlp.dynamics_constraint import is_discrete, refined, true_trajectory
 from kinolab.trajopt.nlp.feasibility_check import satisfies_all
@@ -36,6 +36,8 @@ class Segments:
         clearance: Safety margin of distances on the coarse grid, in machine sizes.
         cancelled: Whether to give up.
         room: The same margin in [m], at least.
+        spare: Time in [s] by which a segment may be longer, where its duration is not what it
+            costs.
 
     Attributes:
         task: The trajectory optimisation problem.
@@ -48,8 +50,10 @@ class Segments:
         clearance: float,
         cancelled: Callable[[], bool],
         room: float = 0.0,
+        spare: float = 0.0,
     ) -> None:
         self.problem, self.space, self.cancelled = problem, problem.space, cancelled
+        self.spare = spare
         self.task = TrajectoryProblem(
             problem,
             clearance,
@@ -71,14 +75,14 @@ class Segments:
         count = max(SHORT.min_steps, min(knots, len(motion.u)))
         few = resampled(motion.t, motion.x, motion.inputs, count, self.space)
         lengths = (SHORT.eased[0] * few.h, SHORT.eased[1] * few.h)
-        below = (1 - SHORT.min_segment_gain) * motion.duration
+        below = (1 - SHORT.min_segment_gain) * self.problem.cost_of(motion)
         return self._made(task, few, lengths, SQP.closure_iterations, below)
 
     def along(self, guess: Knots, motion: Trajectory, *, last: bool) -> Trajectory | None:
         """Like ``quicker``, but from a guess of another path."""
         task = self._between(motion.x[0], None if last else motion.x[-1])
         lengths = (SHORT.stretch[0] * guess.h, SHORT.stretch[1] * guess.h)
-        below = (1 - SHORT.min_segment_gain) * motion.duration
+        below = (1 - SHORT.min_segment_gain) * self.problem.cost_of(motion)
         return self._made(
             task, guess, lengths, SHORT.far_iterations, below, penalty=SQP.bold_penalty
         )
@@ -107,18 +111,23 @@ class Segments:
         below: float,
         penalty: float = SQP.violation_penalty,
     ) -> Trajectory | None:
-        """Restore feasibility from a guess, minimise time and re-simulate; None if that fails.
+        """Restore feasibility from a guess, minimise cost and re-simulate; None if that fails.
 
-        The result takes less than ``below``, in [s].
+        The result costs less than ``below``.
         """
         knots = self._closed(task, guess, lengths, iterations, penalty)
         if knots is None:
             return None
         times, least = self._steps(lengths[1], knots.h), SHORT.min_segment_duration * knots.h
-        fast = minimize_time(task, knots, (least, knots.h), times=times, tolerances=LOOSE)
+        price, longest = self.problem.cost_of, knots.h
+        if self.problem.cost_entry is not None:
+            longest = max(
+                min(times * self.problem.step, longest + self.spare / len(knots.u)), longest
+            )
+        fast = minimize_cost(task, knots, (least, longest), times=times, tolerances=LOOSE)
         times = self._steps(times * self.problem.step, fast.h)
-        found = self._true(task, fast, times) if fast.duration < below else None
-        return found if found is not None and found.duration < below else None
+        found = self._true(task, fast, times) if price(fast) < below else None
+        return found if found is not None and price(found) < below else None
 
     def _closed(
         self,

@@ -15,7 +15,12 @@ import numpy as np
 from kinolab.arguments import require_fit
 from kinolab.errors import KinolabError
 from kinolab.problem import PlanningTask
-from kinolab.simulation.reference import MAX_ERROR_AMPLIFICATION, DivergedError, ReferenceMotion
+from kinolab.simulation.reference import (
+    MAX_ERROR_AMPLIFICATION,
+    DivergedError,
+    ReferenceMotion,
+    price,
+)
 from kinolab.trajectory import Trajectory
 from kinolab.verification.check import Check, CheckContext, require_motion_of
 from kinolab.verification.check_conditions import CheckConditions
@@ -41,11 +46,14 @@ class Certificate:
         margin: Smallest clearance along the motion; None if it collides, cannot be integrated or is
             too fast for it to be found, or if there is nothing to collide with.
         conditions: What the checks depend on.
+        cost: What the motion costs by [objective], integrated by the verifier; None without
+            one, and of a motion that does not pass.
     """
 
     checks: tuple[Check, ...]
     margin: ClearanceMargin | None = None
     conditions: CheckConditions | None = None
+    cost: float | None = None
 
     @property
     def passed(self) -> bool:
@@ -92,7 +100,9 @@ def verify(
     checks = tuple(_checked(context, CHECKS))
     free = any(check.name == "collision" and check.passed for check in checks)
     margin = _margin(context) if free else None
-    return Certificate(checks, margin, CheckConditions.of(problem))
+    sound = all(check.passed for check in checks)
+    cost = price(problem, trajectory) if sound else None
+    return Certificate(checks, margin, CheckConditions.of(problem), cost)
 
 
 def dynamics_checks(problem: PlanningTask, trajectory: Trajectory) -> tuple[Check, ...]:

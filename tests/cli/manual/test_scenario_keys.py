@@ -103,6 +103,11 @@ ARM = (
 )
 
 
+MODEL = """<mujoco><worldbody><body><joint name="shoulder" axis="0 1 0"/>
+<geom type="capsule" fromto="0 0 0 0.4 0 0" size="0.03" mass="1"/></body></worldbody><actuator>
+<position joint="shoulder" kp="9" ctrlrange="-2 2" forcerange="-5 5"/></actuator></mujoco>"""
+
+
 @pytest.fixture
 def home(tmp_path: Path) -> Path:
     """A folder with the files that the examples name."""
@@ -112,6 +117,7 @@ def home(tmp_path: Path) -> Path:
     whole = next(s for s in sections_of(text) if s.title == "A complete machine")
     (tmp_path / "cart_pendulum.py").write_text(examples_in(whole, "python")[0])
     (tmp_path / "arm.urdf").write_text(ARM)
+    (tmp_path / "arm.xml").write_text(MODEL)
     return tmp_path
 
 

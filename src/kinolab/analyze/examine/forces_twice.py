@@ -22,7 +22,7 @@ from kinolab.dynamics.language.mechanism_parts import (
     loads_in,
     up_in,
 )
-from kinolab.dynamics.language.quantities import written
+from kinolab.dynamics.language.quantities import frames_in, written
 from kinolab.dynamics.language.symbols import InputSymbol, ReferenceSymbol, StateSymbol
 from kinolab.numerics.arrays import Array
 from kinolab.simulation.stability import random_states
@@ -34,7 +34,7 @@ SAME = 1e-6  # relative: a thousand times that error
 def forces_twice(subject: Subject) -> Iterator[Remark]:
     """Yield the efforts that are the weight, or an inertial force, of what the machine moves."""
     system, model = subject.system, subject.model
-    efforts = [effort for effort in system.efforts if not _driven(effort)]
+    efforts = [e for e in system.efforts if not (_driven(e) or _is_between_frames(e))]
     if not efforts or is_kinematic(system):
         return
     states = random_states(model)
@@ -59,6 +59,12 @@ def forces_twice(subject: Subject) -> Iterator[Remark]:
 def _driven(effort: Effort) -> bool:
     driven = InputSymbol | StateSymbol | ReferenceSymbol
     return any(isinstance(atom, driven) for atom in atoms_of(effort))
+
+
+def _is_between_frames(effort: Effort) -> bool:
+    """Whether it depends on where several frames are, as springs and ropes do, and no weight."""
+    sizes = [*energies_in(effort), *(load.magnitude for load in loads_in(effort))]
+    return len({frame for size in sizes for frame in frames_in(size)}) > 1
 
 
 def _whose(subject: Subject, k: int) -> str:
@@ -91,16 +97,17 @@ def _generalised(subject: Subject, effort: Effort, states: Array, q_dots: Array)
         - sum((written(energy).diff(c) for energy in energies_in(effort)), sympy.Integer(0))
         for c in plain
     ]  # fmt: skip
+    # As arguments: put into long formulas, numbers let SymPy compare for minutes what Max is of.
     values = {p: system.parameter_values[p.name] for p in system.parameters}
-    along = [sympy.sympify(one).subs(up_in(system)).subs(values) for one in along]
-    symbols = [*plain, *(c.rates[0] for c in plain)]
-    if {s for one in along for s in one.free_symbols} - set(symbols):
+    values |= {up: system.number(entry) for up, entry in up_in(system).items()}
+    symbols = [*plain, *(c.rates[0] for c in plain), *values]
+    if {s for one in along for s in sympy.sympify(one).free_symbols} - set(symbols):
         return np.full((len(states), len(plain)), np.nan)  # it acts on attitudes
     columns = [*subject.plain.values()]
     numbers = np.hstack([states[:, columns], q_dots[:, columns]]).T
     force = sympy.lambdify(symbols, along, "numpy")
     with np.errstate(all="ignore"):
-        rows = [np.broadcast_to(one, len(states)) for one in force(*numbers)]
+        rows = [np.broadcast_to(one, len(states)) for one in force(*numbers, *values.values())]
     return np.array(rows, dtype=float).T
 
 

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 from abc import abstractmethod
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import ClassVar
 
 import numpy as np
@@ -15,6 +16,7 @@ from kinolab.dynamics.codegen.methods import METHODS
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.work import charge, in_whole_ticks
 from kinolab.problem import PlanningTask
+from kinolab.problem.objective.costed import costed
 from kinolab.problem.time_steps import covering_steps
 from kinolab.scenario import improvement_seconds
 from kinolab.search.budget import Budget
@@ -22,7 +24,15 @@ from kinolab.search.planner import AbstractTreeSearch
 from kinolab.search.result import Outcome, SearchResult, unsolved
 from kinolab.search.tree.sub_searches import GoalConnections, InterleavedSearches, SubSearch
 from kinolab.search.tree.time_slices import RestartRounds, TimeSlices
-from kinolab.search.tree.tree import FULL, REACHED, Tree, controls_to, nearer, step_counts
+from kinolab.search.tree.tree import (
+    COST_UNIT,
+    FULL,
+    REACHED,
+    Tree,
+    controls_to,
+    nearer,
+    step_counts,
+)
 from kinolab.search.tree.tree_extension import (
     UNBOUNDED_STEPS,
     AbstractTreeExtension,
@@ -31,6 +41,7 @@ from kinolab.search.tree.tree_extension import (
 )
 from kinolab.settings import setting, with_default
 from kinolab.simulation import Propagator
+from kinolab.simulation.reference import cost_of_inputs
 from kinolab.simulation.resimulated_goal import TrueEnds
 
 # solutions rejected by re-simulation after which the tree restarts
@@ -47,6 +58,7 @@ class AbstractCompiledPlanner(AbstractTreeSearch):
 
     in_threads: ClassVar[bool] = True
     work_per_iteration: ClassVar[float] = 0.0  # which is charged while a tree grows
+    compares_costs: ClassVar[bool] = False  # whether an [objective] decides what becomes a node
 
     control_samples: int = setting(
         1, 1, 1000, meaning="Inputs that are compared before one is held."
@@ -80,7 +92,8 @@ class AbstractCompiledPlanner(AbstractTreeSearch):
 
     def solve(self, problem: PlanningTask, seed: int, budget: Budget) -> SearchResult:
         """Grow a tree from the start into the goal region, then improve the solution."""
-        tree = self.extension(problem, search_state(problem, self.goal_region_scale, seed))
+        priced = (self.compares_costs and costed(problem)) or problem
+        tree = self.extension(priced, search_state(priced, self.goal_region_scale, seed))
         with closing(tree):
             return self._grow(problem, seed, budget, tree)
 
@@ -92,9 +105,12 @@ class AbstractCompiledPlanner(AbstractTreeSearch):
         section = problem.scenario.planner
         seconds = improvement_seconds(section.improve if budget.improve is None else budget.improve)
         budget.restart()  # code was compiled and loaded until here
-        best = IncumbentImprovement(budget, seconds, problem.step)
+        own = problem if tree.nodes.cost_entry < 0 else costed(problem) or problem
+        cost = len if own is problem else partial(trees_cost, problem)
+        best = IncumbentImprovement(budget, seconds, problem.step, cost)
         best.bound(tree)
-        beside = InterleavedSearches(self.beside(problem, seed, budget))
+        sub_searches = self.beside(problem, seed, budget) if own is problem else ()
+        beside = InterleavedSearches(sub_searches)
         truth, rounds = TrueEnds(problem), RestartRounds(self.restart_after)
         slices = TimeSlices(budget, rounds)
         own_map = problem.scenario.integration.truth == "discrete"  # no re-simulation needed
@@ -139,7 +155,7 @@ class AbstractCompiledPlanner(AbstractTreeSearch):
         there_is_one = outcome is Outcome.SOLVED or budget.below < math.inf
         if there_is_one or budget.interrupted:
             return result  # nobody asks why none was found
-        sources = rejection_sources(problem, tree.nodes, self.max_steps, budget)
+        sources = rejection_sources(own, tree.nodes, self.max_steps, budget)
         return replace(result, rejections=sources)
 
 
@@ -175,14 +191,18 @@ class IncumbentImprovement:
         budget: Of the search.
         seconds: Time to continue after the first solution, in [s].
         step: Time step of the motions in [s].
+        cost: Returns what inputs (N, nu) cost; the number of steps when left out.
 
     Attributes:
         u: Inputs of the shortest solution (N, nu); None before there is one.
         statistics: Duration of the first solution in [s], and the number of improvements.
     """
 
-    def __init__(self, budget: Budget, seconds: float, step: float) -> None:
+    def __init__(
+        self, budget: Budget, seconds: float, step: float, cost: Callable[[Array], int] = len
+    ) -> None:
         self._clock, self._seconds, self._step = budget.clock, seconds, step
+        self._cost = cost
         self._until, self._pointless = math.inf, False
         self._most, self._gained, self._patience = UNBOUNDED_STEPS, math.inf, budget.patience
         if math.isfinite(budget.below) and seconds > 0:
@@ -203,8 +223,8 @@ class IncumbentImprovement:
             tree.shorten(self._most)
 
     def wants(self, u: Array) -> bool:
-        """Say whether inputs (N, nu) are shorter than the incumbent."""
-        return len(u) < self._most
+        """Say whether inputs (N, nu) are shorter, or cost less, than the incumbent."""
+        return self._cost(u) < self._most
 
     def found(self, u: Array, tree: AbstractTreeExtension) -> None:
         """Accept inputs (N, nu) as the incumbent, and bound the tree by their length."""
@@ -213,8 +233,13 @@ class IncumbentImprovement:
             self._until = self._clock() + self._seconds
         else:
             self.statistics["improvements"] += 1.0
-        self.u, self._most, self._gained = u, len(u), self._clock()
-        self._pointless = self.over or not tree.shorten(len(u))
+        self.u, self._most, self._gained = u, self._cost(u), self._clock()
+        self._pointless = self.over or not tree.shorten(self._most)
+
+
+def trees_cost(problem: PlanningTask, u: Array) -> int:
+    """Return what inputs (N, nu) cost by [objective], as trees count it."""
+    return int(min(cost_of_inputs(problem, u) / COST_UNIT, UNBOUNDED_STEPS - 1.0))
 
 
 def step_seconds(problem: PlanningTask) -> float:

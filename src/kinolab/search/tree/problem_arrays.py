@@ -45,6 +45,7 @@ class ProblemArrays(NamedTuple):
     goal_samples: Array  # (states, nx) around the goal
     goal_states: Array  # (states, nx) in the goal
     step: float  # of propagation, in [s]
+    cost_entry: int  # the entry of the state that is the cost so far; -1 where steps are counted
 
 
 def gather_problem(problem: PlanningTask, goal_region_scale: float, seed: int) -> ProblemArrays:
@@ -67,6 +68,7 @@ def gather_problem(problem: PlanningTask, goal_region_scale: float, seed: int) -
         goal_samples=problem.sample_goals(random, spreads),
         goal_states=problem.sample_goals(random, np.ones(GOAL_STATES)),
         step=problem.step,
+        cost_entry=-1 if problem.cost_entry is None else problem.cost_entry,
     )
 
 

@@ -21,6 +21,7 @@ from kinolab.simulation.propagator import COLLISION, EQUATIONS, LIMIT
 GROWING, REACHED, FULL = 0, 1, 2  # status of growth: may continue, goal reached, capacity used
 ALL_STEPS = 3  # index of the count of all steps, after those of rejections by cause
 NONE = np.int64(-1)  # parent of the start; typed, since a literal would trigger recompilation
+COST_UNIT = 1e-9  # of a cost that is a state, by which trees count in whole numbers as by steps
 ROUNDING_FACTOR = 1.0 - 1e-6  # keeps clearances conservative in single precision
 
 
@@ -31,9 +32,10 @@ class Tree(NamedTuple):
     u: Annotated[Array, "capacity", "nu"]  # input from the parent
     parent: Annotated[NDArray[np.int32], "capacity"]  # -1 for the start
     steps: Annotated[NDArray[np.int32], "capacity"]  # duration of the input
-    cost: Annotated[Integers, "capacity"]  # steps from the start
+    cost: Annotated[Integers, "capacity"]  # steps from the start, or what these cost
     clearance: Annotated[NDArray[np.float32], "capacity"]  # lower bound of the clearance in [m]
     failures: Annotated[NDArray[np.int32], "capacity"]  # failed extensions
+    cost_entry: int  # as the problem's arrays have it
     size: Annotated[Integers, 1]
     rejections: Annotated[Integers, 4]  # steps rejected by cause, and all steps
     neighbours: RTree
@@ -66,6 +68,7 @@ def tree(
         Tree,
         sizes,
         neighbours=r_tree(capacity if neighbours else 1, period),
+        cost_entry=arrays.cost_entry,
     )
 
 
@@ -83,11 +86,19 @@ def insert_node(tree, x, u, parent, steps, known_clearance):  # type: ignore[no-
     copy(x, tree.x[node])
     copy(u, tree.u[node])
     tree.parent[node], tree.steps[node] = parent, steps
-    tree.cost[node] = steps + (tree.cost[parent] if parent >= 0 else 0)
+    tree.cost[node] = cost_at(tree, parent, x, steps)
     tree.clearance[node] = known_clearance * ROUNDING_FACTOR
     tree.failures[node] = 0
     tree.size[0] += 1
     return node
+
+
+@kernel
+def cost_at(tree, parent, x, steps):  # type: ignore[no-untyped-def]
+    """Return the cost of a state (nx,), so many steps from its parent, or NONE for the start."""
+    if tree.cost_entry >= 0:
+        return np.int64(x[tree.cost_entry] / COST_UNIT)
+    return np.int64(steps + (tree.cost[parent] if parent >= 0 else 0))
 
 
 @kernel

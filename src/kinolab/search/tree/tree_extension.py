@@ -5,6 +5,8 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from typing import NamedTuple
 
+import numpy as np
+
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.rng import State, generator
 from kinolab.problem import PlanningTask
@@ -68,7 +70,9 @@ class AbstractTreeExtension(ABC):
     def explored(self) -> SearchGraph:
         """Return a copy of the tree, thinned if it is large."""
         nodes = self.nodes
-        return SearchGraph.of_tree(lambda kept: nodes.x[kept], nodes.parent[: int(nodes.size[0])])
+        own = np.arange(nodes.x.shape[1]) != nodes.cost_entry
+        parents = nodes.parent[: int(nodes.size[0])]
+        return SearchGraph.of_tree(lambda kept: nodes.x[kept][:, own], parents)
 
     def shorten(self, steps: int) -> bool:  # noqa: ARG002
         """Search only for motions of fewer steps from now on; return whether any may exist."""

@@ -12,7 +12,7 @@ const CLOSEST = 0.02; // of the whole time: the least that plots show
 export function buildPlots(data, array, clock, repainted) {
   const knots = array(data.knots), plots = element("div"), chips = element("div", { class: "chips" });
   const shown = [], span = buildSpan(knots, () => shown.forEach((plot) => { plot.draw(); plot.follow(clock.time); }));
-  const states = data.series.filter(({ title }) => title !== "Angles");
+  const states = data.series.filter(({ title }) => title !== "Angles" && title !== "Cost");
   data.series.forEach((series) => {
     const values = array(series.values), rows = values.length / Math.max(series.names.length, 1);
     const first = series.first ?? firstShown(series, FIRST[states.indexOf(series)] ?? 0);

@@ -23,6 +23,7 @@ from kinolab.show.scene.driving import driving_of
 from kinolab.show.scene.keyframes import key_poses
 from kinolab.show.scene.pose_sliders import posing_of, room_of
 from kinolab.show.scene.problem_picture import path_body, picture
+from kinolab.simulation.reference import DivergedError, costs_along
 from kinolab.solve import PlanResult
 from kinolab.trajectory import Trajectory
 
@@ -30,6 +31,7 @@ Shown: TypeAlias = PlanResult | Trajectory | Run | None
 
 POSED = "The machine by itself. Move it by its sliders."
 UNPLANNED = "A motion by itself: kinolab.verify says whether it solves the problem."
+UNLIMITED = (-math.inf, math.inf, "")
 SHOWN = 3  # states that are plotted at first: those that the goal names, before others
 
 
@@ -46,7 +48,18 @@ def told(problem: PlanningTask, trajectory: Trajectory) -> list[Series]:
     for part in held if len(trajectory.u) else ():
         source = model.plant if part.name == "u" else model
         found.append(replace(_series(part, source.control_bounds, ruled), held=True))
-    return [*angles, replace(found[0], first=first), *found[1:]]
+    return [*angles, *_cost(problem, trajectory), replace(found[0], first=first), *found[1:]]
+
+
+def _cost(problem: PlanningTask, trajectory: Trajectory) -> list[Series]:
+    """Return what the motion has cost so far by [objective], if that is there."""
+    if problem.scenario.objective is None or not len(trajectory.u):
+        return []
+    try:
+        values = costs_along(problem, trajectory.t, trajectory.inputs)[:, None]
+    except DivergedError:
+        return []
+    return [Series("Cost", ("cost so far",), ("",), values, limits=(UNLIMITED,), first=(0,))]
 
 
 def _series(part: Block, bounds: Array, ruled: set[str]) -> Series:

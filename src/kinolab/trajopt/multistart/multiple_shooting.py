@@ -28,7 +28,7 @@ from kinolab.problem.time_steps import covering_steps
 from kinolab.simulation.reference import trajectory_under
 from kinolab.trajectory import Trajectory
 from kinolab.trajopt.exact import make_exact
-from kinolab.trajopt.minimum_time import minimize_time
+from kinolab.trajopt.minimum_cost import minimize_cost
 from kinolab.trajopt.multistart.geometric_path import GeometricPaths
 from kinolab.trajopt.multistart.guesses import Guesses
 from kinolab.trajopt.multistart.headings import turned_along, turned_for_requirements
@@ -102,7 +102,7 @@ def _faster(task: TrajectoryProblem, knots: Knots, block: int) -> Trajectory | N
     if exact is None:
         return None
     lengths = (GUESS.min_repeatable * knots.h, knots.h)
-    fast = minimize_time(task, exact, lengths, times=block)
+    fast = minimize_cost(task, exact, lengths, times=block)
     h = task.problem.step
     block = max(1, math.floor(fast.h / h))
     steps = covering_steps(fast.duration, block * h)

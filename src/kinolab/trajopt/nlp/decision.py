@@ -144,18 +144,23 @@ class Weights:
         effort: Of the mean square scaled input.
         stay: Of the mean square scaled change of states and inputs (proximal term).
         penalty: Of the constraint violation: defects, goal and inequalities.
+        spent: Of what the motion has cost at its end.
+        entry: The entry of the state that is this cost, where there is one.
     """
 
     time: float
     effort: float
     stay: float
     penalty: float
+    spent: float = 0.0
+    entry: int = -1
 
 
 def cost(knots: Knots, scaling: Scaling, weights: Weights) -> float:
     """Cost of a trajectory without the penalty on constraint violation."""
     effort = float(np.mean((knots.u / scaling.u) ** 2)) if knots.u.size else 0.0
-    return weights.time * knots.duration + weights.effort * effort
+    spent = weights.spent * float(knots.x[-1, weights.entry])
+    return weights.time * knots.duration + weights.effort * effort + spent
 
 
 def even_knots(problem: PlanningTask, trajectory: Trajectory) -> Knots:

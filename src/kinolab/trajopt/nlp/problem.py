@@ -24,7 +24,7 @@ from kinolab.simulation import Propagator
 from kinolab.simulation.collision_context import resolution
 from kinolab.simulation.sensitivities import StepSensitivities
 from kinolab.trajopt.nlp.collision_constraints import CollisionConstraints
-from kinolab.trajopt.nlp.decision import Knots, Scaling
+from kinolab.trajopt.nlp.decision import Knots, Scaling, Weights
 from kinolab.trajopt.nlp.dynamics_constraint import derived_map, is_discrete
 from kinolab.trajopt.nlp.goal_constraint import GoalConstraint
 from kinolab.trajopt.nlp.linearization import Linearization
@@ -37,8 +37,9 @@ from kinolab.trajopt.nlp.path_constraints import (
     variable_scales,
 )
 from kinolab.trajopt.nlp.transitions import Transitions
-from kinolab.trajopt.options import NLP
+from kinolab.trajopt.options import NLP, SQP
 
+EFFORT = 1e-3  # weight of the mean square input, and of changes, relative to 1 for the cost
 Inequalities: TypeAlias = PathConstraints | CollisionConstraints  # along a trajectory
 
 
@@ -150,6 +151,38 @@ class TrajectoryProblem:
         high = np.minimum(upper, np.maximum(upper - inset, most))
         bounds = np.column_stack([low, high])
         return Scaling(problem.scales, large, bounds, limits, (shortest, longest))
+
+    def weights(self, knots: Knots) -> Weights:
+        """Return weights by which the cost of a motion is 1, beside a little effort."""
+        entry, rest = self.problem.cost_entry, (EFFORT, EFFORT, SQP.violation_penalty)
+        if entry is None:
+            return Weights(1 / knots.duration, *rest)
+        return Weights(0.0, 0.0, *rest[1:], spent=1 / self.problem.cost_of(knots), entry=entry)
+
+    def curvature(self, knots: Knots, scaling: Scaling, weights: Weights) -> Array | None:
+        """Return the convex part of the second derivatives of the cost, as ``Subproblem`` has it.
+
+        Of the rate of the cost alone, at the knots: what curves the motion is left out, as Gauss
+        and Newton do.
+        """
+        entry = self.problem.cost_entry
+        if entry is None:
+            return None
+        z, large = np.hstack([knots.x[:-1], knots.u]), np.concatenate([scaling.x, scaling.u])
+        ends = NLP.curvature_step * np.vstack([np.eye(z.shape[1]), -np.eye(z.shape[1])]) * large
+        slopes = np.array([self._slopes(z + end, entry) for end in ends]) * large
+        forward, back = np.split(slopes, 2)
+        H = (forward - back).transpose(1, 0, 2) / (2 * NLP.curvature_step)
+        H *= weights.spent * knots.lengths[knots.phase][:, None, None]
+        values, vectors = np.linalg.eigh((H + H.transpose(0, 2, 1)) / 2)
+        convex: Array = vectors * np.maximum(values, 0.0)[:, None, :] @ vectors.transpose(0, 2, 1)
+        return convex
+
+    def _slopes(self, z: Array, entry: int) -> Array:
+        """Return the derivatives of the rate of the cost by states and inputs (N, nx + nu)."""
+        model = self.problem.model
+        by_x, by_u = model.jacobian(z[:, : model.nx], z[:, model.nx :])
+        return np.hstack([by_x[:, entry], by_u[:, entry]])
 
     def within_limits(self, knots: Knots) -> Knots:
         """Clip knots to the limits of states and inputs, and begin them at the start."""

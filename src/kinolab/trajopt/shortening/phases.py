@@ -21,7 +21,7 @@ from kinolab.problem.time_steps import covering_steps
 from kinolab.simulation.sensitivities import StepSensitivities
 from kinolab.steering.cyclic_coordinates import cyclic_coordinates
 from kinolab.trajectory import Trajectory
-from kinolab.trajopt.minimum_time import minimize_time
+from kinolab.trajopt.minimum_cost import minimize_cost
 from kinolab.trajopt.nlp.decision import Knots, Phases, resampled
 from kinolab.trajopt.nlp.dynamics_constraint import (
     is_discrete,
@@ -123,7 +123,7 @@ def _faster(task: TrajectoryProblem, guess: Knots, tolerances: StoppingTolerance
     if knots is None:
         return None
     lengths = (_least(task.problem), knots.lengths)
-    return minimize_time(task, knots, lengths, tolerances=tolerances)
+    return minimize_cost(task, knots, lengths, tolerances=tolerances)
 
 
 def _checked(task: TrajectoryProblem, knots: Knots) -> Trajectory | None:

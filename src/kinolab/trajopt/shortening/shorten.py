@@ -18,7 +18,7 @@ from kinolab.search.budget import Budget
 from kinolab.simulation.reference import DivergedError, resimulate
 from kinolab.trajectory import Trajectory
 from kinolab.trajopt.exact import connect_to_goal
-from kinolab.trajopt.minimum_time import minimize_time
+from kinolab.trajopt.minimum_cost import minimize_cost
 from kinolab.trajopt.nlp.decision import Knots, even_knots, resampled
 from kinolab.trajopt.nlp.dynamics_constraint import is_motion, refined, true_trajectory
 from kinolab.trajopt.nlp.feasibility_check import (
@@ -226,7 +226,7 @@ def _with_few_knots(
         )
         if knots is not None:
             lengths = (SHORT.min_duration * knots.h, knots.h)
-            return refined(problem, minimize_time(task, knots, lengths, times=block), block)
+            return refined(problem, minimize_cost(task, knots, lengths, times=block), block)
         block //= 2
     return None
 
@@ -239,7 +239,7 @@ def _shorter(task: TrajectoryProblem, knots: Knots) -> Knots:
         before = knots.duration
         longest = task.problem.step
         lengths = (min(SHORT.step_reduction * longest, knots.h), longest)
-        knots = _with_fewer_steps(task, minimize_time(task, knots, lengths), knots)
+        knots = _with_fewer_steps(task, minimize_cost(task, knots, lengths), knots)
         if knots.duration > before * (1 - SHORT.min_round_gain):
             break
     return knots

@@ -18,7 +18,7 @@ import scipy
 
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.work import charge
-from kinolab.trajopt.nlp.decision import Knots, Scaling, Weights
+from kinolab.trajopt.nlp.decision import Scaling
 from kinolab.trajopt.nlp.linearization import Linearization
 from kinolab.trajopt.nlp.path_constraints import LinearInequalities
 from kinolab.trajopt.options import SQP
@@ -58,14 +58,15 @@ def solve(given: Subproblem, accuracy: float = 1e-9) -> Step | None:
     missing = linearization.violation(scaling)
     A, b = _equalities(linearization, scaling, columns)
     G, low = _inequalities(rows, scaling, columns)
-    P, c = _cost(knots, scaling, weights, columns, open_defects)
+    P, c = _cost(given, columns, open_defects)
     lower, upper = _limits(given.region, columns, open_defects)
     solver = piqp.SparseSolver()
     settings = solver.settings
     settings.eps_abs, settings.eps_rel = accuracy, accuracy
     settings.max_iter = 60
     settings.reg_lower_limit = SQP.regularisation
-    worst = weights.penalty * missing + weights.time * knots.duration
+    spent = weights.spent * float(knots.x[-1, weights.entry])
+    worst = weights.penalty * missing + weights.time * knots.duration + spent
     settings.eps_duality_gap_abs = max(SQP.optimality_tolerance * worst, accuracy)
     solver.setup(P, c, A, b, G, low, np.full(len(low), np.inf), lower, upper)
     status = solver.solve()
@@ -153,9 +154,8 @@ def _inequalities(rows: LinearInequalities, scaling: Scaling, at: _Columns) -> t
     return _matrix(entries, (len(row), at.size)), -rows.value
 
 
-def _cost(
-    knots: Knots, scaling: Scaling, weights: Weights, at: _Columns, open_defects: float
-) -> tuple[Any, Array]:
+def _cost(given: Subproblem, at: _Columns, open_defects: float) -> tuple[Any, Array]:
+    knots, scaling, weights = given.linearization.knots, given.scaling, given.weights
     steps, nu = knots.u.shape
     square, linear = np.full(at.size, SQP.step_damping), np.zeros(at.size)
     fraction = np.divide(knots.u, scaling.u)
@@ -166,7 +166,13 @@ def _cost(
     for part in (at.slack, at.over, at.under):
         linear[part] = weights.penalty
     linear[at.left] = weights.penalty * open_defects
-    return scipy.sparse.diags(square, format="csc"), linear
+    linear[at.x[-1, weights.entry]] += weights.spent * scaling.x[weights.entry]
+    diagonal = scipy.sparse.diags(square, format="csc")
+    if given.curvature is None:
+        return diagonal, linear
+    own = np.hstack([at.x[:-1], at.u])
+    blocks = (own[:, :, None], own[:, None, :], given.curvature)
+    return diagonal + _matrix([blocks], (at.size, at.size)), linear
 
 
 def _limits(limits: TrustRegion, at: _Columns, open_defects: float) -> tuple[Array, Array]:

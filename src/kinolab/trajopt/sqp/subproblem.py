@@ -36,6 +36,8 @@ class Subproblem:
         weights: Of the merit function.
         region: Bounds of the step.
         rows: Inequalities that some step in the region violates.
+        curvature: Of the cost of each step in scaled states and inputs, without negative
+            eigenvalues, shape (N, nx + nu, nx + nu); None for a cost that is linear.
     """
 
     linearization: Linearization
@@ -43,6 +45,7 @@ class Subproblem:
     weights: Weights
     region: TrustRegion
     rows: LinearInequalities
+    curvature: Array | None = None
 
     def step(self, x: Array, u: Array, h: Array, predicted: float) -> Step:
         """Return the step in physical units from scaled changes.
@@ -59,7 +62,11 @@ class Subproblem:
 
 
 def subproblem(
-    linearization: Linearization, scaling: Scaling, weights: Weights, radius: float
+    linearization: Linearization,
+    scaling: Scaling,
+    weights: Weights,
+    radius: float,
+    curvature: Array | None = None,
 ) -> Subproblem:
     """Return the subproblem within a trust region.
 
@@ -68,10 +75,11 @@ def subproblem(
         scaling: With all limits.
         weights: Of the merit function.
         radius: Largest scaled change of any variable.
+        curvature: As of ``Subproblem``.
     """
     region = trust_region(linearization.knots, scaling, radius)
     rows = inequalities_within(linearization.rows, scaling, region)
-    return Subproblem(linearization, scaling, weights, region, rows)
+    return Subproblem(linearization, scaling, weights, region, rows, curvature)
 
 
 @dataclass(frozen=True, eq=False)

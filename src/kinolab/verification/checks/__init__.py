@@ -15,6 +15,7 @@ from kinolab.verification.checks.knot_defects import drift, dynamics, error_grow
 from kinolab.verification.checks.mode_begins import transitions
 from kinolab.verification.checks.stored_rows import (
     constraints,
+    duration,
     feedback,
     inputs,
     numbers,
@@ -26,6 +27,7 @@ CheckFunction = Callable[[CheckContext], Check | None]
 CHECKS: tuple[CheckFunction, ...] = (
     numbers,
     times,
+    duration,
     start,
     dynamics,
     equations,

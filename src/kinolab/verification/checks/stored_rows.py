@@ -43,6 +43,15 @@ def times(context: CheckContext) -> Check:
     return judged("time", float(bad.size + late), 0.0, text)
 
 
+def duration(context: CheckContext) -> Check | None:
+    """Check that the motion takes no longer than [objective] max_time; the value is in [s]."""
+    section = context.problem.scenario.objective
+    if section is None or section.max_time is None:
+        return None
+    taken = float(np.ptp(context.stored.t[[0, -1]]))
+    return judged("duration", taken, section.max_time + LIMIT_TOLERANCE, "it takes longer")
+
+
 def constraints(context: CheckContext) -> Check:
     """Check w(q) q_dot and h(q) at every knot, under the input held from it on."""
     problem, trajectory = context.problem, context.trajectory

@@ -57,6 +57,7 @@ from kinolab.search.tree.tree import (
     NONE,
     Tree,
     begin_tree,
+    cost_at,
     insert_node,
     note_nearest,
 )
@@ -150,7 +151,8 @@ def grow(worker, iterations, apart):  # type: ignore[no-untyped-def]
         if parent != NONE:
             least, longest = growth.min_steps, growth.max_steps
             steps = directed_control(search, tree, parent, least, longest, growth.control_samples)
-            steps = min(steps, worker.most[0] - 1 - tree.cost[parent])
+            if tree.cost_entry < 0:
+                steps = min(steps, worker.most[0] - 1 - tree.cost[parent])
             begin_extension(search, tree, lane, parent, steps)
 
 
@@ -182,7 +184,7 @@ def add_end(worker, parent, made, violation, known_clearance):  # type: ignore[n
     """
     search, tree, growth, most = worker.search, worker.tree, worker.growth, worker.most[0]
     witnesses, costs, sparse = worker.witnesses, worker.costs, growth.kind == SPARSE
-    cost, inside = tree.cost[parent] + made, is_inside(violation)
+    cost, inside = cost_at(tree, parent, tree.now, made), is_inside(violation)
     late = cost + 1 >= most
     if made < growth.min_steps or (late and not (sparse or inside)):
         tree.failures[parent] += 1

@@ -1,6 +1,6 @@
-"""Minimum time with a fixed number of steps, by inexact restoration: every iterate is feasible.
+"""Least time or cost with a fixed number of steps, by inexact restoration: all are feasible.
 
-Each iteration solves the time-optimal subproblem and then restores feasibility at a fixed step
+Each iteration solves the optimal subproblem and then restores feasibility at a fixed step
 length. Without restoration the trust region shrinks to where the linearised dynamics hold (the
 Maratos effect); with it every iterate is a feasible trajectory.
 
@@ -18,7 +18,7 @@ import numpy as np
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 from kinolab.trajectory import Trajectory
-from kinolab.trajopt.nlp.decision import Knots, Weights, cost, even_knots
+from kinolab.trajopt.nlp.decision import Knots, cost, even_knots
 from kinolab.trajopt.nlp.dynamics_constraint import derived_map
 from kinolab.trajopt.nlp.problem import TrajectoryProblem, linearization_seconds
 from kinolab.trajopt.options import END, SQP, TIGHT, StoppingTolerances
@@ -26,8 +26,6 @@ from kinolab.trajopt.sqp.qp import program_seconds, solve
 from kinolab.trajopt.sqp.restoration import restoration_weights
 from kinolab.trajopt.sqp.solver import minimize
 from kinolab.trajopt.sqp.subproblem import subproblem
-
-EFFORT = 1e-3  # weight of the mean square input, relative to 1 for the given duration
 
 
 def subproblem_seconds(problem: PlanningTask, trajectory: Trajectory) -> float:
@@ -50,7 +48,7 @@ def subproblem_seconds(problem: PlanningTask, trajectory: Trajectory) -> float:
     return linearization_seconds(step, knots, model.operations) + program
 
 
-def minimize_time(
+def minimize_cost(
     task: TrajectoryProblem,
     knots: Knots,
     lengths: tuple[float | Array, float | Array],
@@ -58,7 +56,7 @@ def minimize_time(
     times: int = 1,
     tolerances: StoppingTolerances = TIGHT,
 ) -> Knots:
-    """Return feasible knots of a shorter duration, or the given ones.
+    """Return feasible knots that take less time, or cost less, or the given ones.
 
     Args:
         task: The problem.
@@ -68,11 +66,13 @@ def minimize_time(
         tolerances: Stopping criteria.
     """
     transcription, scaling = task.transcription(knots, times), task.scaling(*lengths)
-    weights = Weights(1 / knots.duration, EFFORT, EFFORT, SQP.violation_penalty)
-    radius = SQP.time_radius
+    weights, radius = task.weights(knots), SQP.time_radius
     linearization = transcription.linearization(knots, radius)
+    curvature = task.curvature(knots, scaling, weights)
     while radius > tolerances.min_radius and not task.cancelled():
-        change = solve(subproblem(linearization, scaling, weights, radius), SQP.step_accuracy)
+        change = solve(
+            subproblem(linearization, scaling, weights, radius, curvature), SQP.step_accuracy
+        )
         if change is None:
             radius /= 3
             continue
@@ -103,6 +103,7 @@ def minimize_time(
             if gained < tolerances.min_gain * before:
                 break
             linearization = transcription.linearization(knots, radius)
+            curvature = task.curvature(knots, scaling, weights)
         else:
             radius /= 3
     return knots

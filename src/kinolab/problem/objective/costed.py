@@ -1,0 +1,104 @@
+"""The same problem, of a machine that has one state more: what its motion has cost so far.
+
+So the cost is integrated by whatever integrates the motion, its derivatives are those of a state,
+and a bound on it is a limit of that state (Mayer's form of an optimal control problem).
+
+Source: Betts, Practical Methods for Optimal Control and Estimation Using Nonlinear Programming,
+2nd ed., 2010, section 4.9 (forms of Bolza, Lagrange and Mayer).
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from functools import lru_cache, partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from kinolab.dynamics import Model
+from kinolab.errors import InputError, SingularError
+from kinolab.problem.goal import Goal
+from kinolab.problem.task import PlanningTask
+from kinolab.scenario import Issue, Scenario, mistake_at
+
+if TYPE_CHECKING:
+    from kinolab.dynamics.language.mechanism import Mechanism
+
+RANDOM_STATES = 1000  # at which a cost must not fall
+COST = "cost"  # what the state is called
+
+
+@lru_cache(maxsize=8)
+def costed(problem: PlanningTask) -> PlanningTask | None:
+    """Return a problem whose states have a further entry, the cost so far, 0 at the start.
+
+    None without an [objective], whose cost is the duration.
+
+    Raises:
+        InputError: If the machine cannot have such a cost.
+    """
+    model, scenario = problem.model, problem.scenario
+    if scenario.objective is None or problem.cost_entry is not None:
+        return None
+    content = json.dumps([model.key, COST, scenario.objective.model_dump(mode="json")])
+    made = Model.described_by(content, partial(_with_cost, model, scenario))
+    entry = made.state_names.index(COST)
+    _require_growth(problem, made, entry)
+    return replace(
+        problem,
+        machine=made.machine,
+        model=made,
+        whole=None,
+        start=np.insert(problem.start, entry, 0.0),
+        goal=_shifted(problem.goal, entry),
+        bounds=np.insert(problem.bounds, entry, (-np.inf, np.inf), axis=0),
+        scales=np.insert(problem.scales, entry, 1.0),
+        weights=np.insert(problem.weights, entry, 0.0),
+        circular=np.insert(problem.circular, entry, False),
+        cost_entry=entry,
+    )
+
+
+def _require_growth(problem: PlanningTask, made: Model, entry: int) -> None:
+    """Require a cost that never falls, at states and inputs within their limits.
+
+    Raises:
+        InputError: Where it falls: who searches gives up what costs more already.
+    """
+    generator = np.random.default_rng(0)
+    x = np.array([problem.start, *(problem.sample(generator) for _ in range(RANDOM_STATES))])
+    lower, upper = made.control_bounds.T
+    u = generator.uniform(lower, upper, (len(x), made.nu))
+    issue = ("objective", "expression")
+    try:
+        rates = made.f(np.insert(x, entry, 0.0, axis=1), u)[:, entry]
+    except SingularError as error:
+        what = f"what a second costs is no number everywhere: {error}"
+        raise InputError([mistake_at(Issue(issue, what), problem.scenario.origin)]) from error
+    k = int(np.argmin(rates))
+    if rates[k] < 0.0:
+        named = zip((*problem.model.state_names, *made.control_names), (*x[k], *u[k]), strict=True)
+        where = ", ".join(f"{name} = {value:.3g}" for name, value in named)
+        what = f"what a second costs is below 0 at {where}: {rates[k]:.3g}."
+        remedy = "Add a constant, or take a square."
+        raise InputError([mistake_at(Issue(issue, what, remedy), problem.scenario.origin)])
+
+
+def _with_cost(model: Model, scenario: Scenario) -> Mechanism:
+    """Return a machine with a state that its cost is the derivative of; its mode stays the last."""
+    # Imported here: a machine that is in the cache needs no symbols.
+    from kinolab.dynamics import State
+    from kinolab.dynamics.language.modes import MODE
+    from kinolab.problem.objective.running_cost import running_cost
+
+    system = model.system
+    spent = State(COST, running_cost(scenario, system))
+    own = [entry for entry in system.states if entry.name != MODE]
+    modes = [entry for entry in system.states if entry.name == MODE]
+    return system.changed(states=[*own, spent, *modes], flat=None)
+
+
+def _shifted(goal: Goal, entry: int) -> Goal:
+    """Return a goal in states that have one entry more, before which nothing else moves."""
+    return replace(goal, indices=tuple(i + (i >= entry) for i in goal.indices))

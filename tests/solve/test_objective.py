@@ -1,0 +1,170 @@
+"""Plans of least cost, against closed forms and an independent collocation."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import kinolab
+from kinolab.runs import check_run
+from kinolab.verification import verify
+from tests.support import needs, problem_of
+
+BLOCK = """
+from kinolab.dynamics import Body, Box, Force, System, length, move
+
+def block() -> System:
+    x = length("x", speed=10.0)
+    f = move(x, 0, 0)
+    b = Body("block", f, mass=1.0, shape=Box(0.2, 0.2, 0.2))
+    return System("block", bodies=[b], inputs=[Force("push", on=b, along=f.x, limit=5.0)])
+"""
+PUSHED = """
+schema = 1
+title = "A block is pushed"
+[system]
+file = "block.py:block"
+[bounds]
+x = [-5.0, 5.0]
+[start]
+x = 0.0
+[goal]
+x = 1.0
+at_rest = true
+tolerance = 0.01
+[objective]
+effort = 1.0
+max_time = 2.0
+"""
+CART = """
+from kinolab.dynamics import (
+    Body, Box, Force, Sphere, System, angle, length, move, rot_y, toward,
+)
+
+def cart_pole() -> System:
+    x, theta = length("x", speed=10.0), angle("theta", speed=20.0)
+    cart = move(x, 0, 0)
+    c = Body("cart", cart, mass=1.0, shape=Box(0.3, 0.2, 0.1))
+    bob = Body("bob", cart @ rot_y(theta) @ move(0, 0, -0.5), mass=0.3, shape=Sphere(0.05))
+    push = Force("push", on=c, along=cart.x, limit=20.0)
+    return System("cart_pole", bodies=[c, bob], gravity=toward("-z", 9.81), inputs=[push])
+"""
+SWUNG = """
+schema = 1
+title = "A pole is swung up"
+[system]
+file = "cart.py:cart_pole"
+[bounds]
+x = [-2.0, 2.0]
+[goal]
+x = 1.0
+theta = 3.141592653589793
+at_rest = true
+tolerance = 0.05
+[objective]
+effort = 1.0
+max_time = 2.0
+[planner]
+improve = 15
+"""
+
+
+def block(folder: Path, *overrides: str) -> kinolab.Problem:
+    (folder / "block.py").write_text(BLOCK, encoding="utf-8")
+    return problem_of(folder, PUSHED, *overrides, name="pushed.toml")
+
+
+def test_a_block_that_has_two_seconds_takes_the_effort_of_a_cubic(tmp_path: Path) -> None:
+    """From rest to rest over d in T the least integral of u^2 is 12 d^2 / T^3."""
+    plan = block(tmp_path).solve(improve=4)
+    assert plan.status == "solved"
+    assert plan.duration == pytest.approx(2.0, abs=1e-6)
+    assert plan.cost == pytest.approx(12 / 2**3, rel=0.01)
+
+
+def test_time_and_effort_are_weighed_against_each_other(tmp_path: Path) -> None:
+    """12 / T^3 + w T is least where T^4 = 36 / w."""
+    plan = block(tmp_path, "objective.time=1.0", "objective.max_time=20.0").solve(improve=4)
+    duration = 36**0.25
+    assert plan.duration == pytest.approx(duration, rel=0.02)
+    assert plan.cost == pytest.approx(12 / duration**3 + duration, rel=0.01)
+
+
+def test_a_motion_that_takes_too_long_does_not_pass(tmp_path: Path) -> None:
+    slow = block(tmp_path, "objective.max_time=20.0").solve(improve=4)
+    assert slow.trajectory is not None
+    assert slow.duration > 2.0
+    checks = {check.name: check for check in verify(block(tmp_path), slow.trajectory).checks}
+    assert not checks["duration"].passed
+    assert all(check.passed for name, check in checks.items() if name != "duration")
+
+
+def test_a_report_that_tells_another_cost_does_not_pass(tmp_path: Path) -> None:
+    block(tmp_path)
+    plan = block(tmp_path).solve(improve=2)
+    run = plan.save(tmp_path / "run")
+    assert check_run(run).passed
+    report = run / "report.json"
+    told = f'"cost": {plan.cost}'
+    text = report.read_text(encoding="utf-8")
+    assert told in text
+    report.write_text(text.replace(told, f'"cost": {0.9 * (plan.cost or 0.0)}'), encoding="utf-8")
+    assert "cost" in {check.name for check in check_run(run).failures}
+
+
+@pytest.mark.search
+@needs("casadi")
+def test_a_cart_swings_its_pole_up_with_the_effort_that_collocation_finds(tmp_path: Path) -> None:
+    """The best of several local optima of Ipopt's, all of which a search may find.
+
+    Source: Kelly, An introduction to trajectory optimization, SIAM Review 59(4), 2017, section 6.
+    """
+    (tmp_path / "cart.py").write_text(CART, encoding="utf-8")
+    plan = problem_of(tmp_path, SWUNG, name="swung.toml").solve()
+    assert plan.status == "solved"
+    assert plan.cost is not None
+    optima = _optima(np.random.default_rng(0))
+    assert plan.cost >= 0.999 * min(optima)
+    assert min(abs(plan.cost / one - 1.0) for one in optima) <= 0.01
+
+
+def _optima(random: np.random.Generator, steps: int = 40) -> list[float]:
+    """Return local optima of the same problem, by multiple shooting with CasADi and Ipopt."""
+    import casadi as ca
+
+    def change(x, u):  # type: ignore[no-untyped-def]
+        c, s = ca.cos(x[1]), ca.sin(x[1])
+        heavy = 1.0 + 0.3 * (1 - c * c)
+        faster = (0.15 * s * x[3] ** 2 + u + 0.3 * 9.81 * c * s) / heavy
+        turned = -(0.15 * c * s * x[3] ** 2 + u * c + 1.3 * 9.81 * s) / (0.5 * heavy)
+        return ca.vertcat(x[2], x[3], faster, turned)
+
+    opti, h = ca.Opti(), 2.0 / steps
+    x, u = opti.variable(4, steps + 1), opti.variable(1, steps)
+    for k in range(steps):
+        end = x[:, k]
+        for _ in range(2):
+            a = change(end, u[k])
+            b = change(end + h / 4 * a, u[k])
+            c = change(end + h / 4 * b, u[k])
+            d = change(end + h / 2 * c, u[k])
+            end = end + h / 12 * (a + 2 * b + 2 * c + d)
+        opti.subject_to(x[:, k + 1] == end)
+    opti.subject_to(opti.bounded(-20, u, 20))
+    opti.subject_to(opti.bounded(-2, x[0, :], 2))
+    last = opti.parameter(4)
+    opti.subject_to(x[:, 0] == 0)
+    opti.subject_to(x[:, steps] == last)
+    opti.minimize(h * ca.sumsqr(u))
+    opti.solver("ipopt", {"print_time": 0, "ipopt.print_level": 0, "ipopt.sb": "yes"})
+    found, share = [], np.linspace(0.0, 1.0, steps + 1)
+    for trial in range(12):
+        end = np.array([1.0, np.pi * (-1) ** trial, 0.0, 0.0])
+        opti.set_value(last, end)
+        opti.set_initial(x, np.outer(end, share) + (trial > 1) * random.normal(size=(4, steps + 1)))
+        opti.set_initial(u, 5.0 * (trial > 1) * random.normal(size=(1, steps)))
+        try:
+            found.append(float(opti.solve().value(opti.f)))
+        except RuntimeError:
+            continue
+    return found
