@@ -23,7 +23,7 @@ from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 from kinolab.problem.moved import with_obstacles_at
 from kinolab.simulation.reference import reference_motion
-from kinolab.solve.replanner import Replan, Replanner
+from kinolab.solve.replanning.replanner import Replan, Replanner
 from kinolab.trajectory import Trajectory
 from kinolab.world import CollisionChecker
 

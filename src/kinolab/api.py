@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from kinolab.dynamics import System
     from kinolab.runs import Run
     from kinolab.search.ompl import OmplSetup
-    from kinolab.solve.replanner import Replanner
+    from kinolab.solve.replanning.replanner import Replanner
     from kinolab.trajectory import Trajectory
 
 
@@ -294,7 +294,7 @@ class Problem(PlanningTask):
             InputError: If no first plan is found, or an argument does not fit.
         """
         from kinolab.solve.plan import make_planner
-        from kinolab.solve.replanner import Proof, Replan, replanner
+        from kinolab.solve.replanning.replanner import Proof, Replan, replanner
 
         require_fit("replanner deadline", float, deadline)
         require_fit("replanner period", float, period)

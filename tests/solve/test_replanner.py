@@ -12,8 +12,8 @@ import pytest
 from kinolab.api import Problem
 from kinolab.errors import InputError
 from kinolab.numerics.arrays import Array
-from kinolab.solve import replanner
-from kinolab.solve.replanner import Replanner, later
+from kinolab.solve.replanning import replanner
+from kinolab.solve.replanning.replanner import Replanner, later
 from kinolab.verification import verify
 from tests.support import OPEN, problem_of
 

@@ -12,7 +12,7 @@ from kinolab.dynamics import Model
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.manifolds.rotations import unit
 from kinolab.problem.goal import DirectionTarget, Goal, KeepOutCone, PartTarget, PointTarget
-from kinolab.scenario import Scenario, axis_vector
+from kinolab.scenario import GoalSection, Scenario, axis_vector
 
 
 def start_of(scenario: Scenario, model: Model) -> Array:
@@ -41,15 +41,15 @@ def start_table(model: Model, x: ArrayLike) -> dict[str, float | list[float]]:
     return table
 
 
-def goal_of(scenario: Scenario, model: Model, circular: NDArray[np.bool_]) -> Goal:
+def goal_of(section: GoalSection, model: Model, circular: NDArray[np.bool_]) -> Goal:
     """Return the goal region, smaller than the scenario's by what is held in reserve.
 
     Args:
-        scenario: What was asked for.
+        section: What was asked for.
         model: The machine.
         circular: Which entries of the state are angles on the circle, shape (nx,).
     """
-    section, kept = scenario.goal, 1.0 - scenario.goal.reserve
+    kept = 1.0 - section.reserve
     values = {name: v for name, v in section.values.items() if not isinstance(v, tuple)}
     spheres = {part.name: part for part in model.space.spheres}
     if section.at_rest:

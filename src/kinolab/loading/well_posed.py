@@ -15,6 +15,7 @@ from kinolab.errors import InputError, MissingPlannerError, Mistake, listed
 from kinolab.loading.state_arrays import StateArrays
 from kinolab.numerics.arrays import MULTIPLIABLE
 from kinolab.scenario import Issue, Scenario, check_angles, check_names
+from kinolab.scenario.issues import KeyPath
 from kinolab.scenario.values import ROBOT_FORMATS
 from kinolab.search.plugins import full_reference
 from kinolab.world import Obstacle
@@ -143,24 +144,23 @@ def endpoint_issues(scenario: Scenario, model: Model) -> Iterator[Issue]:
             yield Issue(("bounds", name), what, "Limit its rates, or use [[keep_out]].")
     free = ", ".join(model.velocity_names)
     modes = {model.state_names[-1]: model.machine.modes} if model.machine.modes else {}
-    sections: dict[str, Any] = {"start": scenario.start, "goal": scenario.goal.values}
+    sections: dict[KeyPath, Any] = {("start",): scenario.start}
+    sections |= {place: goal.values for place, goal in scenario.goals.items()}
     for section, values in sections.items():
         for name, value in values.items():
             if isinstance(value, tuple) and name not in spheres:
                 what = f"{name} is a single number, not a rotation."
-                yield Issue((section, name), what, "Give one number.")
+                yield Issue((*section, name), what, "Give one number.")
             elif not isinstance(value, tuple) and name in spheres:
                 what = f"{name} is a {spheres[name].word}, not a single number."
-                yield Issue((section, name), what, f"Give {spheres[name].example}.")
+                yield Issue((*section, name), what, f"Give {spheres[name].example}.")
             elif name in modes and value not in range(len(modes[name])):
                 named = (f"{k} for {mode}" for k, mode in enumerate(modes[name]))
                 what = f"{value} is no mode of {model.machine.name}."
-                yield Issue((section, name), what, f"Give {', '.join(named)}.")
-    tolerances = scenario.goal.tolerance if isinstance(scenario.goal.tolerance, dict) else {}
-    tables: dict[tuple[str, ...], Any] = {
-        (section,): values for section, values in sections.items()
-    }
-    tables |= {("goal", "tolerance"): tolerances, ("metric",): scenario.metric}
+                yield Issue((*section, name), what, f"Give {', '.join(named)}.")
+    tables = sections | {("metric",): scenario.metric}
+    for place, goal in scenario.goals.items():
+        tables[*place, "tolerance"] = goal.tolerance if isinstance(goal.tolerance, dict) else {}
     for place, table in tables.items():
         for name in table:
             if name in model.rate_names and name not in model.state_names:

@@ -71,6 +71,7 @@ class PlanningTask:
         weights: Factors of state differences in the planner's metric, shape (nx,).
         circular: Which state entries are angles on the circle, shape (nx,).
         keep_outs: Cones that axes of bodies must stay out of.
+        via: The goals that are reached on the way.
         whole: The machine with its full input limits; ``model`` when left out.
         cost_entry: The entry of the state that is the cost so far, where there is one.
     """
@@ -87,6 +88,7 @@ class PlanningTask:
     weights: Array
     circular: NDArray[np.bool_]
     keep_outs: tuple[KeepOutCone, ...] = ()
+    via: tuple[Goal, ...] = ()
     whole: Model | None = None
     cost_entry: int | None = None
 

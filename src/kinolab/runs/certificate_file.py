@@ -66,6 +66,9 @@ def proved(problem: PlanningTask, certificate: Certificate) -> Iterator[str]:
             "No body or cable touches an obstacle, nor any other listed in `collisions`, also "
             "between the rows; the clearance given here is the smallest along the motion."
         )
+    if certificate.reached:
+        times = ", ".join(f"{time:.6g}" for time in certificate.reached)
+        yield f"It reaches its goals, as they are written, at {times} s."
     section = problem.scenario.objective
     if section is not None and certificate.cost is not None:
         yield f"By [objective] the motion costs {certificate.cost:.9g}, integrated anew."
@@ -94,6 +97,7 @@ def certificate_to_json(
         "checks": [check_to_json(check) for check in certificate.checks],
         "margin": margin_to_json(certificate),
         "cost": certificate.cost,
+        "reached": list(certificate.reached),
         "conditions": asdict(certificate.conditions) if certificate.conditions else {},
         "proved": list(proved(problem, certificate) if certificate.passed else ()),
         "not_proved": list(NOT_PROVED),

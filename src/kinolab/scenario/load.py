@@ -115,6 +115,7 @@ def check_changed(
         origin: Where it is from, with what was changed.
         mistakes: In the changes; they come first.
     """
+    document = _divided(document)
     issues, scenario = document_issues(document), None
     try:
         scenario = Scenario.model_validate(document).located(origin)
@@ -125,6 +126,19 @@ def check_changed(
         scenario = parse_partially(document, issues, origin)
     mistakes += [mistake_at(issue, origin) for issue in issues]
     return scenario, readable(mistakes, origin)
+
+
+def _divided(document: dict[str, Any]) -> dict[str, Any]:
+    """Return a document with one [goal]: of several [[goal]], those before are on the way."""
+    goals = document.get("goal")
+    if not (isinstance(goals, list) and goals and all(isinstance(one, dict) for one in goals)):
+        return document
+    *on_the_way, last = goals
+    if any(one.get("order") == "any" for one in goals):
+        last = {**last, "order": "any"}
+    earlier = document.get("via", [])
+    rest = {key: value for key, value in document.items() if key not in ("via", "goal")}
+    return {**rest, "via": [*earlier, *on_the_way], "goal": last}
 
 
 def readable(mistakes: list[Mistake], origin: Origin) -> list[Mistake]:

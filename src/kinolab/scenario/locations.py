@@ -21,6 +21,7 @@ TABLE_LISTS: tuple[KeyPath, ...] = (
     ("world", "obstacle"),
     ("goal", "point"),
     ("goal", "direction"),
+    ("via",),
     ("keep_out",),
 )
 

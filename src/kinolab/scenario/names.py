@@ -24,15 +24,17 @@ def check_names(
 ) -> list[Mistake]:
     """List every name that the machine does not have, with what is known of it, or the nearest."""
     state = [*coordinates, *rates]
-    goal = scenario.goal
-    tolerances = goal.tolerance if isinstance(goal.tolerance, dict) else {}
     issues = [
         *_unknown(("system", "parameters"), scenario.system.parameters, parameters, "parameter"),
         *_unknown(("bounds",), scenario.bounds, [*state, *inputs], "coordinate, rate or input"),
         *_unknown(("metric",), scenario.metric, state),
         *_unknown(("start",), scenario.start, state),
-        *_unknown(("goal",), goal.values, [*state, *keys_of(GoalSection)]),
-        *_unknown(("goal", "tolerance"), tolerances, state),
+    ]
+    for place, goal in scenario.goals.items():
+        issues += _unknown(place, goal.values, [*state, *keys_of(GoalSection)])
+        tolerances = goal.tolerance if isinstance(goal.tolerance, dict) else {}
+        issues += _unknown((*place, "tolerance"), tolerances, state)
+    issues += [
         *(unknown_key(path, b, bodies, "body") for path, b in _bodies(scenario) if b not in bodies),
     ]
     known_of = known_of or {}
@@ -64,13 +66,13 @@ def check_angles(scenario: Scenario, units: Mapping[str, str]) -> list[Mistake]:
 
 def _written_angles(scenario: Scenario) -> Iterator[tuple[KeyPath, WrittenAngle]]:
     """Yield the angles that stand in tables by names of the machine, each with its place."""
-    goal = scenario.goal
     tables: dict[KeyPath, Mapping[str, object]] = {
         ("bounds",): scenario.bounds,
         ("start",): scenario.start,
-        ("goal",): goal.values,
-        ("goal", "tolerance"): goal.tolerance if isinstance(goal.tolerance, dict) else {},
     }
+    for path, goal in scenario.goals.items():
+        tables[path] = goal.values
+        tables[*path, "tolerance"] = goal.tolerance if isinstance(goal.tolerance, dict) else {}
     for place, table in tables.items():
         for name, value in table.items():
             for k, entry in enumerate(value if isinstance(value, tuple) else ()):
@@ -88,11 +90,10 @@ def _unknown(
 
 def _bodies(scenario: Scenario) -> list[tuple[KeyPath, str]]:
     """Every mention of a body, and where it stands."""
-    lists: list[tuple[KeyPath, tuple[PointGoal | DirectionGoal | KeepOut, ...]]] = [
-        (("goal", "point"), scenario.goal.point),
-        (("goal", "direction"), scenario.goal.direction),
-        (("keep_out",), scenario.keep_out),
-    ]
+    lists: list[tuple[KeyPath, tuple[PointGoal | DirectionGoal | KeepOut, ...]]] = []
+    for path, goal in scenario.goals.items():
+        lists += [((*path, "point"), goal.point), ((*path, "direction"), goal.direction)]
+    lists.append((("keep_out",), scenario.keep_out))
     named = [
         ((*path, k, "body"), entry.body) for path, rows in lists for k, entry in enumerate(rows)
     ]

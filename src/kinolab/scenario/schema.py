@@ -24,7 +24,7 @@ from kinolab.dynamics.codegen.methods import METHODS, SHIPPED
 from kinolab.errors import is_broken, printable
 from kinolab.files import stem_of
 from kinolab.scenario import rules
-from kinolab.scenario.issues import Issue, Origin
+from kinolab.scenario.issues import Issue, KeyPath, Origin
 from kinolab.scenario.values import (
     COORDINATE,
     Angle,
@@ -213,6 +213,8 @@ class GoalSection(Section):
     tolerance: Tolerance = TOLERANCE  # in the units of the coordinates; [m] and [rad]
     norm: Literal["max", "sum", "euclidean"] = "max"  # of all shares of tolerances
     at_rest: bool = False
+    hold: NotNegative = 0.0  # [s] for which the machine stays there
+    order: Literal["written", "any"] = "written"  # in which [[via]] and this one are reached
     reserve: Annotated[
         float, Field(ge=0, lt=1, allow_inf_nan=False), Wanted("a share, 0 or more, below 1")
     ] = 0.0  # of every tolerance: what a plan leaves to those who carry it out
@@ -372,6 +374,7 @@ class Scenario(Section):
     bounds: dict[str, StateLimits] = {}
     metric: dict[str, NotNegative] = {}
     start: dict[str, Coordinate] = {}
+    via: Annotated[Tables[GoalSection], Wanted("a list of [[via]] tables")] = ()
     goal: GoalSection = Field(default_factory=GoalSection)
     keep_out: Annotated[Tables[KeepOut], Wanted("a list of [[keep_out]] tables")] = ()
     objective: ObjectiveSection | None = None
@@ -385,6 +388,12 @@ class Scenario(Section):
     def origin(self) -> Origin:
         """The file and the overrides that the scenario was read from."""
         return self._origin
+
+    @property
+    def goals(self) -> dict[KeyPath, GoalSection]:
+        """What is to be reached, by where it stands: what lies on the way, and then the end."""
+        on_the_way: dict[KeyPath, GoalSection] = {("via", k): g for k, g in enumerate(self.via)}
+        return {**on_the_way, ("goal",): self.goal}
 
     @property
     def folder(self) -> Path:

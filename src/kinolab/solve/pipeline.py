@@ -8,8 +8,10 @@ from typing import Any
 from kinolab.arguments import require_fit
 from kinolab.errors import InputError, Mistake
 from kinolab.problem import PlanningTask
+from kinolab.problem.goals_reached import in_legs
 from kinolab.scenario import Effort, argument_mistakes
 from kinolab.search import Budget
+from kinolab.solve.legs import solved_in_legs
 from kinolab.solve.parallel import solve_at_once
 from kinolab.solve.plan import PlanResult, Request, make_planner
 from kinolab.solve.sequential_runs import sequential_runs
@@ -17,6 +19,7 @@ from kinolab.solve.solution_pool import SolutionPool
 from kinolab.trajectory import Trajectory
 from kinolab.verification.check import require_motion_of
 
+GLANCE_SECONDS = 1.0  # [s] of work on each leg between goals, to tell how far these are apart
 NOTHING = "Interrupted before anything was found."
 
 
@@ -74,6 +77,17 @@ def solve(
     """
     _check_arguments(planner, jobs, seed=seed, time_limit=time_limit,
                      max_iterations=max_iterations, improve=improve)  # fmt: skip
+    if in_legs(problem):
+        rest: dict[str, Any] = {
+            "planner": planner, "seed": seed, "time_limit": time_limit, "progress": progress,
+            "max_iterations": max_iterations, "jobs": jobs, "anytime": anytime,
+            "optimize": optimize, "contained": contained, "watch": watch, **settings,
+        }  # fmt: skip
+        return solved_in_legs(
+            problem,
+            lambda leg: solve(leg, improve=improve, **rest),
+            lambda leg: solve(leg, improve=GLANCE_SECONDS, **rest),
+        )
     section = problem.scenario.planner
     searcher = make_planner(problem, planner, settings)
     problem.require_goal()

@@ -13,9 +13,9 @@ from dataclasses import dataclass, field, replace
 from kinolab.problem import PlanningTask
 from kinolab.search import AbstractPlanner, Budget
 from kinolab.solve.attempt import attempt
-from kinolab.solve.guessed import GuessedMotion
 from kinolab.solve.improve import PlanImprover
 from kinolab.solve.plan import REFUSED, PlanResult, Request, stream
+from kinolab.solve.replanning.guessed import GuessedMotion
 
 
 def sequential_runs(

@@ -15,6 +15,7 @@ import numpy as np
 from kinolab.arguments import require_fit
 from kinolab.errors import KinolabError
 from kinolab.problem import PlanningTask
+from kinolab.problem.goals_reached import goals_reached, in_legs
 from kinolab.simulation.reference import (
     MAX_ERROR_AMPLIFICATION,
     DivergedError,
@@ -48,12 +49,14 @@ class Certificate:
         conditions: What the checks depend on.
         cost: What the motion costs by [objective], integrated by the verifier; None without
             one, and of a motion that does not pass.
+        reached: When it reaches each of several goals, in [s]; empty where there is one.
     """
 
     checks: tuple[Check, ...]
     margin: ClearanceMargin | None = None
     conditions: CheckConditions | None = None
     cost: float | None = None
+    reached: tuple[float, ...] = ()
 
     @property
     def passed(self) -> bool:
@@ -102,7 +105,8 @@ def verify(
     margin = _margin(context) if free else None
     sound = all(check.passed for check in checks)
     cost = price(problem, trajectory) if sound else None
-    return Certificate(checks, margin, CheckConditions.of(problem), cost)
+    times = goals_reached(problem, trajectory.t, trajectory.x) if sound and in_legs(problem) else ()
+    return Certificate(checks, margin, CheckConditions.of(problem), cost, tuple(times))
 
 
 def dynamics_checks(problem: PlanningTask, trajectory: Trajectory) -> tuple[Check, ...]:

@@ -52,6 +52,7 @@ def costed(problem: PlanningTask) -> PlanningTask | None:
         whole=None,
         start=np.insert(problem.start, entry, 0.0),
         goal=_shifted(problem.goal, entry),
+        via=tuple(_shifted(one, entry) for one in problem.via),
         bounds=np.insert(problem.bounds, entry, (-np.inf, np.inf), axis=0),
         scales=np.insert(problem.scales, entry, 1.0),
         weights=np.insert(problem.weights, entry, 0.0),

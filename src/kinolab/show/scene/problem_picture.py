@@ -59,9 +59,19 @@ def picture(problem: PlanningTask, x: np.ndarray, settings: RenderSection | None
         lines=cables if cables.size else None,
         radii=np.array([cable.radius for cable in problem.cables]),
         goal=goal_mark(problem, x),
-        points=[GoalMarker(point.position, point.tolerance) for point in problem.goal.points],
+        points=[*_points(problem)],
         cones=list(_cones(problem, poses[0])),
     )
+
+
+def _points(problem: PlanningTask) -> Iterator[GoalMarker]:
+    """Yield where points of bodies go, and where the leading body is in goals on the way."""
+    for goal in (*problem.via, problem.goal):
+        yield from (GoalMarker(point.position, point.tolerance) for point in goal.points)
+    for goal in problem.via:
+        if goal.indices:
+            pose = problem.frames(goal.centre(problem.start))[problem.leading]
+            yield GoalMarker(_place(pose), float(goal.tolerances.min()))
 
 
 def frames_of(problem: PlanningTask, x: np.ndarray, poses: np.ndarray) -> Frames:

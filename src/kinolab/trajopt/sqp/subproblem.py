@@ -75,7 +75,7 @@ def subproblem(
         scaling: With all limits.
         weights: Of the merit function.
         radius: Largest scaled change of any variable.
-        curvature: As of ``Subproblem``.
+        curvature: As of ``Subproblem``, shape (N, nx + nu, nx + nu).
     """
     region = trust_region(linearization.knots, scaling, radius)
     rows = inequalities_within(linearization.rows, scaling, region)

@@ -10,7 +10,7 @@ from kinolab.verification.check import Check, CheckContext
 from kinolab.verification.checks.along_motion import limits, requirements
 from kinolab.verification.checks.contacts import collision
 from kinolab.verification.checks.equations_of_motion import equations
-from kinolab.verification.checks.goal_reached import goal
+from kinolab.verification.checks.goal_reached import goal, goals_on_the_way
 from kinolab.verification.checks.knot_defects import drift, dynamics, error_growth, start
 from kinolab.verification.checks.mode_begins import transitions
 from kinolab.verification.checks.stored_rows import (
@@ -39,6 +39,7 @@ CHECKS: tuple[CheckFunction, ...] = (
     error_growth,
     drift,
     limits,
+    goals_on_the_way,
     goal,
     collision,
 )
@@ -49,4 +50,4 @@ DYNAMICS = frozenset(
     {start, dynamics, constraints, transitions, inputs, feedback, requirements, error_growth}
 )
 # properties of any motion, however it was computed
-CONDUCT = frozenset({requirements, limits, goal, collision})
+CONDUCT = frozenset({requirements, limits, goals_on_the_way, goal, collision})

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
+from kinolab.problem.goals_reached import each_goal, goals_reached, in_legs
 from kinolab.verification.check import Check, CheckContext, judged
 
 
@@ -14,6 +17,8 @@ def goal(context: CheckContext) -> Check:
     plan out reads the latter. A motion that is given has no rows of its own.
     """
     problem, followed = context.problem, context.motion.x[-1]
+    if problem.via and problem.scenario.goal.order == "any":
+        problem = min(each_goal(problem), key=lambda one: one.goal_excess(followed))
     stored = followed if context.known_motion is not None else context.trajectory.x[-1]
     final = max((followed, stored), key=problem.goal_excess)
     wanted, errors = problem.goal, np.abs(problem.goal_errors(final))
@@ -32,3 +37,14 @@ def goal(context: CheckContext) -> Check:
         other = f"each deviation is within its tolerance, their {whole} is not"
     where = "the last row: " if final is stored is not followed else ""
     return judged("goal", problem.goal_excess(final), 1.0, where + ("; ".join(parts) or other))
+
+
+def goals_on_the_way(context: CheckContext) -> Check | None:
+    """Check that each of several goals is reached; the value counts those that are not."""
+    if not in_legs(context.problem):
+        return None
+    times = goals_reached(context.problem, context.motion.t, context.motion.x)
+    missed = [k for k, time in enumerate(times, start=1) if math.isnan(time)]
+    order = "" if context.problem.scenario.goal.order == "any" else " after those before it"
+    detail = f"goal {missed[0]} of {len(times)} is not reached{order}" if missed else ""
+    return judged("goals on the way", float(len(missed)), 0.0, detail)
