@@ -14,6 +14,7 @@ from kinolab.analyze.examine.remarks.remark import Remark
 from kinolab.analyze.examine.remarks.subject import UNLIMITED, Subject
 from kinolab.dynamics import Model, toward
 from kinolab.dynamics.derivation.derivation import is_kinematic
+from kinolab.dynamics.language.expressions import is_zero
 from kinolab.dynamics.units import control_units, state_units
 from kinolab.errors import KinolabError
 from kinolab.numerics.arrays import Array
@@ -107,7 +108,7 @@ def _descended(subject: Subject, z: Array, box: Array, mass: Mass) -> tuple[Arra
                 tried = np.clip(tried, *box.T)
                 then = _unbalanced(model, tried, mass) / units
                 if np.linalg.norm(then) < np.linalg.norm(left) * (1 - 1e-4 / 2**k):
-                    z, left, radius = tried, then, radius / 2 if k else radius
+                    z, left, radius = tried, then, radius / 2 if k else 2 * radius
                     break
             else:
                 radius /= 8
@@ -169,6 +170,9 @@ def _restless(
     what += f"{_listed(moving)}. It would rest with {_listed(beyond)}. "
     if gravity is not None and gravity.down != DOWN and _rests_below(subject):
         what += 'With gravity toward "-z" it would rest within them.'
+    elif short := [e for e in system.efforts if is_zero(getattr(e, "length", 1))]:
+        what += f"The {short[0]} has no length= of its own, and pulls its ends together until they "
+        what += "meet."
     else:
         what += "Are a mass, a stiffness or a limit in another unit, has a force or a constraint "
         what += "the wrong sign or place?"
