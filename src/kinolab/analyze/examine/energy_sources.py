@@ -95,7 +95,9 @@ def _one_sided(subject: Subject) -> Iterator[Remark]:
     """
     values = {p: subject.system.parameter_values[p.name] for p in subject.system.parameters}
     for effort in subject.system.efforts:
-        if any(isinstance(a, StateSymbol | ReferenceSymbol | InputSymbol) for a in atoms_of(effort)):
+        if any(
+            isinstance(a, StateSymbol | ReferenceSymbol | InputSymbol) for a in atoms_of(effort)
+        ):
             continue
         for load in loads_in(effort):
             along, size = (exact(written(e)).subs(values) for e in (load.velocity, load.magnitude))
@@ -105,8 +107,14 @@ def _one_sided(subject: Subject) -> Iterator[Remark]:
             speed = sympy.Symbol("v", real=True)
             alone = size.subs(rates[0], sympy.solve(along - speed, rates[0])[0])
             alone = sympy.simplify(alone)
-            if alone.free_symbols == {speed} and not alone.subs(speed, 0) and _is_even(alone, speed):
-                what = f"The {effort} is the same forward and backward: against the motion one way, "
+            if (
+                alone.free_symbols == {speed}
+                and not alone.subs(speed, 0)
+                and _is_even(alone, speed)
+            ):
+                what = (
+                    f"The {effort} is the same forward and backward: against the motion one way, "
+                )
                 what += "and along with it the other way. Drag is against it both ways: "
                 what += "-c * v * abs(v)."
                 yield Remark("friction that pushes", str(effort), what, (type(effort).__name__, ""))

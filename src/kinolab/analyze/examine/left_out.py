@@ -67,7 +67,9 @@ def _weightless(subject: Subject) -> Iterator[Remark]:
             body = getattr(entry, key, None)
             if isinstance(body, Body) and body.shapes and (own := subject.moving(body.frame)):
                 if own not in links:
-                    what = f"{entry.name} {verb} on it, and neither it nor what is fixed to it has a "
+                    what = (
+                        f"{entry.name} {verb} on it, and neither it nor what is fixed to it has a "
+                    )
                     what += "mass or an inertia: Body(…, mass=…, inertia=…)."
                     yield Remark("no mass", body.name, what, ("Body", body.name))
                     return

@@ -205,10 +205,20 @@ def _speeds(subject: Subject) -> Iterator[Remark]:
         for c in subject.plain if found else ():
             own = f"{c.name}" in subject.moving(body.frame)
             turns = own and c == getattr(body.frame.motions[-1], "angle", None)
-            power = math.isfinite(c.speed) and math.log10(c.speed).is_integer()  # stands for no limit
-            if found and turns and math.isfinite(c.speed) and c.speed * found[1] > BURSTING and not power:
+            power = (
+                math.isfinite(c.speed) and math.log10(c.speed).is_integer()
+            )  # stands for no limit
+            if (
+                found
+                and turns
+                and math.isfinite(c.speed)
+                and c.speed * found[1] > BURSTING
+                and not power
+            ):
                 what = f"At its limit of {c.speed:g} rad/s the rim of {body.name} goes at "
-                what += f"{c.speed * found[1]:.3g} m/s, and a disk of steel bursts at {BURSTING:g}: is "
+                what += (
+                    f"{c.speed * found[1]:.3g} m/s, and a disk of steel bursts at {BURSTING:g}: is "
+                )
                 what += f"it in turns a minute, which would be {c.speed * math.pi / 30:.4g} rad/s?"
                 yield Remark("speed too large", c.name, what, ("angle", c.name))
 

@@ -202,7 +202,9 @@ def without_effect(subject: Subject) -> Iterator[Remark]:
         if on is base:
             what = f"It acts on {on.name} and reacts on {on.name}, the same body: on nothing."
         else:
-            word, moves = ("about", "turn about") if hasattr(entry, "about") else ("along", "move along")
+            word, moves = (
+                ("about", "turn about") if hasattr(entry, "about") else ("along", "move along")
+            )
             against = f"against {base.name}" if base else "in the world"
             what = f"It acts {word} the {axis.name} axis of a frame, and {against} {on.name} does "
             what += f"not {moves} that axis, wherever the machine is. Take the axis of its joint."

@@ -137,7 +137,9 @@ def _named(
         if not rows:
             what = f"{given} velocities are named; without constraints all are independent."
         if redundant:
-            what += f" {redundant[0]!r} follows from the other constraints: is it one of them again?"
+            what += (
+                f" {redundant[0]!r} follows from the other constraints: is it one of them again?"
+            )
         remedy = "" if rows else "Leave velocities out."
         raise InputError([Mistake(f"system {system.name!r}", what, remedy)])
     dependent = tuple(i for i, name in enumerate(symbols) if name not in names)

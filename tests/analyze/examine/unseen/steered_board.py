@@ -23,7 +23,7 @@ WHEEL = 0.04  # [m] radius of the wheels
 HEIGHT = 0.1  # [m] of the board above the ground
 
 
-def snakeboard() -> System:
+def steered_board() -> System:
     m, l = parameter("m", 6.0, "kg"), parameter("l", 0.2, "m")  # noqa: E741
     J_r, J_w = parameter("J_r", 0.072, "kg m^2"), parameter("J_w", 0.0013, "kg m^2")
     I_s = parameter("I_s", 4e-5, "kg m^2")  # of the back wheels about their axle
@@ -54,7 +54,7 @@ def snakeboard() -> System:
         "back wheels", spin, inertia=(I_s / 2, I_s, I_s / 2), shape=_wheels(), touches_ground=True
     )
     return System(
-        "snakeboard",
+        "steered_board",
         bodies=[deck, rotor, back_truck, front_truck, wheels],
         constraints=[
             zero(velocity(back).y, "back wheels do not slip"),

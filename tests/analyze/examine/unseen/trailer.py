@@ -57,7 +57,10 @@ def trailer() -> System:
         axle @ move(0.3, 0, 0),
         mass=m,
         inertia=1100.0,
-        shape=(Box(3.0, 1.8, 0.5, at=(0, 0, 0.3)), Cylinder(0.05, 2.7, "x", (1.35, 0, 0.3))),
+        shape=(
+            Box(3.0, 1.8, 0.5, at=(0, 0, 0.3)),
+            Cylinder(0.05, b - 0.3, "x", (b / 2 - 0.15, 0, 0.3)),
+        ),
     )
     trailer_wheels = Body(
         "trailer wheels",

@@ -20,13 +20,20 @@ from kinolab.dynamics import (
 )
 
 
-def furuta() -> System:
-    m_a, m_p, m_f = parameter("m_a", 0.3, "kg"), parameter("m_p", 0.12, "kg"), parameter("m_f", 0.1, "kg")
+def flywheel_furuta() -> System:
+    m_a, m_p, m_f = (
+        parameter("m_a", 0.3, "kg"),
+        parameter("m_p", 0.12, "kg"),
+        parameter("m_f", 0.1, "kg"),
+    )
     r, l = parameter("r", 0.25, "m"), parameter("l", 0.3, "m")  # noqa: E741  # arm, rod
     R, g = parameter("R", 0.04, "m"), parameter("g", 9.81, "m/s^2")  # R of the flywheel
     b_a, b_p = parameter("b_a", 0.002, "N m s/rad"), parameter("b_p", 0.0005, "N m s/rad")
     k = parameter("k", 0.05, "N m/rad")  # of the cable that winds up about the post
-    alpha, theta = angle("alpha", -6.0, 6.0, speed=15.0), angle("theta", speed=25.0)  # theta = 0 hangs
+    alpha, theta = (
+        angle("alpha", -6.0, 6.0, speed=15.0),
+        angle("theta", speed=25.0),
+    )  # theta = 0 hangs
     phi = angle("phi", speed=300.0)  # flywheel
     post = move(0, 0, 0.5)
     arm_frame = post @ rot_z(alpha)
@@ -53,17 +60,14 @@ def furuta() -> System:
         inertia=(m_f * R**2 / 2, m_f * R**2 / 4, m_f * R**2 / 4),
         shape=Disk(R, 0.015, axis="x"),
     )
+    efforts = [Viscous(rate(alpha), b_a), Viscous(rate(theta), b_p), Potential(k * alpha**2 / 2)]
     return System(
-        "furuta",
+        "flywheel_furuta",
         bodies=[post_body, arm, rod, flywheel],
         gravity=toward("-z", g),
         inputs=[
             Torque("motor", on=arm, about=WORLD.z, limit=0.5),
             Torque("spin", on=flywheel, about=hinge.x, limit=0.1, reacts_on=rod),
         ],
-        efforts=[
-            Viscous(rate(alpha), b_a),
-            Viscous(rate(theta), b_p),
-            Potential(k * alpha**2 / 2),
-        ],
+        efforts=efforts,
     )

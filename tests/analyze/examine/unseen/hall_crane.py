@@ -26,7 +26,7 @@ HEIGHT = 9.0  # [m] of the rails above the floor
 SPAN = 14.0  # [m] between the rails
 
 
-def crane() -> System:
+def hall_crane() -> System:
     m, g = parameter("m", 1000.0, "kg"), parameter("g", 9.81, "m/s^2")
     M_b, M_t = parameter("M_b", 3000.0, "kg"), parameter("M_t", 500.0, "kg")
     c_x, c_y = parameter("c_x", 2500.0, "N s/m"), parameter("c_y", 1000.0, "N s/m")
@@ -45,7 +45,7 @@ def crane() -> System:
     girders = Body("bridge", bridge, mass=M_b, shape=beams)
     hoist = Pull("hoist", between=(rail, rope), limit=(8810.0, 10810.0))
     return System(
-        "crane",
+        "hall_crane",
         bodies=[load, trolley, girders],
         gravity=toward("-z", g),
         inputs=[

@@ -23,7 +23,7 @@ TURNS = {"x": rot_x, "y": rot_y, "z": rot_z}
 SEATS = {"x": (-0.3, -0.2, 0.5), "y": (-0.1, 0.22, 0.5), "z": (0.25, -0.2, 0.45)}  # [m]
 
 
-def satellite() -> System:
+def three_wheels() -> System:
     I_w, c = parameter("I_w", 0.01, "kg m^2"), parameter("c", 1e-4, "N m s/rad")
     bus = orient(rotation("R", speed=0.1))
     hull = Body("bus", bus, inertia=(10.0, 12.0, 8.0), shape=Box(1.0, 1.0, 1.2))
@@ -37,4 +37,4 @@ def satellite() -> System:
         about = getattr(bus, axis)
         motors.append(Torque(f"tau_{axis}", on=wheel, about=about, limit=0.1, reacts_on=hull))
         bearings.append(Viscous(rate(q), c))
-    return System("satellite", bodies=[hull, *wheels], inputs=motors, efforts=bearings)
+    return System("three_wheels", bodies=[hull, *wheels], inputs=motors, efforts=bearings)

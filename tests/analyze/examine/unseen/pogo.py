@@ -31,8 +31,8 @@ REST = 0.8  # [m] from the rider's centre of mass to the foot, with the spring a
 
 
 def pogo() -> System:
-    m, m_f = parameter("m", 60.0, "kg"), parameter("m_f", 2.0, "kg")
-    k, c = parameter("k", 12000.0, "N/m"), parameter("c", 60.0, "N s/m")
+    m, m_f = parameter("m", 60.0, "kg"), parameter("m_f", 5.0, "kg")
+    k, c = parameter("k", 10000.0, "N/m"), parameter("c", 60.0, "N s/m")
     J, g = parameter("J", 2.5, "kg m^2"), parameter("g", 9.81, "m/s^2")
     I_w = parameter("I_w", 0.4, "kg m^2")
     x, z = length("x", speed=6.0), length("z", 0.3, 3.0, speed=8.0)
@@ -44,7 +44,11 @@ def pogo() -> System:
     handles = rider_frame @ move(0.25, 0, 0.3) @ rot_y(-0.35)  # tilted towards the hands
     wheel_frame = rider_frame @ move(0, 0.25, 0.3) @ rot_y(phi)
     rider = Body(
-        "rider", rider_frame, mass=m, inertia=J, shape=(Capsule(0.14, 0.6), Sphere(0.11, (0, 0, 0.5)))
+        "rider",
+        rider_frame,
+        mass=m,
+        inertia=J,
+        shape=(Capsule(0.14, 0.6), Sphere(0.11, (0, 0, 0.5))),
     )
     foot = Body("foot", foot_frame, mass=m_f, inertia=0.05, shape=Sphere(0.03), touches_ground=True)
     bar = Body("handlebar", handles, shape=Box(0.03, 0.5, 0.03))
@@ -63,7 +67,10 @@ def pogo() -> System:
             Spring(between=(rider_frame, foot_frame), stiffness=k, length=REST),
             Viscous(rate(s), c),
         ],
-        modes=[Mode("stance", constraints=[ground, zero(V.x, "the foot does not slip")]), Mode("flight")],
+        modes=[
+            Mode("stance", constraints=[ground, zero(V.x, "the foot does not slip")]),
+            Mode("flight"),
+        ],
         transitions=[
             Transition("lift off", "stance", "flight", until=force_of(ground)),
             Transition("land", "flight", "stance", until=homogeneous(foot_frame)[2, 3]),
