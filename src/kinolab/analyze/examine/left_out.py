@@ -57,22 +57,20 @@ def _masses(subject: Subject) -> Iterator[Remark]:
 
 
 def _weightless(subject: Subject) -> Iterator[Remark]:
-    """Yield the moving bodies on which motors act, or react, and which have nothing to be moved."""
+    """Yield the moving bodies on which motors react and which have nothing to be moved."""
     system = subject.system
     if is_kinematic(system):
         return
     links = {subject.moving(body.frame) for body in system.bodies if not body.massless}
     for entry in system.inputs:
-        for key, verb in (("on", "acts"), ("reacts_on", "reacts")):
-            body = getattr(entry, key, None)
-            if isinstance(body, Body) and body.shapes and (own := subject.moving(body.frame)):
-                if own not in links:
-                    what = (
-                        f"{entry.name} {verb} on it, and neither it nor what is fixed to it has a "
-                    )
-                    what += "mass or an inertia: Body(…, mass=…, inertia=…)."
-                    yield Remark("no mass", body.name, what, ("Body", body.name))
-                    return
+        body = getattr(entry, "reacts_on", None)
+        if not (isinstance(body, Body) and body.shapes and subject.moving(body.frame)):
+            continue
+        if subject.moving(body.frame) not in links:
+            what = f"{entry.name} reacts on it, and neither it nor what is fixed to it has a mass "
+            what += "or an inertia: Body(…, mass=…, inertia=…)."
+            yield Remark("no mass", body.name, what, ("Body", body.name))
+            return
 
 
 def _carried(subject: Subject, body: Body) -> bool:
@@ -123,6 +121,8 @@ def _frictions(subject: Subject) -> Iterator[Remark]:
         bare = [c for c in subject.plain if c.unit == unit and RateSymbol(c) not in rubbed]
         if bare:
             none = " and ".join(str(RateSymbol(c)) for c in bare)
-            what = f"{rate} has {count} of it, and {none} {'have' if bare[1:] else 'has'} none: the lines are "
-            what += "alike, and one was not changed."
+            what = (
+                f"{rate} has {count} of it, and {none} {'have' if bare[1:] else 'has'} none: the "
+            )
+            what += "lines are alike, and one was not changed."
             yield Remark("friction twice", str(rate), what, (kind, ""))

@@ -199,15 +199,14 @@ def without_effect(subject: Subject) -> Iterator[Remark]:
         idle = effects and all(np.abs(e[:, k]).max() <= NOTHING * most for e in effects)
         if not (idle and isinstance(on, Body) and isinstance(axis, Axis)):
             continue
-        if on is base:
+        if base == on:
             what = f"It acts on {on.name} and reacts on {on.name}, the same body: on nothing."
         else:
-            word, moves = (
-                ("about", "turn about") if hasattr(entry, "about") else ("along", "move along")
-            )
-            against = f"against {base.name}" if base else "in the world"
-            what = f"It acts {word} the {axis.name} axis of a frame, and {against} {on.name} does "
-            what += f"not {moves} that axis, wherever the machine is. Take the axis of its joint."
+            turns = hasattr(entry, "about")
+            against = f"against {base.name}" if isinstance(base, Body) else "in the world"
+            what = f"It acts {'about' if turns else 'along'} the {axis.name} axis of a frame, and "
+            what += f"{on.name} never {'turns about' if turns else 'moves along'} that {against}. "
+            what += "Take the axis of its joint."
         yield Remark("no effect", entry.name, what, (type(entry).__name__, entry.name))
 
 
@@ -243,7 +242,7 @@ def same_effects(subject: Subject) -> Iterator[Remark]:
             what += (
                 f"wherever the machine is: both act on {' and '.join(sorted(acting[j]))} alike. "
                 if acting[j] == acting[k]
-                else f"wherever the machine is, and nothing drives {' and '.join(sorted(waiting))}. "
+                else f"wherever it is, and nothing drives {' and '.join(sorted(waiting))}. "
             )
             what += "Do on=, about= or along= stand there from another line, or was at= left out?"
             yield Remark("same effect", second.name, what, (type(second).__name__, second.name))

@@ -36,8 +36,8 @@ from kinolab.dynamics.derivation.velocity_coordinates import (
     unconstrained_coordinates,
     velocity_coordinates,
 )
-from kinolab.dynamics.language.frames import Frame, Translation
 from kinolab.dynamics.language.expressions import is_zero
+from kinolab.dynamics.language.frames import Frame, Translation
 from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.language.mechanism_parts import (
     atoms_of,
@@ -520,8 +520,8 @@ def _remedy_for(system: Mechanism, coordinates: Sequence[str]) -> str:
     weighed = [body for body in moved if not is_zero(body.mass)]
     if weighed:
         return (
-            f"It turns {weighed[0].name!r} about its own centre only: give it an inertia, or mind the "
-            "order of its frame's factors, as in rot_y(q) @ move(…), which swings it."
+            f"It turns {weighed[0].name!r} about its own centre only: give it an inertia, or mind "
+            "the order of its frame's factors, as in rot_y(q) @ move(…), which swings it."
         )
     return f"Give {'one of ' * (len(moved) > 1)}{names} a mass or an inertia."
 

@@ -1,4 +1,6 @@
-"""Two arms that hold one tool over a table (a copy of kinolab.systems.five_bar, angles relative)."""
+"""Two arms that hold one tool over a table (after kinolab.systems, angles relative)."""
+
+from sympy import pi
 
 from kinolab.dynamics import (
     Body,
@@ -15,7 +17,6 @@ from kinolab.dynamics import (
     rot_z,
     toward,
 )
-from sympy import pi
 
 LINK = 0.25  # [m]
 THICK = 0.011  # [m] radius of a link

@@ -1,4 +1,4 @@
-"""A Furuta pendulum: an arm turns about the vertical, a rod swings at its end, a flywheel on that."""
+"""A Furuta pendulum: an arm turns, a rod swings at its end, a flywheel on that."""
 
 from kinolab.dynamics import (
     WORLD,

@@ -1,4 +1,4 @@
-"""A snakeboard that a rotor moves (a copy of kinolab.systems.snakeboard, with a motor per truck)."""
+"""A snakeboard that a rotor moves, with a motor for each truck (after kinolab.systems)."""
 
 from kinolab.dynamics import (
     Body,

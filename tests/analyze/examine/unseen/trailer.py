@@ -1,4 +1,4 @@
-"""A tractor with a trailer: rear wheels drive, front wheels steer, the trailer turns on its hitch."""
+"""A tractor with a trailer: rear wheels drive, front ones steer, the trailer turns on its hitch."""
 
 from kinolab.dynamics import (
     Body,
