@@ -406,8 +406,8 @@ def test_a_direction_without_mass() -> None:
         System("s", bodies=[bob]).model()
     assert str(caught.value) == (
         "system 's': no mass or inertia resists a motion of hinge. It turns 'bob' "
-        "about its own centre only: give it an inertia, or mind the order of its frame's factors, as in "
-        "rot_y(q) @ move(…), which swings it."
+        "about its own centre only: give it an inertia, or mind the order of its frame's factors, "
+        "as in rot_y(q) @ move(…), which swings it."
     )
 
 
