@@ -22,7 +22,6 @@ SAMPLES = 41  # points of an axis, over the reach of a body
 SLENDER = (
     3.0  # length to width of a rod, of which m l^2 / 12 is short of m (l^2 + w^2) / 12 by 10 %
 )
-ATTITUDE = 3  # angles that turn a body about every axis: about its own length, too
 ORDER = (
     "Are the factors of its frame in the wrong order? What is carried begins with the frame of "
     "what carries it: base @ rot_y(q) @ move(…)."
@@ -214,8 +213,8 @@ def on_their_own_axis(subject: Subject) -> Iterator[Remark]:
     for body in (body for body in subject.system.bodies if body.shapes):
         own = _corners(subject, body)
         points = own - (own.max(axis=0) + own.min(axis=0)) / 2
-        turning = _turning(subject, body, subject.carriers(body)[:1])
-        for coordinate in turning if len(turning) < ATTITUDE else ():
+        bases = [b for b in subject.carriers(body) if b.shapes or not b.massless]
+        for coordinate in _turning(subject, body, bases[:1]):
             spin = subject.spin(body, x)[:, subject.plain[coordinate]]
             still = not subject.poses_by(x)[subject.place_of(body), :, 3][
                 :, subject.plain[coordinate]
