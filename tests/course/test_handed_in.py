@@ -1,4 +1,4 @@
-"""Ten projects that were handed in get the points that a teacher would give.
+"""Twenty works that were handed in get the points that a teacher would give.
 
 What is due was said before a grader had seen them (``handed_in/grades.toml``).
 """
@@ -10,6 +10,7 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
+import nbformat
 import pytest
 
 from kinolab.testing.grade_report import Report
@@ -17,16 +18,18 @@ from kinolab.testing.grading import grade
 
 HOME = Path(__file__).parent / "handed_in"
 GRADES: dict[str, dict[str, Any]] = tomllib.loads((HOME / "grades.toml").read_text("utf-8"))
+NOTEBOOKS = [name for name, due in GRADES.items() if "chapter" in due]
+PROJECTS = [name for name in GRADES if name not in NOTEBOOKS]
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("name", GRADES)
+@pytest.mark.parametrize("name", PROJECTS)
 def test_a_project_gets_what_a_teacher_would_give(name: str) -> None:
     _agrees(GRADES[name], grade(HOME / name))
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("name", GRADES)
+@pytest.mark.parametrize("name", PROJECTS)
 def test_so_it_does_where_the_teacher_has_the_right_machine(name: str, tmp_path: Path) -> None:
     given = Path(name).stem
     for kind in (".py", ".toml"):
@@ -35,6 +38,19 @@ def test_so_it_does_where_the_teacher_has_the_right_machine(name: str, tmp_path:
             text = text.replace(wrong, right)
         (tmp_path / given).with_suffix(kind).write_text(text, "utf-8")
     _agrees(GRADES[name], grade(HOME / name, against=tmp_path / name))
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", NOTEBOOKS)
+def test_so_do_the_exercises_of_a_chapter(name: str, tmp_path: Path) -> None:
+    due = GRADES[name]
+    cells = [cell for cell in (HOME / name).read_text("utf-8").split("# %%") if cell.strip()]
+    work = tmp_path / f"{due['chapter']}.ipynb"
+    nbformat.write(nbformat.v4.new_notebook(cells=[*map(nbformat.v4.new_code_cell, cells)]), work)
+    report = grade(work)
+    for mark in report.marks:
+        least, most = due["exercises"][mark.exercise]
+        assert least <= mark.points <= most, str(report)
 
 
 def _agrees(due: dict[str, Any], report: Report) -> None:

@@ -60,6 +60,7 @@ WRONG = {  # what is written instead, and what the report says of it
     "degrees": ("rot_y(phi)", "rot_y(90)", "ball turns otherwise"),
     "grams": ('"m", 0.2', '"m", 200.0', "the mass of ball is 200 kg"),
     "kg cm^2": ("2 * m * R**2 / 5", "1.28", "inertia of ball is 1.28 kg m^2"),
+    "kg mm^2": ("2 * m * R**2 / 5", "128.0", "inertia of ball is 128 kg m^2"),
     "half of the beam": ("L**2 / 12", "L**2 / 3", "inertia of beam is 0.48 kg m^2"),
     "moments in another order": (
         "(0.0006, M * L**2 / 12,", "(M * L**2 / 12, 0.0006,", "moments of inertia of beam about",
@@ -71,6 +72,17 @@ WRONG = {  # what is written instead, and what the report says of it
         "its inputs are motor, spin",
     ),
 }  # fmt: skip
+ALONE = {  # what `plan examine` says of the machine by itself; a student's planted mistakes
+    "as it is": "",
+    "gravity upward": "gravity points up",
+    "no rolling": "no rolling constraint: ball",
+    "rolling backward": "rolling with the wrong sign: ball",
+    "frames swapped": "touches at rest only: beam and ball",
+    "degrees": "degrees: ball",
+    "grams": "mass too large: ball",
+    "kg cm^2": "inertia too large: ball",
+    "kg mm^2": "inertia too large: ball",
+}
 OTHERWISE = {  # described in other words
     "velocity of the ball": ('gravity=', 'velocities=[alpha, r], gravity='),
     "gravity of the place": ("9.81", "9.8"),
@@ -113,6 +125,16 @@ def test_a_machine_that_moves_otherwise_has_half_of_the_points_at_most(
     report = grade(machine(tmp_path, "mine", (old, new)), against=asked)
     assert (report.points, report.of) == (6, 12)
     assert told in report.marks[0].reason
+
+
+@pytest.mark.usefixtures("planned")
+@pytest.mark.parametrize(("name", "told"), ALONE.items(), ids=ALONE)
+def test_so_it_has_where_nothing_is_given_to_compare_it_with(
+    name: str, told: str, tmp_path: Path
+) -> None:
+    report = grade(machine(tmp_path, "mine", *([WRONG[name][:2]] if told else [])))
+    assert (report.points, report.of) == (6 if told else 12, 12)
+    assert report.marks[0].reason.startswith(told), str(report)
 
 
 @pytest.mark.usefixtures("planned")

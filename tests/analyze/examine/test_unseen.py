@@ -1,4 +1,4 @@
-"""Forty more mistakes, written down before examine saw them: what it names, and what it does not.
+"""Eighty more mistakes, written down before examine saw them: what it names, and what it does not.
 
 `unseen/truth.toml` has what was wrong and the words of a good remark; four of its machines are of
 the pages, as a user would copy them, and four stand beside it.

@@ -405,7 +405,9 @@ def test_a_direction_without_mass() -> None:
     with pytest.raises(InputError) as caught:
         System("s", bodies=[bob]).model()
     assert str(caught.value) == (
-        "system 's': no mass or inertia resists a motion of hinge. Give 'bob' a mass or an inertia."
+        "system 's': no mass or inertia resists a motion of hinge. It turns 'bob' "
+        "about its own centre only: give it an inertia, or mind the order of its frame's factors, "
+        "as in rot_y(q) @ move(…), which swings it."
     )
 
 

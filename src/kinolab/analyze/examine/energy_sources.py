@@ -23,6 +23,7 @@ from kinolab.dynamics.language.mechanism_parts import (
 )
 from kinolab.dynamics.language.quantities import written
 from kinolab.dynamics.language.symbols import (
+    InputSymbol,
     Parameter,
     RateSymbol,
     ReferenceSymbol,
@@ -49,6 +50,8 @@ def energy_sources(subject: Subject) -> Iterator[Remark]:
             what += "more the longer it is. A spring that pulls back has a positive one."
             yield Remark("spring that pushes", "", what, (type(effort).__name__, ""))
     yield from _repelling(subject)
+    yield from _one_sided(subject)
+    yield from _self_feeding(subject)
     suspects = [effort for effort in system.efforts if _may_feed(effort)]
     if not suspects or is_kinematic(system):
         return
@@ -83,6 +86,63 @@ def _repelling(subject: Subject) -> Iterator[Remark]:
             what += "and its force is against s, - k * s: is the sign wrong?"
             moved = ", ".join(sorted({c.name for c in subject.plain} & set(_owners(effort))))
             yield Remark("spring that pushes", moved, what, (type(effort).__name__, ""))
+
+
+def _one_sided(subject: Subject) -> Iterator[Remark]:
+    """Yield the drag that pushes one way only: no force at rest, and the same at -v as at v.
+
+    It depends on the velocity that it is along alone; a lift depends on another one.
+    """
+    values = {p: subject.system.parameter_values[p.name] for p in subject.system.parameters}
+    for effort in subject.system.efforts:
+        if any(
+            isinstance(a, StateSymbol | ReferenceSymbol | InputSymbol) for a in atoms_of(effort)
+        ):
+            continue
+        for load in loads_in(effort):
+            along, size = (exact(written(e)).subs(values) for e in (load.velocity, load.magnitude))
+            rates = sorted((a for a in along.free_symbols if isinstance(a, RateSymbol)), key=str)
+            if not rates or not size.has(*rates):
+                continue
+            speed = sympy.Symbol("v", real=True)
+            alone = size.subs(rates[0], sympy.solve(along - speed, rates[0])[0])
+            alone = sympy.simplify(alone)
+            if (
+                alone.free_symbols == {speed}
+                and not alone.subs(speed, 0)
+                and _is_even(alone, speed)
+            ):
+                what = (
+                    f"The {effort} is the same forward and backward: against the motion one way, "
+                )
+                what += "and along with it the other way. Drag is against it both ways: "
+                what += "-c * v * abs(v)."
+                yield Remark("friction that pushes", str(effort), what, (type(effort).__name__, ""))
+                break
+
+
+def _is_even(size: sympy.Expr, speed: sympy.Symbol) -> bool:
+    return bool(sympy.simplify(size - size.subs(speed, -speed)) == 0)
+
+
+def _self_feeding(subject: Subject) -> Iterator[Remark]:
+    """Yield the auxiliary states that push a motion on by which they grow themselves.
+
+    Of a motor, force = k i and voltage = k v are of one k and of opposite senses.
+    """
+    model = subject.model
+    pushes = {a for e in subject.system.efforts for a in atoms_of(e) if isinstance(a, StateSymbol)}
+    for entry in subject.system.states:
+        if entry.symbol not in pushes:
+            continue
+        k = model.state_names.index(entry.name)
+        slopes = [model.jacobian(x, model.null_control())[0] for x in random_states(model)]
+        fed = [float((A[model.speeds, k] * A[k, model.speeds]).sum()) for A in slopes]
+        if min(fed) > 0:
+            what = f"{entry.name} pushes the machine, and grows the more the faster that makes it: "
+            what += "without any input both grow. The voltage of a motor that turns is against its "
+            what += "current, as in (u - R * i - k * rate(phi)) / L."
+            yield Remark("state that feeds itself", entry.name, what, ("State", entry.name))
 
 
 def _owners(effort: Effort) -> Iterator[str]:

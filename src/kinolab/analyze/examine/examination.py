@@ -20,7 +20,13 @@ from kinolab.analyze.examine.law_check import LawCheck
 from kinolab.analyze.examine.laws import laws, modes_alone
 from kinolab.analyze.examine.left_out import left_out, unheeded
 from kinolab.analyze.examine.odd_numbers import odd_numbers
-from kinolab.analyze.examine.reactions import reactions, same_effects, turned_away, turning_axes
+from kinolab.analyze.examine.reactions import (
+    reactions,
+    same_effects,
+    turned_away,
+    turning_axes,
+    without_effect,
+)
 from kinolab.analyze.examine.remarks.place_in_file import place_in
 from kinolab.analyze.examine.remarks.remark import Remark, sorted_out
 from kinolab.analyze.examine.remarks.subject import Subject
@@ -129,6 +135,7 @@ def examine(
     found += (*law, *unheeded(system, file))
     if not system.modes:  # in one of which a rope may be slack
         found += ropes(Subject(system.with_feedback(None)))
+        found += without_effect(Subject(system.with_feedback(None)))
     remarks, unused = sorted_out(found, system.expected)
     placed = tuple(replace(one, place=place_in(file, one.part)) for one in remarks)
     return Examination(system.name, tuple(sentences), placed, tuple(checked), unused)

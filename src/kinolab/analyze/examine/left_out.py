@@ -12,6 +12,7 @@ from kinolab.analyze.examine.remarks.place_in_file import declared_with
 from kinolab.analyze.examine.remarks.remark import Remark
 from kinolab.analyze.examine.remarks.subject import Subject
 from kinolab.dynamics import Body, Parameter, System
+from kinolab.dynamics.derivation.derivation import is_kinematic
 from kinolab.dynamics.language.expressions import is_zero
 from kinolab.dynamics.language.mechanism_parts import atoms_of, energies_in, loads_in
 from kinolab.dynamics.language.quantities import written
@@ -34,6 +35,7 @@ def unheeded(system: System, file: Path | None) -> Iterator[Remark]:
 def left_out(subject: Subject) -> Iterator[Remark]:
     """Yield the parts that lack what others of their kind have."""
     yield from _masses(subject)
+    yield from _weightless(subject)
     yield from _lengths(subject)
     yield from _frictions(subject)
 
@@ -52,6 +54,23 @@ def _masses(subject: Subject) -> Iterator[Remark]:
             what = f"{masses[0]} stands in its moments of inertia and in no mass: it has none. "
             what += f"Body(…, mass={masses[0]}) gives it one."
             yield Remark("inertia without a mass", body.name, what, ("Body", body.name))
+
+
+def _weightless(subject: Subject) -> Iterator[Remark]:
+    """Yield the moving bodies on which motors react and which have nothing to be moved."""
+    system = subject.system
+    if is_kinematic(system):
+        return
+    links = {subject.moving(body.frame) for body in system.bodies if not body.massless}
+    for entry in system.inputs:
+        body = getattr(entry, "reacts_on", None)
+        if not (isinstance(body, Body) and body.shapes and subject.moving(body.frame)):
+            continue
+        if subject.moving(body.frame) not in links:
+            what = f"{entry.name} reacts on it, and neither it nor what is fixed to it has a mass "
+            what += "or an inertia: Body(…, mass=…, inertia=…)."
+            yield Remark("no mass", body.name, what, ("Body", body.name))
+            return
 
 
 def _carried(subject: Subject, body: Body) -> bool:
@@ -86,7 +105,7 @@ def _end(subject: Subject, frame: object) -> str:
 
 
 def _frictions(subject: Subject) -> Iterator[Remark]:
-    """Yield the coordinate that has a friction twice where just one of its unit has none."""
+    """Yield the coordinate that has a friction twice where others of its unit have none."""
     frictions = [e for e in subject.system.efforts if e.size and not any(energies_in(e))]
     kinds = Counter(
         (type(e).__name__, *(written(v.velocity) for v in loads_in(e))) for e in frictions
@@ -100,7 +119,10 @@ def _frictions(subject: Subject) -> Iterator[Remark]:
             continue
         unit = rate.coordinate.unit
         bare = [c for c in subject.plain if c.unit == unit and RateSymbol(c) not in rubbed]
-        if len(bare) == 1:
-            what = f"{rate} has {count} of it, and {RateSymbol(bare[0])} has none: the lines are "
-            what += "alike, and one was not changed."
+        if bare:
+            none = " and ".join(str(RateSymbol(c)) for c in bare)
+            what = (
+                f"{rate} has {count} of it, and {none} {'have' if bare[1:] else 'has'} none: the "
+            )
+            what += "lines are alike, and one was not changed."
             yield Remark("friction twice", str(rate), what, (kind, ""))

@@ -40,19 +40,23 @@ SLACK = 0.01  # relative: numbers in files have three digits
 WEAKEST, STRONGEST = 0.1, 30.0  # [m/s^2] moons and planets: Ceres has 0.28, Jupiter 24.8
 # whole numbers as one has them in degrees, up to a turn; 10 and 100 rad stand for no limit
 DEGREES = frozenset(range(11, 361)) - {100}
+# [m/s] of the rim of a disk of steel of 800 MPa: (3 + nu) / 8 rho v^2 is the stress in its middle;
+# Timoshenko, Goodier, Theory of Elasticity, 3rd ed., 1970, section 32.
+BURSTING = 500.0
 FAR = 10.0  # in reaches of a body, of where a force acts on it: mm for m is a factor of 1e3
 
 
 def odd_numbers(subject: Subject) -> Iterator[Remark]:
     """Yield the numbers that look like another unit."""
     for body in subject.system.bodies:
-        yield from _inertia(subject, body)
-        yield from _order(subject, body)
+        swapped = [*_order(subject, body), *_flat(subject, body)]
+        yield from swapped[:1] or _inertia(subject, body)
         yield from _density(subject, body)
         yield from _length(subject, body)
     yield from _points(subject)
     yield from _angles(subject)
     yield from _limits(subject)
+    yield from _speeds(subject)
     yield from _gravity(subject)
 
 
@@ -164,6 +168,59 @@ def _order(subject: Subject, body: Body) -> Iterator[Remark]:
     what += f"has {most[worst]:.3g} kg m^2 about that axis at most. In the order ({right}) the "
     what += "moments of inertia about x, y and z fit its shape."
     yield Remark("inertia in another order", body.name, what, ("Body", body.name))
+
+
+def _wheel(subject: Subject, body: Body) -> tuple[int, float, float] | None:
+    """Return the axis of a body of coaxial disks, its radius and its width; None of others."""
+    shapes = subject.system.resolved_shapes(body)
+    axes = {shape.axis for shape in shapes if shape.symmetric == "z"}
+    if len(axes) != 1 or any(shape.symmetric != "z" for shape in shapes):
+        return None
+    k, points = "xyz".index(axes.pop()), np.vstack(_corners(subject, body))
+    across = np.delete(points, k, axis=1)
+    return k, float(np.linalg.norm(across, axis=1).max()), float(np.ptp(points[:, k]))
+
+
+def _flat(subject: Subject, body: Body) -> Iterator[Remark]:
+    """Yield the flat wheels with less inertia about their axles than across.
+
+    About the axle of what is flat it is the sum of those about two diameters.
+    """
+    found = _wheel(subject, body)
+    given = [subject.system.number(body.inertia_matrix[j, j]) for j in range(3)]
+    if found is not None and found[2] <= found[1]:
+        k, _, _ = found
+        least = min(given[:k] + given[k + 1 :])
+        if given[k] < least * (1 - SLACK):
+            what = f"It is a flat wheel, and has {given[k]:.4g} kg m^2 about its axle, {'xyz'[k]}, "
+            what += f"and {least:.4g} kg m^2 across: the largest moment of inertia of what is flat "
+            what += "is that about its axle."
+            yield Remark("inertia in another order", body.name, what, ("Body", body.name))
+
+
+def _speeds(subject: Subject) -> Iterator[Remark]:
+    """Yield the wheels that would burst at the limit of their speed."""
+    for body in subject.system.bodies:
+        found = _wheel(subject, body)
+        for c in subject.plain if found else ():
+            own = f"{c.name}" in subject.moving(body.frame)
+            turns = own and c == getattr(body.frame.motions[-1], "angle", None)
+            power = (
+                math.isfinite(c.speed) and math.log10(c.speed).is_integer()
+            )  # stands for no limit
+            if (
+                found
+                and turns
+                and math.isfinite(c.speed)
+                and c.speed * found[1] > BURSTING
+                and not power
+            ):
+                what = f"At its limit of {c.speed:g} rad/s the rim of {body.name} goes at "
+                what += (
+                    f"{c.speed * found[1]:.3g} m/s, and a disk of steel bursts at {BURSTING:g}: is "
+                )
+                what += f"it in turns a minute, which would be {c.speed * math.pi / 30:.4g} rad/s?"
+                yield Remark("speed too large", c.name, what, ("angle", c.name))
 
 
 def _density(subject: Subject, body: Body) -> Iterator[Remark]:

@@ -20,6 +20,7 @@ from kinolab.simulation.stability import random_states
 
 ALONG = 1e-6  # relative, of rounding in velocities
 SEEN = 1e-3  # from which two directions are different: one minus the cosine
+NOTHING = 1e-12  # of the largest effect of an input: rounding of a sum that vanishes
 SHARES = (0.3, -0.2, 0.45)  # of the spans of coordinates, where axes are looked at
 
 
@@ -188,15 +189,50 @@ def turning_axes(subject: Subject) -> Iterator[Remark]:
                 )
 
 
-def same_effects(subject: Subject) -> Iterator[Remark]:
-    """Yield the inputs that do on a body what another one does there, wherever the machine is."""
-    model, acting = subject.model, [_acted_on(subject, e) for e in subject.system.inputs]
+def without_effect(subject: Subject) -> Iterator[Remark]:
+    """Yield the torques and forces that do nothing, wherever the machine is."""
+    effects = _effects(subject)
+    most = max((float(np.abs(e).max(initial=0.0)) for e in effects), default=0.0)
+    for k, entry in enumerate(subject.system.inputs):
+        on, base = getattr(entry, "on", None), getattr(entry, "reacts_on", None)
+        axis = getattr(entry, "about", None) or getattr(entry, "along", None)
+        idle = effects and all(np.abs(e[:, k]).max() <= NOTHING * most for e in effects)
+        if not (idle and isinstance(on, Body) and isinstance(axis, Axis)):
+            continue
+        if base == on:
+            what = f"It acts on {on.name} and reacts on {on.name}, the same body: on nothing."
+        else:
+            turns = hasattr(entry, "about")
+            against = f"against {base.name}" if isinstance(base, Body) else "in the world"
+            what = f"It acts {'about' if turns else 'along'} the {axis.name} axis of a frame, and "
+            what += f"{on.name} never {'turns about' if turns else 'moves along'} that {against}. "
+            what += "Take the axis of its joint."
+        yield Remark("no effect", entry.name, what, (type(entry).__name__, entry.name))
+
+
+def _effects(subject: Subject) -> list[Array]:
+    """Return what inputs do to the rates of a state at a few states, shape (nx, nu) each."""
+    model = subject.model
     try:
-        effects = [model.jacobian(x, model.null_control())[1] for x in random_states(model)]
+        return [model.jacobian(x, model.null_control())[1] for x in random_states(model)]
     except KinolabError:
-        return
-    for j, k in combinations(range(model.nu), 2):
-        if not acting[j] or acting[j] != acting[k]:
+        return []
+
+
+def same_effects(subject: Subject) -> Iterator[Remark]:
+    """Yield the inputs that do what another one does there, wherever the machine is.
+
+    Two bodies may be pushed alike, as by two motors, unless one of them waits for its own push.
+    """
+    system, model = subject.system, subject.model
+    acting, effects = [_acted_on(subject, e) for e in system.inputs], _effects(subject)
+    moving = [
+        {c for b in system.bodies if b.name in names for c in subject.moving(b.frame)}
+        for names in acting
+    ]
+    for j, k in combinations(range(model.nu if effects else 0), 2):
+        waiting = (moving[j] ^ moving[k]) - subject.pushed
+        if not acting[j] or (acting[j] != acting[k] and not waiting):
             continue
         one, other = np.concatenate([e[:, [j, k]] for e in effects]).T
         ratio = float(one @ other) / max(float(one @ one), 1e-300)
@@ -205,6 +241,8 @@ def same_effects(subject: Subject) -> Iterator[Remark]:
             what = f"{second.name} does the same as {first.name}, {ratio:.3g} times as much, "
             what += (
                 f"wherever the machine is: both act on {' and '.join(sorted(acting[j]))} alike. "
+                if acting[j] == acting[k]
+                else f"wherever it is, and nothing drives {' and '.join(sorted(waiting))}. "
             )
             what += "Do on=, about= or along= stand there from another line, or was at= left out?"
             yield Remark("same effect", second.name, what, (type(second).__name__, second.name))

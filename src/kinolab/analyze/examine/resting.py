@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from itertools import product
 from operator import itemgetter
 from typing import TypeAlias
 
@@ -14,6 +15,7 @@ from kinolab.analyze.examine.remarks.remark import Remark
 from kinolab.analyze.examine.remarks.subject import UNLIMITED, Subject
 from kinolab.dynamics import Model, toward
 from kinolab.dynamics.derivation.derivation import is_kinematic
+from kinolab.dynamics.language.expressions import is_zero
 from kinolab.dynamics.units import control_units, state_units
 from kinolab.errors import KinolabError
 from kinolab.numerics.arrays import Array
@@ -21,6 +23,7 @@ from kinolab.simulation.stability import random_states
 
 Mass: TypeAlias = Callable[[Model, Array], Array]
 
+UNIT = 100.0  # times its limit: an input beyond that has one in another unit, a factor of 1000
 STEPS = 40  # of Newton's method within limits
 HALVINGS = 6  # of a step that leads away
 STEP = 1e-6  # of a coordinate, of differences of the mass matrix
@@ -53,15 +56,16 @@ def without_rest(subject: Subject) -> Iterator[Remark]:
     free = np.full_like(box, np.inf) * (-1, 1)
     places, inputs = free.copy(), free.copy()
     places[model.nx :], inputs[: model.nx] = box[model.nx :], box[: model.nx]
-    for wider in (places, inputs, free):
+    for growth, wider in product((1.0, 2.0), (places, inputs, free)):
         for _, z in sorted(found, key=lambda entry: entry[0]):
-            held, left = _settled(subject, z, wider)
-            if left <= HELD:
+            held, left = _settled(subject, z, wider, growth)
+            beyond = np.abs(held) / np.maximum(np.abs(box).max(axis=1), ROUNDING)
+            if left <= HELD and (growth == 1.0 or beyond[model.nx :].max(initial=0.0) >= UNIT):
                 yield _restless(subject, found, held, box)
                 return
 
 
-def _settled(subject: Subject, z: Array, box: Array) -> tuple[Array, float]:
+def _settled(subject: Subject, z: Array, box: Array, growth: float = 1.0) -> tuple[Array, float]:
     """Return the state and inputs (nx + nu,) near others that are held best, and what is left.
 
     Accelerations are reduced, and where that ends too early, the forces that nothing balances:
@@ -71,16 +75,19 @@ def _settled(subject: Subject, z: Array, box: Array) -> tuple[Array, float]:
         subject: The machine.
         z: States and inputs, shape (nx + nu,); velocities are set to 0.
         box: Their limits, shape (nx + nu, 2).
+        growth: Of the steps, after one that led nearer; 1 keeps them within half a range each.
     """
-    best = _descended(subject, z, box, _alike)
+    best = _descended(subject, z, box, _alike, growth)
     return (
         best
         if best[1] <= HELD
-        else min(best, _descended(subject, z, box, _mass), key=itemgetter(1))
+        else min(best, _descended(subject, z, box, _mass, growth), key=itemgetter(1))
     )
 
 
-def _descended(subject: Subject, z: Array, box: Array, mass: Mass) -> tuple[Array, float]:
+def _descended(
+    subject: Subject, z: Array, box: Array, mass: Mass, growth: float
+) -> tuple[Array, float]:
     """Do what ``_settled`` does, with accelerations weighted by a mass matrix."""
     model, scales = subject.model, subject.model.state_scales
     moves = np.ones(len(z), dtype=bool)
@@ -107,7 +114,7 @@ def _descended(subject: Subject, z: Array, box: Array, mass: Mass) -> tuple[Arra
                 tried = np.clip(tried, *box.T)
                 then = _unbalanced(model, tried, mass) / units
                 if np.linalg.norm(then) < np.linalg.norm(left) * (1 - 1e-4 / 2**k):
-                    z, left, radius = tried, then, radius / 2 if k else radius
+                    z, left, radius = tried, then, radius / 2 if k else growth * radius
                     break
             else:
                 radius /= 8
@@ -169,6 +176,9 @@ def _restless(
     what += f"{_listed(moving)}. It would rest with {_listed(beyond)}. "
     if gravity is not None and gravity.down != DOWN and _rests_below(subject):
         what += 'With gravity toward "-z" it would rest within them.'
+    elif short := [e for e in system.efforts if is_zero(getattr(e, "length", 1))]:
+        what += f"The {short[0]} has no length= of its own, and pulls its ends together until they "
+        what += "meet."
     else:
         what += "Are a mass, a stiffness or a limit in another unit, has a force or a constraint "
         what += "the wrong sign or place?"

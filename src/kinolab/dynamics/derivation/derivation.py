@@ -36,6 +36,7 @@ from kinolab.dynamics.derivation.velocity_coordinates import (
     unconstrained_coordinates,
     velocity_coordinates,
 )
+from kinolab.dynamics.language.expressions import is_zero
 from kinolab.dynamics.language.frames import Frame, Translation
 from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.language.mechanism_parts import (
@@ -511,13 +512,18 @@ def _remedy_for(system: Mechanism, coordinates: Sequence[str]) -> str:
     for body in system.bodies:
         own = {coordinate_of(atom) for atom in atoms_of(body.frame)}
         if any(c is not None and c.name in coordinates for c in own):
-            moved.append(body.name)
+            moved.append(body)
     if not moved:
         named = " or ".join(coordinates)
         return f"No body moves with {named}: add the one that does to bodies."
-    if len(moved) == 1:
-        return f"Give {moved[0]!r} a mass or an inertia."
-    return f"Give one of {', '.join(map(repr, moved))} a mass or an inertia."
+    names = ", ".join(repr(body.name) for body in moved)
+    weighed = [body for body in moved if not is_zero(body.mass)]
+    if weighed:
+        return (
+            f"It turns {weighed[0].name!r} about its own centre only: give it an inertia, or mind "
+            "the order of its frame's factors, as in rot_y(q) @ move(…), which swings it."
+        )
+    return f"Give {'one of ' * (len(moved) > 1)}{names} a mass or an inertia."
 
 
 def _point_speed(binding: SymbolTable, shapes: Sequence[Shape], state: FrameState) -> Node:

@@ -64,6 +64,7 @@ def choose_velocities(
     rows: Sequence[Sequence[Node]],
     samples: Array,
     driven: Collection[int],
+    redundant: Sequence[str] = (),
 ) -> VelocityChoice:
     """Choose the independent velocities.
 
@@ -72,13 +73,14 @@ def choose_velocities(
         rows: Coefficients of all velocities in each condition, (m, nt).
         samples: Their values at a few states, shape (samples, m, nt).
         driven: Indices of the velocities whose acceleration is an input, which remain states.
+        redundant: Names of constraints that follow from others, of which messages speak.
 
     Raises:
         InputError: If the author's choice has the wrong size, or none serves.
     """
     system = binding.system
     if system.velocities is not None and not isinstance(system.velocities, str):
-        return _named(binding, rows, samples)
+        return _named(binding, rows, samples, redundant)
     if not rows:
         return VelocityChoice(())
     free = _free(system, samples, driven)
@@ -112,7 +114,12 @@ def singular_configuration(
     return {name: found[name] for name in labels}
 
 
-def _named(binding: SymbolTable, rows: Sequence[Sequence[Node]], samples: Array) -> VelocityChoice:
+def _named(
+    binding: SymbolTable,
+    rows: Sequence[Sequence[Node]],
+    samples: Array,
+    redundant: Sequence[str],
+) -> VelocityChoice:
     """Take the velocities chosen by the author, three for an attitude."""
     system = binding.system
     symbols = [s.name for s in tangent_symbols(system)]
@@ -129,6 +136,10 @@ def _named(binding: SymbolTable, rows: Sequence[Sequence[Node]], samples: Array)
         what = f"{given} velocities are named; {size - count} are independent."
         if not rows:
             what = f"{given} velocities are named; without constraints all are independent."
+        if redundant:
+            what += (
+                f" {redundant[0]!r} follows from the other constraints: is it one of them again?"
+            )
         remedy = "" if rows else "Leave velocities out."
         raise InputError([Mistake(f"system {system.name!r}", what, remedy)])
     dependent = tuple(i for i, name in enumerate(symbols) if name not in names)

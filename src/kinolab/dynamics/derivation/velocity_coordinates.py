@@ -102,7 +102,7 @@ def constraint_rows(binding: SymbolTable) -> list[ConstraintRow]:
 def velocity_coordinates(binding: SymbolTable, guards: Guards) -> VelocityCoordinates:
     """Choose the independent velocities and solve for all others."""
     rows, redundant = _conditions(binding)
-    return _solve(binding, guards, rows, redundant, _choice(binding, rows))
+    return _solve(binding, guards, rows, redundant, _choice(binding, rows, redundant))
 
 
 def chosen_quasi_velocities(system: Mechanism) -> tuple[QuasiVelocity, ...]:
@@ -114,8 +114,8 @@ def chosen_quasi_velocities(system: Mechanism) -> tuple[QuasiVelocity, ...]:
     if system.velocities == "all":
         return ()
     binding = SymbolTable.of(system)
-    rows, _ = _conditions(binding)
-    return _choice(binding, rows).quasi
+    rows, redundant = _conditions(binding)
+    return _choice(binding, rows, redundant).quasi
 
 
 def _conditions(binding: SymbolTable) -> tuple[list[ConstraintRow], tuple[str, ...]]:
@@ -128,9 +128,12 @@ def _conditions(binding: SymbolTable) -> tuple[list[ConstraintRow], tuple[str, .
     return rows, redundant
 
 
-def _choice(binding: SymbolTable, rows: Sequence[ConstraintRow]) -> VelocityChoice:
+def _choice(
+    binding: SymbolTable, rows: Sequence[ConstraintRow], redundant: Sequence[str]
+) -> VelocityChoice:
     samples = _samples(binding, rows) if rows else np.empty((1, 0, len(binding.tangent)))
-    return choose_velocities(binding, [row.covector for row in rows], samples, _driven(binding))
+    covectors = [row.covector for row in rows]
+    return choose_velocities(binding, covectors, samples, _driven(binding), redundant)
 
 
 def unconstrained_coordinates(binding: SymbolTable) -> VelocityCoordinates:

@@ -48,6 +48,13 @@ class Subject:
         """Where it starts unless told otherwise, on its constraints, shape (nx,)."""
         return self.on_constraints(self.model.rest())
 
+    @property
+    def rests_within_limits(self) -> bool:
+        """Whether that is where the limits of all coordinates let it be."""
+        low, high = self.model.state_bounds[: self.model.nq].T
+        at, slack = self.rest[: self.model.nq], 1e-9 * self.model.state_scales[: self.model.nq]
+        return bool(np.all((at >= low - slack) & (at <= high + slack)))
+
     def on_constraints(self, x: Array, **values: float) -> Array:
         """Return a state (nx,) moved onto the position constraints; the same where that fails."""
         try:

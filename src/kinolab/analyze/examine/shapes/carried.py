@@ -85,7 +85,8 @@ def swung_off(subject: Subject, touching: Sequence[TouchingBodies]) -> Iterator[
     """
     for body in (body for body in subject.system.bodies if body.shapes):
         bases = [base for base in subject.carriers(body) if base.shapes]
-        beside = [c for c in touching if c.other and body in c.pair]
+        beside = [c for c in touching if c.other and body in c.pair
+                  and not _fixed(subject, *c.pair)]  # fmt: skip
         joined = [c for c in beside if any(base in c.pair for base in bases)]
         for coordinate in _turning(subject, body, bases[:1]):
             axis = axis_of(subject, body, coordinate)
@@ -97,6 +98,11 @@ def swung_off(subject: Subject, touching: Sequence[TouchingBodies]) -> Iterator[
             if not beside and (found := _floats(subject, body, bases, axis, coordinate)):
                 yield found
                 break
+
+
+def _fixed(subject: Subject, one: Body, other: Body) -> bool:
+    """Whether two bodies move by the same coordinates, as parts of one link do."""
+    return subject.moving(one.frame) == subject.moving(other.frame)
 
 
 def _turning(subject: Subject, body: Body, bases: Sequence[Body]) -> list[Coordinate]:
@@ -171,20 +177,22 @@ def _floats(
     coordinate: Coordinate,
 ) -> Remark | None:
     """Find a rod that points at its joint, which is in what carries it, and does not reach it."""
-    system, moving = subject.system, subject.moving(body.frame)
-    others = [
-        one for one in system.bodies if one is not body and subject.moving(one.frame) == moving
-    ]
+    system = subject.system
     corners = _corners(subject, body)
     middle = (corners.max(axis=0) + corners.min(axis=0)) / 2
     joint = axis[0] + ((middle - axis[0]) @ axis[1]) * axis[1]
-    away = (middle - joint) / np.linalg.norm(middle - joint)
+    away = (middle - joint) / max(float(np.linalg.norm(middle - joint)), ROUNDING)
     along = (corners - joint) @ away
     length, gap = float(np.ptp(along)), float(along.min())
     width = 2 * np.linalg.norm(corners - joint - np.outer(along, away), axis=1).max()
     reach = reach_of(subject, body)
     base = next((b for b in bases if depth_of(subject, b, (joint, axis[1]), reach) >= 0), None)
-    if others or system.cables or base is None or length < SLENDER * width:
+    between = any(
+        float(((_corners(subject, one) - joint) @ away).min()) < gap
+        for one in system.bodies
+        if one is not body and one.shapes and _fixed(subject, one, body)
+    )
+    if between or system.cables or base is None or length < SLENDER * width:
         return None
     if not width <= gap <= length:  # beyond what a joint of its own width is
         return None
@@ -205,7 +213,8 @@ def on_their_own_axis(subject: Subject) -> Iterator[Remark]:
     for body in (body for body in subject.system.bodies if body.shapes):
         own = _corners(subject, body)
         points = own - (own.max(axis=0) + own.min(axis=0)) / 2
-        for coordinate in _turning(subject, body, subject.carriers(body)[:1]):
+        bases = [b for b in subject.carriers(body) if b.shapes or not b.massless]
+        for coordinate in _turning(subject, body, bases[:1]):
             spin = subject.spin(body, x)[:, subject.plain[coordinate]]
             still = not subject.poses_by(x)[subject.place_of(body), :, 3][
                 :, subject.plain[coordinate]

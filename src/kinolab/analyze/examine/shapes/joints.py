@@ -21,6 +21,8 @@ CHANGED = 1.05  # a parameter's value, relative to its own
 def parted(contact: TouchingBodies) -> Iterator[Remark]:
     """Yield that two bodies part by a coordinate that moves both, or by two that should not."""
     subject = contact.subject
+    if contact.other is not None and not subject.rests_within_limits:
+        return  # nothing has to touch where it may not be
     plain = [c for c in subject.plain if c.name in contact.moved_by]
     near = HALF if contact.other is None else SMALL  # the ground has no end
     kept = [c for c in plain if all(_together(contact, {c: way}) for way in (near, -near))]
