@@ -8,7 +8,21 @@ import numpy as np
 import pytest
 
 import kinolab
-from kinolab.dynamics import Body, Box, Cylinder, Sphere, System, angle, length, move, rot_y, rot_z
+from kinolab.dynamics import (
+    Body,
+    Box,
+    Control,
+    Cylinder,
+    Load,
+    Sphere,
+    System,
+    angle,
+    length,
+    move,
+    rate,
+    rot_y,
+    rot_z,
+)
 from kinolab.show.film.film import staged
 from kinolab.show.film.staging.drawn_axes import X, Y, Z
 from kinolab.show.film.staging.script_writing import write_script
@@ -44,6 +58,9 @@ def wheel() -> System:
 
 
 def shown(machine: System, goal: dict[str, float], *states: dict[str, float], **more: Any) -> Any:
+    push = Control("push", limit=1.0)  # who plans needs one
+    pushed = [*machine.efforts, Load(push.symbol, rate(machine.coordinates[0]))]
+    machine = machine.changed(inputs=[push], efforts=pushed)
     problem = kinolab.load({"system": machine, "goal": goal, "bounds": _speeds(machine), **more})
     names = list(problem.model.state_names)
     x = np.zeros((len(states), len(names)))
