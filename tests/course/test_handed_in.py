@@ -10,11 +10,12 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
-import nbformat
 import pytest
 
 from kinolab.testing.grade_report import Report
 from kinolab.testing.grading import grade
+
+nbformat = pytest.importorskip("nbformat")
 
 HOME = Path(__file__).parent / "handed_in"
 GRADES: dict[str, dict[str, Any]] = tomllib.loads((HOME / "grades.toml").read_text("utf-8"))
