@@ -9,6 +9,7 @@ import numpy as np
 import sympy
 from numpy.typing import NDArray
 
+from kinolab.analyze.examine.forces_twice import is_between_frames
 from kinolab.analyze.examine.remarks.remark import Remark
 from kinolab.analyze.examine.remarks.subject import UNLIMITED, Subject
 from kinolab.dynamics.derivation.derivation import is_kinematic
@@ -95,9 +96,8 @@ def _one_sided(subject: Subject) -> Iterator[Remark]:
     """
     values = {p: subject.system.parameter_values[p.name] for p in subject.system.parameters}
     for effort in subject.system.efforts:
-        if any(
-            isinstance(a, StateSymbol | ReferenceSymbol | InputSymbol) for a in atoms_of(effort)
-        ):
+        driven = StateSymbol | ReferenceSymbol | InputSymbol
+        if is_between_frames(effort) or any(isinstance(a, driven) for a in atoms_of(effort)):
             continue
         for load in loads_in(effort):
             along, size = (exact(written(e)).subs(values) for e in (load.velocity, load.magnitude))

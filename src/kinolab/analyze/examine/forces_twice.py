@@ -34,7 +34,7 @@ SAME = 1e-6  # relative: a thousand times that error
 def forces_twice(subject: Subject) -> Iterator[Remark]:
     """Yield the efforts that are the weight, or an inertial force, of what the machine moves."""
     system, model = subject.system, subject.model
-    efforts = [e for e in system.efforts if not (_driven(e) or _is_between_frames(e))]
+    efforts = [e for e in system.efforts if not (_driven(e) or is_between_frames(e))]
     if not efforts or is_kinematic(system):
         return
     states = random_states(model)
@@ -61,7 +61,7 @@ def _driven(effort: Effort) -> bool:
     return any(isinstance(atom, driven) for atom in atoms_of(effort))
 
 
-def _is_between_frames(effort: Effort) -> bool:
+def is_between_frames(effort: Effort) -> bool:
     """Whether it depends on where several frames are, as springs and ropes do, and no weight."""
     sizes = [*energies_in(effort), *(load.magnitude for load in loads_in(effort))]
     return len({frame for size in sizes for frame in frames_in(size)}) > 1
