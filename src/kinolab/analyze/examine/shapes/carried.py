@@ -13,6 +13,7 @@ from kinolab.analyze.examine.shapes.touching_bodies import APART, TouchingBodies
 from kinolab.dynamics import Body, Coordinate
 from kinolab.dynamics.language.expressions import is_zero
 from kinolab.numerics.arrays import Array
+from kinolab.simulation.stability import random_states
 from kinolab.world.geometry import frame_in_world, triangles
 
 ROUNDING = 1e-9  # relative, of velocities: compiled derivatives are exact
@@ -207,6 +208,17 @@ def _floats(
     return Remark("away from its joint", about, what, ("Body", body.name))
 
 
+def _falling(subject: Subject) -> Array:
+    """Return the accelerations of coordinates from rest at random places, shape (states, nq)."""
+    model = subject.model
+    states = random_states(model)
+    states[:, model.speeds] = 0.0
+    begun, idle = states.copy(), np.tile(model.null_control(), (len(states), 1))
+    begun[:, model.speeds] = model.f(states, idle)[:, model.speeds]
+    rates: Array = model.f(begun, idle)[:, : model.nq]
+    return rates
+
+
 def on_their_own_axis(subject: Subject) -> Iterator[Remark]:
     """Yield the rods that a joint turns about their own length, though only friction acts in it."""
     x = subject.rest
@@ -222,6 +234,8 @@ def on_their_own_axis(subject: Subject) -> Iterator[Remark]:
             size = float(np.linalg.norm(spin))
             if coordinate.name in subject.driven or not (still and size > ROUNDING):
                 continue
+            if np.abs(_falling(subject)[:, subject.plain[coordinate]]).max() > ROUNDING:
+                continue  # what hangs on it lets it swing
             along = points @ spin / size
             width = 2 * np.linalg.norm(points - np.outer(along, spin / size), axis=1).max()
             if np.ptp(along) >= SLENDER * width:
