@@ -222,6 +222,12 @@ class TrajectoryProblem:
         return min(max(1, math.ceil(moved)), self._most_samples)
 
 
+def most_time(problem: PlanningTask) -> float:
+    """Return how long a motion may take in [s]."""
+    section = problem.scenario.objective
+    return math.inf if section is None or section.max_time is None else section.max_time
+
+
 def usual_room(problem: PlanningTask) -> float:
     """Return a clearance in [m] that the planners' collision check lets pass, for a first try."""
     return NLP.room * resolution(problem)

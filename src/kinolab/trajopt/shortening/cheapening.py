@@ -27,9 +27,10 @@ from kinolab.trajopt.nlp.feasibility_check import (
     satisfies_all_at_knots,
 )
 from kinolab.trajopt.nlp.goal_constraint import meets_centre
-from kinolab.trajopt.nlp.problem import NO_EXCESS, TrajectoryProblem, usual_room
+from kinolab.trajopt.nlp.problem import NO_EXCESS, TrajectoryProblem, most_time, usual_room
 from kinolab.trajopt.options import SHORT, SQP
 from kinolab.trajopt.segments import Segments, SlidingWindow, is_long
+from kinolab.trajopt.shortening.phases import phases_of, shortened_phases
 from kinolab.trajopt.sqp.restoration import make_knots_exact, restore_feasibility
 
 LONGER = 1.3  # times as long is the next guess, while motions that may take their time cost less
@@ -46,7 +47,7 @@ def cheapened(
         over: Whether to give up; asked before each subproblem.
     """
     priced = costed(problem)
-    if priced is None or problem.machine.modes or not len(trajectory.inputs):
+    if priced is None or not len(trajectory.inputs):
         return
     try:
         given = resimulate(priced, trajectory.t, trajectory.inputs)
@@ -56,6 +57,11 @@ def cheapened(
     scales = priced.scales.copy()
     scales[priced.cost_entry] = max(cost, np.finfo(float).tiny)
     priced = replace(priced, scales=scales)
+    if problem.machine.modes:
+        phases = phases_of(priced, given)
+        found = shortened_phases(priced, phases, lambda: math.inf if over() else 0.0)
+        yield from (without_cost(problem, motion) for motion in found)
+        return
     whole = _whole(problem, priced, given, over)
     if whole is not None:
         yield whole
@@ -159,12 +165,6 @@ def _longest(task: TrajectoryProblem, knots: Knots, block: int) -> float:
     """Return how long the steps between so many knots may be in [s]."""
     most, step = most_time(task.problem), block * task.problem.step
     return max(min(step, most / len(knots.u)), knots.h)
-
-
-def most_time(problem: PlanningTask) -> float:
-    """Return how long a motion may take in [s]."""
-    section = problem.scenario.objective
-    return math.inf if section is None or section.max_time is None else section.max_time
 
 
 def _cheaper(task: TrajectoryProblem, knots: Knots, block: int = 1) -> Knots:

@@ -30,7 +30,7 @@ from kinolab.trajopt.nlp.dynamics_constraint import (
     true_trajectory,
 )
 from kinolab.trajopt.nlp.feasibility_check import excess_between_knots, satisfies_all
-from kinolab.trajopt.nlp.problem import TrajectoryProblem, usual_room
+from kinolab.trajopt.nlp.problem import TrajectoryProblem, most_time, usual_room
 from kinolab.trajopt.options import LOOSE, NLP, SHORT, SQP, TIGHT, StoppingTolerances
 from kinolab.trajopt.sqp.restoration import restore_feasibility
 
@@ -40,7 +40,7 @@ HALVINGS = 52  # of a step, to locate a transition: to rounding
 def shortened_phases(
     problem: PlanningTask, phases: Sequence[Phase], spent: Callable[[], float]
 ) -> Iterator[Trajectory]:
-    """Yield shorter and shorter motions with the same transitions, or without some of them.
+    """Yield motions that take, or cost, less and less, with the same transitions or fewer.
 
     Cycles of modes are left out as long as that leaves a motion: fewer phases are also optimised
     in less time. What is left is optimised first, and then, while that is promising, what had more.
@@ -58,13 +58,13 @@ def shortened_phases(
     few = task.sampled(SHORT.phase_samples)
     guessing, few = (few.until(partial(_over, spent, most)) for most in SHORT.phase_budgets)
     best: Knots | None = None
-    last, failures = math.inf, 0
+    price, last, failures = problem.cost_of, math.inf, 0
     for guess in reversed(_ever_fewer(guessing, phases)):
         fast = _faster(few, guess, LOOSE)
-        promising = fast is not None and (best is None or fast.duration < best.duration)
+        promising = fast is not None and (best is None or price(fast) < price(best))
         motion = _checked(task, fast) if fast is not None and promising else None
-        if motion is not None and motion.duration < last:
-            best, last, failures = fast, motion.duration, 0
+        if motion is not None and price(motion) < last:
+            best, last, failures = fast, price(motion), 0
             yield motion
         else:
             failures += best is not None
@@ -72,7 +72,7 @@ def shortened_phases(
             break
     fast = None if best is None else _faster(few, best, TIGHT)
     motion = None if fast is None else _checked(task, fast)
-    if motion is not None and motion.duration < last:
+    if motion is not None and price(motion) < last:
         yield motion
 
 
@@ -109,8 +109,9 @@ def _feasible(
 
 def _lengths(task: TrajectoryProblem, guess: Knots) -> tuple[Array, Array]:
     """Return bounds of the step lengths near a guess: a transition takes place within a step."""
-    shortest, longest = (factor * guess.lengths for factor in SHORT.stretch)
-    return np.maximum(shortest, _least(task.problem)), longest
+    shorter, longer = SHORT.stretch
+    longer = min(longer, max(1.0, most_time(task.problem) / guess.duration))
+    return np.maximum(shorter * guess.lengths, _least(task.problem)), longer * guess.lengths
 
 
 def _least(problem: PlanningTask) -> float:
@@ -118,11 +119,14 @@ def _least(problem: PlanningTask) -> float:
 
 
 def _faster(task: TrajectoryProblem, guess: Knots, tolerances: StoppingTolerances) -> Knots | None:
-    """Return knots of a short duration near a guess; None if there are none."""
+    """Return knots of a short duration, or of little cost, near a guess; None if there are none."""
     knots = _feasible(task, guess, SQP.closure_tolerance)
     if knots is None:
         return None
-    lengths = (_least(task.problem), knots.lengths)
+    longest = knots.lengths
+    if task.problem.cost_entry is not None:  # which may be less where it takes longer
+        longest = _lengths(task, knots)[1]
+    lengths = (_least(task.problem), longest)
     return minimize_cost(task, knots, lengths, tolerances=tolerances)
 
 
