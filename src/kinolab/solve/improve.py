@@ -44,9 +44,7 @@ SHOWING = 40  # subproblems of a whole motion that show what becomes of it
 ALIKE = 0.1  # fraction by which least durations of ways on the same side may differ
 MIN_EXPECTED_GAIN = 0.01  # of the duration, by further starts, to go on
 MIN_WAYS = 3  # whose spread says something
-# Of the work where an [objective] says what a motion costs: for quick ones, from which others are
-# made; of what is left, for each of these.
-QUICK_FRACTION, CHEAP_FRACTION = 0.3, 0.6
+CHEAP_FRACTION = 0.6  # of what is left, for each motion that is made to cost less by [objective]
 STILL_GAINING = 0.05  # of its duration, in the second half of the work: a motion gets as much again
 
 
@@ -138,8 +136,6 @@ class PlanImprover:
         self._unfinished, self._out_of_time, incumbent = False, 0.0, self._incumbent
         refused, limit = incumbent.best.status == REFUSED, self.request.time_limit
         seconds, begun = self._seconds, incumbent.time()
-        if self.problem.scenario.objective:  # a quick motion is a guess for a cheap one
-            seconds *= QUICK_FRACTION
         if refused:  # most of the time is for another search
             seconds = min(seconds, max(MIN_REPAIR_SECONDS, REPAIR_TIME_FRACTION * limit))
 
@@ -163,7 +159,7 @@ class PlanImprover:
                 self._finish([RefinedWay(incumbent, first, remaining, alone=True)], remaining)
             unmended = refused and incumbent.best.status == REFUSED
             if self.problem.scenario.objective:
-                remaining.time_limit = self._seconds
+                remaining.time_limit = work.seconds + self._seconds  # as much again
                 self._cheapen([way.progress.shortest for way in reversed(ways)], starts)
             elif not (self.request.anytime or unmended):
                 self._start_again(starts, ways)
