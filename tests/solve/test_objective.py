@@ -7,6 +7,8 @@ import pytest
 
 import kinolab
 from kinolab.runs import check_run
+from kinolab.simulation.reference import price, resimulate
+from kinolab.trajopt import cheapened
 from kinolab.verification import verify
 from tests.support import needs, problem_of
 
@@ -88,6 +90,20 @@ def test_time_and_effort_are_weighed_against_each_other(tmp_path: Path) -> None:
     duration = 36**0.25
     assert plan.duration == pytest.approx(duration, rel=0.02)
     assert plan.cost == pytest.approx(12 / duration**3 + duration, rel=0.01)
+
+
+def test_a_block_that_slides_there_by_itself_costs_nothing(tmp_path: Path) -> None:
+    sliding = ("start.x_dot=1.0", "goal.x_dot=1.0", "goal.at_rest=false")
+    problem = block(tmp_path, *sliding)
+    t = np.linspace(0.0, 1.0, 21)
+    coasting = resimulate(problem, t, np.zeros((20, 1)))
+    assert verify(problem, coasting).passed
+    assert price(problem, coasting) == 0.0
+    assert not list(cheapened(problem, coasting, lambda: False))
+    pushed = problem.solve(seed=1, improve=4)
+    assert pushed.status == "solved"
+    assert pushed.cost is not None
+    assert 0.0 <= pushed.cost <= 1e-3
 
 
 def test_a_motion_that_takes_too_long_does_not_pass(tmp_path: Path) -> None:

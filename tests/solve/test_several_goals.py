@@ -9,6 +9,7 @@ import pytest
 import kinolab
 from kinolab.errors import EndpointError, InputError
 from kinolab.problem.goals_reached import goals_reached
+from kinolab.simulation.reference import resimulate
 from kinolab.verification import verify
 from tests.support import problem_of
 
@@ -138,3 +139,15 @@ def test_who_cannot_stand_still_cannot_stay(tmp_path: Path) -> None:
     moving = "[[goal]]\nx = 1.0\nx_dot = 0.5\ntolerance = 0.05\nhold = 1.0\n"
     with pytest.raises(EndpointError, match="cannot stay"):
         puck(tmp_path, moving, goal(2.0, 0.0)).solve(seed=1)
+
+
+def test_who_leaves_between_two_rows_has_not_stayed(tmp_path: Path) -> None:
+    """It moves on a parabola that begins and ends in the goal, and is 0.125 m away in between."""
+    first = "[[goal]]\nx = 0.0\ny = 0.0\ntolerance = 0.05\nhold = 1.0\n"
+    last = "[[goal]]\nx = 0.5\ny = 0.0\ntolerance = 0.05\n"
+    problem = puck(
+        tmp_path, first, last, head=HEAD.replace("y = 0.0\n[pl", "y = 0.0\nx_dot = -0.5\n[pl")
+    )
+    motion = resimulate(problem, np.arange(3.0), np.array([[1.0, 0.0], [0.0, 0.0]]))
+    assert motion.x[:, 0] == pytest.approx([0.0, 0.0, 0.5])
+    assert [check.name for check in verify(problem, motion).failures] == ["goals on the way"]

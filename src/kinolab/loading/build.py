@@ -26,7 +26,7 @@ from kinolab.loading.well_posed import (
     planner_issues,
 )
 from kinolab.problem import PlanningTask
-from kinolab.problem.objective.costed import costed
+from kinolab.problem.objective.costed import require_costs
 from kinolab.scenario import Issue, ObstacleEntry, Scenario, mistake_at
 from kinolab.world import (
     Obstacle,
@@ -144,7 +144,7 @@ def build_problem(
     )
     if planning:
         problem = steady(problem)
-        costed(problem)  # whose formulas may have mistakes
+        require_costs(problem)
     return problem
 
 

@@ -65,6 +65,8 @@ def minimize_cost(
         times: Time steps of the problem per knot interval.
         tolerances: Stopping criteria.
     """
+    if not task.problem.cost_of(knots) > 0.0:
+        return knots  # nothing costs less
     transcription, scaling = task.transcription(knots, times), task.scaling(*lengths)
     weights, radius = task.weights(knots), SQP.time_radius
     linearization = transcription.linearization(knots, radius)

@@ -15,7 +15,6 @@ import numpy as np
 from kinolab.arguments import require_fit
 from kinolab.errors import KinolabError
 from kinolab.problem import PlanningTask
-from kinolab.problem.goals_reached import goals_reached, in_legs
 from kinolab.simulation.reference import (
     MAX_ERROR_AMPLIFICATION,
     DivergedError,
@@ -105,8 +104,8 @@ def verify(
     margin = _margin(context) if free else None
     sound = all(check.passed for check in checks)
     cost = price(problem, trajectory) if sound else None
-    times = goals_reached(problem, trajectory.t, trajectory.x) if sound and in_legs(problem) else ()
-    return Certificate(checks, margin, CheckConditions.of(problem), cost, tuple(times))
+    reached = context.reached if sound else ()
+    return Certificate(checks, margin, CheckConditions.of(problem), cost, reached)
 
 
 def dynamics_checks(problem: PlanningTask, trajectory: Trajectory) -> tuple[Check, ...]:

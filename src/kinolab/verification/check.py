@@ -13,6 +13,7 @@ from kinolab.dynamics import Model
 from kinolab.errors import LONGEST_QUOTE, InputError, Mistake
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
+from kinolab.problem.goals_reached import goals_reached, in_legs
 from kinolab.simulation.reference import (
     DivergedError,
     ReferenceMotion,
@@ -165,6 +166,21 @@ class CheckContext:
             TooFastError: If the motion is too fast to be sampled.
         """
         return ClearanceSearch(self.dense_motion, self.problem.checker(), self.told)
+
+    @cached_property
+    def reached(self) -> tuple[float, ...]:
+        """When each of several goals is reached, in [s], NaN if never; empty where there is one.
+
+        Also between the rows, where the machine must not leave a goal in which it stays.
+
+        Raises:
+            TooFastError: If the motion is too fast to be sampled.
+        """
+        if not in_legs(self.problem):
+            return ()
+        batches = [(t, x) for t, x, _ in self.dense_motion.samples()]
+        times, states = map(np.concatenate, zip(*batches, strict=True))
+        return tuple(goals_reached(self.problem, times, states))
 
     @cached_property
     def error_growth(self) -> tuple[float, str]:

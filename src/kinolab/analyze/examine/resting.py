@@ -204,11 +204,7 @@ def _part_of(subject: Subject, name: str) -> tuple[str, str]:
 
 def _moving_off(subject: Subject, x: Array, u: Array) -> list[str]:
     """Say how bodies begin to move from rest, those that do so fastest first."""
-    model = subject.model
-    begun = x.copy()
-    begun[model.speeds] = model.f(x, u)[model.speeds]
-    rates = model.f(begun, u)[: model.nq]  # of the configuration, as velocities were accelerations
-    gravity = subject.system.gravity
+    rates, gravity = subject.begun(x, u), subject.system.gravity
     up = -np.array(gravity.down if gravity is not None else (0.0, 0.0, -1.0), dtype=float)
     slopes, told = subject.poses_by(x), []
     for k, body in enumerate(subject.system.bodies):

@@ -36,7 +36,7 @@ def costed(problem: PlanningTask) -> PlanningTask | None:
     None without an [objective], whose cost is the duration.
 
     Raises:
-        InputError: If the machine cannot have such a cost.
+        InputError: If the machine cannot have such terms, or a formula is none.
     """
     model, scenario = problem.model, problem.scenario
     if scenario.objective is None or problem.cost_entry is not None:
@@ -44,7 +44,6 @@ def costed(problem: PlanningTask) -> PlanningTask | None:
     content = json.dumps([model.key, COST, scenario.objective.model_dump(mode="json")])
     made = Model.described_by(content, partial(_with_cost, model, scenario))
     entry = made.state_names.index(COST)
-    _require_growth(problem, made, entry)
     return replace(
         problem,
         machine=made.machine,
@@ -61,13 +60,16 @@ def costed(problem: PlanningTask) -> PlanningTask | None:
     )
 
 
-def _require_growth(problem: PlanningTask, made: Model, entry: int) -> None:
-    """Require a cost that never falls, at states and inputs within their limits.
+def require_costs(problem: PlanningTask) -> None:
+    """Require that what [objective] says can be a cost: one that never falls, within all limits.
 
     Raises:
-        InputError: Where it falls: who searches gives up what costs more already.
+        InputError: If it is none, or where it falls: who searches gives up what costs more already.
     """
-    generator = np.random.default_rng(0)
+    priced = costed(problem)
+    if priced is None or priced.cost_entry is None:
+        return
+    made, entry, generator = priced.model, priced.cost_entry, np.random.default_rng(0)
     x = np.array([problem.start, *(problem.sample(generator) for _ in range(RANDOM_STATES))])
     lower, upper = made.control_bounds.T
     u = generator.uniform(lower, upper, (len(x), made.nu))

@@ -205,7 +205,8 @@ class IncumbentImprovement:
         self._cost = cost
         self._until, self._pointless = math.inf, False
         self._most, self._gained, self._patience = UNBOUNDED_STEPS, math.inf, budget.patience
-        if math.isfinite(budget.below) and seconds > 0:
+        # A duration says nothing of what else a motion costs.
+        if math.isfinite(budget.below) and seconds > 0 and cost is len:
             self._most = covering_steps(budget.below, step)
             self._gained = self._clock()
         self.u: Array | None = None

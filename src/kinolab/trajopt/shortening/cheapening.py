@@ -54,8 +54,10 @@ def cheapened(
     except DivergedError:
         return
     cost = priced.cost_of(given)
+    if not cost > 0.0:
+        return  # nothing costs less
     scales = priced.scales.copy()
-    scales[priced.cost_entry] = max(cost, np.finfo(float).tiny)
+    scales[priced.cost_entry] = cost
     priced = replace(priced, scales=scales)
     if problem.machine.modes:
         phases = phases_of(priced, given)

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from kinolab.problem.goals_reached import each_goal, goals_reached, in_legs
+from kinolab.problem.goals_reached import each_goal
 from kinolab.verification.check import Check, CheckContext, judged
 
 
@@ -41,9 +41,9 @@ def goal(context: CheckContext) -> Check:
 
 def goals_on_the_way(context: CheckContext) -> Check | None:
     """Check that each of several goals is reached; the value counts those that are not."""
-    if not in_legs(context.problem):
+    times = context.reached
+    if not times:
         return None
-    times = goals_reached(context.problem, context.motion.t, context.motion.x)
     missed = [k for k, time in enumerate(times, start=1) if math.isnan(time)]
     order = "" if context.problem.scenario.goal.order == "any" else " after those before it"
     detail = f"goal {missed[0]} of {len(times)} is not reached{order}" if missed else ""

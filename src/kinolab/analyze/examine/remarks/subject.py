@@ -109,6 +109,21 @@ class Subject:
         inputs = generator.uniform(limits[:, 0], limits[:, 1], (SAMPLES, model.nu))
         return model.f(states, inputs)[:, : model.nq], model.velocity(states, inputs)
 
+    def begun(self, x: Array, u: Array) -> Array:
+        """Return how the rates of a configuration's entries begin to change from rest.
+
+        Args:
+            x: States at rest, shape (..., nx).
+            u: Inputs, shape (..., nu).
+
+        Returns:
+            Accelerations, shape (..., nq): those of entries are linear in those of velocities.
+        """
+        model, moving = self.model, x.copy()
+        moving[..., model.speeds] = model.f(x, u)[..., model.speeds]
+        rates: Array = model.f(moving, u)[..., : model.nq]
+        return rates
+
     def poses(self, x: Array) -> Array:
         """Return the bodies' poses [R | p], shape (..., bodies, 3, 4)."""
         flat = self.model.frames(x)

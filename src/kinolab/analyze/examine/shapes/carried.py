@@ -213,10 +213,7 @@ def _falling(subject: Subject) -> Array:
     model = subject.model
     states = random_states(model)
     states[:, model.speeds] = 0.0
-    begun, idle = states.copy(), np.tile(model.null_control(), (len(states), 1))
-    begun[:, model.speeds] = model.f(states, idle)[:, model.speeds]
-    rates: Array = model.f(begun, idle)[:, : model.nq]
-    return rates
+    return subject.begun(states, np.tile(model.null_control(), (len(states), 1)))
 
 
 def on_their_own_axis(subject: Subject) -> Iterator[Remark]:
