@@ -78,6 +78,9 @@ def solve(
     _check_arguments(planner, jobs, seed=seed, time_limit=time_limit,
                      max_iterations=max_iterations, improve=improve)  # fmt: skip
     if in_legs(problem):
+        if guess is not None:
+            what, remedy = "a motion is no guess for several goals.", "Leave it out."
+            raise InputError([Mistake("solve guess", what, remedy)])
         rest: dict[str, Any] = {
             "planner": planner, "seed": seed, "time_limit": time_limit, "progress": progress,
             "max_iterations": max_iterations, "jobs": jobs, "anytime": anytime,
