@@ -98,12 +98,11 @@ def loop(problem: Problem, seconds: float, rng: np.random.Generator, *, paced: b
 def followed(problem: PlanningTask, answer: Replan, state: Array, seconds: float) -> Trajectory:
     """Integrate what a machine does under an answer from where it really is."""
     t = np.arange(0.0, seconds + 0.5 * FINE, FINE)
-    motion = answer.trajectory
-    if motion.duration <= 0.0:
-        inputs = np.zeros((len(t) - 1, motion.inputs.shape[1]))
-    else:
-        held = motion.at(np.minimum(t[:-1], motion.duration))
-        inputs = held.references if motion.reference_names else held.u
+    motion, moving = answer.trajectory, t[:-1] < answer.trajectory.duration
+    inputs = np.tile(problem.model.null_control(), (len(moving), 1))  # once it stands
+    if moving.any():
+        held = motion.at(t[:-1][moving])
+        inputs[moving] = held.references if motion.reference_names else held.u
     made = reference_motion(problem, state, t, inputs, between=False)
     return Trajectory(t, made.x, inputs, problem.model.state_names, problem.model.control_names)
 

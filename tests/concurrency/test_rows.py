@@ -31,7 +31,7 @@ def test_every_row_is_worked_on_once_and_in_order(
         threads.add(threading.get_ident())
         return list(range(total))[part]
 
-    parts = in_parts(work, total, 5)
+    parts = in_parts(work, total, total * rows.WORTH / 5.0)
     assert [row for part in parts for row in part] == list(range(total))
     assert len(parts) == max(1, min(count, total // 5, rows.MOST))
     assert threading.get_ident() in threads
@@ -46,7 +46,7 @@ def test_where_no_thread_can_be_had_all_is_done_in_this_one(
     monkeypatch.setattr(rows, "processors", lambda: 4)
     monkeypatch.setattr(rows, "_threads", lambda: ThreadPoolExecutor(4))
     monkeypatch.setattr(threading.Thread, "start", refused)
-    parts = in_parts(lambda part: list(range(100))[part], 100, 5)
+    parts = in_parts(lambda part: list(range(100))[part], 100, 1.0)
     assert [row for part in parts for row in part] == list(range(100))
     crew = Crew(lambda: Share(4))
     assert list(crew.in_order(str, range(10))) == [str(k) for k in range(10)]
@@ -60,7 +60,7 @@ def test_a_part_that_fails_is_no_result(monkeypatch: pytest.MonkeyPatch) -> None
             raise ArithmeticError("second half")
 
     with pytest.raises(ArithmeticError, match="second half"):
-        in_parts(work, 10, 1)
+        in_parts(work, 10, 1.0)
 
 
 def test_derivatives_and_distances_are_the_same_with_many_processors(

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,8 +13,10 @@ import pytest
 from kinolab.api import Problem
 from kinolab.errors import InputError
 from kinolab.numerics.arrays import Array
+from kinolab.problem import PlanningTask
 from kinolab.solve.replanning import replanner
 from kinolab.solve.replanning.replanner import Replanner, later
+from kinolab.trajectory import Trajectory
 from kinolab.verification import verify
 from tests.support import OPEN, problem_of
 
@@ -24,7 +27,7 @@ box = [0.3, 0.3, 0.6]
 position = [2.0, 3.0, 0.3]
 """
 FAR = OPEN.replace("x = -1.0", "x = -3.0").replace("x = 0.0", "x = 3.0")
-IN_TIME, LATE = 0.1, -1.0  # [s] deadlines where the clock stands still
+IN_TIME, LATE = 60.0, -1.0  # [s] deadlines where the clock stands still
 
 
 @pytest.fixture
@@ -108,14 +111,58 @@ def test_after_a_stop_it_goes_on(asked: Replanner) -> None:
     assert verify(answer.problem, answer.trajectory).passed
 
 
+def test_a_search_goes_on_while_the_machine_stops(
+    asked: Replanner, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It is not begun anew with each question, and what it finds begins where the stop ends."""
+    searched: list[Array] = []
+    searching = replanner.motion
+
+    def counted(task: PlanningTask, *rest: Any) -> Trajectory | None:
+        searched.append(task.start)
+        return searching(task, *rest)
+
+    monkeypatch.setattr(replanner, "motion", counted)
+    monkeypatch.setattr(Replanner, "_nearest", lambda _: None)  # nothing is left of the old way
+    asked.replan(beside(asked, 0.1), 0.1)
+    asked.deadline, standing = LATE, asked.stop.trajectory.x[-1]
+    for _ in range(3):
+        stopped = asked.replan(asked.last.trajectory.at(0.1).x, 0.1)
+        assert stopped.by == "stop"
+    asked.deadline = IN_TIME
+    answer = asked.replan(asked.last.trajectory.at(0.1).x, 0.1)
+    assert answer.by == "searched"
+    assert searched == [pytest.approx(standing)]
+    assert verify(answer.problem, answer.trajectory).passed
+    assert answer.proofs[-1].end == pytest.approx(answer.trajectory.duration)
+
+
+def test_the_machine_stops_sooner_before_what_jumps_into_its_stop(asked: Replanner) -> None:
+    """So it does even if no other motion is found; nothing is promised within its stopping way."""
+    asked.replan(beside(asked, 0.1), 0.1)
+    state, stop = asked.stop.trajectory.at(0.1).x, asked.stop.trajectory
+    away = np.linalg.norm(stop.x[:, :2] - stop.x[-1, :2], axis=1).max()
+    onto = stop.x[-1, :2] + 0.55 * (stop.x[-1, :2] - state[:2]) / np.linalg.norm(
+        stop.x[-1, :2] - state[:2]
+    )
+    assert away > 0.0
+    place = (float(onto[0]), float(onto[1]), 0.3)
+    answer = asked.replan(state, 0.1, {"crate": place})
+    assert verify(answer.problem, answer.trajectory).passed
+    there = replace(asked.stop.problem, world=answer.problem.world)
+    assert verify(there, asked.stop.trajectory).passed
+
+
 def test_a_motion_goes_on_between_its_knots(asked: Replanner) -> None:
     known = asked.last.trajectory
-    rest = later(known, float(known.t[3]) + 0.01)
+    rest = later(asked.problem, known, float(known.t[3]) + 0.01)
     assert rest is not None
     assert rest.t[0] == 0.0
     assert rest.t[-1] == pytest.approx(known.duration - known.t[3] - 0.01)
     assert rest.u == pytest.approx(known.u[3:])
-    assert later(known, known.duration) is None
+    whole = replace(asked.problem, start=rest.x[0])
+    assert verify(whole, rest).passed
+    assert later(asked.problem, known, known.duration) is None
 
 
 def test_an_unknown_obstacle_is_named(asked: Replanner) -> None:

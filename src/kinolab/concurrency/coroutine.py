@@ -52,10 +52,13 @@ class Coroutine(Generic[T]):
             self._going = True
             self._turn.release()
 
-    def wait(self) -> bool:
-        """Wait until the work has suspended itself or ended; say whether it is over."""
-        if self._going:
-            self._back.acquire()
+    def wait(self, seconds: float = threading.TIMEOUT_MAX) -> bool:
+        """Wait until the work has suspended itself or ended; say whether it is over.
+
+        Args:
+            seconds: To wait at most.
+        """
+        if self._going and self._back.acquire(timeout=min(seconds, threading.TIMEOUT_MAX)):
             self._going = False
         return self._over
 

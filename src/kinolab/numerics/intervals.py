@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import reduce
 
 import numpy as np
 
@@ -57,7 +58,7 @@ def _outward(low: Array, high: Array) -> IntervalArray:
     """Return intervals that are wider by what rounding may have taken; NaN becomes anything."""
     low = low - (ROUNDING * np.abs(low) + SMALLEST)
     high = high + (ROUNDING * np.abs(high) + SMALLEST)
-    if np.isnan(low).any() or np.isnan(high).any():  # or what was infinite
+    if not (low <= high).all():  # NaN, or what was infinite
         low = np.where(np.isnan(low), -np.inf, low)
         high = np.where(np.isnan(high), np.inf, high)
     return IntervalArray(low, high)
@@ -87,10 +88,10 @@ def neg(a: IntervalArray) -> IntervalArray:
 def mul(a: IntervalArray, b: IntervalArray) -> IntervalArray:
     """Return a b; zero times anything is zero."""
     products = [x * y for x in (a.low, a.high) for y in (b.low, b.high)]
-    low, high = np.minimum.reduce(products), np.maximum.reduce(products)
-    if np.isnan(low).any():  # zero times infinity
+    low, high = reduce(np.minimum, products), reduce(np.maximum, products)
+    if not (low <= high).all():  # zero times infinity
         products = [np.where(np.isnan(product), 0.0, product) for product in products]
-        low, high = np.minimum.reduce(products), np.maximum.reduce(products)
+        low, high = reduce(np.minimum, products), reduce(np.maximum, products)
     return _outward(low, high)
 
 

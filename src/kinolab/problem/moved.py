@@ -49,4 +49,6 @@ def _shifted(obstacle: Obstacle, by: Array) -> Obstacle:
     if primitive is not None:
         shape, pose = primitive
         primitive = shape, np.column_stack([pose[:, :3], pose[:, 3] + by])
-    return replace(obstacle, vertices=obstacle.vertices + by, primitive=primitive)
+    home = obstacle.moved_from or obstacle
+    moved = obstacle.vertices + by
+    return replace(obstacle, vertices=moved, primitive=primitive, moved_from=home)

@@ -32,8 +32,6 @@ from kinolab.simulation.tangent_steps import (
     step_scratch,
 )
 
-ROWS_PER_THREAD = 16
-
 
 class StepCode(NamedTuple):
     """A machine's step for compiled code; f and its derivative are those without feedback."""
@@ -81,6 +79,13 @@ class StepSensitivities:
         code = self._coarse.held
         return int(code.feedback_updates * code.substeps * len(code.b))
 
+    def seconds(self, steps: int, *, derive: bool = True) -> float:
+        """Return the work of so many steps in [s], with derivatives or without."""
+        evaluated, operations = steps * self.evaluations, self._model.operations
+        if derive:
+            return evaluated * self._model.nx * (8e-8 + 6e-10 * operations)
+        return 1.4e-9 * (evaluated * operations)
+
     def after(self, x: Array, u: Array, h: float | Array) -> Array:
         """Return where every step leads, shape (N, nx); NaN where it fails.
 
@@ -124,11 +129,12 @@ class StepSensitivities:
             linearise(code, before[rows], held[rows], spans[rows], int(derive), after[rows], slopes)
 
         if derive:
-            in_parts(partial(work, self._coarse, derive=True), count, ROWS_PER_THREAD)
+            in_parts(partial(work, self._coarse, derive=True), count, self.seconds(count))
         if known is not None:
             return known, tangents
         if self._coarse is not self._code or not derive:
-            in_parts(partial(work, self._code, derive=False), count, ROWS_PER_THREAD)
+            seconds = self.seconds(count, derive=False)
+            in_parts(partial(work, self._code, derive=False), count, seconds)
         return after, tangents
 
 

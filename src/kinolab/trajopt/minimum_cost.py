@@ -45,7 +45,7 @@ def subproblem_seconds(problem: PlanningTask, trajectory: Trajectory) -> float:
         return program
     knots = even_knots(problem, trajectory)
     step = derived_map(problem, knots, 1)
-    return linearization_seconds(step, knots, model.operations) + program
+    return linearization_seconds(step, steps) + program
 
 
 def minimize_cost(

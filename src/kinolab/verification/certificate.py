@@ -80,6 +80,7 @@ def verify(
     told: Told | None = None,
     *,
     thorough: bool = False,
+    margin: bool = True,
 ) -> Certificate:
     """Check that a trajectory solves a problem: dynamics, limits, goal and collisions.
 
@@ -91,6 +92,7 @@ def verify(
         told: Called now and then with what is being done, in words.
         thorough: Whether the equations of motion, derived a second way, are compared with the
             compiled ones along the whole motion; otherwise they are at a sample of rows.
+        margin: Whether to find the smallest clearance, which no check needs.
 
     Raises:
         InputError: If an argument is something else, or the trajectory of another machine.
@@ -101,11 +103,11 @@ def verify(
     context = CheckContext.of(problem, trajectory, told, thorough=thorough)
     checks = tuple(_checked(context, CHECKS))
     free = any(check.name == "collision" and check.passed for check in checks)
-    margin = _margin(context) if free else None
+    nearest = _margin(context) if margin and free else None
     sound = all(check.passed for check in checks)
     cost = price(problem, trajectory) if sound else None
     reached = context.reached if sound else ()
-    return Certificate(checks, margin, CheckConditions.of(problem), cost, reached)
+    return Certificate(checks, nearest, CheckConditions.of(problem), cost, reached)
 
 
 def dynamics_checks(problem: PlanningTask, trajectory: Trajectory) -> tuple[Check, ...]:

@@ -49,6 +49,7 @@ class Obstacle:
     parts: Components | None = None  # of a mesh, where they are known already
     colors: Array | None = None  # (m, 3) red, green, blue in 0..1 of a file that has some
     error: float = 0.0  # [m] by which a mesh that was simplified may stand out of its triangles
+    moved_from: Obstacle | None = None  # the same where it stood when the world was built
 
     def __str__(self) -> str:
         """What it is: its name, and its kind."""

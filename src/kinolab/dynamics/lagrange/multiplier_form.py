@@ -241,25 +241,27 @@ def _solved(A: Array, b: Array) -> Array:
     """
     sound = np.isfinite(A).all(axis=(1, 2)) & np.isfinite(b).all(axis=1)
     x = np.full((len(b), A.shape[2]), np.nan)
-    for k in np.flatnonzero(sound):
-        rows, columns = _equilibration(A[k])
-        scaled, x[k] = rows[:, None] * A[k] * columns, 0.0
+    A, b = A[sound], b[sound]
+    rows, columns = _equilibration(A)
+    scaled, found = rows[:, :, None] * A * columns[:, None, :], np.zeros((len(b), A.shape[2]))
+    for k in range(len(b)):
         for _ in range(REFINEMENTS):
-            missing = rows * (b[k] - A[k] @ x[k])
-            x[k] += columns * np.linalg.lstsq(scaled, missing, rcond=None)[0]
+            missing = rows[k] * (b[k] - A[k] @ found[k])
+            found[k] += columns[k] * np.linalg.lstsq(scaled[k], missing, rcond=None)[0]
+    x[sound] = found
     return x
 
 
 def _equilibration(A: Array) -> tuple[Array, Array]:
-    """Return factors of the rows and columns of A (m, n) that make their largest entries 1.
+    """Return factors of rows and columns of matrices (k, m, n) that make their largest entries 1.
 
     Source: Ruiz, A scaling algorithm to equilibrate both rows and columns norms in matrices,
     RAL-TR-2001-034, 2001.
     """
-    rows, columns = np.ones(A.shape[0]), np.ones(A.shape[1])
+    rows, columns = np.ones(A.shape[:2]), np.ones((len(A), A.shape[2]))
     for _ in range(EQUILIBRATIONS):
-        sizes = np.abs(rows[:, None] * A * columns)
-        tallest, widest = sizes.max(axis=1, initial=0.0), sizes.max(axis=0, initial=0.0)
+        sizes = np.abs(rows[:, :, None] * A * columns[:, None, :])
+        tallest, widest = sizes.max(axis=2, initial=0.0), sizes.max(axis=1, initial=0.0)
         rows /= np.sqrt(np.where(tallest > 0, tallest, 1.0))
         columns /= np.sqrt(np.where(widest > 0, widest, 1.0))
     return rows, columns

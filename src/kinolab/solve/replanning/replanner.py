@@ -17,16 +17,19 @@ import math
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 import numpy as np
 
 from kinolab import trajopt
 from kinolab.concurrency.cancel import CancellationToken
+from kinolab.concurrency.coroutine import Coroutine
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 from kinolab.problem.goal import Goal
 from kinolab.problem.moved import with_obstacles_at
 from kinolab.search import AbstractPlanner, Budget
+from kinolab.simulation.reference import reference_motion
 from kinolab.solve.attempt import motion, old_objects_left_alone
 from kinolab.solve.plan import stream
 from kinolab.trajectory import Trajectory
@@ -36,8 +39,11 @@ from kinolab.verification import Certificate, verify
 from kinolab.verification.certificate import collision_check
 
 WINDOWS = (20, 40, 80)  # steps on each side of what no longer fits, tried in turn
+SUBPROBLEMS = 12  # of a mended part; those that succeed take two to five
 # Steps in which a machine may come to rest, tried in turn: too few take long to be refuted.
 BRAKES = (40, 80, 20)
+# [s] of the first search, twice as long each time: what it looks for may have moved out of the way.
+SEARCH = 1.0
 
 
 @dataclass(frozen=True)
@@ -78,6 +84,13 @@ class Replan:
     seconds: float = 0.0
 
 
+class Found(NamedTuple):
+    """What a search has found, with its proof."""
+
+    trajectory: Trajectory
+    certificate: Certificate
+
+
 @dataclass
 class Replanner:
     """Answers again and again how a machine goes on, each time before a deadline.
@@ -101,6 +114,8 @@ class Replanner:
     seed: int = 1
     stop: Replan = field(init=False)
     _way: Trajectory = field(init=False)  # the last motion into the goal
+    _search: Coroutine[Found | None] | None = None  # from where the stop ends
+    _searches: int = 0  # since the last motion into the goal
     _moved: set[str] = field(default_factory=set)  # since that was proved
     _pace: float = 0.0  # [s] of a verification, for each knot
     _asked: int = 0
@@ -112,7 +127,7 @@ class Replanner:
     def follow(self, answer: Replan) -> None:
         """Begin anew with an earlier answer; what has moved since then is held against it."""
         self.last = answer
-        self._way, self.stop = answer.trajectory, self._stopping(answer, math.inf) or answer
+        self._follow(answer, self._stopping(answer, math.inf) or answer)
         self._moved = {obstacle.name for obstacle in self.problem.world.obstacles}
 
     def replan(
@@ -143,36 +158,50 @@ class Replanner:
         return self.last
 
     def _answered(self, elapsed: float, end: float) -> Replan:
+        self.stop = self._stop_from(elapsed, end)
         for answer in self._candidates(elapsed, end):
             stop = self._stopping(answer, end)
             if stop is not None:
-                self._way, self.stop = answer.trajectory, stop
+                self._follow(answer, stop)
                 self._moved.clear()
                 return answer
-        return self._stopped(elapsed)
+        return self.stop
+
+    def _follow(self, answer: Replan, stop: Replan) -> None:
+        self._way, self.stop, self._searches = answer.trajectory, stop, 0
+        self._give_up()
+
+    def _give_up(self) -> None:
+        """End a search from where the machine does not come to rest any more."""
+        if self._search is not None:
+            self._search.close()
+        self._search = None
+
+    def _stop_from(self, elapsed: float, end: float) -> Replan:
+        """Return what is left of the stop; where something has moved into it, another one."""
+        known = self.stop
+        left = later(self.problem, known.trajectory, elapsed)
+        if left is None:  # it is over, and the machine stands
+            last = len(known.trajectory.u)
+            return replace(known, by="stop", trajectory=known.trajectory.piece(last, last))
+        if not self._still_free(left):
+            brake = self._brake(self.problem, left, end)
+            if brake is not None:
+                self._give_up()
+                return Replan("stop", replace(self.problem, goal=_rest(self.problem)), *brake)
+        return replace(known, by="stop", trajectory=left, proofs=_moved(known.proofs, -elapsed))
 
     def _candidates(self, elapsed: float, end: float) -> Iterator[Replan]:
         """Yield verified motions into the goal, the cheapest to find first."""
-        task, late = self.problem, _after(end)
-        rest = None if self.last.by == "stop" else later(self.last.trajectory, elapsed)
-        rest = self._nearest() if rest is None else rest
-        if len(rest.u):
-            broken = _touching(task, rest)
-            if not (broken or _apart(task, rest)) and self._still_free(rest):
-                yield Replan("kept", task, rest)
-            for steps in WINDOWS:
-                mended = _mended(task, rest, broken, steps, late)
-                if mended is not None:
-                    proofs = self._proofs(*mended, end)
-                    if proofs is not None and self._still_free(mended[0]):
-                        yield Replan("mended", task, mended[0], proofs)
-            whole = trajopt.make_exact(task, rest, late)
-            yield from self._new("mended", whole, end)
-        left = end - time.monotonic()
-        if left > 0.0:
-            seed = stream(self.seed, self._asked)
-            budget = Budget(left, improve=0.0, cancelled=late)
-            yield from self._new("searched", motion(task, self.searcher, seed, budget), end)
+        if self.last.by != "stop":
+            yield from self._along(later(self.problem, self.last.trajectory, elapsed), (), end)
+        elif (found := self._found(0.0)) is not None:
+            yield from self._along(*found, end)
+            self._give_up()  # what was found is of no use any more
+        else:
+            yield from self._along(self._nearest(), (), end)
+        if (found := self._found(end - time.monotonic())) is not None:
+            yield from self._along(*found, end)
 
     def _nearest(self) -> Trajectory:
         """Return the last way into the goal from where it is nearest to the machine."""
@@ -180,12 +209,68 @@ class Replanner:
         apart = np.abs(task.space.difference(task.start, way.x)) / task.scales
         return way.piece(int(apart.max(axis=1).argmin()), len(way.u))
 
-    def _new(self, by: str, made: Trajectory | None, end: float) -> Iterator[Replan]:
-        """Yield a motion that has nothing of an earlier one, if it is verified in time."""
-        if made is not None:
-            certificate = self._verified(self.problem, made, end)
-            if certificate is not None:
-                yield Replan(by, self.problem, made, (Proof(0.0, made.duration, certificate),))
+    def _along(
+        self, way: Trajectory | None, proofs: tuple[Proof, ...], end: float
+    ) -> Iterator[Replan]:
+        """Yield verified motions that leave a way as little as they can.
+
+        Args:
+            way: From near the machine into the goal; proved, but for what has moved since.
+            proofs: Of what of it no earlier answer has proved.
+            end: When they would come too late.
+        """
+        task, by = self.problem, "searched" if proofs else ""
+        if way is None or not len(way.u):
+            return
+        broken = _touching(task, way)
+        if not (broken or _apart(task, way)) and self._still_free(way):
+            yield Replan(by or "kept", task, way, proofs)
+        for steps in WINDOWS:
+            mended = _mended(task, way, broken, steps, _half_of_what_is_left(end))
+            if mended is not None:
+                made, new = mended[0], self._proofs(*mended, end)
+                if new is not None and self._still_free(made):
+                    kept = _moved(proofs, made.duration - way.duration)
+                    yield Replan(by or "mended", task, made, (*new, *kept))
+        whole = trajopt.make_exact(task, way, _half_of_what_is_left(end))
+        certificate = None if whole is None else self._verified(task, whole, end)
+        if whole is not None and certificate is not None:
+            yield Replan(by or "mended", task, whole, (Proof(0.0, whole.duration, certificate),))
+
+    def _found(self, seconds: float) -> tuple[Trajectory, tuple[Proof, ...]] | None:
+        """Return a way into the goal, with its proof, if a search is over by then.
+
+        It begins where the stop ends, and is looked for in a thread that goes on between questions.
+        """
+        search = self._search = self._search or self._searching()
+        if not search.wait(max(seconds, 0.0)):
+            return None
+        if search.result is None:
+            self._give_up()
+            return None
+        way, left = search.result.trajectory, self.stop.trajectory
+        joined = left.with_piece(len(left.u), len(left.u), way, self.problem.space)
+        return joined, (Proof(left.duration, joined.duration, search.result.certificate),)
+
+    def _searching(self) -> Coroutine[Found | None]:
+        """Return a search from where the stop ends."""
+        self._searches += 1
+        seed, seconds = stream(self.seed, self._asked), SEARCH * 2.0 ** (self._searches - 1)
+        left = self.stop.trajectory
+        standing = not len(left.u)
+        task = replace(self.problem, start=self.problem.start if standing else left.x[-1])
+
+        def work() -> Found | None:
+            budget = Budget(seconds, improve=0.0, cancelled=lambda: search.closed)
+            found = motion(task, self.searcher, seed, budget)
+            if found is None or search.closed:
+                return None
+            certificate = verify(task, found, margin=False)
+            return Found(found, certificate) if certificate.passed else None
+
+        search: Coroutine[Found | None] = Coroutine(work)
+        search.resume()
+        return search
 
     def _proofs(
         self, made: Trajectory, new: Sequence[tuple[int, int]], end: float
@@ -215,7 +300,7 @@ class Replanner:
         begun, knots = time.monotonic(), len(made.t)
         if begun + self._pace * knots > end:
             return None
-        certificate = verify(task, made)
+        certificate = verify(task, made, margin=False)
         self._pace = (time.monotonic() - begun) / knots
         return certificate if certificate.passed else None
 
@@ -225,29 +310,27 @@ class Replanner:
         k, last = int(np.searchsorted(trajectory.t, self.period)), len(trajectory.u)
         if k >= last or task.rests(trajectory.x[k]):
             return answer  # it has arrived by then
-        rest = replace(task, goal=_rest(task), start=trajectory.x[k])
+        made = self._brake(replace(task, start=trajectory.x[k]), trajectory.piece(k, last), end)
+        if made is None:
+            return None
+        brake, (proof,) = made
+        whole, begin = trajectory.with_piece(k, last, brake, task.space), float(trajectory.t[k])
+        proof = replace(proof, begin=begin, end=whole.duration)
+        kept = tuple(one for one in answer.proofs if one.begin < begin)
+        return Replan("stop", replace(task, goal=_rest(task)), whole, (*kept, proof))
+
+    def _brake(
+        self, task: PlanningTask, way: Trajectory, end: float
+    ) -> tuple[Trajectory, tuple[Proof]] | None:
+        """Return how the machine comes to rest from its start along a way, with its proof."""
+        rest = replace(task, goal=_rest(task))
         for steps in BRAKES:
-            guess = _slowed(task, trajectory.piece(k, last), steps)
-            brake = trajopt.make_exact(rest, guess, _after(end))
+            late = _half_of_what_is_left(end)
+            brake = trajopt.make_exact(rest, _slowed(task, way, steps), late)
             certificate = None if brake is None else self._verified(rest, brake, end)
             if brake is not None and certificate is not None:
-                whole = trajectory.with_piece(k, last, brake, task.space)
-                proof = Proof(float(whole.t[k]), whole.duration, certificate)
-                kept = tuple(one for one in answer.proofs if one.begin < proof.begin)
-                return Replan("stop", replace(task, goal=rest.goal), whole, (*kept, proof))
+                return brake, (Proof(0.0, brake.duration, certificate),)
         return None
-
-    def _stopped(self, elapsed: float) -> Replan:
-        """Return what is left of the last stop; where it is over, the machine stands."""
-        known = self.stop
-        left = later(known.trajectory, elapsed)
-        if left is None:
-            last = len(known.trajectory.u)
-            left = known.trajectory.piece(last, last)
-        gone = [replace(one, begin=one.begin - elapsed, end=one.end - elapsed)
-                for one in known.proofs if one.end > elapsed]  # fmt: skip
-        self.stop = replace(known, by="stop", trajectory=left, proofs=tuple(gone))
-        return self.stop
 
 
 def replanner(
@@ -266,18 +349,33 @@ def replanner(
     return Replanner(problem, searcher, first, deadline, period, seed, _pace=made._pace)
 
 
-def later(known: Trajectory, elapsed: float) -> Trajectory | None:
-    """Return a motion from a moment in [s] on, with times from 0; None where it is over."""
+def later(task: PlanningTask, known: Trajectory, elapsed: float) -> Trajectory | None:
+    """Return a motion from a moment in [s] on, with times from 0; None where it is over.
+
+    Where that is between two knots, it is integrated how far the machine has come by then: what is
+    interpolated would be no motion of it.
+    """
     k = int(np.searchsorted(known.t, elapsed + SHORT.even_step_tolerance, side="right")) - 1
     if k >= len(known.u):
         return None
-    t = np.concatenate([[0.0], known.t[k + 1 :] - elapsed])
-    x = np.vstack([known.at(max(elapsed, float(known.t[k]))).x, known.x[k + 1 :]])
+    t, x = known.t[k:] - elapsed, known.x[k:].copy()
+    if t[0] < 0.0:
+        inputs = known.inputs[k : k + 1]
+        x[0] = reference_motion(task, x[0], np.array([t[0], 0.0]), inputs, between=False).x[-1]
+    t[0] = 0.0
     return replace(known, t=t, x=x, u=known.u[k:], references=known.references[k:])
 
 
-def _after(end: float) -> CancellationToken:
-    return lambda: time.monotonic() > end
+def _moved(proofs: Sequence[Proof], by: float) -> tuple[Proof, ...]:
+    """Return proofs of what comes so much later, in [s]; what is over has none."""
+    moved = (replace(one, begin=max(one.begin + by, 0.0), end=one.end + by) for one in proofs)
+    return tuple(one for one in moved if one.end > 0.0)
+
+
+def _half_of_what_is_left(end: float) -> CancellationToken:
+    """Return what gives up while there is as much time again for something else."""
+    late = 0.5 * (time.monotonic() + end)
+    return lambda: time.monotonic() > late
 
 
 def _apart(task: PlanningTask, rest: Trajectory) -> bool:
@@ -320,7 +418,7 @@ def _mended(
     ranges += [(max(a - steps, 0), min(b + steps, last)) for a, b in broken]
     for begin, end in reversed(_joined(ranges)):
         own = _between(task, rest, begin, end)
-        piece = trajopt.make_exact(own, rest.piece(begin, end), late)
+        piece = trajopt.make_exact(own, rest.piece(begin, end), late, SUBPROBLEMS)
         if piece is None:
             return None
         made = made.with_piece(begin, end, piece, task.space)

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+import time
 from dataclasses import replace
 from functools import lru_cache
+from threading import get_ident
 from typing import Annotated, NamedTuple
 
 import numpy as np
@@ -42,8 +44,6 @@ TRIANGLES_PER_SHAPE = 4  # nearest triangles kept per shape
 SAME_NORMAL_COSINE = 0.999  # cosine between normals above which only the nearer triangle is kept
 SAME_LEVEL = 1e-9  # [m] by which what is behind a plane may be before it
 GROUND, OWN = -2, -3  # in place of an obstacle's index
-
-STATES_PER_THREAD = 24
 
 
 class CollisionArrays(NamedTuple):
@@ -110,6 +110,7 @@ class CollisionConstraints:
         lengths = problem.scales[: model.nq][~problem.circular[: model.nq]]
         self._large, self._farthest = float(lengths.max(initial=1.0)), max(radii, default=0.0)
         self._any = bool(problem.world.obstacles or problem.world.ground or touching)
+        self._pace = 0.0  # [s] for each state, when distances were last asked for
 
     def violation(self, at: Samples) -> float:
         """Return the sum of all violations at samples, in [m]."""
@@ -152,7 +153,10 @@ class CollisionConstraints:
             which, value, slope = _found(self._around, states[rows], reach, derive=derive)
             return which + rows.start, value, slope
 
-        which, value, slope = zip(*in_parts(work, len(states), STATES_PER_THREAD), strict=True)
+        begun, count = time.perf_counter(), len(states)
+        parts = in_parts(work, count, count * self._pace)
+        self._pace = (time.perf_counter() - begun) * len(parts) / max(count, 1)
+        which, value, slope = zip(*parts, strict=True)
         return np.concatenate(which), np.concatenate(value), np.concatenate(slope)
 
 
@@ -162,7 +166,8 @@ def _found(
     """Return what ``CollisionConstraints._gaps`` does, found by one thread."""
     nx = states.shape[1]
     size = 4 * len(states) + MAX_GAPS
-    side, memory = np.zeros(nx), Record(_memory(around.held))
+    side, memory = np.zeros(nx), _memory(around, get_ident())
+    memory.held.room[:] = -math.inf  # nothing is known of these states yet
     while True:
         which, value = np.zeros(size, np.int64), np.zeros(size)
         slope = np.zeros((size if derive else 1, nx))
@@ -199,16 +204,15 @@ def collision_arrays(problem: PlanningTask) -> tuple[Record, bool]:
     return record, len(scene.own_pairs) > 0
 
 
-def _memory(around: CollisionArrays) -> GapBuffer:
+@lru_cache(maxsize=16)
+def _memory(record: Record, thread: int) -> Record:  # noqa: ARG001  a thread has its own
+    """Return scratch memory of a thread for a machine in a world."""
+    around = record.held
     shapes = len(around.scene.kind)
     cables, half = max(around.strings, 1), around.scene.half.copy()
-    return allocate(
-        GapBuffer,
-        {"shapes": shapes, "bodies": max(around.bodies, 1), "cables": cables},
-        half=half,
-        room=np.full(shapes, -math.inf),
-        radius=np.linalg.norm(half[:, :3], axis=1),
-    )
+    sizes = {"shapes": shapes, "bodies": max(around.bodies, 1), "cables": cables}
+    radius, room = np.linalg.norm(half[:, :3], axis=1), np.zeros(shapes)
+    return Record(allocate(GapBuffer, sizes, half=half, room=room, radius=radius))
 
 
 @kernel

@@ -233,16 +233,9 @@ def usual_room(problem: PlanningTask) -> float:
     return NLP.room * resolution(problem)
 
 
-def linearization_seconds(step_map: StepSensitivities, knots: Knots, operations: int) -> float:
-    """Return the work of a linearisation without inequalities, in [s].
-
-    Args:
-        step_map: From knot to knot.
-        knots: Of a motion.
-        operations: Of the machine's equations of motion.
-    """
-    size = int(len(knots.u) * step_map.evaluations * knots.x.shape[1])
-    return 4e-4 + size * (8e-8 + 6e-10 * operations)
+def linearization_seconds(step_map: StepSensitivities, steps: int) -> float:
+    """Return the work of a linearisation of so many steps without inequalities, in [s]."""
+    return 4e-4 + step_map.seconds(steps)
 
 
 class MultipleShooting:
@@ -272,7 +265,7 @@ class MultipleShooting:
         self._map, self._linkage, self._scales = step_map, linkage, problem.scales
         self._ends = GoalConstraint(problem, end)
         self._inequalities, self._pieces = inequalities, pieces
-        self._operations, self._rows = problem.model.operations, 0
+        self._rows = 0
         self._stepped: tuple[Knots, Array] | None = None  # an accepted candidate comes once more
 
     def linearization(self, knots: Knots, reach: float) -> Linearization:
@@ -294,15 +287,15 @@ class MultipleShooting:
         if len(begins):
             rows = LinearInequalities.joined([rows, entries.rows])
         self._rows = len(rows.knot)
-        charge(linearization_seconds(self._map, knots, self._operations) + 2.4e-6 * self._rows)
+        charge(linearization_seconds(self._map, len(knots.u)) + 2.4e-6 * self._rows)
         end = knots.x[-1]
         miss, derivative = self._ends.residual(end), self._ends.jacobian(end)
         return Linearization(knots, after - knots.x[1:], tangents, rows, miss, derivative)
 
     def violation(self, knots: Knots) -> tuple[float, float, float]:
         """Return the summed violations of dynamics (defects), goal and inequalities, scaled."""
-        evaluated = len(knots.u) * self._map.evaluations * self._operations
-        charge(6e-4 + 1.4e-9 * evaluated + 9e-7 * self._rows)
+        stepping = self._map.seconds(len(knots.u), derive=False)
+        charge(6e-4 + stepping + 9e-7 * self._rows)
         entered, spans = self._linkage.entered(knots)
         after = self._map.after(entered, knots.u, spans)
         self._stepped = (knots, after)

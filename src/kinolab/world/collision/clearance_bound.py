@@ -67,9 +67,12 @@ def clearance_within(poses, ends, least, wanted, need, fine, scratch, scene):  #
         else:
             most = min(best, fine) + kept
             free = cable_clearance(broadphase.half[s], turns[s], places[s], most, distance)
+        if scene.loose.shape[0] or free - kept < min(best, fine):
+            enclose(broadphase.kind[s], broadphase.half[s], turns[s], places[s], 0.0, around[s])
+        for k in scene.loose:  # which the grid does not know
+            free = min(free, box_gap(around[s], broadphase.obstacle[k]))
         free -= kept
         if free < min(best, fine):
-            enclose(broadphase.kind[s], broadphase.half[s], turns[s], places[s], 0.0, around[s])
             within = min(best, max(SEARCH_FACTOR * fine, wanted)) + kept + TOUCHING_MARGIN
             free = obstacle_clearance(
                 s, turns[s], places[s], around[s], least + kept, within, fine + kept, scene, scratch

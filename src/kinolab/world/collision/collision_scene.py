@@ -30,7 +30,8 @@ class CollisionScene(NamedTuple):
     triangles: TriangleTree
     obstacles: ObstacleArrays
     spheres: SphereTree
-    distance: DistanceField
+    distance: DistanceField  # to obstacles as they stood when the world was built
+    loose: Integers  # rows of the obstacles that have moved since
     cable_rows: Integers  # (shapes of cables,) their rows among the ends
     # whether bodies keep their height, so that no motion leads down to the ground
     constant_height: bool
@@ -50,7 +51,9 @@ def collision_scene(
     broadphase, mesh = make_broadphase(bodies, cables, world, self_pairs)
     sizes = broadphase.half[: len(shapes), :3]
     finest = CELL_FRACTION * float(sizes[sizes > 0].min(initial=math.inf))
-    grid = shared_distance_field(world.obstacles, finest if math.isfinite(finest) else 0.0)
+    built = [obstacle.moved_from or obstacle for obstacle in world.obstacles]
+    grid = shared_distance_field(built, finest if math.isfinite(finest) else 0.0)
+    loose = [obstacle.moved_from is not None for obstacle in world.obstacles]
     return CollisionScene(
         broadphase,
         mesh,
@@ -58,6 +61,7 @@ def collision_scene(
         obstacle_arrays(world.obstacles),
         sphere_tree(shapes, grid.width),
         grid,
+        np.flatnonzero(loose).astype(np.int64),
         np.flatnonzero([cable.collides for cable in cables]).astype(np.int64),
         glides,
         world.clearance,
