@@ -29,6 +29,7 @@ class AbstractPlanner(ABC):
             no shared data, and releases the GIL most of the time.
         work_per_iteration: What an iteration takes on an idle computer, about, in [s], apart from
             what it charges itself. Budgets that count work go by it.
+        compares_costs: Whether it searches for what costs little by [objective].
         hybrid: Whether it plans for machines with modes: it follows motions only by the machine's
             own step, which switches where a mode ends.
     """
@@ -36,6 +37,7 @@ class AbstractPlanner(ABC):
     name: ClassVar[str]
     in_threads: ClassVar[bool] = False
     work_per_iteration: ClassVar[float] = 2e-3
+    compares_costs: ClassVar[bool] = False
     hybrid: ClassVar[bool] = False
 
     def __post_init__(self) -> None:

@@ -15,7 +15,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from functools import partial
 
 from kinolab import trajopt
 from kinolab.numerics.compiling import compilation
@@ -44,7 +43,6 @@ SHOWING = 40  # subproblems of a whole motion that show what becomes of it
 ALIKE = 0.1  # fraction by which least durations of ways on the same side may differ
 MIN_EXPECTED_GAIN = 0.01  # of the duration, by further starts, to go on
 MIN_WAYS = 3  # whose spread says something
-CHEAP_FRACTION = 0.6  # of what is left, for each motion that is made to cost less by [objective]
 STILL_GAINING = 0.05  # of its duration, in the second half of the work: a motion gets as much again
 
 
@@ -114,8 +112,7 @@ class PlanImprover:
         self._subproblem = trajopt.subproblem_seconds(self.problem, found)
         if self._wanted != "auto":
             return self._wanted
-        least = LEAST_SECONDS * (SEARCHES_PER_WAY if self.problem.scenario.objective else 1)
-        return min(max(SUBPROBLEMS * self._subproblem, least), MOST_SECONDS)
+        return min(max(SUBPROBLEMS * self._subproblem, LEAST_SECONDS), MOST_SECONDS)
 
     def _promises(self, duration: float | None) -> bool:
         """Say whether a motion would beat all others if it gained as much as they did."""
@@ -158,33 +155,11 @@ class PlanImprover:
             if ways[-1].given is not first and incumbent.best.goal_distance > CENTRE_TOLERANCE:
                 self._finish([RefinedWay(incumbent, first, remaining, alone=True)], remaining)
             unmended = refused and incumbent.best.status == REFUSED
-            if self.problem.scenario.objective:
-                remaining.time_limit = work.seconds + self._seconds  # as much again
-                self._cheapen([way.progress.shortest for way in reversed(ways)], starts)
-            elif not (self.request.anytime or unmended):
+            if not (self.request.anytime or unmended):
                 self._start_again(starts, ways)
             if incumbent.time() >= limit and not incumbent.cancelled():
                 self._out_of_time = limit
             return starts.made
-
-    def _cheapen(self, quick: Sequence[Trajectory], starts: Starts) -> None:
-        """Make quick motions cost less by [objective], then those of further searches."""
-        incumbent, remaining = self._incumbent, starts.remaining
-        motions = [incumbent.best.trajectory, *quick]
-        longest = trajopt.most_time(self.problem)
-        while not (incumbent.cancelled() or starts.exhausted or remaining.over):
-            given, motions = motions[:AT_ONCE], motions[AT_ONCE:]
-            seconds, forks = CHEAP_FRACTION * remaining.unspent, []
-            for motion in given:
-                own = incumbent.apart()
-                forks.append(own.forked(partial(_cheapen, own), alone=len(given) == 1))
-                forks[-1].ask((motion, seconds))
-            try:
-                incumbent.joined(forks)
-            finally:
-                for fork in forks:
-                    fork.end()
-            motions = motions or [motion for _, motion in starts.others(longest)]
 
     def _several(self, first: Trajectory, starts: Starts) -> list[Trajectory]:
         """Return motions to shorten, the shortest first: as many as can then be told apart.
@@ -328,13 +303,6 @@ class PlanImprover:
         finally:
             for _, way in new:
                 way.end()
-
-
-def _cheapen(own: Incumbent, motion: Trajectory, seconds: float) -> None:
-    """Offer motions that cost less than one from which they are made, for so much work in [s]."""
-    budget = Budget(seconds, clock=lambda: own.clock.seconds, cancelled=own.cancelled)
-    for cheaper in trajopt.cheapened(own.problem, motion, budget.spent):
-        own.take(cheaper, "cheapen")
 
 
 def _expected_gain(ways: Sequence[RefinedWay], remaining: Budget) -> float:

@@ -11,8 +11,10 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 
 from kinolab.problem import PlanningTask
+from kinolab.problem.objective.costed import without_objective
 from kinolab.search import AbstractPlanner, Budget
 from kinolab.solve.attempt import attempt
+from kinolab.solve.cheaper import Cheapening
 from kinolab.solve.improve import PlanImprover
 from kinolab.solve.plan import REFUSED, PlanResult, Request, stream
 from kinolab.solve.replanning.guessed import GuessedMotion
@@ -40,8 +42,13 @@ def sequential_runs(
         watch: Called with the budget before each search, so that it can be interrupted.
         better: Called with each verified plan that is better than those before with its seed.
     """
-    clock, solved = _Clock(progress), False
-    improving = PlanImprover(problem, searcher, request, lambda: clock.elapsed, better)
+    clock, solved, timed = _Clock(progress), False, without_objective(problem)
+    searched = problem if searcher.compares_costs else timed
+    improving = PlanImprover(timed, searcher, request, lambda: clock.elapsed, better)
+    cheapening = None
+    if timed is not problem:  # a quick plan is but a beginning, and told to nobody
+        improving.on_improved = None
+        cheapening = Cheapening(problem, timed, searcher, request, lambda: clock.elapsed, better)
     budget: Budget | None = None
     last: Budget | None = None
     for seed in request.seeds():
@@ -58,13 +65,15 @@ def sequential_runs(
                 break  # interrupted before this budget was registered
             # With optimisation, shortening the first motion is a better use of the time.
             budget.improve = 0.0 if request.optimize else request.improve
-            found = None if searches.begun else _guessed(problem, searcher, request, budget)
+            found = None if searches.begun else _guessed(searched, searcher, request, budget)
             found = found or attempt(
-                problem, searcher, searches.next_seed, budget, keep_approach=not solved
+                searched, searcher, searches.next_seed, budget, keep_approach=not solved
             )
             clock.add(budget)
             found = replace(found, seed=seed)
-            improved = improving.plan(found, budget)
+            improved = improving.plan(replace(found, price=None), budget)
+            if cheapening is not None:
+                improved = cheapening.plan(found, improved, budget)
             searches.add(found, improved)
         if not searches.begun:
             return

@@ -60,6 +60,14 @@ def costed(problem: PlanningTask) -> PlanningTask | None:
     )
 
 
+def without_objective(problem: PlanningTask) -> PlanningTask:
+    """Return the same problem whose cost is the duration; itself without an [objective]."""
+    scenario = problem.scenario
+    if scenario.objective is None:
+        return problem
+    return replace(problem, scenario=scenario.model_copy(update={"objective": None}))
+
+
 def require_costs(problem: PlanningTask) -> None:
     """Require that what [objective] says can be a cost: one that never falls, within all limits.
 

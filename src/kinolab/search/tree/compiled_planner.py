@@ -58,7 +58,6 @@ class AbstractCompiledPlanner(AbstractTreeSearch):
 
     in_threads: ClassVar[bool] = True
     work_per_iteration: ClassVar[float] = 0.0  # which is charged while a tree grows
-    compares_costs: ClassVar[bool] = False  # whether an [objective] decides what becomes a node
 
     control_samples: int = setting(
         1, 1, 1000, meaning="Inputs that are compared before one is held."
