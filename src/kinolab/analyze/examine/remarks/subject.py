@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 import sympy
 
-from kinolab.dynamics import Body, Coordinate, Frame, Model, System
+from kinolab.dynamics import Attitude, Body, Coordinate, Frame, Model, System
 from kinolab.dynamics.language.forces import Effort
 from kinolab.dynamics.language.inputs import Input
 from kinolab.dynamics.language.mechanism_parts import (
@@ -84,9 +84,18 @@ class Subject:
             return float(coordinate.scale)
         return float(max(ways[:2], key=lambda way: min(abs(way), coordinate.scale)))
 
-    def moved(self, shares: dict[Coordinate, float]) -> Array:
-        """Return the state in which coordinates have moved by shares of their spans."""
+    def moved(self, shares: dict[Coordinate, float], turned: float = 0.0) -> Array:
+        """Return the state in which coordinates have moved by shares of their spans.
+
+        Attitudes are turned by an angle in [rad] about an axis askew to all others.
+        """
         x = self.rest.copy()
+        axis = np.array([0.6, 0.64, 0.48])  # a unit vector
+        for attitude in self.system.coordinates if turned else ():
+            if isinstance(attitude, Attitude):
+                first = self.model.state_names.index(str(attitude.entries[0]))
+                half = turned / 2
+                x[first : first + 4] = [*np.sin(half) * axis, np.cos(half)]
         for coordinate, share in shares.items():
             x[self.plain[coordinate]] += share * self.span(coordinate)
         return self.on_constraints(x)
