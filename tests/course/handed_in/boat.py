@@ -3,7 +3,19 @@
 from sympy import Abs, cos, sin
 
 from kinolab.dynamics import (
-    Body, Box, Control, Load, System, Viscous, Wrench, angle, length, move, parameter, rot_z, velocity,
+    Body,
+    Box,
+    Control,
+    Load,
+    System,
+    Viscous,
+    Wrench,
+    angle,
+    length,
+    move,
+    parameter,
+    rot_z,
+    velocity,
 )
 
 

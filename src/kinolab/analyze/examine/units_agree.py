@@ -106,8 +106,8 @@ class _Scale:
     """Says of which dimension expressions of a machine are."""
 
     def __init__(self, subject: Subject) -> None:
-        named = (*subject.system.inputs, *subject.system.states)
-        self._units = {entry.name: getattr(entry, "unit", "") for entry in named}
+        units = {entry.name: entry.unit for entry in subject.system.inputs}
+        self._units = units | {state.name: state.unit for state in subject.system.states}
 
     def of(self, expression: Any) -> Dimension | None:
         """Return the dimension of an expression; None if it may be any.
