@@ -36,7 +36,10 @@ def marked(name: str, machine: str) -> Any:
 
 
 def warnings(text: str, machine: str, folder: Path) -> list[str]:
-    """Return what is remarked, or refused, about the text of a machine's file."""
+    """Return what is remarked, or refused, about the text of a machine's file.
+
+    What is only said is at most twelve sentences.
+    """
     file = folder / f"{machine}.py"
     file.write_text(text, encoding="utf-8")
     try:
@@ -45,6 +48,7 @@ def warnings(text: str, machine: str, folder: Path) -> list[str]:
         found = examine(system, scenario.integration, file=file_of_machine(scenario))
     except InputError as refusal:
         return [str(refusal)]
+    assert len(found.sentences) <= 12
     return list(found.faults)
 
 

@@ -3,19 +3,7 @@
 from sympy import Abs, cos, sin
 
 from kinolab.dynamics import (
-    Body,
-    Box,
-    Control,
-    Load,
-    System,
-    Viscous,
-    Wrench,
-    angle,
-    length,
-    move,
-    parameter,
-    rot_z,
-    velocity,
+    Body, Box, Control, Load, System, Viscous, Wrench, angle, length, move, parameter, rot_z, velocity,
 )
 
 

@@ -1,21 +1,7 @@
 """A trolley that a servo moves, from which a load hangs on a spring."""
 
 from kinolab.dynamics import (
-    Body,
-    Box,
-    Cable,
-    Drive,
-    Sphere,
-    Spring,
-    System,
-    Viscous,
-    angle,
-    length,
-    move,
-    parameter,
-    rate,
-    rot_y,
-    toward,
+    Body, Box, Cable, Drive, Sphere, Spring, System, Viscous, angle, length, move, parameter, rate, rot_y, toward,
 )
 
 

@@ -12,9 +12,7 @@ def cart_arm() -> System:
     elbow = shoulder @ move(0, 0, -l) @ rot_y(q2)
     J = (m * l**2 / 12, m * l**2 / 12, 0)
     cart = Body("cart", rail, mass=M, shape=Box(0.4, 0.3, 0.2))
-    upper = Body(
-        "upper arm", shoulder @ move(0, 0, -l / 2), mass=m, inertia=J, shape=Box(0.05, 0.05, l)
-    )
+    upper = Body("upper arm", shoulder @ move(0, 0, -l / 2), mass=m, inertia=J, shape=Box(0.05, 0.05, l))
     fore = Body("forearm", elbow @ move(0, 0, -l / 2), mass=m, inertia=J, shape=Box(0.05, 0.05, l))
     return System(
         "cart_arm",

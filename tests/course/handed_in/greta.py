@@ -9,9 +9,7 @@ def lift() -> System:
     phi = angle("phi", speed=7.0)
     shaft = move(0, 0, 24.0)
     cabin = Body("cabin", move(R, 0, z), mass=m, shape=Box(0.5, 1.2, 2.0, at=(0.25, 0, 0)))
-    weight = Body(
-        "counterweight", move(-R, 0, w), mass=M, shape=Box(0.25, 0.8, 1.0, at=(-0.1, 0, 0))
-    )
+    weight = Body("counterweight", move(-R, 0, w), mass=M, shape=Box(0.25, 0.8, 1.0, at=(-0.1, 0, 0)))
     drum = Body(
         "drum", shaft @ rot_y(phi), mass=80.0, inertia=(2.0, 3.6, 2.0), shape=Disk(R, 0.3, axis="y")
     )

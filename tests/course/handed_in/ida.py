@@ -18,12 +18,7 @@ def trolley() -> System:
         shape=Cylinder(r, 0.2, axis="y"),
         touches_ground=True,
     )
-    ball = Body(
-        "ball",
-        rail @ move(0, 0.2, 1) @ rot_y(theta) @ move(0, 0, -0.6),
-        mass=0.5,
-        shape=Sphere(0.05),
-    )
+    ball = Body("ball", rail @ move(0, 0.2, 1) @ rot_y(theta) @ move(0, 0, -0.6), mass=0.5, shape=Sphere(0.05))
     voltage, i = Control("voltage", limit=12.0, unit="V"), state("i")
     coil = State("i", (voltage.symbol - Z * i + k * rate(phi)) / L, limits=(-20, 20), unit="A")
     return System(

@@ -4,11 +4,7 @@ from kinolab.dynamics import *
 
 
 def sledge() -> System:
-    m, I, c = (
-        parameter("m", 90.0, "kg"),
-        parameter("I", 30.0, "kg m^2"),
-        parameter("c", 1.5, "kg/m"),
-    )  # noqa: E741
+    m, I, c = parameter("m", 90.0, "kg"), parameter("I", 30.0, "kg m^2"), parameter("c", 1.5, "kg/m")  # noqa: E741
     x, y, psi = length("x"), length("y"), angle("psi", speed=1.5)
     hull = move(x, y, 0.3) @ rot_z(psi)
     V = velocity(hull)

@@ -1,20 +1,7 @@
 """A frame on an overhead table, with a ball that swings below it."""
 
 from kinolab.dynamics import (
-    Body,
-    Box,
-    Force,
-    Sphere,
-    System,
-    Viscous,
-    angle,
-    length,
-    move,
-    parameter,
-    rate,
-    rot_x,
-    rot_y,
-    toward,
+    Body, Box, Force, Sphere, System, Viscous, angle, length, move, parameter, rate, rot_x, rot_y, toward,
 )
 
 
@@ -33,12 +20,7 @@ def pusher() -> System:
             Force("east", on=frame, along=top.x, limit=10.0),
             Force("north", on=frame, along=top.y, limit=10.0),
         ],
-        efforts=[
-            Viscous(rate(a), 0.02),
-            Viscous(rate(b), 0.02),
-            Viscous(rate(x), 0.5),
-            Viscous(rate(y), 0.5),
-        ],
+        efforts=[Viscous(rate(a), 0.02), Viscous(rate(b), 0.02), Viscous(rate(x), 0.5), Viscous(rate(y), 0.5)],
         gravity=toward("-z"),
         cables=[(top, ball.frame)],
     )

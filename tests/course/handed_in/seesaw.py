@@ -1,19 +1,7 @@
 """A plank on a pivot with a spring, along which a weight is driven."""
 
 from kinolab.dynamics import (
-    Body,
-    Box,
-    Force,
-    Potential,
-    System,
-    Viscous,
-    angle,
-    length,
-    move,
-    parameter,
-    rate,
-    rot_y,
-    toward,
+    Body, Box, Force, Potential, System, Viscous, angle, length, move, parameter, rate, rot_y, toward,
 )
 
 
@@ -25,15 +13,10 @@ def seesaw() -> System:
     s = length("s", -0.9, 0.9, speed=2.0)
     pivot = move(0, 0, 0.5) @ rot_y(theta)
     plank = Body(
-        "plank",
-        pivot,
-        mass=M,
-        shape=Box(2.0, 0.2, 0.05),
+        "plank", pivot, mass=M, shape=Box(2.0, 0.2, 0.05),
         inertia=(1.334, 0.0142, 1.347),  # M (b^2 + h^2) / 12 and so on
     )
-    weight = Body(
-        "weight", pivot @ move(s, 0, 0.085), mass=m, inertia=0.001, shape=Box(0.12, 0.12, 0.12)
-    )
+    weight = Body("weight", pivot @ move(s, 0, 0.085), mass=m, inertia=0.001, shape=Box(0.12, 0.12, 0.12))
     return System(
         "seesaw",
         bodies=[plank, weight],

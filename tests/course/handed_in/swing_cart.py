@@ -3,21 +3,7 @@
 from sympy import cos
 
 from kinolab.dynamics import (
-    Body,
-    Box,
-    Capsule,
-    Force,
-    Potential,
-    Sphere,
-    System,
-    Viscous,
-    angle,
-    length,
-    move,
-    parameter,
-    rate,
-    rot_y,
-    toward,
+    Body, Box, Capsule, Force, Potential, Sphere, System, Viscous, angle, length, move, parameter, rate, rot_y, toward,
 )
 
 
@@ -30,9 +16,7 @@ def swing_cart() -> System:
     rail = move(x, 0, 1.2)
     cart = Body("cart", rail, mass=M, shape=Box(0.4, 0.2, 0.1))
     ball = Body(
-        "ball",
-        rail @ rot_y(alpha) @ move(0, 0, -l),
-        mass=m,
+        "ball", rail @ rot_y(alpha) @ move(0, 0, -l), mass=m,
         shape=(Sphere(0.08), Capsule(0.01, l, at=(0, 0, l / 2))),
     )
     weight = Potential(m * g * (1.2 - l * cos(alpha)))  # the height of the ball

@@ -1,20 +1,7 @@
 """A boom that turns about the vertical, with a trolley that is driven along it."""
 
 from kinolab.dynamics import (
-    WORLD,
-    Body,
-    Box,
-    Force,
-    System,
-    Torque,
-    Viscous,
-    Wrench,
-    angle,
-    length,
-    move,
-    parameter,
-    rate,
-    rot_z,
+    WORLD, Body, Box, Force, System, Torque, Viscous, Wrench, angle, length, move, parameter, rate, rot_z,
 )
 
 
@@ -25,18 +12,10 @@ def turntable() -> System:
     r = length("r", 0.2, 0.75, speed=1.5)
     boom = move(0, 0, 0.8) @ rot_z(psi)
     beam = Body(
-        "boom",
-        boom,
-        mass=M,
-        inertia=(0.01, M * b**2 / 12, M * b**2 / 12),
-        shape=Box(b, 0.08, 0.06),
+        "boom", boom, mass=M, inertia=(0.01, M * b**2 / 12, M * b**2 / 12), shape=Box(b, 0.08, 0.06),
     )
     trolley = Body(
-        "trolley",
-        boom @ move(r, 0, -0.11),
-        mass=m,
-        inertia=(0.004, 0.004, 0.005),
-        shape=Box(0.14, 0.14, 0.14),
+        "trolley", boom @ move(r, 0, -0.11), mass=m, inertia=(0.004, 0.004, 0.005), shape=Box(0.14, 0.14, 0.14),
     )
     centrifugal = Wrench(on=trolley, force=(m * r * rate(psi) ** 2, 0, 0))
     return System(

@@ -1,20 +1,7 @@
 """A cart from which two loads hang on rods of different length."""
 
 from kinolab.dynamics import (
-    Body,
-    Box,
-    Capsule,
-    Force,
-    Sphere,
-    System,
-    Viscous,
-    angle,
-    length,
-    move,
-    parameter,
-    rate,
-    rot_y,
-    toward,
+    Body, Box, Capsule, Force, Sphere, System, Viscous, angle, length, move, parameter, rate, rot_y, toward,
 )
 
 
@@ -27,15 +14,11 @@ def two_loads() -> System:
     rail = move(x, 0, 1.5)
     cart = Body("cart", rail, mass=M, shape=Box(0.6, 0.2, 0.1))
     first = Body(
-        "long load",
-        rail @ move(-0.2, 0.15, 0) @ rot_y(a1) @ move(0, 0, -l1),
-        mass=m1,
+        "long load", rail @ move(-0.2, 0.15, 0) @ rot_y(a1) @ move(0, 0, -l1), mass=m1,
         shape=(Sphere(0.06), Capsule(0.008, l1, at=(0, 0, l1 / 2))),
     )
     second = Body(
-        "short load",
-        rail @ move(0.2, -0.15, 0) @ rot_y(a2) @ move(0, 0, -l2),
-        mass=m2,
+        "short load", rail @ move(0.2, -0.15, 0) @ rot_y(a2) @ move(0, 0, -l2), mass=m2,
         shape=(Sphere(0.05), Capsule(0.008, l2, at=(0, 0, l2 / 2))),
     )
     return System(

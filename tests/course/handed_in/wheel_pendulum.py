@@ -1,18 +1,7 @@
 """A pendulum that swings up because a wheel at its end speeds up; x to the right, y up."""
 
 from kinolab.dynamics import (
-    Body,
-    Capsule,
-    Disk,
-    System,
-    Torque,
-    Viscous,
-    angle,
-    move,
-    parameter,
-    rate,
-    rot_z,
-    toward,
+    Body, Capsule, Disk, System, Torque, Viscous, angle, move, parameter, rate, rot_z, toward,
 )
 
 
@@ -25,17 +14,11 @@ def wheel_pendulum() -> System:
     rod = rot_z(theta)
     end = rod @ move(0, -l, 0)
     beam = Body(
-        "rod",
-        rod @ move(0, -l / 2, 0),
-        mass=m,
-        inertia=(m * l**2 / 12, 1e-5, m * l**2 / 12),
+        "rod", rod @ move(0, -l / 2, 0), mass=m, inertia=(m * l**2 / 12, 1e-5, m * l**2 / 12),
         shape=Capsule(0.01, l, axis="y"),
     )
     wheel = Body(
-        "wheel",
-        end @ move(0, 0, 0.03) @ rot_z(spin),
-        mass=w,
-        inertia=(w * R**2 / 2, w * R**2 / 2, w * R**2),
+        "wheel", end @ move(0, 0, 0.03) @ rot_z(spin), mass=w, inertia=(w * R**2 / 2, w * R**2 / 2, w * R**2),
         shape=Disk(R, thickness=0.02, axis="z"),
     )
     return System(

@@ -13,7 +13,7 @@ import numpy as np
 from kinolab.analyze.describe.each_mode import in_each_mode
 from kinolab.analyze.examine.behaviour import behaviour
 from kinolab.analyze.examine.dampers import dampers
-from kinolab.analyze.examine.drums import drums
+from kinolab.analyze.examine.drums import drums, wound
 from kinolab.analyze.examine.energy_sources import energy_sources
 from kinolab.analyze.examine.forces_twice import forces_twice, turned_twice
 from kinolab.analyze.examine.law_check import LawCheck
@@ -180,6 +180,7 @@ def remarks_on(subject: Subject) -> Iterator[Remark]:
     yield from pushed_down(subject)
     yield from overturned(subject)
     yield from drums(subject)
+    yield from wound(subject)
     yield from dampers(subject)
     yield from forces_twice(subject)
     yield from turned_twice(subject)

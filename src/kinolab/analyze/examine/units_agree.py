@@ -76,6 +76,8 @@ def units_agree(subject: Subject) -> Iterator[Remark]:
 def _stated(subject: Subject) -> Iterator[Stated]:
     """Yield the expressions of a machine, each with the unit that is due; empty for any."""
     system = subject.system
+    if system.gravity is not None:
+        yield ("toward", ""), "gravity", system.gravity.strength, "m/s^2"
     for body in system.bodies:
         part = ("Body", body.name)
         yield part, body.name, body.mass, "kg"
