@@ -10,7 +10,7 @@ from kinolab.analyze.describe.conserved import conserved_momenta
 from kinolab.analyze.describe.sizes import body_sizes
 from kinolab.analyze.examine.odd_numbers import direction_of
 from kinolab.analyze.examine.remarks.subject import Subject
-from kinolab.dynamics import Attitude, Axis, Body, Frame
+from kinolab.dynamics import Axis, Body, Frame
 from kinolab.dynamics.derivation.derivation import is_kinematic
 from kinolab.dynamics.language.frames import AXES, pose
 from kinolab.dynamics.language.inputs import Input, bounds_of
@@ -53,7 +53,7 @@ def _freedoms(subject: Subject) -> Iterator[str]:
     follows = [name for k, name in enumerate(model.rate_names) if k not in model.independent]
     inputs = len(subject.system.inputs)
     told = f"It has {_counted(len(subject.system.coordinates), 'coordinate')}"
-    turning = sum(isinstance(c, Attitude) for c in subject.system.coordinates)
+    turning = len(subject.turning)
     told += f" ({_counted(turning, 'rotation')} about every axis among them), " if turning else ", "
     told += f"{_counted(freedom, 'degree')} of freedom and {_counted(inputs, 'input')}"
     if model.velocity_names:

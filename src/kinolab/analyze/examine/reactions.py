@@ -10,7 +10,7 @@ import numpy as np
 from kinolab.analyze.examine.remarks.remark import Remark
 from kinolab.analyze.examine.remarks.subject import Subject
 from kinolab.analyze.examine.shapes.touching_bodies import contacts
-from kinolab.dynamics import Attitude, Axis, Body
+from kinolab.dynamics import Axis, Body
 from kinolab.dynamics.language.frames import AXES, pose
 from kinolab.dynamics.language.inputs import Input
 from kinolab.dynamics.language.mechanism_parts import atoms_of, configuration_symbols
@@ -53,8 +53,7 @@ def _carrier(subject: Subject, on: Body, axis: Axis, *, turns: bool) -> Body | N
     mounts = [b for b in subject.carriers(on) if subject.moving(b.frame) and not b.massless]
     for base in mounts:
         own = subject.moving(on.frame) - subject.moving(base.frame)
-        free = turns and any(a.name in own for a in subject.system.coordinates
-                             if isinstance(a, Attitude))  # fmt: skip
+        free = turns and any(c.name in own for c in subject.turning)
         joint = direction if free else _joint(subject, on, base, x, turns=turns)
         if joint is None or abs(direction @ joint) < 1 - ALONG:
             continue

@@ -18,16 +18,14 @@ import sympy
 from kinolab.analyze.examine.remarks.remark import Remark
 from kinolab.analyze.examine.remarks.subject import Subject
 from kinolab.dynamics.language.expressions import exact
-from kinolab.dynamics.language.mechanism_parts import energies_in, loads_in
+from kinolab.dynamics.language.mechanism_parts import coordinate_of, energies_in, loads_in
 from kinolab.dynamics.language.quantities import Change, FrameSpeed, Place
 from kinolab.dynamics.language.symbols import (
     Coordinate,
     InputSymbol,
     Parameter,
-    QuaternionEntry,
     RateSymbol,
     StateSymbol,
-    TurnRate,
 )
 
 Dimension: TypeAlias = tuple[Fraction, ...]  # exponents of m, kg, s and A
@@ -144,15 +142,17 @@ class _Scale:
         if isinstance(symbol, Change):
             place = self._of(exact(symbol.position))
             return None if place is None else _times(place, parsed("1/s"))
-        units = {Place: "m", QuaternionEntry: "1", TurnRate: "rad/s"}
+        owner = coordinate_of(symbol)
         if isinstance(symbol, RateSymbol):
             unit = f"{symbol.coordinate.unit}/s" if symbol.coordinate.unit else ""
         elif isinstance(symbol, Parameter | Coordinate):
             unit = symbol.unit
         elif isinstance(symbol, InputSymbol | StateSymbol):
             unit = self._units.get(symbol.name, "")
-        else:
-            unit = units.get(type(symbol), "")
+        elif isinstance(symbol, Place):
+            unit = "m"
+        else:  # an entry of a rotation, or a rate of one
+            unit = "" if owner is None else "rad/s" if symbol in owner.rates else "1"
         return parsed(unit)
 
 

@@ -8,10 +8,11 @@ from functools import cached_property
 import numpy as np
 import sympy
 
-from kinolab.dynamics import Attitude, Body, Coordinate, Frame, Model, System
+from kinolab.dynamics import Body, Coordinate, Frame, Model, System
 from kinolab.dynamics.language.forces import Effort
 from kinolab.dynamics.language.inputs import Input
 from kinolab.dynamics.language.mechanism_parts import (
+    AnyCoordinate,
     atoms_of,
     coordinate_of,
     energies_in,
@@ -71,6 +72,15 @@ class Subject:
         plain = (c for c in self.system.coordinates if isinstance(c, Coordinate))
         return {c: names.index(c.name) for c in plain if c.topology != "sphere"}
 
+    @property
+    def turning(self) -> list[AnyCoordinate]:
+        """The coordinates that turn a body about every axis: those with several rates."""
+        return [c for c in self.system.coordinates if len(c.rates) > 1]
+
+    def places_of(self, coordinate: AnyCoordinate) -> list[int]:
+        """Return the places of a coordinate's entries in a state."""
+        return [self.model.state_names.index(str(entry)) for entry in coordinate.entries]
+
     def moving(self, frame: Frame) -> frozenset[str]:
         """Return the names of the coordinates on which a frame depends."""
         owners = (coordinate_of(atom) for atom in atoms_of(frame))
@@ -87,15 +97,12 @@ class Subject:
     def moved(self, shares: dict[Coordinate, float], turned: float = 0.0) -> Array:
         """Return the state in which coordinates have moved by shares of their spans.
 
-        Attitudes are turned by an angle in [rad] about an axis askew to all others.
+        What turns about every axis is turned by about an angle in [rad], about one askew to all.
         """
         x = self.rest.copy()
-        axis = np.array([0.6, 0.64, 0.48])  # a unit vector
-        for attitude in self.system.coordinates if turned else ():
-            if isinstance(attitude, Attitude):
-                first = self.model.state_names.index(str(attitude.entries[0]))
-                half = turned / 2
-                x[first : first + 4] = [*np.sin(half) * axis, np.cos(half)]
+        for turning in self.turning:
+            x[self.places_of(turning)] += np.multiply(turned / 2, (0.6, 0.64, 0.48, 0.0))
+        x = self.model.space.unit(x)
         for coordinate, share in shares.items():
             x[self.plain[coordinate]] += share * self.span(coordinate)
         return self.on_constraints(x)

@@ -12,7 +12,7 @@ from kinolab.analyze.examine.remarks.remark import Remark
 from kinolab.analyze.examine.remarks.subject import Subject
 from kinolab.analyze.examine.shapes.joints import parting
 from kinolab.analyze.examine.shapes.touching_bodies import TouchingBodies
-from kinolab.dynamics import Attitude, Body
+from kinolab.dynamics import Body
 from kinolab.dynamics.language.mechanism_parts import (
     atoms_of,
     configuration_symbols,
@@ -222,14 +222,14 @@ def _rolls_about_all(
         wheel: The ball where it touches.
     """
     owned = subject.moving(body.frame) - (subject.moving(base.frame) if base else frozenset())
-    for attitude in (a for a in subject.system.coordinates if isinstance(a, Attitude)):
-        places = [subject.model.state_names.index(str(entry)) for entry in attitude.entries]
-        if attitude.name not in owned or np.abs(middle[:, places]).max() > ROUNDING:
+    for turning in subject.turning:
+        places = subject.places_of(turning)
+        if turning.name not in owned or np.abs(middle[:, places]).max() > ROUNDING:
             continue  # it is carried round by it
         whole, spin = moving @ slope.T, moving[:, places] @ slope[:, places].T
         most = np.linalg.svd(whole)[2][0]
         along = (whole - spin) @ most, spin @ most
-        yield from _rolls(subject, body, base, attitude.rates, *along, wheel)
+        yield from _rolls(subject, body, base, turning.rates, *along, wheel)
         return
 
 
