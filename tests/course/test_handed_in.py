@@ -1,4 +1,4 @@
-"""Twenty works that were handed in get the points that a teacher would give.
+"""Thirty works that were handed in get the points that a teacher would give.
 
 What is due was said before a grader had seen them (``handed_in/grades.toml``).
 """

@@ -427,7 +427,7 @@ tolerance = 0.1
     certificate = verify(problem, motion)
     assert failed(certificate) == (set() if passes else {"collision"})
     if not passes:
-        assert "foot sinks ground" in detail(certificate, "collision")
+        assert "foot sinks into ground" in detail(certificate, "collision")
 
 
 def test_a_turn_on_the_spot_into_a_post_fails(tmp_path: Path) -> None:

@@ -547,7 +547,8 @@ def _contact_sentence(contact: Any, remedy: str) -> str:
     phrase = {
         "touches": f"{contact.body} touches {contact.obstacle}.{remedy}",
         "inside": f"{contact.body} is inside {contact.obstacle}.",
-        "sinks": f"{contact.body} sinks into {contact.obstacle}.",
+        "sinks": f"{contact.body} sinks into {contact.obstacle}. Draw a wheel that "
+        "leans thin: the edge of its tread goes down.",
         "near": f"{contact.body} is nearer to {contact.obstacle} than [world] clearance allows.",
     }
     return phrase.get(contact.kind, f"the pose of {contact.body} cannot be judged.")

@@ -249,6 +249,9 @@ def read_run(folder: Path, *, planned: bool = True) -> Run:
     if not folder.is_dir():
         what = "there is no such folder."
         raise InputError([Mistake(str(folder), what, "Give the folder of a finished run.")])
+    if (folder / "report.json").is_file() and not (folder / "trajectory.csv").is_file():
+        what = "it has no motion (trajectory.csv): the search found none, or the file was moved."
+        raise InputError([Mistake(str(folder), what, "Plan again, or give another run's folder.")])
     missing = [
         Mistake(str(folder / name), "there is no such file.", "Give the folder of a finished run.")
         for name in ("scenario.toml", "report.json", "trajectory.csv")

@@ -13,6 +13,8 @@ import pytest
 import kinolab
 import kinolab.analyze.examine
 from kinolab import systems
+from kinolab.analyze.describe.each_mode import in_each_mode
+from kinolab.analyze.examine.behaviour import behaviour
 from kinolab.analyze.examine.examination import examine, remarks_on
 from kinolab.analyze.examine.remarks.subject import Subject
 from kinolab.analyze.examine.shapes.passing_bodies import passing_bodies
@@ -52,7 +54,11 @@ def test_a_right_machine_gets_no_remark(made: Callable[..., System]) -> None:
 
 @pytest.mark.parametrize("name", sorted(set(MAKERS) - SLOW))
 def test_our_machines_get_no_remark(name: str) -> None:
-    assert titles(MAKERS[name]()) == set()
+    """What is only said is at most twelve sentences about each mode."""
+    machine = MAKERS[name]()
+    assert titles(machine) == set()
+    for _, alone in in_each_mode(machine):
+        assert len([*behaviour(Subject(alone.with_feedback(None)))]) <= 11  # and one on pairs
 
 
 @pytest.mark.parametrize(

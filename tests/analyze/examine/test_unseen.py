@@ -1,7 +1,7 @@
-"""Eighty more mistakes, written down before examine saw them: what it names, and what it does not.
+"""Mistakes that were written down before examine saw them: what it names, and what it does not.
 
-`unseen/truth.toml` has what was wrong and the words of a good remark; four of its machines are of
-the pages, as a user would copy them, and four stand beside it.
+`truth.toml` of each folder has what was wrong and the words of a good remark. Half of its machines
+are of the pages, as a user would copy them, and the others stand beside it.
 """
 
 from __future__ import annotations
@@ -20,10 +20,15 @@ from kinolab.loading import find_scenario, find_system
 from kinolab.loading.find import file_of_machine
 
 HOME = Path(__file__).parents[3]
-TRUTH = tomllib.loads((Path(__file__).parent / "unseen" / "truth.toml").read_text("utf-8"))
-MACHINES: dict[str, str] = TRUTH["machines"]
-MISTAKES = {f"{m['machine']}, {m['kind']}: {m['now'][:40]}": m for m in TRUTH["mistake"]}
-QUICK = {"crane", "furuta", "scara", "elevator"}  # half a minute each derives the others
+HERE = Path(__file__).parent
+TRUTHS = [tomllib.loads((HERE / f / "truth.toml").read_text("utf-8")) for f in ("unseen", "third")]
+MACHINES: dict[str, str] = {name: path for t in TRUTHS for name, path in t["machines"].items()}
+MISTAKES = {
+    f"{m['machine']}, {m['kind']}: {m['was'][:40]} {m['now'][:60]}": m
+    for truth in TRUTHS
+    for m in truth["mistake"]
+}
+QUICK = {"crane", "furuta", "scara", "elevator", "press"}  # half a minute each derives the others
 
 
 def marked(name: str, machine: str) -> Any:
@@ -31,7 +36,10 @@ def marked(name: str, machine: str) -> Any:
 
 
 def warnings(text: str, machine: str, folder: Path) -> list[str]:
-    """Return what is remarked, or refused, about the text of a machine's file."""
+    """Return what is remarked, or refused, about the text of a machine's file.
+
+    What is only said is at most twelve sentences, but for the titles of modes.
+    """
     file = folder / f"{machine}.py"
     file.write_text(text, encoding="utf-8")
     try:
@@ -40,6 +48,8 @@ def warnings(text: str, machine: str, folder: Path) -> list[str]:
         found = examine(system, scenario.integration, file=file_of_machine(scenario))
     except InputError as refusal:
         return [str(refusal)]
+    titles = sum(told.startswith(f"{system.name} in mode") for told in found.sentences)
+    assert len(found.sentences) - titles <= 12
     return list(found.faults)
 
 

@@ -52,7 +52,9 @@ def _freedoms(subject: Subject) -> Iterator[str]:
         freedom = model.nv
     follows = [name for k, name in enumerate(model.rate_names) if k not in model.independent]
     inputs = len(subject.system.inputs)
-    told = f"It has {_counted(len(subject.system.coordinates), 'coordinate')}, "
+    told = f"It has {_counted(len(subject.system.coordinates), 'coordinate')}"
+    turning = len(subject.turning)
+    told += f" ({_counted(turning, 'rotation')} about every axis among them), " if turning else ", "
     told += f"{_counted(freedom, 'degree')} of freedom and {_counted(inputs, 'input')}"
     if model.velocity_names:
         told += (

@@ -18,9 +18,11 @@ from kinolab.dynamics.language.expressions import exact
 from kinolab.dynamics.language.forces import Effort, Load
 from kinolab.dynamics.language.mechanism_parts import (
     atoms_of,
+    configuration_symbols,
     coordinate_of,
     energies_in,
     loads_in,
+    tangent_symbols,
 )
 from kinolab.dynamics.language.quantities import written
 from kinolab.dynamics.language.symbols import (
@@ -32,6 +34,7 @@ from kinolab.dynamics.language.symbols import (
 )
 from kinolab.simulation.stability import random_states
 
+SEEN = 1e-6  # one minus the cosine between two powers, over many states: rounding, and no more
 ROUNDING = 1e-9  # of the largest power of a force: a smaller one counts as zero
 
 
@@ -53,6 +56,7 @@ def energy_sources(subject: Subject) -> Iterator[Remark]:
     yield from _repelling(subject)
     yield from _one_sided(subject)
     yield from _self_feeding(subject)
+    yield from _other_motion(subject)
     suspects = [effort for effort in system.efforts if _may_feed(effort)]
     if not suspects or is_kinematic(system):
         return
@@ -143,6 +147,43 @@ def _self_feeding(subject: Subject) -> Iterator[Remark]:
             what += "without any input both grow. The voltage of a motor that turns is against its "
             what += "current, as in (u - R * i - k * rate(phi)) / L."
             yield Remark("state that feeds itself", entry.name, what, ("State", entry.name))
+
+
+def _other_motion(subject: Subject) -> Iterator[Remark]:
+    """Yield the auxiliary states that feel another motion than they push, by the same constant.
+
+    A coil with force = k i has voltage = k v of the same v, or it would make energy.
+
+    Source: Crandall, Karnopp, Kurtz, Pridmore-Brown, Dynamics of Mechanical and Electromechanical
+    Systems, 1968, chapter 6.
+    """
+    system, model = subject.system, subject.model
+    symbols = [*configuration_symbols(system), *tangent_symbols(system)]
+    values = {p: system.parameter_values[p.name] for p in system.parameters}
+    loads = [load for effort in system.efforts for load in loads_in(effort)]
+    for entry in system.states:
+        mine = [(exact(load.magnitude).diff(entry.symbol), load) for load in loads]
+        power = sum((size * written(load.velocity) for size, load in mine if size), sympy.S.Zero)
+        rates = tangent_symbols(system)
+        voltage = sum((exact(entry.derivative).diff(r) * r for r in rates), sympy.S.Zero)
+        shared = {s for size, _ in mine for s in size.free_symbols} & voltage.free_symbols
+        pair = [power.subs(values), voltage.subs(values)]
+        if not shared & set(values) or {*pair[0].free_symbols, *pair[1].free_symbols} - {*symbols}:
+            continue
+        states, idle = random_states(model), model.null_control()
+        moving = model.velocity(states, np.tile(idle, (len(states), 1)))
+        powers = sympy.lambdify(symbols, pair, "numpy")
+        one, other = np.array(
+            [powers(*x[: model.nq], *v) for x, v in zip(states, moving, strict=True)]
+        ).T
+        cosine = abs(one @ other) / max(float(np.linalg.norm(one) * np.linalg.norm(other)), 1e-300)
+        if cosine < 1 - SEEN:
+            felt = " and ".join(sorted(str(s) for s in voltage.free_symbols & set(rates)))
+            pushed = " and ".join(sorted(str(s) for s in power.free_symbols & set(rates)))
+            what = f"{entry.name} pushes along {pushed}, and feels {felt}, by the same "
+            what += f"{' and '.join(sorted(map(str, shared & set(values))))}: such a motor makes "
+            what += "energy. What a coil feels is the speed of the body that it turns."
+            yield Remark("state that feels another motion", entry.name, what, ("State", entry.name))
 
 
 def _owners(effort: Effort) -> Iterator[str]:

@@ -13,14 +13,16 @@ import numpy as np
 from kinolab.analyze.describe.each_mode import in_each_mode
 from kinolab.analyze.examine.behaviour import behaviour
 from kinolab.analyze.examine.dampers import dampers
-from kinolab.analyze.examine.drums import drums
+from kinolab.analyze.examine.drums import drums, wound
 from kinolab.analyze.examine.energy_sources import energy_sources
-from kinolab.analyze.examine.forces_twice import forces_twice
+from kinolab.analyze.examine.forces_twice import forces_twice, turned_twice
 from kinolab.analyze.examine.law_check import LawCheck
 from kinolab.analyze.examine.laws import laws, modes_alone
 from kinolab.analyze.examine.left_out import left_out, unheeded
 from kinolab.analyze.examine.odd_numbers import odd_numbers
 from kinolab.analyze.examine.reactions import (
+    others_axes,
+    parted_axles,
     reactions,
     same_effects,
     turned_away,
@@ -30,7 +32,7 @@ from kinolab.analyze.examine.reactions import (
 from kinolab.analyze.examine.remarks.place_in_file import place_in
 from kinolab.analyze.examine.remarks.remark import Remark, sorted_out
 from kinolab.analyze.examine.remarks.subject import Subject
-from kinolab.analyze.examine.resting import pushed_down, without_rest
+from kinolab.analyze.examine.resting import overturned, pushed_down, without_rest
 from kinolab.analyze.examine.ropes import ropes
 from kinolab.analyze.examine.shapes.carried import left_behind, on_their_own_axis, swung_off
 from kinolab.analyze.examine.shapes.joints import parted, sized_otherwise
@@ -39,6 +41,7 @@ from kinolab.analyze.examine.shapes.rolling import slips
 from kinolab.analyze.examine.shapes.steered_wheels import steering
 from kinolab.analyze.examine.shapes.touching_bodies import contacts, standing
 from kinolab.analyze.examine.shapes.twins import required, twins
+from kinolab.analyze.examine.units_agree import units_agree
 from kinolab.dynamics import System
 from kinolab.loading.well_posed import unlimited_sentences
 from kinolab.scenario.schema import IntegrationSection
@@ -162,6 +165,8 @@ def remarks_on(subject: Subject) -> Iterator[Remark]:
     yield from standing(subject)
     yield from reactions(subject)
     yield from turned_away(subject)
+    yield from others_axes(subject)
+    yield from parted_axles(subject)
     yield from turning_axes(subject)
     yield from same_effects(subject)
     yield from steering(subject)
@@ -169,12 +174,16 @@ def remarks_on(subject: Subject) -> Iterator[Remark]:
     yield from required(subject)
     yield from left_out(subject)
     yield from odd_numbers(subject)
+    yield from units_agree(subject)
     yield from energy_sources(subject)
     yield from without_rest(subject)
     yield from pushed_down(subject)
+    yield from overturned(subject)
     yield from drums(subject)
+    yield from wound(subject)
     yield from dampers(subject)
     yield from forces_twice(subject)
+    yield from turned_twice(subject)
 
 
 def _law_of(

@@ -15,6 +15,7 @@ from kinolab.analyze.examine.remarks.remark import Remark
 from kinolab.analyze.examine.remarks.subject import Subject
 from kinolab.dynamics import Body
 from kinolab.dynamics.derivation.derivation import is_kinematic
+from kinolab.dynamics.language.expressions import exact
 from kinolab.dynamics.language.forces import Effort
 from kinolab.dynamics.language.mechanism_parts import (
     atoms_of,
@@ -28,6 +29,8 @@ from kinolab.numerics.arrays import Array
 from kinolab.simulation.stability import random_states
 
 FD_STEP = 1e-5  # of a second, along the rates; the error of central differences is its square
+COMPONENTS = ("force", "torque")  # of a wrench, along the axes of its body
+TURNED = 0.05  # relative, of the change of components by an angle: of small angles, or of others
 SAME = 1e-6  # relative: a thousand times that error
 
 
@@ -54,6 +57,37 @@ def forces_twice(subject: Subject) -> Iterator[Remark]:
             what += "effort out."
             yield Remark("inertial force that is there twice", _whose(subject, k), what, part)
             break
+
+
+def turned_twice(subject: Subject) -> Iterator[Remark]:
+    """Yield the wrenches whose components turn with an angle that turns the body already.
+
+    By an angle that turns the body about the unit vector s, components of a force of the body do
+    not change, and those of a force of the world change by -s x F. By + s x F it is turned twice.
+    """
+    system = subject.system
+    values = {p: system.parameter_values[p.name] for p in system.parameters}
+    for effort in system.efforts:
+        on, stated = getattr(effort, "on", None), [getattr(effort, w, ()) for w in COMPONENTS]
+        if on is None or not all(stated):
+            continue
+        turn = subject.poses(subject.rest)[subject.place_of(on)][:, :3]
+        spin = turn.T @ subject.spin(on, subject.rest)
+        for c, k in subject.plain.items():
+            for components in stated:
+                column = sympy.Matrix([exact(entry) for entry in components])
+                both = sympy.Matrix.hstack(column, column.diff(c)).subs(values)
+                at = {s: float(subject.rest[i]) for s, i in subject.plain.items()}
+                both = both.subs(at).subs(dict.fromkeys(both.subs(at).free_symbols, 1.0))
+                force, slope = np.array(both, dtype=float).T
+                turned = np.cross(spin[:, k], force)
+                gap = np.abs(slope - turned).max()
+                if np.abs(turned).max() > 0 and gap <= TURNED * np.abs(turned).max():
+                    what = f"{c} turns its components, which are along the axes of "
+                    what += f"{on.name}: these turn by {c} already, so that it turns twice "
+                    what += f"as far. Take the components along the axes of {on.name}."
+                    yield Remark("turned twice", str(effort), what, (type(effort).__name__, ""))
+                    return
 
 
 def _driven(effort: Effort) -> bool:

@@ -43,6 +43,9 @@ DEGREES = frozenset(range(11, 361)) - {100}
 # [m/s] of the rim of a disk of steel of 800 MPa: (3 + nu) / 8 rho v^2 is the stress in its middle;
 # Timoshenko, Goodier, Theory of Elasticity, 3rd ed., 1970, section 32.
 BURSTING = 500.0
+# Of moments to those of the body's mass spread over its shapes: shapes are rough, so that they may
+# be twice as large or small, and are of another order where only that brings them so near.
+FITS, MISFITS = 2.0, 4.0
 FAR = 10.0  # in reaches of a body, of where a force acts on it: mm for m is a factor of 1e3
 
 
@@ -82,9 +85,9 @@ def _inertia(subject: Subject, body: Body) -> Iterator[Remark]:
     if not (mass > 0 and own[-1] > 0 and len(points)):
         return  # a point mass, or a wheel whose mass counts elsewhere
     reaches = np.max((points**2).sum(axis=1)[:, None] - (points @ axes) ** 2, axis=0)  # squared
-    widest, derived = (
-        reaches.max(),
-        exact(body.mass).free_symbols & body.inertia_matrix.free_symbols,
+    widest, used = reaches.max(), body.inertia_matrix.free_symbols
+    derived = used & exact(body.mass).free_symbols or any(
+        getattr(symbol, "unit", "") == "kg" for symbol in used
     )
     if not derived or np.ptp(own) <= ROUNDING * own[-1]:
         reaches = np.full(3, widest)
@@ -160,14 +163,52 @@ def _order(subject: Subject, body: Body) -> Iterator[Remark]:
     most = system.number(body.mass) * (far.sum() - far)
     given = np.diag(moments)
     fitting = [o for o in permutations(range(3)) if (given[list(o)] <= most * (1 + SLACK)).all()]
-    worst = int(np.argmax(given - most))
+    worst, at_most = int(np.argmax(given - most)), " at most"
+    if not fitting or given[worst] <= most[worst] * (1 + SLACK):
+        fitting = _as_solid(subject, body, given)
+        if fitting:
+            at_most = ""
+            most = np.diag(solid_inertia(subject, body))
+            worst = int(np.argmax(given / most))
     if not fitting or given[worst] <= most[worst] * (1 + SLACK):
         return
     right = ", ".join(f"{given[k]:.4g}" for k in fitting[0])
     what = f"It is {given[worst]:.4g} kg m^2 about {'xyz'[worst]}, and its mass within its shape "
-    what += f"has {most[worst]:.3g} kg m^2 about that axis at most. In the order ({right}) the "
+    what += f"has {most[worst]:.3g} kg m^2 about that axis{at_most}. In the order ({right}) the "
     what += "moments of inertia about x, y and z fit its shape."
     yield Remark("inertia in another order", body.name, what, ("Body", body.name))
+
+
+def _as_solid(subject: Subject, body: Body, given: Array) -> list[tuple[int, ...]]:
+    """Return the order in which moments are those of the solid, if in their own they are not."""
+    solid = np.diag(solid_inertia(subject, body))
+    if not (solid.min() > 0 and given.min() > 0):
+        return []
+    off = {o: np.abs(np.log(given[list(o)] / solid)).max() for o in permutations(range(3))}
+    best = min(off, key=lambda order: off[order])
+    return [best] if off[best] < math.log(FITS) and off[0, 1, 2] > math.log(MISFITS) else []
+
+
+def solid_inertia(subject: Subject, body: Body) -> Array:
+    """Return the inertia (3, 3) of a body's mass spread over its shapes, about its frame's origin.
+
+    Source: Tonon, Explicit exact formulas for the 3-D tetrahedron inertia tensor, J. Mathematics
+    and Statistics 1(1), 2005 (its second moments).
+    """
+    seconds, volume = np.zeros((3, 3)), 0.0
+    for shape in subject.system.resolved_shapes(body):
+        points, faces = triangles(shape)
+        corners = np.asarray(points)[np.asarray(faces)]  # (n, 3, 3)
+        top = np.broadcast_to(np.mean(points, axis=0), (len(corners), 1, 3))
+        corners = np.concatenate([corners, top], axis=1)
+        sides = corners[:, :3] - top
+        parts = np.abs(np.linalg.det(sides)) / 6
+        whole = corners.sum(axis=1)
+        seconds += np.einsum("t,tki,tkj->ij", parts, corners, corners) / 20
+        seconds += np.einsum("t,ti,tj->ij", parts, whole, whole) / 20
+        volume += float(parts.sum())
+    moments = np.trace(seconds) * np.eye(3) - seconds
+    return np.asarray(subject.system.number(body.mass) * moments / max(volume, 1e-300))
 
 
 def _wheel(subject: Subject, body: Body) -> tuple[int, float, float] | None:

@@ -52,7 +52,9 @@ def _carrier(subject: Subject, on: Body, axis: Axis, *, turns: bool) -> Body | N
         return None
     mounts = [b for b in subject.carriers(on) if subject.moving(b.frame) and not b.massless]
     for base in mounts:
-        joint = _joint(subject, on, base, x, turns=turns)
+        own = subject.moving(on.frame) - subject.moving(base.frame)
+        free = turns and any(c.name in own for c in subject.turning)
+        joint = direction if free else _joint(subject, on, base, x, turns=turns)
         if joint is None or abs(direction @ joint) < 1 - ALONG:
             continue
         if _takes_part(subject, base, direction, x, turns=turns):
@@ -166,6 +168,65 @@ def turned_away(subject: Subject) -> Iterator[Remark]:
             what += "such as joint.y, and not one of the WORLD's."
             part = (type(entry).__name__, entry.name)
             yield Remark("axis of another direction than the joint's", entry.name, what, part)
+
+
+def others_axes(subject: Subject) -> Iterator[Remark]:
+    """Yield the forces and torques along an axis that turns with another body than they act on.
+
+    By Newton's third law what pushes there is pushed: that body takes the reaction.
+    """
+    for entry in subject.system.inputs:
+        on, base = getattr(entry, "on", None), getattr(entry, "reacts_on", None)
+        axis = getattr(entry, "about", None) or getattr(entry, "along", None)
+        if not (isinstance(on, Body) and isinstance(axis, Axis)):
+            continue
+        known = subject.moving(on.frame) | (subject.moving(base.frame) if base else frozenset())
+        others = [c for c in subject.plain if c.name in subject.moving(axis.frame) - known]
+        ways = [
+            _axis(subject, axis, subject.moved(dict.fromkeys(others, s))) for s in (0, SHARES[0])
+        ]
+        if not others or ways[0] is None or ways[1] is None or ways[0] @ ways[1] >= 1 - SEEN:
+            continue
+        names = " and ".join(c.name for c in others)
+        what = f"It acts on {on.name} {'about' if hasattr(entry, 'about') else 'along'} an axis "
+        what += f"that turns with {names}, and {on.name} does not: it is the axis of another body. "
+        what += f"Take that of a frame that goes with {on.name}, or the body that pushes it as "
+        what += "reacts_on."
+        part = (type(entry).__name__, entry.name)
+        yield Remark("axis of another body", entry.name, what, part)
+
+
+def parted_axles(subject: Subject) -> Iterator[Remark]:
+    """Yield the motors between two bodies side by side that have no axle in common.
+
+    What turns by them is on one shaft: some point of it is a point of both bodies, but for motions
+    along it.
+    """
+    x = _aside(subject)
+    for entry in subject.system.inputs:
+        on, base = getattr(entry, "on", None), getattr(entry, "reacts_on", None)
+        about = getattr(entry, "about", None)
+        if not (isinstance(on, Body) and isinstance(base, Body) and isinstance(about, Axis)):
+            continue
+        ours, theirs = subject.moving(on.frame), subject.moving(base.frame)
+        direction = _axis(subject, about, x)
+        if ours <= theirs or theirs <= ours or direction is None:
+            continue
+        spin = (subject.spin(on, x) - subject.spin(base, x)).T  # (nq, 3)
+        origin = subject.poses(x)[subject.place_of(on)][:, 3]
+        slip = subject.slip(on, base, origin, x).T
+        across = np.eye(3) - np.outer(direction, direction)
+        # slip + spin x p = 0 across the axle, at some p
+        rows = np.vstack([across @ np.cross(w, np.eye(3)).T for w in spin])
+        wanted = -(slip @ across).ravel()
+        left = rows @ np.linalg.lstsq(rows, wanted, rcond=None)[0] - wanted
+        if np.abs(left).max() > SEEN * max(np.abs(wanted).max(), ALONG):
+            names = " and ".join(sorted((ours ^ theirs) & {c.name for c in subject.plain}))
+            what = f"{entry.name} acts between them, and they have no axle in common: they part as "
+            what += f"{names} move. What is mounted on a body has a frame that begins with that "
+            what += "body's."
+            title = f"{on.name} and {base.name}"
+            yield Remark("carried at rest only", title, what, (type(entry).__name__, entry.name))
 
 
 def turning_axes(subject: Subject) -> Iterator[Remark]:

@@ -14,7 +14,9 @@ from kinolab.analyze.examine.odd_numbers import direction_of
 from kinolab.analyze.examine.remarks.remark import Remark
 from kinolab.analyze.examine.remarks.subject import UNLIMITED, Subject
 from kinolab.dynamics import Model, toward
+from kinolab.dynamics.analysis.fields.linear_controllability import linear_controllability
 from kinolab.dynamics.derivation.derivation import is_kinematic
+from kinolab.dynamics.language.constraints import VelocityConstraint
 from kinolab.dynamics.language.expressions import is_zero
 from kinolab.dynamics.units import control_units, state_units
 from kinolab.errors import KinolabError
@@ -32,6 +34,7 @@ SHORTEST = 1e-3  # in scales of coordinates and halves of inputs' ranges: of a s
 HELD = 1e-6  # of a state's scale per second: slower counts as held
 NEARLY = 1e-3  # of the same, within limits: the search for it may end before it is held
 SEEN = 0.02  # of the largest acceleration: smaller ones are not told
+GROWS = 0.05  # [1/s] of a deviation: slower may be rounding of double zeros
 DOWN = (0.0, 0.0, -1.0)
 MOST = 3  # bodies and limits that a sentence names
 
@@ -221,6 +224,32 @@ def _moving_off(subject: Subject, x: Array, u: Array) -> list[str]:
 def _listed(told: list[str]) -> str:
     kept = told[:MOST]
     return " and ".join([", ".join(kept[:-1]), kept[-1]] if len(kept) > 1 else kept)
+
+
+def overturned(subject: Subject) -> Iterator[Remark]:
+    """Yield that what floats or stands at rest turns over, by a motion that no input acts on.
+
+    What rolls may keep upright by moving on, and is silent.
+
+    Source: Hautus, Controllability and observability conditions, Indag. Math. 31, 1969.
+    """
+    system, model = subject.system, subject.model
+    rolling = any(isinstance(c, VelocityConstraint) for c in system.constraints)
+    if system.gravity is None or is_kinematic(system) or not model.nu or rolling:
+        return
+    try:
+        found = linear_controllability(model, subject.rest)
+    except KinolabError:
+        return  # it does not rest there
+    fastest = max((mode.real for mode in found.modes), default=0.0)
+    if fastest > GROWS:
+        modes, ways = np.linalg.eig(model.jacobian(subject.rest, model.null_control())[0])
+        way = np.abs(ways[:, np.argmin(np.abs(modes - fastest))]) / model.state_scales
+        name = model.state_names[int(np.argmax(way[: model.nq]))]
+        what = f"At rest it turns over or falls: a small {name} grows e-fold in {1 / fastest:.2g} "
+        what += "s, and no input acts on that. Does a force hold it below its centre of mass that "
+        what += "should do so above, as buoyancy does, or is a sign wrong?"
+        yield Remark("turns over", name, what, ("System", system.name))
 
 
 def pushed_down(subject: Subject) -> Iterator[Remark]:

@@ -170,11 +170,11 @@ def command(
         return 0
     first, *rest = summary_lines(run.problem, execution, found)
     say(escaped(f"{folder}: {first}"))
-    for line in rest:
-        say(escaped(line))
     if run.report.get("status") not in ("solved", "simulated"):
         why = printable(str(run.report.get("message", "")))
         say(f"  the plan itself does not reach the goal: {why}")
+    for line in rest:
+        say(escaped(line))
     return 0
 
 

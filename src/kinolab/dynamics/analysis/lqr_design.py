@@ -193,6 +193,8 @@ class _Design:
         except KinolabError as error:
             what = f"{error} ({_said(self._numbers(place))})."
             remedy = "Track less, or choose other limits of the references."
+            if self._model.system.gravity is None:
+                remedy += " There is no gravity: was gravity= left out?"
             raise InputError([Mistake(self._where, what, remedy)]) from error
         return at.u, self._watched.values(at.x), gain
 

@@ -407,8 +407,12 @@ def _feedback(system: MechanismParts) -> Iterator[Mistake]:
 def _regulator(system: MechanismParts, regulator: Regulator, where: str) -> Iterator[Mistake]:
     """Check that a regulator's design problem is well posed."""
     inputs, tracked = [entry.name for entry in system.inputs], [z for z, _ in regulator.tracked]
-    for z, _ in regulator.about:
-        if z not in tracked:
+    units = {entry.symbol: entry.unit for entry in regulator.references}
+    for z, wanted in regulator.about:
+        if isinstance(z, Coordinate) and units.get(wanted) == f"{z.unit}/s":
+            what = f"{wanted} is in {units[wanted]}, and about= gives it to {z}, in {z.unit}."
+            yield Mistake(where, what, f"Write rate({z}) there.")
+        elif z not in tracked:
             yield Mistake(where, f"{z} has a value in equilibrium but is not tracked.", "Track it.")
     for kind, known, pairs in (
         ("input", inputs, regulator.efforts),

@@ -41,5 +41,7 @@ def _sinking(dense: DenseMotion) -> str:
 def _described(checker: CollisionChecker, placement: tuple[Array, Array], time: float) -> str:
     """Say what touches; a pose that cannot be judged counts as touching, and nothing is named."""
     found = checker.contacts(*placement)
-    what = f"{found[0].body} {found[0].kind} {found[0].obstacle}" if found else "something touches"
-    return f"at t = {time:.6g} s {what}"
+    if not found:
+        return f"at t = {time:.6g} s something touches"
+    verb = {"sinks": "sinks into", "inside": "is inside"}.get(found[0].kind, found[0].kind)
+    return f"at t = {time:.6g} s {found[0].body} {verb} {found[0].obstacle}"

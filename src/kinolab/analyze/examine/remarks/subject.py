@@ -12,6 +12,7 @@ from kinolab.dynamics import Body, Coordinate, Frame, Model, System
 from kinolab.dynamics.language.forces import Effort
 from kinolab.dynamics.language.inputs import Input
 from kinolab.dynamics.language.mechanism_parts import (
+    AnyCoordinate,
     atoms_of,
     coordinate_of,
     energies_in,
@@ -71,6 +72,15 @@ class Subject:
         plain = (c for c in self.system.coordinates if isinstance(c, Coordinate))
         return {c: names.index(c.name) for c in plain if c.topology != "sphere"}
 
+    @property
+    def turning(self) -> list[AnyCoordinate]:
+        """The coordinates that turn a body about every axis: those with several rates."""
+        return [c for c in self.system.coordinates if len(c.rates) > 1]
+
+    def places_of(self, coordinate: AnyCoordinate) -> list[int]:
+        """Return the places of a coordinate's entries in a state."""
+        return [self.model.state_names.index(str(entry)) for entry in coordinate.entries]
+
     def moving(self, frame: Frame) -> frozenset[str]:
         """Return the names of the coordinates on which a frame depends."""
         owners = (coordinate_of(atom) for atom in atoms_of(frame))
@@ -84,9 +94,15 @@ class Subject:
             return float(coordinate.scale)
         return float(max(ways[:2], key=lambda way: min(abs(way), coordinate.scale)))
 
-    def moved(self, shares: dict[Coordinate, float]) -> Array:
-        """Return the state in which coordinates have moved by shares of their spans."""
+    def moved(self, shares: dict[Coordinate, float], turned: float = 0.0) -> Array:
+        """Return the state in which coordinates have moved by shares of their spans.
+
+        What turns about every axis is turned by about an angle in [rad], about one askew to all.
+        """
         x = self.rest.copy()
+        for turning in self.turning:
+            x[self.places_of(turning)] += np.multiply(turned / 2, (0.6, 0.64, 0.48, 0.0))
+        x = self.model.space.unit(x)
         for coordinate, share in shares.items():
             x[self.plain[coordinate]] += share * self.span(coordinate)
         return self.on_constraints(x)

@@ -96,7 +96,9 @@ def swung_off(subject: Subject, touching: Sequence[TouchingBodies]) -> Iterator[
             if joined and all(_off(contact, coordinate) for contact in joined):
                 yield _swung(joined[0], body, coordinate)
                 break
-            if not beside and (found := _floats(subject, body, bases, axis, coordinate)):
+            if (joined or not beside) and (
+                found := _floats(subject, body, bases, axis, coordinate)
+            ):
                 yield found
                 break
 

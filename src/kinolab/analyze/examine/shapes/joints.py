@@ -27,19 +27,24 @@ def parted(contact: TouchingBodies) -> Iterator[Remark]:
     near = HALF if contact.other is None else SMALL  # the ground has no end
     kept = [c for c in plain if all(_together(contact, {c: way}) for way in (near, -near))]
     shared = contact.moved_together
+    if contact.other is not None and not shared and contact.held:
+        for coordinate, way in product(plain, (SMALL, -SMALL, LARGE, -LARGE)):
+            if _apart(contact, {coordinate: way}):
+                yield parting(contact, f"{coordinate} moves", (coordinate,), way)
+                return
     for one, other in combinations(kept, 2):
         if contact.other is not None and not {one.name, other.name} & shared:
             continue  # joints of two parts of a chain, which may part
         shares = [{one: a, other: b} for a, b in product((near, -near), repeat=2)]
         if not all(_together(contact, share) for share in shares):
-            yield _parted(contact, f"{one} and {other} move together", (one, other))
+            yield parting(contact, f"{one} and {other} move together", (one, other))
             return
     for coordinate in (c for c in plain if c.name in shared and not _opens(contact, c)):
         along = [{}, *({c: way} for c in kept if c != coordinate for way in (SMALL, -SMALL))]
         for share, way in product(along, (SMALL, -SMALL, LARGE, -LARGE)):
             if _apart(contact, {**share, coordinate: way}):
                 at = "".join(f" where {c} has moved" for c in share)
-                yield _parted(contact, f"{coordinate} moves{at}", (coordinate,))
+                yield parting(contact, f"{coordinate} moves{at}", (coordinate,))
                 return
 
 
@@ -67,15 +72,20 @@ def _apart(contact: TouchingBodies, shares: dict[Coordinate, float]) -> bool:
     return contact.gap(contact.subject.moved(shares)) > APART * contact.reach
 
 
-def _parted(contact: TouchingBodies, when: str, by: tuple[Coordinate, ...]) -> Remark:
-    share = dict.fromkeys(by, SMALL)
+def parting(
+    contact: TouchingBodies, when: str, by: tuple[Coordinate, ...], way: float = SMALL
+) -> Remark:
+    """Say that two bodies part when coordinates move by a share of their spans."""
+    share = dict.fromkeys(by, way)
     gap = contact.gap(contact.subject.moved(share))
     what = f"They touch at rest, and no longer where {when}"
     what += f" (a gap of {gap:.3g} m)" if gap > APART * contact.reach else ""
-    what += (
-        ". Are the factors of a frame in the wrong order? a @ b moves by b along the axes that a "
-    )
-    what += "has turned: what is carried begins with the frame of what carries it."
+    if contact.other is not None and not contact.moved_together and contact.held:
+        what += ". What joins them holds along another direction, and not along that: is a "
+        what += "constraint missing, closed(…, …)?"
+    else:
+        what += ". Are the factors of a frame in the wrong order? a @ b moves by b along the axes "
+        what += "that a has turned: what is carried begins with the frame of what carries it."
     return Remark("touches at rest only", contact.names, what, ("Body", contact.one.name))
 
 

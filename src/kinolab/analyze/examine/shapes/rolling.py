@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -10,8 +10,9 @@ import sympy
 
 from kinolab.analyze.examine.remarks.remark import Remark
 from kinolab.analyze.examine.remarks.subject import Subject
+from kinolab.analyze.examine.shapes.joints import parting
 from kinolab.analyze.examine.shapes.touching_bodies import TouchingBodies
-from kinolab.dynamics import Body, Coordinate
+from kinolab.dynamics import Body
 from kinolab.dynamics.language.mechanism_parts import (
     atoms_of,
     configuration_symbols,
@@ -26,6 +27,9 @@ from kinolab.world.geometry import frame_in_world, sizes
 
 ROUNDING = 1e-6  # relative, of slips: compiled derivatives are exact
 WRONG = 0.02  # share of the spin's own slip from which a rolling wheel slips
+# Of its middle's speed, from which a wheel slides along its axle: where one that leans is steered,
+# its lowest point is off the axis that it is steered about, and constraints at that leave as much.
+ASIDE = 0.02
 NEAR = 0.1  # of the radius: shapes of wheels are trimmed by as much
 ACROSS = 0.3  # cosine up to which a wheel stands on its rim and not on its face
 ASKEW = "rolling along the wrong direction"
@@ -58,12 +62,14 @@ def slips(contact: TouchingBodies) -> Iterator[Remark]:
             continue
         plain = contact.subject.plain
         places = [
-            contact.subject.moved({c: shares[i % 2] for i, c in enumerate(plain)})
+            contact.subject.moved({c: shares[i % 2] for i, c in enumerate(plain)}, turned=shares[0])
             for shares in CONFIGURATIONS
         ]
         wheels = [_wheel(contact.subject, body, base, shape, x) for x in places]
         if not any(wheels[1:]):
-            continue  # they touch by chance, and part as the machine moves
+            if wheels[0] is not None and _rolls_at_rest(contact, body, base, wheels[0]):
+                yield parting(contact, "several coordinates move", tuple(plain))
+            continue  # else they touch by chance, and part as the machine moves
         for k, (x, wheel) in enumerate(zip(places, wheels, strict=True)):
             found = [] if wheel is None else list(_judged(contact.subject, body, base, wheel, x))
             if k and any(remark.kind.startswith("rolling") for remark in found):
@@ -71,6 +77,19 @@ def slips(contact: TouchingBodies) -> Iterator[Remark]:
             yield from found
             if found or (k == 0 and wheel is None):
                 break
+
+
+def _rolls_at_rest(contact: TouchingBodies, body: Body, base: Body | None, wheel: Wheel) -> bool:
+    """Whether the middle of a round body moves on its base at rest, and what touches does not."""
+    subject, x = contact.subject, contact.subject.rest
+    try:
+        moving, _ = subject.in_motion(x)
+    except KinolabError:
+        return False
+    across = np.eye(3) - np.outer(wheel.normal, wheel.normal)
+    slip, middle = (moving @ (across @ subject.slip(body, base, p, x)).T
+                    for p in (wheel.point, wheel.centre))  # fmt: skip
+    return bool(np.abs(slip).max() <= WRONG * np.abs(middle).max() and np.abs(middle).max() > 0)
 
 
 def _aside(remark: Remark) -> Remark:
@@ -169,15 +188,49 @@ def _judged(
         along = slope[:, k] / np.linalg.norm(slope[:, k])
         spin = moving[:, k] * (along @ slope[:, k])
         whole = moving @ slope.T @ along
-        yield from _rolls(subject, body, base, coordinate, whole - spin, spin, wheel)
+        yield from _rolls(subject, body, base, [RateSymbol(coordinate)], whole - spin, spin, wheel)
+    if wheel.axle is None:
+        yield from _rolls_about_all(subject, body, base, moving, slope, middle, wheel)
     if wheel.axle is not None and (spun or _skids(subject, body, base, moving, x)):
         side = wheel.axle - (wheel.axle @ wheel.normal) * wheel.normal
         across = slope.T @ (side / np.linalg.norm(side))
-        if np.abs(moving @ across).max() <= ROUNDING * max(float(np.abs(moving).max()), 1e-300):
+        if np.abs(moving @ across).max() <= ASIDE * np.abs(moving @ middle.T).max():
             return
         if subject.model.nt == subject.model.nq:  # with attitudes, rates of entries are no rates
             moving = rates = np.random.default_rng(0).uniform(-1, 1, rates.shape)
         yield from _slips_aside(subject, body, base, moving @ across, x, rates)
+
+
+def _rolls_about_all(
+    subject: Subject,
+    body: Body,
+    base: Body | None,
+    moving: Array,
+    slope: Array,
+    middle: Array,
+    wheel: Wheel,
+) -> Iterator[Remark]:
+    """Judge a ball that turns by an attitude, along the direction in which it slips most.
+
+    Args:
+        subject: The machine.
+        body: The ball.
+        base: What it is on; None for the ground.
+        moving: Rates of a configuration's entries in allowed motions, shape (n, nq).
+        slope: Slip of the point that touches by these rates, in [m/s], shape (3, nq).
+        middle: The same of its middle.
+        wheel: The ball where it touches.
+    """
+    owned = subject.moving(body.frame) - (subject.moving(base.frame) if base else frozenset())
+    for turning in subject.turning:
+        places = subject.places_of(turning)
+        if turning.name not in owned or np.abs(middle[:, places]).max() > ROUNDING:
+            continue  # it is carried round by it
+        whole, spin = moving @ slope.T, moving[:, places] @ slope[:, places].T
+        most = np.linalg.svd(whole)[2][0]
+        along = (whole - spin) @ most, spin @ most
+        yield from _rolls(subject, body, base, turning.rates, *along, wheel)
+        return
 
 
 def _skids(subject: Subject, body: Body, base: Body | None, moving: Array, x: Array) -> bool:
@@ -215,33 +268,45 @@ def _rolls(
     subject: Subject,
     body: Body,
     base: Body | None,
-    coordinate: Coordinate,
+    rates: Sequence[sympy.Symbol],
     carried: Array,
     spin: Array,
     wheel: Wheel,
 ) -> Iterator[Remark]:
-    """Judge how a round body's middle goes along with its spin, both as slips (n,) in [m/s]."""
+    """Judge how a round body's middle goes along with its spin, both as slips (n,) in [m/s].
+
+    A ball that turns about every axis rolls by two constraints, a wheel by one.
+
+    Source: Neimark, Fufaev, Dynamics of Nonholonomic Systems, 1972, chapter 2.
+    """
     on = "the ground" if base is None else base.name
     if np.abs(carried).max() <= ROUNDING * max(np.abs(spin).max(), 1e-300):
         return  # it turns in its place
-    if _rubs(subject, body, base, coordinate):
+    if any(_rubs(subject, body, base, own) for own in rates):
         return
-    about = body.name
-    if not (constraints := _constraints_on(subject, coordinate)):
+    about, owner = body.name, coordinate_of(rates[0])
+    constraints = _constraints_on(subject, rates)
+    if not constraints:
         what = f"{body.name} touches {on} and moves along it, but nothing joins that to "
-        what += f"{coordinate}, by which it turns: it slides as on ice. It rolls with "
-        what += f'constraints=[zero(velocity - radius * rate({coordinate}), "rolling")].'
+        what += f"{owner.name if owner else ''}, by which it turns: it slides as on ice. It rolls "
+        what += f'with constraints=[zero(velocity - radius * {rates[0]}, "rolling")]'
+        what += ", and so along the other direction." if rates[1:] else "."
         yield Remark("no rolling constraint", about, what, ("Body", body.name))
         return
     if np.abs(carried + spin).max() <= WRONG * np.abs(spin).max():
         return
-    named, part = constraints[0], ("zero", constraints[0])
+    if len(constraints) < min(len(rates), 2):
+        what = f"{constraints[0]!r} keeps it from slipping along one direction, and nothing along "
+        what += f"the other, in which it slides on {on} as on ice: a ball rolls by two constraints."
+        yield Remark("no rolling constraint", about, what, ("Body", body.name))
+        return
+    named, part = " and ".join(map(repr, constraints)), ("zero", constraints[0])
     ratio = float(carried @ spin / (spin @ spin)) if (spin @ spin) > 0 else 0.0
     fits = np.abs(carried - ratio * spin).max() <= WRONG * np.abs(carried).max()
-    begin = f"Where {named!r} holds, {body.name} slips on {on}: "
+    begin = f"Where {named} hold{'s' * (constraints[1:] == [])}, {body.name} slips on {on}: "
     if fits and abs(ratio - 1) <= WRONG:
         what = "its middle goes the way that it would roll back. The sign before "
-        what += f"rate({coordinate}) is wrong, or that of the rotation in its frame."
+        what += f"{' or '.join(map(str, rates))} is wrong, or that of the rotation in its frame."
         yield Remark("rolling with the wrong sign", about, begin + what, part)
     elif fits and ratio < 0:
         what = f"it rolls as with the radius {-ratio * wheel.arm:.4g} m, and its middle is "
@@ -286,17 +351,18 @@ def _slips_aside(
     yield Remark("no sideslip constraint", body.name, what, ("Body", body.name))
 
 
-def _constraints_on(subject: Subject, coordinate: Coordinate) -> list[str]:
-    """Return the names of constraints on a coordinate's rate and others."""
-    own = RateSymbol(coordinate)
-    return [c.name for c in subject.system.constraints if own in set(atoms_of(c.velocity))]
+def _constraints_on(subject: Subject, rates: Sequence[sympy.Symbol]) -> list[str]:
+    """Return the names of constraints on a coordinate's rates and others."""
+    held = subject.system.constraints
+    return [c.name for c in held if not set(rates).isdisjoint(atoms_of(c.velocity))]
 
 
-def _rubs(subject: Subject, body: Body, base: Body | None, coordinate: Coordinate) -> bool:
-    """Whether a force acts, or an input or a state decides, along its rate and a motion's."""
-    own = RateSymbol(coordinate)
+def _rubs(subject: Subject, body: Body, base: Body | None, own: sympy.Symbol) -> bool:
+    """Whether a force acts, or an input or a state decides, along a rate and a motion's."""
+    turned = coordinate_of(own)
     frames = [one.frame for one in (body, base) if one is not None]
-    moving = {name for frame in frames for name in subject.moving(frame)} - {coordinate.name}
+    moving = {name for frame in frames for name in subject.moving(frame)}
+    moving -= {turned.name} if turned is not None else set()
     along = (symbols for _, symbols in subject.pushed_along if own in symbols)
     return any((owner := coordinate_of(s)) is not None and owner.name in moving
                for symbols in along for s in symbols)  # fmt: skip

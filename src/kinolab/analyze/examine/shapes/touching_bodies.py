@@ -12,6 +12,8 @@ import numpy as np
 from kinolab.analyze.examine.remarks.remark import Remark
 from kinolab.analyze.examine.remarks.subject import Subject
 from kinolab.dynamics import Body
+from kinolab.dynamics.language.constraints import PositionConstraint
+from kinolab.dynamics.language.mechanism_parts import atoms_of, coordinate_of
 from kinolab.dynamics.machine_facts import BodyGeometry
 from kinolab.numerics.arrays import Array
 from kinolab.simulation.stability import random_states
@@ -55,6 +57,14 @@ class TouchingBodies:
         if self.other is None:
             return frozenset()
         return self.subject.moving(self.one.frame) & self.subject.moving(self.other.frame)
+
+    @property
+    def held(self) -> bool:
+        """Whether a position constraint joins coordinates of both."""
+        stated = (c for c in self.subject.system.constraints if isinstance(c, PositionConstraint))
+        owners = [{o.name for a in atoms_of(c.position) if (o := coordinate_of(a))} for c in stated]
+        moving = [self.subject.moving(body.frame) for body in self.pair]
+        return any(all(own & one for one in moving) for own in owners)
 
     def gap(self, x: Array, values: Mapping[str, float] | None = None) -> float:
         """Return how far apart they are in [m] at a state.
