@@ -12,6 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from kinolab.concurrency.cancel import never_cancelled
 from kinolab.problem import PlanningTask
 from kinolab.problem.objective.costed import costed
 from kinolab.problem.time_steps import covering_steps
@@ -74,19 +75,25 @@ def cheapened(
 def _whole(
     problem: PlanningTask, priced: PlanningTask, given: Trajectory, over: Callable[[], bool]
 ) -> Trajectory | None:
-    """Return a motion that costs less, all of it optimised at once; None if that fails."""
+    """Return a motion that costs less, all of it optimised at once; None if that fails.
+
+    What is cheaper by the time that it is over is still made exact, which takes little longer.
+    """
     cost, excess, clearances = priced.cost_of(given), NO_EXCESS, list(SHORT.short_clearances)
     guess, room = _with_few_knots(priced, given, over), usual_room(problem)
     if guess is None and is_long(priced, given):
         return None
-    while clearances and not over():
-        task = TrajectoryProblem(priced, clearances[0], room=room, cancelled=over)
-        task = task.tightened(excess)
+    while clearances:
+        late = over()
+        task = TrajectoryProblem(
+            priced, clearances[0], room=room, cancelled=never_cancelled if late else over
+        ).tightened(excess)
         knots = guess and make_knots_exact(task, guess, iterations=20)
-        knots = knots or make_knots_exact(task, even_knots(priced, given))
+        if knots is None and not late:
+            knots = make_knots_exact(task, even_knots(priced, given))
         passed = NO_EXCESS
         if knots is not None:
-            guess = _cheaper(task, knots)
+            guess = knots if late else _cheaper(task, knots)
             made = true_trajectory(priced, guess)
             if made is not None and priced.cost_of(made) < cost:
                 if satisfies_all(task, made):
@@ -94,6 +101,8 @@ def _whole(
                 passed = excess_between_knots(task, made)
         if passed:
             excess += passed
+        elif late:
+            break
         else:
             clearances.pop(0)
             room = 0.0
