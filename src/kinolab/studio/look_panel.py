@@ -34,8 +34,16 @@ class LookPanel:
         on_hand(session, gui.add_checkbox("Dark", False), self.theme)
         self._scale = gui.add_markdown("")
         self._seen: Any = None
+        self._follower: threading.Thread | None = None
+        self._over = False
         session.listen(self._listen)
         session.server.on_client_connect(self._arrived)
+
+    def close(self) -> None:
+        """Follow nothing any more."""
+        self._over = True
+        if self._follower is not None:
+            self._follower.join()
 
     def theme(self, dark: bool) -> None:
         """Show the page dark or light."""
@@ -75,12 +83,13 @@ class LookPanel:
 
     def _follows(self, on: bool) -> None:
         if on:
-            threading.Thread(target=self._run, daemon=True).start()
+            self._follower = threading.Thread(target=self._run, daemon=True)
+            self._follower.start()
 
     def _run(self) -> None:
         """Move all cameras with the machine, until nobody wants it any more."""
         before = self._session.scene.place
-        while self._follow.value:
+        while self._follow.value and not self._over:
             time.sleep(PERIOD)
             now = self._session.scene.place
             if np.abs(now - before).max() > 0.0:

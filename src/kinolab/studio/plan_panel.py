@@ -47,6 +47,7 @@ class PlanPanel:
         self._search: SearchProcess | None = None
         self._problem: PlanningTask | None = None
         self._playing = False
+        self._player: threading.Thread | None = None
         self._search_button = on_press(session, gui.add_button("Search", color="blue"), self._begin)
         self._stop = on_press(session, gui.add_button("Stop", disabled=True), self._end)
         self._improve = on_press(
@@ -69,8 +70,10 @@ class PlanPanel:
         session.listen(self._listen)
 
     def close(self) -> None:
-        """End a search that is running."""
+        """End what is running."""
         self._playing = False
+        if self._player is not None:
+            self._player.join()
         if self._search is not None:
             self._search.close()
 
@@ -204,7 +207,8 @@ class PlanPanel:
         self._playing = not self._playing
         self._play.label = "Pause" if self._playing else "Play"
         if self._playing:
-            threading.Thread(target=self._run, daemon=True).start()
+            self._player = threading.Thread(target=self._run, daemon=True)
+            self._player.start()
 
     def _run(self) -> None:
         """Play the plan from where the slider stands to its end."""

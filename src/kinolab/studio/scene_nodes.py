@@ -31,6 +31,9 @@ from kinolab.trajectory import Trajectory
 from kinolab.world.obstacle import rotation
 
 MOST_NODES = 100  # obstacles with a node each; with machine, goal and gizmo below 300 calls
+LARGE = 20_000  # triangles of a mesh that is drawn coarser from afar
+NEAR, COARSE = 0.25, 0.1  # of the scene's size: from where on; and of its triangles: how many
+SKY, SUN = 2.4, 1.7  # intensities of light from above, and from the front
 RING = 0.02  # height of a goal region on the ground, relative to its radius
 CIRCLE = 48  # corners of it
 ALARM = (220, 30, 30)  # what touches
@@ -58,6 +61,14 @@ class SceneNodes:
         self.labels = True
         self.place = np.zeros(3)  # of the leading body, in [m]
         self._scene.world_axes.visible = False
+        self._scene.configure_environment_map(None)
+        self._scene.configure_default_lights(enabled=False)
+        self._scene.add_light_hemisphere(
+            "/light/sky", sky_color=(255, 255, 255), ground_color=(150, 145, 140), intensity=SKY
+        )
+        self._scene.add_light_directional(
+            "/light/sun", intensity=SUN, cast_shadow=False, position=(-0.5, -1.0, 1.6)
+        )
 
     @property
     def size(self) -> float:
@@ -251,8 +262,23 @@ class SceneNodes:
         """Show a mesh in its colours; say whether it had to be sent."""
         if not self._changed(name, key):
             return False
+        if (mesh.colors == mesh.colors[:1]).all():  # shared corners are drawn several times as fast
+            look: dict[str, Any] = {
+                "flat_shading": True, "side": "front" if mesh.is_closed else "double",
+                "cast_shadow": False, "receive_shadow": False,
+            }  # fmt: skip
+            given, color = (name, mesh.vertices, mesh.faces), _rgb(_bytes(mesh.colors[0]))
+            if len(mesh.faces) < LARGE:
+                self._nodes[name] = self._scene.add_mesh_simple(*given, color=color, **look)
+            else:  # an only one of many: these are drawn coarser from afar
+                once: tuple[Any, Any] = (np.eye(1, 4), np.zeros((1, 3)))
+                look["lod"] = ((NEAR * self.size, COARSE),)
+                self._nodes[name] = self._scene.add_batched_meshes_simple(
+                    *given, *once, batched_colors=color, **look
+                )
+            return True
         corners = np.asarray(mesh.vertices)[mesh.faces].reshape(-1, 3)
-        colors = np.repeat(_bytes(_linear(mesh.colors)), 3, axis=0).astype(np.uint8)
+        colors = np.repeat(_bytes(mesh.colors), 3, axis=0).astype(np.uint8)
         faces = np.arange(len(corners)).reshape(-1, 3)
         made = trimesh.Trimesh(corners, faces, vertex_colors=colors, process=False)
         self._nodes[name] = self._scene.add_mesh_trimesh(
@@ -268,7 +294,7 @@ class SceneNodes:
         vertices = middle + grown * (mesh.vertices - middle)
         if self._changed(name, (vertices, mesh.faces, color)):
             self._nodes[name] = self._scene.add_mesh_simple(
-                name, vertices, mesh.faces, color=tuple(int(c) for c in color), opacity=opacity,
+                name, vertices, mesh.faces, color=_rgb(color), opacity=opacity,
                 flat_shading=True, side="double", cast_shadow=False, receive_shadow=False,
             )  # fmt: skip
         return [name]
@@ -276,7 +302,7 @@ class SceneNodes:
     def _lines(self, name: str, points: Array, color: Any, thickness: float) -> None:
         if self._changed(name, points):
             self._nodes[name] = self._scene.add_line_segments(
-                name, points.astype(np.float32), tuple(int(c) for c in color),
+                name, points.astype(np.float32), _rgb(color),
                 thickness=thickness, thickness_units="screen",
             )  # fmt: skip
 
@@ -308,16 +334,13 @@ def _turn_of(matrix: Array) -> Array:
     return np.roll(of_matrices(matrix[None])[0], 1)
 
 
+def _rgb(color: Any) -> tuple[int, int, int]:
+    red, green, blue = (int(part) for part in color)
+    return red, green, blue
+
+
 def _bytes(color: Any) -> Array:
     return np.rint(255.0 * np.asarray(color, dtype=float))
-
-
-def _linear(colors: Array) -> Array:
-    """Return colours (n, 3) as a GLB has those of vertices: linear, not as screens have them.
-
-    Source: IEC 61966-2-1, the transfer function of sRGB.
-    """
-    return np.where(colors <= 0.04045, colors / 12.92, ((colors + 0.055) / 1.055) ** 2.4)
 
 
 def _above(lines: Array) -> Array:

@@ -64,6 +64,7 @@ class Session:
         """End it; what is not saved is kept beside the file."""
         self._over = True
         self._news.set()
+        self._thread.join()
 
     def listen(self, listener: Listener) -> None:
         """Have a function called with every new meaning."""

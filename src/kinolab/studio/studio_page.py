@@ -51,8 +51,8 @@ class StudioPage:
         with tabs.add_tab("File"):
             FilePanel(session, lambda: self._plan.plan)
         with tabs.add_tab("Look"):
-            look = LookPanel(session)
-        look.theme(False)
+            self._look = LookPanel(session)
+        self._look.theme(False)
         for name, key in KEYS.items():
             command = gui.add_command(name, hotkey=key, modifier="cmd/ctrl")
             command.on_trigger(partial(_triggered, session, done[name]))
@@ -64,6 +64,7 @@ class StudioPage:
     def close(self) -> None:
         """End what is running."""
         self._plan.close()
+        self._look.close()
         self._session.close()
 
     def _listen(self, meaning: ScenarioMeaning) -> None:
