@@ -150,6 +150,38 @@ def test_an_empty_world_becomes_a_verified_plan_around_three_obstacles(
     assert len(problem.world.obstacles) == 3
 
 
+def test_two_clicks_on_the_ground_make_a_wall_and_a_click_chooses_it_again(
+    studio: Opener, tmp_path: Path
+) -> None:
+    page = studio()
+    see(page, "Start and goal are possible")
+    page.wait_for_timeout(5000)  # until the camera stands where it will
+    press(page, "Wall by two clicks")
+    see(page, "Click two points")
+    for x, y in ((420, 420), (560, 420)):
+        page.mouse.click(x, y)
+        page.wait_for_timeout(1500)
+    see(page, "undo: add a wall")
+    see(page, "Edges along x, y and z")
+    page.get_by_text("Which").locator("xpath=ancestor::*[.//input][1]").locator(
+        "input"
+    ).first.click()
+    page.get_by_role("option", name="(none)").click()
+    page.get_by_text("Edges along x, y and z").wait_for(state="hidden")
+    page.wait_for_timeout(1000)
+    page.mouse.click(490, 415)
+    see(page, "Edges along x, y and z")
+    press(page, "Save")
+    see(page, "^Saved$")
+    (wall,) = tomllib.loads((tmp_path / "world.toml").read_text(encoding="utf-8"))["world"][
+        "obstacle"
+    ]
+    length, thickness, height = wall["box"]
+    assert length > 0.3
+    assert (thickness, height) == (0.1, 0.5)
+    assert all(abs(end) < 5.0 for end in wall["position"])
+
+
 def test_a_start_in_collision_names_the_pair_and_undo_mends_it(studio: Opener) -> None:
     page = studio()
     see(page, "Start and goal are possible")

@@ -41,7 +41,7 @@ class FilePanel:
     def __init__(self, session: Session, planned: Callable[[], Planned | None]) -> None:
         self._session, self._planned, gui = session, planned, session.server.gui
         self._where = gui.add_markdown("")
-        on_press(session, gui.add_button("Save", color="blue"), self._save)
+        on_press(session, gui.add_button("Save", color="blue"), session.save)
         self._name = gui.add_text("Name", session.path.name)
         on_press(session, gui.add_button("Save under this name"), self._save_as)
         with gui.add_folder("Open"):
@@ -72,10 +72,6 @@ class FilePanel:
         if self._file.options != (files := self._files()):
             self._file.options = files
 
-    def _save(self) -> None:
-        self._session.save()
-        self._session.tell("Saved", self._session.path.name)
-
     def _save_as(self) -> None:
         name = (
             self._name.value if self._name.value.endswith(".toml") else f"{self._name.value}.toml"
@@ -85,7 +81,7 @@ class FilePanel:
             what = "this file is there already."
             raise InputError([Mistake(name, what, "Choose another name, or open it.")])
         self._session.path = path
-        self._save()
+        self._session.save()
 
     def _open(self) -> None:
         name, folder = self._file.value, self._session.folder

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
+from functools import partial
 from typing import Any, get_args
 
 import numpy as np
@@ -16,6 +17,7 @@ from kinolab.studio.session import Session
 VIEWS: dict[str, View] = {
     "All": "perspective", "Top": "top", "Front": "front", "Side": "side",
 }  # fmt: skip
+SETTLED = 1.5  # [s] after which a page that opens has its layout
 PERIOD = 1.0 / 20.0  # [s] between two looks after a machine that is followed
 
 
@@ -63,8 +65,14 @@ class LookPanel:
                 self._look(client, "All")
 
     def _arrived(self, client: Any) -> None:
+        """Show all of it to a tab that opens, and again once its panels have their place."""
         if self._seen is not None:
             self._look(client, "All")
+            again = threading.Timer(
+                SETTLED, self._session.attempt, [partial(self._look, client, "All")]
+            )
+            again.daemon = True
+            again.start()
 
     def _look(self, client: Any, name: str) -> None:
         if client is None or self._seen is None:

@@ -266,6 +266,6 @@ class PlanPanel:
 
 def _listed(text: str) -> str:
     """Return lines as a list, the first one in bold, in the words of the page."""
-    text = re.sub(r"--set planner.improve=\S+ goes on", "Improve further goes on", text)
+    text = re.sub(r"--set planner.improve=\S+( goes on)?", "Improve further goes on", text)
     first, *others = [line.strip() for line in text.splitlines() if line.strip()]
     return "\n".join([f"**{first}**", "", *(f"- {line}" for line in others)])

@@ -71,7 +71,9 @@ class PosePanel:
         return not isinstance(self._session.text.values.get("goal", {}), dict)
 
     def _again(self) -> None:
+        """Show the other end, with the gizmo at the machine."""
         self._made = None
+        self._session.choose(None)
         self._listen(self._session.meaning)
 
     def _chosen(self, number: int | None) -> None:

@@ -1,7 +1,7 @@
 """The scene that film and page have, as nodes of viser: few drawing calls, sent only when changed.
 
-A node is one drawing call. Obstacles are nodes of their own, to be clicked and dragged, as long as
-they are few; of many the world is one node.
+A node is a drawing call for each of its colours. Obstacles are nodes of their own, to be clicked
+and dragged, as long as they are few; of many the world is one node.
 """
 
 from __future__ import annotations
@@ -19,6 +19,8 @@ import viser
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.manifolds.rotations import of_matrices
 from kinolab.problem import PlanningTask
+from kinolab.show.gltf.glb import Glb
+from kinolab.show.gltf.glb_scene import add_mesh
 from kinolab.show.scene.camera import Camera, View, frame_scene
 from kinolab.show.scene.captions import GOAL_WORD, START_WORD
 from kinolab.show.scene.models.cone import cone_mesh
@@ -48,12 +50,18 @@ class SceneNodes:
     Args:
         server: Whose scene it is.
         clicked: Called with the number of an obstacle that was clicked.
+
+    Attributes:
+        problem: What is shown.
+        nodes: Of viser, by their names.
+        labels: Whether words are shown.
+        place: Of the leading body, shape (3,), in [m].
     """
 
     def __init__(self, server: viser.ViserServer, clicked: Callable[[int], None]) -> None:
         self._scene, self._clicked = server.scene, clicked
         self._keys: dict[str, str] = {}  # what each node shows, to send it only if it changes
-        self._nodes: dict[str, Any] = {}
+        self.nodes: dict[str, Any] = {}
         self._moved: dict[str, Any] = {}  # nodes of bodies
         self.problem: PlanningTask | None = None
         self._still: Still | None = None
@@ -85,7 +93,7 @@ class SceneNodes:
         self._still, self._hull = set_up(scene, motion)
         self._up(scene)
         wanted = {"floor": self._floor, "world": self._world, "machine": self._machine}
-        before = set(self._nodes)
+        before = set(self.nodes)
         kept = {name for show in wanted.values() for name in show(problem, scene)}
         kept |= set(self._marks(scene)) | set(self._alarm(problem, scene, touching))
         for name in before - kept - {name for name in before if name.startswith("/plan")}:
@@ -95,7 +103,7 @@ class SceneNodes:
         """Remove a node, if it is there."""
         self._keys.pop(name, None)
         self._moved.pop(name, None)
-        if node := self._nodes.pop(name, None):
+        if node := self.nodes.pop(name, None):
             node.remove()
 
     def pose(self, x: Array) -> None:
@@ -113,7 +121,7 @@ class SceneNodes:
 
     def move_obstacle(self, number: int, place: Array, wxyz: Array) -> None:
         """Move the picture of an obstacle, before the text says so."""
-        if node := self._nodes.get(f"/world/{number}"):
+        if node := self.nodes.get(f"/world/{number}"):
             node.position, node.wxyz = place, wxyz
 
     def plan(self, problem: PlanningTask, motion: Trajectory | None) -> None:
@@ -173,8 +181,8 @@ class SceneNodes:
             still = entry.model_dump(exclude={"position", "rpy"})
             shown = (still, scene.setting, number, mesh.colors[0].tolist(), len(mesh.faces))
             if self._mesh(name, mesh.moved(pose), key=shown):
-                self._nodes[name].on_click(lambda _, number=number: self._clicked(number))
-            node = self._nodes[name]
+                self.nodes[name].on_click(lambda _, number=number: self._clicked(number))
+            node = self.nodes[name]
             node.position, node.wxyz = place, _turn_of(turn)
             names.append(name)
         return names
@@ -188,8 +196,8 @@ class SceneNodes:
                 continue
             name = f"/machine/{body.name}"
             self._mesh(name, mesh, key=(problem.machine.name, body.name, mesh.vertices))
-            self._moved[name] = self._nodes[name]
-            self._nodes[name].position, self._nodes[name].wxyz = pose[3::4], _turn(pose)
+            self._moved[name] = self.nodes[name]
+            self.nodes[name].position, self.nodes[name].wxyz = pose[3::4], _turn(pose)
             names.append(name)
         if problem.cables:
             names += self._cables(problem.placement(problem.start)[1])
@@ -242,7 +250,7 @@ class SceneNodes:
     def _word(self, word: str, place: Array, number: int = 0) -> list[str]:
         name = f"/words/{word} {number}"
         if self._changed(name, (place, self.labels)):
-            self._nodes[name] = self._scene.add_label(
+            self.nodes[name] = self._scene.add_label(
                 name, word, position=place, visible=self.labels, anchor="bottom-center"
             )
         return [name]
@@ -262,28 +270,19 @@ class SceneNodes:
         """Show a mesh in its colours; say whether it had to be sent."""
         if not self._changed(name, key):
             return False
-        if (mesh.colors == mesh.colors[:1]).all():  # shared corners are drawn several times as fast
-            look: dict[str, Any] = {
-                "flat_shading": True, "side": "front" if mesh.is_closed else "double",
-                "cast_shadow": False, "receive_shadow": False,
-            }  # fmt: skip
-            given, color = (name, mesh.vertices, mesh.faces), _rgb(_bytes(mesh.colors[0]))
-            if len(mesh.faces) < LARGE:
-                self._nodes[name] = self._scene.add_mesh_simple(*given, color=color, **look)
-            else:  # an only one of many: these are drawn coarser from afar
-                once: tuple[Any, Any] = (np.eye(1, 4), np.zeros((1, 3)))
-                look["lod"] = ((NEAR * self.size, COARSE),)
-                self._nodes[name] = self._scene.add_batched_meshes_simple(
-                    *given, *once, batched_colors=color, **look
-                )
+        if len(mesh.faces) < LARGE or (mesh.colors != mesh.colors[:1]).any():
+            glb = Glb()
+            add_mesh(glb, None, "mesh", mesh)
+            self.nodes[name] = self._scene.add_glb(
+                name, glb.to_bytes(), cast_shadow=False, receive_shadow=False
+            )
             return True
-        corners = np.asarray(mesh.vertices)[mesh.faces].reshape(-1, 3)
-        colors = np.repeat(_bytes(mesh.colors), 3, axis=0).astype(np.uint8)
-        faces = np.arange(len(corners)).reshape(-1, 3)
-        made = trimesh.Trimesh(corners, faces, vertex_colors=colors, process=False)
-        self._nodes[name] = self._scene.add_mesh_trimesh(
-            name, made, cast_shadow=False, receive_shadow=False
-        )
+        once: tuple[Any, Any] = (np.eye(1, 4), np.zeros((1, 3)))  # one of what may be many
+        self.nodes[name] = self._scene.add_batched_meshes_simple(
+            name, mesh.vertices, mesh.faces, *once, batched_colors=_rgb(_bytes(mesh.colors[0])),
+            flat_shading=True, side="front" if mesh.is_closed else "double",
+            lod=((NEAR * self.size, COARSE),), cast_shadow=False, receive_shadow=False,
+        )  # fmt: skip
         return True
 
     def _solid(
@@ -293,7 +292,7 @@ class SceneNodes:
         middle = mesh.vertices.mean(axis=0) if len(mesh.vertices) else np.zeros(3)
         vertices = middle + grown * (mesh.vertices - middle)
         if self._changed(name, (vertices, mesh.faces, color)):
-            self._nodes[name] = self._scene.add_mesh_simple(
+            self.nodes[name] = self._scene.add_mesh_simple(
                 name, vertices, mesh.faces, color=_rgb(color), opacity=opacity,
                 flat_shading=True, side="double", cast_shadow=False, receive_shadow=False,
             )  # fmt: skip
@@ -301,7 +300,7 @@ class SceneNodes:
 
     def _lines(self, name: str, points: Array, color: Any, thickness: float) -> None:
         if self._changed(name, points):
-            self._nodes[name] = self._scene.add_line_segments(
+            self.nodes[name] = self._scene.add_line_segments(
                 name, points.astype(np.float32), _rgb(color),
                 thickness=thickness, thickness_units="screen",
             )  # fmt: skip

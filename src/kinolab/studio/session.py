@@ -113,6 +113,7 @@ class Session:
         with self._lock:
             self.folder.save(self.path, self.text)
             self._news.set()
+        self.tell("Saved", self.path.name)
 
     def open(self, path: Path) -> None:
         """Open another scenario.

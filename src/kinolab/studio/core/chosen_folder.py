@@ -34,8 +34,9 @@ class ChosenFolder:
         Raises:
             InputError: If it is outside.
         """
-        place = (self.root / name).resolve()
-        if "\0" in name or not place.is_relative_to(self.root.resolve()) or place == self.root:
+        root = self.root.resolve()
+        place = root if "\0" in name else (root / name).resolve()
+        if not place.is_relative_to(root) or place == root:
             what = "this is outside of the folder in which the studio works."
             raise InputError([Mistake(name[:80], what, f"It works in {self.root}.")])
         return place

@@ -131,6 +131,9 @@ class SearchProcess:
         hear: Called with each message in a thread of its own; the last one is ``Ended``.
         guess: A motion that is tried first.
         improve: Work on making it shorter, in [s]; the scenario's when left out.
+
+    Attributes:
+        process: In which it searches.
     """
 
     def __init__(
@@ -141,6 +144,7 @@ class SearchProcess:
         improve: float | None = None,
     ) -> None:
         self._worker = WorkerProcess(search)
+        self.process = self._worker.process
         self._worker.post((pickle.dumps(problem), guess, improve))
         self._hear, self._asked = hear, False
         self._thread = threading.Thread(target=self._listen, daemon=True)
@@ -149,14 +153,14 @@ class SearchProcess:
     def end(self) -> None:
         """Ask it to end with the best so far; asked again, it ends at once."""
         if self._asked:
-            self._worker.process.kill()
+            self.process.kill()
         else:
-            self._worker.process.terminate()
+            self.process.terminate()
         self._asked = True
 
     def close(self) -> None:
         """End it, whatever it does."""
-        self._worker.process.kill()
+        self.process.kill()
         self._thread.join()
 
     def _listen(self) -> None:
@@ -172,7 +176,7 @@ class SearchProcess:
             self._worker.end()
 
     def _ending(self) -> str:
-        code = self._worker.process.wait()
+        code = self.process.wait()
         if self._asked:
             return "The search was stopped."
         how = signal.Signals(-code).name if code < 0 else f"exit code {code}"
