@@ -19,7 +19,7 @@ import kinolab
 from kinolab.studio.opening import opened
 
 pytestmark = needs_chromium
-PATIENCE = 180_000.0  # [ms] for what may have to be compiled first
+PATIENCE = 600_000.0  # [ms] for what may have to be compiled first
 SIZES = {"1440": (1440, 900), "1024": (1024, 768)}
 CALLS = """
 window.calls = 0; window.frames = 0;
