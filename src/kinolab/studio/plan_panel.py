@@ -46,6 +46,7 @@ class PlanPanel:
         self.plan: tuple[PlanningTask, PlanResult] | None = None
         self._search: SearchProcess | None = None
         self._problem: PlanningTask | None = None
+        self._awaited = ""  # the text of a scenario that is searched for when it is understood
         self._playing = False
         self._player: threading.Thread | None = None
         self._search_button = on_press(session, gui.add_button("Search", color="blue"), self._begin)
@@ -79,6 +80,7 @@ class PlanPanel:
 
     def _listen(self, meaning: ScenarioMeaning) -> None:
         self._search_button.disabled = not meaning.ready or self._search is not None
+        self._begin_if_awaited()
         if meaning.problem is not self._problem:
             self._problem = meaning.problem
             self._playing = False
@@ -112,7 +114,7 @@ class PlanPanel:
         busy = problem is not None
         self._search_button.disabled = busy
         self._stop.disabled, self._busy.visible = not busy, busy
-        self._improve.disabled = busy or self.plan is None
+        self._improve.disabled = busy or self.plan is None or self.plan[1].status != "solved"
         if busy:
             self._state.content = READY
 
@@ -253,15 +255,16 @@ class PlanPanel:
         value: Any = values
         for key in override.path:
             value = value[key]
-        wanted = threading.Event()
-
-        def once(meaning: ScenarioMeaning) -> None:
-            if meaning.ready and not wanted.is_set():
-                wanted.set()
-                self._begin()
-
-        self._session.listen(once)
         self._session.edit(f"take {change}", [Put(override.path, value)])
+        self._awaited = self._session.text.text
+        self._begin_if_awaited()
+
+    def _begin_if_awaited(self) -> None:
+        """Search for what a remedy has made of the scenario, once that is understood."""
+        meaning = self._session.meaning
+        if meaning.text == self._awaited and meaning.ready:
+            self._awaited = ""
+            self._begin()
 
 
 def _listed(text: str) -> str:
