@@ -43,16 +43,16 @@ def glb_scene(content: Content) -> bytes:
     still = extent(content).still
     _add_floor(glb, root, still.floor, picture.colors)
     for obstacle, mesh in zip(picture.obstacles, still.obstacles, strict=True):
-        _add_mesh(glb, root, obstacle.name, mesh)
+        add_mesh(glb, root, obstacle.name, mesh)
     for k, cone in enumerate(picture.cones):
-        _add_mesh(glb, root, f"cone {k + 1}", cone_mesh(cone), GHOST_OPACITY)
+        add_mesh(glb, root, f"cone {k + 1}", cone_mesh(cone), GHOST_OPACITY)
     _add_ghost(glb, root, "start", picture.start, machine, START)
     if isinstance(picture.goal, Ghost):
         _add_ghost(glb, root, "goal", picture.goal, machine, GOAL)
     elif picture.goal is not None:
-        _add_mesh(glb, root, "goal", goal_ball(picture.goal), GHOST_OPACITY)
+        add_mesh(glb, root, "goal", goal_ball(picture.goal), GHOST_OPACITY)
     for k, point in enumerate(picture.points):
-        _add_mesh(glb, root, f"goal point {k + 1}", goal_ball(point), GHOST_OPACITY)
+        add_mesh(glb, root, f"goal point {k + 1}", goal_ball(point), GHOST_OPACITY)
     _add_path(glb, root, content)
     if content.keys.ends is not None:
         thinnest = CABLE_RADIUS_FRACTION * still.size
@@ -68,7 +68,9 @@ def _upright(up: Array) -> list[float]:
     return turn
 
 
-def _add_mesh(glb: Glb, parent: int, name: str, mesh: SurfaceMesh, opacity: float = 1.0) -> int:
+def add_mesh(
+    glb: Glb, parent: int | None, name: str, mesh: SurfaceMesh, opacity: float = 1.0
+) -> int:
     """Add a node with a coloured mesh, one primitive per colour."""
     if not len(mesh.faces):
         return glb.node(name, parent)
@@ -84,11 +86,11 @@ def _add_mesh(glb: Glb, parent: int, name: str, mesh: SurfaceMesh, opacity: floa
 def _add_floor(glb: Glb, root: int, floor: Floor | None, colors: SceneColors) -> None:
     if floor is None:
         return
-    _add_mesh(glb, root, "floor", floor_top(floor.low, floor.high, colors))
+    add_mesh(glb, root, "floor", floor_top(floor.low, floor.high, colors))
     for k, area in enumerate(marked_areas(floor.low, floor.high, colors)):
         height = MARK_HEIGHT * float(np.max(floor.high - floor.low))
         lifted = area.vertices + np.array([0.0, 0.0, height])
-        _add_mesh(glb, root, f"mark {k + 1}", replace(area, vertices=lifted))
+        add_mesh(glb, root, f"mark {k + 1}", replace(area, vertices=lifted))
 
 
 def _add_ghost(
@@ -103,7 +105,7 @@ def _add_ghost(
         return
     parent = glb.node(name, root)
     for k, mesh in enumerate(ghost.placed(machine)):
-        _add_mesh(glb, parent, f"{name} {k + 1}", mesh.painted(color), GHOST_OPACITY)
+        add_mesh(glb, parent, f"{name} {k + 1}", mesh.painted(color), GHOST_OPACITY)
 
 
 def _add_machine(glb: Glb, root: int, content: Content, machine: Sequence[SurfaceMesh]) -> None:
@@ -113,7 +115,7 @@ def _add_machine(glb: Glb, root: int, content: Content, machine: Sequence[Surfac
         place, turn = keys.places[k], keys.turns[k]
         first = {"translation": place.values[0].tolist(), "rotation": turn.values[0].tolist()}
         node = glb.node(body.name, root, **first)
-        shape = _add_mesh(glb, node, f"{body.name} shape", mesh)
+        shape = add_mesh(glb, node, f"{body.name} shape", mesh)
         glb.animate(node, "translation", place.times, place.values)
         glb.animate(node, "rotation", turn.times, turn.values)
         if body.whirl and len(place.times) > 1:
@@ -145,7 +147,7 @@ def _add_cables(glb: Glb, root: int, curve: Curve, radii: Array) -> None:
         rod = Cylinder(float(radii[k]), 1.0, at=(0.0, 0.0, 0.5))
         mesh = weld(*triangles(rod), _color([c / 255.0 for c in INK]))
         tracks = _stretched(ends[:, k])
-        node = _add_mesh(glb, root, f"cable {k + 1}", mesh)
+        node = add_mesh(glb, root, f"cable {k + 1}", mesh)
         for what, values in zip(("translation", "rotation", "scale"), tracks, strict=True):
             glb.animate(node, what, curve.times, values)
 

@@ -1,0 +1,1 @@
+"""Worlds built in a browser, and watched while they are planned for: ``plan studio``."""

@@ -1,0 +1,250 @@
+"""In a real browser, with the network refused: from an empty world to a verified plan."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.show.view.browsing import CHROMIUM, FLAGS, OWN, needs_chromium
+
+pytest.importorskip("playwright")
+pytest.importorskip("viser")
+
+import kinolab
+from kinolab.studio.opening import opened
+
+pytestmark = needs_chromium
+PATIENCE = 600_000.0  # [ms] for what may have to be compiled first
+SIZES = {"1440": (1440, 900), "1024": (1024, 768)}
+CALLS = """
+window.calls = 0; window.frames = 0;
+for (const kind of [WebGLRenderingContext, WebGL2RenderingContext])
+  for (const name of ['drawArrays', 'drawElements', 'drawArraysInstanced', 'drawElementsInstanced'])
+    if (kind.prototype[name]) {
+      const draw = kind.prototype[name];
+      kind.prototype[name] = function (...given)
+        { window.calls++; return draw.apply(this, given); };
+    }
+"""
+FRAMES = """
+async (seconds) => {  // the page draws when its camera moves
+  const shown = [...document.querySelectorAll('canvas')].find((canvas) => canvas.width > 100);
+  const begun = performance.now(), calls = window.calls;
+  let frames = 0;
+  while (performance.now() - begun < 1000 * seconds) {
+    const deltaY = frames % 2 ? 3 : -3;
+    shown.dispatchEvent(new WheelEvent('wheel', {deltaY, bubbles: true, clientX: 9, clientY: 9}));
+    await new Promise(requestAnimationFrame);
+    frames++;
+  }
+  return [frames / seconds, (window.calls - calls) / frames];
+}
+"""
+
+Opener = Callable[..., Any]
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
+    from playwright.sync_api import sync_playwright
+
+    with sync_playwright() as playwright:
+        chromium = playwright.chromium.launch(executable_path=CHROMIUM, args=list(FLAGS))
+        yield chromium
+        chromium.close()
+
+
+@pytest.fixture
+def studio(browser: Any, tmp_path: Path) -> Iterator[Opener]:
+    """Open the studio in a browser that reaches nothing else, and find nothing wrong in the end."""
+    asked, said, open_ = list[str](), list[str](), []
+
+    def open_page(scenario: str | None = None, size: tuple[int, int] = SIZES["1440"]) -> Any:
+        served = opened(scenario, tmp_path)
+        address = served.__enter__()
+        width, height = size
+        context = browser.new_context(viewport={"width": width, "height": height})
+        open_.append((served, context))
+        page = context.new_page()
+        own = (address.rpartition("/")[0].rpartition("/")[0], *OWN)
+
+        def guard(route: Any) -> None:
+            if route.request.url.startswith(own):
+                route.continue_()
+            else:
+                asked.append(route.request.url)
+                route.abort()
+
+        page.route("**/*", guard)
+        page.on("pageerror", lambda error: said.append(str(error)))
+        page.on("console", lambda m: said.append(m.text) if m.type == "error" else None)
+        page.add_init_script(CALLS)
+        page.goto(address)
+        return page
+
+    yield open_page
+    for served, context in reversed(open_):
+        context.close()
+        served.__exit__(None, None, None)
+    assert asked == []
+    assert said == []
+
+
+def tab(page: Any, name: str) -> None:
+    page.get_by_role("tab", name=name).click()
+
+
+def press(page: Any, name: str) -> None:
+    page.get_by_role("button", name=name, exact=True).click()
+
+
+def see(page: Any, words: str, patience: float = PATIENCE) -> None:
+    page.get_by_text(re.compile(words)).first.wait_for(timeout=patience)
+
+
+def type_in(page: Any, label: str, values: list[float]) -> None:
+    """Type numbers into the inputs of a row."""
+    row = page.get_by_text(label, exact=True).locator("xpath=ancestor::*[.//input][1]")
+    for k, value in enumerate(values):
+        box = row.locator("input:visible").nth(k)
+        box.click()
+        box.press("Control+A")
+        box.type(f"{value:g}")
+        box.press("Tab")
+
+
+@pytest.mark.parametrize("width", SIZES)
+def test_an_empty_world_becomes_a_verified_plan_around_three_obstacles(
+    studio: Opener, tmp_path: Path, width: str
+) -> None:
+    page = studio(None, SIZES[width])
+    see(page, "Start and goal are possible")
+    places = {"Box": [1.5, 1.0, 0.25], "Ball": [2.5, 2.0, 0.25], "Cylinder": [3.5, 2.8, 0.25]}
+    for kind, place in places.items():
+        press(page, kind)
+        see(page, f"undo: add a {kind.lower()}")
+        type_in(page, "Position [m]", place)
+        see(page, "undo: change the position")
+    tab(page, "Pose")
+    type_in(page, "psi [rad]", [0.5])
+    see(page, "undo: start: psi")
+    tab(page, "Plan")
+    press(page, "Search")
+    see(page, r"\d+ of \d+ checks passed")
+    press(page, "Play")
+    see(page, "^Pause$")
+    page.keyboard.press("Control+S")
+    tab(page, "File")
+    see(page, ": saved$")
+    written = tomllib.loads((tmp_path / "world.toml").read_text(encoding="utf-8"))
+    there = {entry["name"]: entry["position"] for entry in written["world"]["obstacle"]}
+    assert there == {f"{kind.lower()} 1": place for kind, place in places.items()}
+    assert written["start"]["psi"] == 0.5
+    problem = kinolab.load(tmp_path / "world.toml")
+    problem.check_endpoints()
+    assert len(problem.world.obstacles) == 3
+
+
+def test_two_clicks_on_the_ground_make_a_wall_and_a_click_chooses_it_again(
+    studio: Opener, tmp_path: Path
+) -> None:
+    page = studio()
+    see(page, "Start and goal are possible")
+    page.wait_for_timeout(5000)  # until the camera stands where it will
+    press(page, "Wall by two clicks")
+    see(page, "Click two points")
+    for x, y in ((420, 420), (560, 420)):
+        page.mouse.click(x, y)
+        page.wait_for_timeout(1500)
+    see(page, "undo: add a wall")
+    see(page, "Edges along x, y and z")
+    page.get_by_text("Which").locator("xpath=ancestor::*[.//input][1]").locator(
+        "input"
+    ).first.click()
+    page.get_by_role("option", name="(none)").click()
+    page.get_by_text("Edges along x, y and z").wait_for(state="hidden")
+    page.wait_for_timeout(1000)
+    page.mouse.click(490, 415)
+    see(page, "Edges along x, y and z")
+    press(page, "Save")
+    see(page, "^Saved$")
+    (wall,) = tomllib.loads((tmp_path / "world.toml").read_text(encoding="utf-8"))["world"][
+        "obstacle"
+    ]
+    length, thickness, height = wall["box"]
+    assert length > 0.3
+    assert (thickness, height) == (0.1, 0.5)
+    assert all(abs(end) < 5.0 for end in wall["position"])
+
+
+def test_a_start_in_collision_names_the_pair_and_undo_mends_it(studio: Opener) -> None:
+    page = studio()
+    see(page, "Start and goal are possible")
+    press(page, "Box")
+    type_in(page, "Position [m]", [0.5, 0.5, 0.25])
+    see(page, "robot touches box 1")
+    press(page, "Undo")
+    see(page, "undo: add a box")
+    see(page, "Start and goal are possible")
+
+
+def test_a_text_with_mistakes_leaves_the_last_good_scene(studio: Opener) -> None:
+    page = studio()
+    see(page, "Start and goal are possible")
+    tab(page, "File")
+    page.get_by_text("The text").click()
+    text = page.locator("textarea").first
+    wrong = text.input_value().replace('name = "diff_drive"', 'name = "dif_drive"')
+    text.fill(wrong.replace("tolerance = 0.1", "tolerance = -1"))
+    press(page, "Take over this text")
+    see(page, "Did you mean 'diff_drive'")
+    see(page, "last good scene is shown")
+    see(page, "tolerance")
+
+
+def test_a_world_of_ninety_thousand_triangles_is_shown_fast_in_few_drawing_calls(
+    studio: Opener, tmp_path: Path
+) -> None:
+    import trimesh
+
+    hills = [trimesh.creation.icosphere(5, 0.4) for _ in range(5)]
+    for k, hill in enumerate(hills):
+        hill.apply_translation([0.8 + 0.9 * k, 2.0, 0.0])
+    whole = trimesh.util.concatenate(hills)
+    assert len(whole.faces) > 90_000
+    whole.export(tmp_path / "hills.stl")
+    boxes = "\n".join(
+        "[[world.obstacle]]\nbox = [0.1, 0.1, 0.1]\n"
+        f"position = [{0.2 * (k % 20)}, {3 + k // 20}, 1.0]"
+        for k in range(99)
+    )
+    text = f"""schema = 1
+title = "hills"
+[system]
+name = "diff_drive"
+[world]
+bounds = {{ x = [0, 5], y = [0, 5] }}
+ground = "plane"
+[[world.obstacle]]
+mesh = "hills.stl"
+{boxes}
+[start]
+x = 0.5
+y = 0.5
+[goal]
+x = 4.5
+y = 0.5
+"""
+    (tmp_path / "hills.toml").write_text(text)
+    page = studio(str(tmp_path / "hills.toml"))
+    see(page, "Start and goal are possible")
+    page.wait_for_timeout(8000)
+    fast, calls = page.evaluate(FRAMES, 5.0)
+    print(f"{fast:.1f} frames a second, {calls:.0f} drawing calls")
+    assert fast >= 5.0
+    assert 0 < calls < 300
