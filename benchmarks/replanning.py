@@ -56,7 +56,8 @@ class Tally:
         kinds = ", ".join(f"{len(group)} {by}" for by, group in sorted(self.seconds.items()))
         median, most = np.percentile(1e3 * np.array(made), [50, 99]) if made else (np.nan, np.nan)
         return (
-            f"{len(every)} answers: {kinds}; median {median:.1f} ms, 99 % within {most:.1f} ms; "
+            f"{len(every)} answers: {kinds}; median {median:.1f} ms, 99 % within {most:.1f} ms, "
+            f"{(every > 1e3 * PERIOD).sum()} beyond the period; "
             f"arrived {self.arrived} times, {self.touched} contacts"
         )
 

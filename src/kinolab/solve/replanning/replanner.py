@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
@@ -117,6 +117,7 @@ class Replanner:
     _search: Coroutine[Found | None] | None = None  # from where the stop ends
     _searches: int = 0  # since the last motion into the goal
     _moved: set[str] = field(default_factory=set)  # since that was proved
+    _moved_meanwhile: set[str] = field(default_factory=set)  # since the search began
     _pace: float = 0.0  # [s] of a verification, for each knot
     _asked: int = 0
 
@@ -152,6 +153,7 @@ class Replanner:
         self.problem = replace(moved, start=np.asarray(start, dtype=float))
         self._asked += 1
         self._moved |= set(obstacles or ())
+        self._moved_meanwhile |= set(obstacles or ())
         with old_objects_left_alone():
             answer = self._answered(elapsed, begun + self.deadline)
         self.last = replace(answer, seconds=time.monotonic() - begun)
@@ -184,7 +186,7 @@ class Replanner:
         if left is None:  # it is over, and the machine stands
             last = len(known.trajectory.u)
             return replace(known, by="stop", trajectory=known.trajectory.piece(last, last))
-        if not self._still_free(left):
+        if not self._still_free(left, self._moved):
             brake = self._brake(self.problem, left, end)
             if brake is not None:
                 self._give_up()
@@ -222,16 +224,21 @@ class Replanner:
         task, by = self.problem, "searched" if proofs else ""
         if way is None or not len(way.u):
             return
+        moved = self._moved_meanwhile if proofs else self._moved
         broken = _touching(task, way)
-        if not (broken or _apart(task, way)) and self._still_free(way):
+        if not (broken or _apart(task, way)) and self._still_free(way, moved):
             yield Replan(by or "kept", task, way, proofs)
         for steps in WINDOWS:
+            if time.monotonic() > end:
+                return
             mended = _mended(task, way, broken, steps, _half_of_what_is_left(end))
             if mended is not None:
                 made, new = mended[0], self._proofs(*mended, end)
-                if new is not None and self._still_free(made):
+                if new is not None and self._still_free(made, moved):
                     kept = _moved(proofs, made.duration - way.duration)
                     yield Replan(by or "mended", task, made, (*new, *kept))
+        if time.monotonic() > end:
+            return
         whole = trajopt.make_exact(task, way, _half_of_what_is_left(end))
         certificate = None if whole is None else self._verified(task, whole, end)
         if whole is not None and certificate is not None:
@@ -255,6 +262,7 @@ class Replanner:
     def _searching(self) -> Coroutine[Found | None]:
         """Return a search from where the stop ends."""
         self._searches += 1
+        self._moved_meanwhile = set()
         seed, seconds = stream(self.seed, self._asked), SEARCH * 2.0 ** (self._searches - 1)
         left = self.stop.trajectory
         standing = not len(left.u)
@@ -285,13 +293,13 @@ class Replanner:
             proofs.append(Proof(float(made.t[first]), float(made.t[last]), certificate))
         return tuple(proofs)
 
-    def _still_free(self, made: Trajectory) -> bool:
+    def _still_free(self, made: Trajectory, moved: Collection[str]) -> bool:
         """Say whether all of a motion is free of what has moved since its parts were proved."""
         task = self.problem
-        if not self._moved:
+        if not moved:
             return True
         world = task.world
-        there = tuple(one for one in world.obstacles if one.name in self._moved)
+        there = tuple(one for one in world.obstacles if one.name in moved)
         alone = replace(task, world=replace(world, obstacles=there), start=made.x[0])
         return collision_check(alone, made).passed
 
@@ -325,7 +333,9 @@ class Replanner:
         """Return how the machine comes to rest from its start along a way, with its proof."""
         rest = replace(task, goal=_rest(task))
         for steps in BRAKES:
-            late = _half_of_what_is_left(end)
+            if time.monotonic() > end:
+                break
+            late = _after(end - self._pace * steps)  # it must be verified in time
             brake = trajopt.make_exact(rest, _slowed(task, way, steps), late)
             certificate = None if brake is None else self._verified(rest, brake, end)
             if brake is not None and certificate is not None:
@@ -374,7 +384,10 @@ def _moved(proofs: Sequence[Proof], by: float) -> tuple[Proof, ...]:
 
 def _half_of_what_is_left(end: float) -> CancellationToken:
     """Return what gives up while there is as much time again for something else."""
-    late = 0.5 * (time.monotonic() + end)
+    return _after(0.5 * (time.monotonic() + end))
+
+
+def _after(late: float) -> CancellationToken:
     return lambda: time.monotonic() > late
 
 
