@@ -32,6 +32,7 @@ from tests.selection import (  # noqa: F401  # hooks of pytest
     pytest_fixture_setup,
     pytest_runtest_setup,
 )
+from tests.show.view.browsing import CHROMIUM, FLAGS
 from tests.support import OPEN, plan, problem_of
 
 Made = TypeVar("Made")
@@ -211,3 +212,14 @@ OFF
 3 3 0 4
 3 3 4 7
 """
+
+
+@pytest.fixture(scope="session")
+def browser() -> Iterator[Any]:
+    """Return one browser for all tests of a process: no second one can be driven in it."""
+    from playwright.sync_api import sync_playwright
+
+    with sync_playwright() as playwright:
+        chromium = playwright.chromium.launch(executable_path=CHROMIUM, args=list(FLAGS))
+        yield chromium
+        chromium.close()

@@ -78,7 +78,7 @@ def block(folder: Path, *overrides: str) -> kinolab.Problem:
 
 def test_a_block_that_has_two_seconds_takes_the_effort_of_a_cubic(tmp_path: Path) -> None:
     """From rest to rest over d in T the least integral of u^2 is 12 d^2 / T^3."""
-    plan = block(tmp_path).solve(improve=4)
+    plan = block(tmp_path).solve(improve=2)
     assert plan.status == "solved"
     assert plan.duration == pytest.approx(2.0, abs=1e-6)
     assert plan.cost == pytest.approx(12 / 2**3, rel=0.01)
@@ -86,7 +86,7 @@ def test_a_block_that_has_two_seconds_takes_the_effort_of_a_cubic(tmp_path: Path
 
 def test_time_and_effort_are_weighed_against_each_other(tmp_path: Path) -> None:
     """12 / T^3 + w T is least where T^4 = 36 / w."""
-    plan = block(tmp_path, "objective.time=1.0", "objective.max_time=20.0").solve(improve=4)
+    plan = block(tmp_path, "objective.time=1.0", "objective.max_time=20.0").solve(improve=2)
     duration = 36**0.25
     assert plan.duration == pytest.approx(duration, rel=0.02)
     assert plan.cost == pytest.approx(12 / duration**3 + duration, rel=0.01)
@@ -100,14 +100,14 @@ def test_a_block_that_slides_there_by_itself_costs_nothing(tmp_path: Path) -> No
     assert verify(problem, coasting).passed
     assert price(problem, coasting) == 0.0
     assert not list(cheapened(problem, coasting, lambda: False))
-    pushed = problem.solve(seed=1, improve=4)
+    pushed = problem.solve(seed=1, improve=2)
     assert pushed.status == "solved"
     assert pushed.cost is not None
     assert 0.0 <= pushed.cost <= 1e-3
 
 
 def test_a_motion_that_takes_too_long_does_not_pass(tmp_path: Path) -> None:
-    slow = block(tmp_path, "objective.max_time=20.0").solve(improve=4)
+    slow = block(tmp_path, "objective.max_time=20.0").solve(improve=2)
     assert slow.trajectory is not None
     assert slow.duration > 2.0
     checks = {check.name: check for check in verify(block(tmp_path), slow.trajectory).checks}

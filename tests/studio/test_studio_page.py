@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from tests.show.view.browsing import CHROMIUM, FLAGS, OWN, needs_chromium
+from tests.show.view.browsing import OWN, needs_chromium
 
 pytest.importorskip("playwright")
 pytest.importorskip("viser")
@@ -47,16 +47,6 @@ async (seconds) => {  // the page draws when its camera moves
 """
 
 Opener = Callable[..., Any]
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
-    from playwright.sync_api import sync_playwright
-
-    with sync_playwright() as playwright:
-        chromium = playwright.chromium.launch(executable_path=CHROMIUM, args=list(FLAGS))
-        yield chromium
-        chromium.close()
 
 
 @pytest.fixture

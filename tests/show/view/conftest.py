@@ -1,4 +1,4 @@
-"""One browser for all tests of a process."""
+"""Pages in the browser that all tests of a process share."""
 
 from __future__ import annotations
 
@@ -8,17 +8,7 @@ from typing import Any
 
 import pytest
 
-from tests.show.view.browsing import CHROMIUM, FLAGS, OWN, WIDE, Opener
-
-
-@pytest.fixture(scope="session")
-def browser() -> Iterator[Any]:
-    from playwright.sync_api import sync_playwright
-
-    with sync_playwright() as playwright:
-        chromium = playwright.chromium.launch(executable_path=CHROMIUM, args=list(FLAGS))
-        yield chromium
-        chromium.close()
+from tests.show.view.browsing import OWN, WIDE, Opener
 
 
 @pytest.fixture(scope="module")

@@ -84,8 +84,8 @@ class Replan:
     seconds: float = 0.0
 
 
-class Found(NamedTuple):
-    """What a search has found, with its proof."""
+class ProvedMotion(NamedTuple):
+    """A motion that a search has found, with its proof."""
 
     trajectory: Trajectory
     certificate: Certificate
@@ -114,7 +114,7 @@ class Replanner:
     seed: int = 1
     stop: Replan = field(init=False)
     _way: Trajectory = field(init=False)  # the last motion into the goal
-    _search: Coroutine[Found | None] | None = None  # from where the stop ends
+    _search: Coroutine[ProvedMotion | None] | None = None  # from where the stop ends
     _searches: int = 0  # since the last motion into the goal
     _moved: set[str] = field(default_factory=set)  # since that was proved
     _moved_meanwhile: set[str] = field(default_factory=set)  # since the search began
@@ -259,7 +259,7 @@ class Replanner:
         joined = left.with_piece(len(left.u), len(left.u), way, self.problem.space)
         return joined, (Proof(left.duration, joined.duration, search.result.certificate),)
 
-    def _searching(self) -> Coroutine[Found | None]:
+    def _searching(self) -> Coroutine[ProvedMotion | None]:
         """Return a search from where the stop ends."""
         self._searches += 1
         self._moved_meanwhile = set()
@@ -268,15 +268,15 @@ class Replanner:
         standing = not len(left.u)
         task = replace(self.problem, start=self.problem.start if standing else left.x[-1])
 
-        def work() -> Found | None:
+        def work() -> ProvedMotion | None:
             budget = Budget(seconds, improve=0.0, cancelled=lambda: search.closed)
             found = motion(task, self.searcher, seed, budget)
             if found is None or search.closed:
                 return None
             certificate = verify(task, found, margin=False)
-            return Found(found, certificate) if certificate.passed else None
+            return ProvedMotion(found, certificate) if certificate.passed else None
 
-        search: Coroutine[Found | None] = Coroutine(work)
+        search: Coroutine[ProvedMotion | None] = Coroutine(work)
         search.resume()
         return search
 
