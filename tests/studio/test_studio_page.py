@@ -98,14 +98,18 @@ def see(page: Any, words: str, patience: float = PATIENCE) -> None:
 
 
 def type_in(page: Any, label: str, values: list[float]) -> None:
-    """Type numbers into the inputs of a row."""
+    """Type numbers into the inputs of a row, each again while an answer to the last replaces it."""
     row = page.get_by_text(label, exact=True).locator("xpath=ancestor::*[.//input][1]")
     for k, value in enumerate(values):
         box = row.locator("input:visible").nth(k)
-        box.click()
-        box.press("Control+A")
-        box.type(f"{value:g}")
-        box.press("Tab")
+        for _ in range(5):
+            box.click()
+            box.press("Control+A")
+            box.type(f"{value:g}")
+            box.press("Tab")
+            page.wait_for_timeout(1000)
+            if float(box.input_value()) == value:
+                break
 
 
 @pytest.mark.parametrize("width", SIZES)
