@@ -174,9 +174,12 @@ class Replanner:
         self._give_up()
 
     def _give_up(self) -> None:
-        """End a search from where the machine does not come to rest any more."""
+        """Let a search end by itself, from where the machine does not come to rest any more.
+
+        It may be verifying what it found: to wait for that would take longer than a deadline.
+        """
         if self._search is not None:
-            self._search.close()
+            self._search.closed = True
         self._search = None
 
     def _stop_from(self, elapsed: float, end: float) -> Replan:
