@@ -18,10 +18,13 @@ from kinolab.dynamics.language.expressions import exact, parts_of
 from kinolab.dynamics.language.forces import Gravity
 from kinolab.dynamics.language.frames import Rotation
 from kinolab.dynamics.language.mechanism_parts import energies_in, loads_in
-from kinolab.dynamics.language.shapes import Shape
+from kinolab.dynamics.language.shapes import Shape, ShapeKind
 from kinolab.dynamics.units import in_digits
 from kinolab.numerics.arrays import Array
-from kinolab.world.geometry import triangles
+from kinolab.robots.joint_inertia import together
+from kinolab.robots.kinematic_tree import Inertial, Link
+from kinolab.robots.solids.solid_mass import box_mass, cylinder_mass, mesh_mass
+from kinolab.world.geometry import placement, sizes, triangles
 
 # Of a moment of inertia to m r^2, where r is how far the shape goes from that axis. No body that
 # lies within its shape has more than 1, which is that of a hoop. Shapes may leave parts out of a
@@ -190,25 +193,21 @@ def _as_solid(subject: Subject, body: Body, given: Array) -> list[tuple[int, ...
 
 
 def solid_inertia(subject: Subject, body: Body) -> Array:
-    """Return the inertia (3, 3) of a body's mass spread over its shapes, about its frame's origin.
-
-    Source: Tonon, Explicit exact formulas for the 3-D tetrahedron inertia tensor, J. Mathematics
-    and Statistics 1(1), 2005 (its second moments).
-    """
-    seconds, volume = np.zeros((3, 3)), 0.0
+    """Return the inertia (3, 3) about its origin of a body whose mass is spread over its shapes."""
+    parts = []
     for shape in subject.system.resolved_shapes(body):
-        points, faces = triangles(shape)
-        corners = np.asarray(points)[np.asarray(faces)]  # (n, 3, 3)
-        top = np.broadcast_to(np.mean(points, axis=0), (len(corners), 1, 3))
-        corners = np.concatenate([corners, top], axis=1)
-        sides = corners[:, :3] - top
-        parts = np.abs(np.linalg.det(sides)) / 6
-        whole = corners.sum(axis=1)
-        seconds += np.einsum("t,tki,tkj->ij", parts, corners, corners) / 20
-        seconds += np.einsum("t,ti,tj->ij", parts, whole, whole) / 20
-        volume += float(parts.sum())
-    moments = np.trace(seconds) * np.eye(3) - seconds
-    return np.asarray(subject.system.number(body.mass) * moments / max(volume, 1e-300))
+        (kind, half), pose = sizes(shape), np.vstack([placement(shape), np.eye(4)[3]])
+        if kind is ShapeKind.BOX:
+            own: Inertial | None = box_mass((2.0 * half).tolist(), 1.0)
+        elif kind is ShapeKind.CYLINDER:
+            own = cylinder_mass(half[0], 2.0 * half[2], 1.0)
+        else:
+            own, pose = mesh_mass(*triangles(shape), 1.0), np.eye(4)
+        parts.append((Link("", own), pose))
+    whole = together(parts)
+    arm, share = whole.centre, subject.system.number(body.mass) / max(whole.mass, 1e-300)
+    spread = arm @ arm * np.eye(3) - np.outer(arm, arm)  # parallel axes
+    return np.asarray(share * (whole.inertia + whole.mass * spread))
 
 
 def _wheel(subject: Subject, body: Body) -> tuple[int, float, float] | None:
