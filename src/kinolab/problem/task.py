@@ -16,6 +16,7 @@ from kinolab.dynamics.analysis.consistent_states import (
     nearest_consistent_state,
 )
 from kinolab.dynamics.codegen.state_space import StateSpace
+from kinolab.dynamics.language.shapes import Shape, ShapeKind
 from kinolab.dynamics.machine_facts import MachineFacts
 from kinolab.errors import EndpointError, InputError, Mistake
 from kinolab.numerics.arrays import Array
@@ -37,6 +38,7 @@ MISSED_TOLERANCES, MISSED_LENGTH = 2.0, 1e-3  # [m] or [rad]
 LIMIT_TOLERANCE = 1e-9  # by which a value may exceed a limit, in its own unit
 REST = 1e-10  # of an entry's scale: what is slower rests
 SAME = 1e-12  # smaller differences are not printed
+LEANING = " Draw a wheel that leans thin: the edge of its tread goes down."
 LARGE_SOLIDS = (  # of a robot from a file
     " If only the solids around meshes do, convex_parts = 4 below [system] makes them smaller."
 )
@@ -356,6 +358,7 @@ class PlanningTask:
     def _touching(self, x: Array) -> Iterator[tuple[str, str]]:
         obstacles = {obstacle.name for obstacle in self.world.obstacles}
         resting = {body.name for body in self.bodies if body.touches_ground}
+        round_ones = {body.name for body in self.bodies if any(map(_is_disk, body.shapes))}
         floor = ' If that is its floor, write ground = "plane" below [world].'
         wheel, large = " A body that stands on it has touches_ground=True.", ""
         system = self.scenario.system
@@ -365,7 +368,11 @@ class PlanningTask:
         for contact in self.checker().contacts(*self.placement(x)):
             stands = contact.body in resting and contact.obstacle in obstacles
             remedy = floor if stands and not self.world.ground else large
-            told = _contact_sentence(contact, wheel if contact.obstacle == GROUND_NAME else remedy)
+            if contact.kind == "sinks":
+                remedy = LEANING if contact.body in round_ones else ""
+            elif contact.obstacle == GROUND_NAME:
+                remedy = wheel
+            told = _contact_sentence(contact, remedy)
             yield told, told
 
     def _unmet(self, x: Array) -> Iterator[tuple[str, str]]:
@@ -543,12 +550,15 @@ def _listed(numbers: tuple[float, ...]) -> str:
     return ", ".join(f"{number:g}" for number in numbers)
 
 
+def _is_disk(shape: Shape) -> bool:
+    return shape.lowered()[0] is ShapeKind.CYLINDER
+
+
 def _contact_sentence(contact: Any, remedy: str) -> str:
     phrase = {
-        "touches": f"{contact.body} touches {contact.obstacle}.{remedy}",
-        "inside": f"{contact.body} is inside {contact.obstacle}.",
-        "sinks": f"{contact.body} sinks into {contact.obstacle}. Draw a wheel that "
-        "leans thin: the edge of its tread goes down.",
+        "touches": f"{contact.body} {contact.verb} {contact.obstacle}.{remedy}",
+        "inside": f"{contact.body} {contact.verb} {contact.obstacle}.",
+        "sinks": f"{contact.body} {contact.verb} {contact.obstacle}.{remedy}",
         "near": f"{contact.body} is nearer to {contact.obstacle} than [world] clearance allows.",
     }
     return phrase.get(contact.kind, f"the pose of {contact.body} cannot be judged.")

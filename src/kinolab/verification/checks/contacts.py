@@ -43,5 +43,4 @@ def _described(checker: CollisionChecker, placement: tuple[Array, Array], time: 
     found = checker.contacts(*placement)
     if not found:
         return f"at t = {time:.6g} s something touches"
-    verb = {"sinks": "sinks into", "inside": "is inside"}.get(found[0].kind, found[0].kind)
-    return f"at t = {time:.6g} s {found[0].body} {verb} {found[0].obstacle}"
+    return f"at t = {time:.6g} s {found[0].body} {found[0].verb} {found[0].obstacle}"

@@ -39,6 +39,11 @@ class Contact:
     obstacle: str
     kind: Kind
 
+    @property
+    def verb(self) -> str:
+        """What the body does to the obstacle, in words."""
+        return {"inside": "is inside", "sinks": "sinks into"}.get(self.kind, self.kind)
+
 
 def contacts_at(
     poses: Array,
