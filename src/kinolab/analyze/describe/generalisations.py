@@ -83,7 +83,7 @@ def _transitions(system: System, switching: Sequence[str]) -> Generalisation:
     """Say whether other equations hold elsewhere; dry friction is regularised."""
     if switching:
         return Generalisation("state transitions", True, ", ".join(switching))
-    values = {p: system.parameter_values[p.name] for p in system.parameters}
+    values = system.substitutions
     dry = sum(not is_zero(strength.subs(values)) for _, strength in dry_frictions(system))
     why = "the same equations hold everywhere"
     if dry:

@@ -163,7 +163,7 @@ def _axis(subject: Subject, axis: Axis, on: Body) -> str:
 
 
 def _fixed(subject: Subject, axis: Axis) -> str:
-    values = {p: subject.system.parameter_values[p.name] for p in subject.system.parameters}
+    values = subject.system.substitutions
     turned = pose(axis.frame)[0].subs(values)[:, AXES[axis.name]]
     for k, name in enumerate("xyz"):
         if abs(abs(float(turned[k])) - 1) < 1e-9:

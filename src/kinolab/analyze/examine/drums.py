@@ -56,7 +56,7 @@ def wound(subject: Subject) -> Iterator[Remark]:
         moving, _ = subject.in_motion(x)
     except KinolabError:
         return
-    values = {p: system.parameter_values[p.name] for p in system.parameters}
+    values = system.substitutions
     values |= {c: float(x[k]) for c, k in subject.plain.items()}
     for cable, body in product(system.cables, system.bodies):
         shape = round_shape(subject, body)

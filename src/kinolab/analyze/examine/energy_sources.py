@@ -78,7 +78,7 @@ def energy_sources(subject: Subject) -> Iterator[Remark]:
 def _repelling(subject: Subject) -> Iterator[Remark]:
     """Yield the springs that are written as energies or forces, and push away from their rest."""
     system = subject.system
-    values = {p: system.parameter_values[p.name] for p in system.parameters}
+    values = system.substitutions
     for effort in system.efforts:
         if any(str(getattr(a, "unit", "")) == "m/s^2" for a in atoms_of(effort)):
             continue  # a weight, which may well have a maximum
@@ -98,7 +98,7 @@ def _one_sided(subject: Subject) -> Iterator[Remark]:
 
     It depends on the velocity that it is along alone; a lift depends on another one.
     """
-    values = {p: subject.system.parameter_values[p.name] for p in subject.system.parameters}
+    values = subject.system.substitutions
     for effort in subject.system.efforts:
         driven = StateSymbol | ReferenceSymbol | InputSymbol
         if is_between_frames(effort) or any(isinstance(a, driven) for a in atoms_of(effort)):
@@ -158,13 +158,13 @@ def _other_motion(subject: Subject) -> Iterator[Remark]:
     Systems, 1968, chapter 6.
     """
     system, model = subject.system, subject.model
-    symbols = [*configuration_symbols(system), *tangent_symbols(system)]
-    values = {p: system.parameter_values[p.name] for p in system.parameters}
+    rates = tangent_symbols(system)
+    symbols = [*configuration_symbols(system), *rates]
+    values = system.substitutions
     loads = [load for effort in system.efforts for load in loads_in(effort)]
     for entry in system.states:
         mine = [(exact(load.magnitude).diff(entry.symbol), load) for load in loads]
         power = sum((size * written(load.velocity) for size, load in mine if size), sympy.S.Zero)
-        rates = tangent_symbols(system)
         voltage = sum((exact(entry.derivative).diff(r) * r for r in rates), sympy.S.Zero)
         shared = {s for size, _ in mine for s in size.free_symbols} & voltage.free_symbols
         pair = [power.subs(values), voltage.subs(values)]

@@ -66,7 +66,7 @@ def turned_twice(subject: Subject) -> Iterator[Remark]:
     not change, and those of a force of the world change by -s x F. By + s x F it is turned twice.
     """
     system = subject.system
-    values = {p: system.parameter_values[p.name] for p in system.parameters}
+    values = system.substitutions
     for effort in system.efforts:
         on, stated = getattr(effort, "on", None), [getattr(effort, w, ()) for w in COMPONENTS]
         if on is None or not all(stated):
@@ -77,8 +77,8 @@ def turned_twice(subject: Subject) -> Iterator[Remark]:
             for components in stated:
                 column = sympy.Matrix([exact(entry) for entry in components])
                 both = sympy.Matrix.hstack(column, column.diff(c)).subs(values)
-                at = {s: float(subject.rest[i]) for s, i in subject.plain.items()}
-                both = both.subs(at).subs(dict.fromkeys(both.subs(at).free_symbols, 1.0))
+                both = both.subs({s: float(subject.rest[i]) for s, i in subject.plain.items()})
+                both = both.subs(dict.fromkeys(both.free_symbols, 1.0))
                 force, slope = np.array(both, dtype=float).T
                 turned = np.cross(spin[:, k], force)
                 gap = np.abs(slope - turned).max()
@@ -132,7 +132,7 @@ def _generalised(subject: Subject, effort: Effort, states: Array, q_dots: Array)
         for c in plain
     ]  # fmt: skip
     # As arguments: put into long formulas, numbers let SymPy compare for minutes what Max is of.
-    values = {p: system.parameter_values[p.name] for p in system.parameters}
+    values = system.substitutions
     values |= {up: system.number(entry) for up, entry in up_in(system).items()}
     symbols = [*plain, *(c.rates[0] for c in plain), *values]
     if {s for one in along for s in sympy.sympify(one).free_symbols} - set(symbols):

@@ -134,7 +134,7 @@ def _velocities(subject: Subject, body: Body, x: Array, *, turns: bool) -> Array
 def _axis(subject: Subject, axis: Axis, x: Array) -> Array | None:
     """Return an axis in the world at a state; None where its frame has what is no coordinate."""
     system = subject.system
-    values = {p: system.parameter_values[p.name] for p in system.parameters}
+    values = system.substitutions
     values |= dict(zip(configuration_symbols(system), x[: subject.model.nq], strict=True))
     column = pose(axis.frame)[0][:, AXES[axis.name]].subs(values)
     return None if column.free_symbols else np.array(column, dtype=float)[:, 0]

@@ -77,9 +77,7 @@ def least_dissipation(
     rates = tangent_symbols(system)
     q = configuration_symbols(system)
     values = _named(q, at or {})
-    place = {symbol: values.get(k, 0.0) for k, symbol in enumerate(q)} | {
-        p: system.parameter_values[p.name] for p in system.parameters
-    }
+    place = {symbol: values.get(k, 0.0) for k, symbol in enumerate(q)} | system.substitutions
     slips, grips = _contacts(system, rates, place)
     known, free = _velocities(system, rates, place, _named(rates, given))
     A, p = slips @ free, -slips @ known

@@ -142,7 +142,7 @@ class _Design:
         degrees = dict(regulator.schedule)
         self._axes = [_Axis.of(r, degrees.get(r.name, 0)) for r in regulator.references]
         self._watched = StateFunctions(model, [z for z, _ in regulator.tracked])
-        values = {p: model.system.parameter_values[p.name] for p in model.system.parameters}
+        values = model.system.substitutions
         self._about = {z: wanted.subs(values) for z, wanted in regulator.about}
 
     def feedback(self) -> Feedback:

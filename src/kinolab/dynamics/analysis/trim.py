@@ -63,7 +63,7 @@ class StateFunctions:
     def __init__(self, model: Model, expressions: Sequence[Number]) -> None:
         system = model.system
         self._symbols = symbols_of_state(model)
-        values = {p: system.parameter_values[p.name] for p in system.parameters}
+        values = system.substitutions
         self._expressions = [exact(entry).subs(values) for entry in expressions]
         known = set(self._symbols)
         mistakes = [

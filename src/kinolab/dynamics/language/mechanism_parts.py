@@ -133,6 +133,11 @@ class MechanismParts:
             remedy = "Write a frozen dataclass, with dimensions, at and axis."
             raise InputError([Mistake(f"class {shape.called}", what, remedy)]) from error
 
+    @property
+    def substitutions(self) -> dict[Any, float]:
+        """What SymPy puts in for parameters: the value of each."""
+        return {p: self.parameter_values[p.name] for p in self.parameters}
+
     def kept_shapes(self, body: Body) -> tuple[Shape, ...]:
         """Return a body's shapes as files keep them: dimensions of hulls follow no parameter."""
         return tuple(

@@ -371,7 +371,7 @@ def _rubs(subject: Subject, body: Body, base: Body | None, own: sympy.Symbol) ->
 def _acting_along(subject: Subject, x: Array, rates: Array) -> Array:
     """Return those velocities in motions at a state, shape (n, velocities)."""
     system = subject.system
-    values = {p: system.parameter_values[p.name] for p in system.parameters}
+    values = system.substitutions
     symbols = [*configuration_symbols(system), *tangent_symbols(system)]
     known = [one.subs(values) for one, own in subject.pushed_along if own <= {*symbols, *values}]
     if not known:
