@@ -65,7 +65,7 @@ class Cheapening:
             incumbent.improvements.insert(0, first)
             incumbent.take(found.trajectory, "search")
         begun, seconds = incumbent.time(), quick.statistics.get("improvement_seconds", 0.0)
-        if seconds and self._asked == "auto":
+        if seconds and self.request.effort(self.problem) == "auto":
             seconds = max(seconds, SEARCHES_PER_WAY * LEAST_SECONDS)
         if seconds:
             patience = min(PATIENCE * seconds, self.request.time_limit - begun)
@@ -81,11 +81,6 @@ class Cheapening:
         if best.status == "solved" and best.duration is not None:
             statistics["final_duration"] = best.duration
         return incumbent.plan({"cheapen": incumbent.time() - begun}, statistics)
-
-    @property
-    def _asked(self) -> float | str:
-        own = self.request.improve
-        return self.problem.scenario.planner.improve if own is None else own
 
     def _priced(self, quick: PlanResult) -> PlanResult:
         """Return a plan with what it costs, held against all that the problem asks."""

@@ -20,7 +20,6 @@ from kinolab import trajopt
 from kinolab.numerics.compiling import compilation
 from kinolab.numerics.work import counted_work
 from kinolab.problem import PlanningTask
-from kinolab.scenario import Effort
 from kinolab.search import AbstractPlanner, Budget
 from kinolab.solve.incumbent import AT_ONCE, Incumbent
 from kinolab.solve.plan import CENTRE_TOLERANCE, REFUSED, PlanResult, Request
@@ -88,7 +87,8 @@ class PlanImprover:
                 self.on_improved,
             )
             incumbent.begin()
-            wanted = self.request.optimize and self._wanted and not incumbent.cancelled()
+            effort = self.request.optimize and self.request.effort(self.problem)
+            wanted = effort and not incumbent.cancelled()
             promises = found.status != "solved" or self._promises(found.duration)
             if found.trajectory is None or not (wanted and promises):
                 self._learn()
@@ -102,16 +102,12 @@ class PlanImprover:
             statistics["last_half_gain"] = self._last_half_gain
             return incumbent.plan({"improve": incumbent.time() - begun}, statistics)
 
-    @property
-    def _wanted(self) -> Effort:
-        own = self.request.improve
-        return self.problem.scenario.planner.improve if own is None else own
-
     def _work_for(self, found: Trajectory) -> float:
         """Return the work on a motion, in [s]."""
         self._subproblem = trajopt.subproblem_seconds(self.problem, found)
-        if self._wanted != "auto":
-            return self._wanted
+        wanted = self.request.effort(self.problem)
+        if wanted != "auto":
+            return wanted
         return min(max(SUBPROBLEMS * self._subproblem, LEAST_SECONDS), MOST_SECONDS)
 
     def _promises(self, duration: float | None) -> bool:
@@ -238,7 +234,12 @@ class PlanImprover:
         """Allow as much work again while the shortest motion gets shorter, or has not begun to."""
         more = min(self._seconds, MOST_SECONDS - self._seconds)
         best = min(ways, key=lambda way: way.duration).progress
-        if self._wanted != "auto" or more <= 0.0 or not remaining.over or remaining.cancelled():
+        if (
+            self.request.effort(self.problem) != "auto"
+            or more <= 0.0
+            or not remaining.over
+            or remaining.cancelled()
+        ):
             return False
         if len(best.curve) > 1 and best.last_half_gain < STILL_GAINING:
             return False

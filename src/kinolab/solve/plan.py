@@ -197,6 +197,10 @@ class Request:
     improve: Effort | None = None
     guess: Trajectory | None = None
 
+    def effort(self, problem: PlanningTask) -> Effort:
+        """Return the work on making solutions better, in [s] or ``"auto"``."""
+        return problem.scenario.planner.improve if self.improve is None else self.improve
+
     def seeds(self) -> Iterator[int]:
         """Yield the seeds to try."""
         return count(self.seed, self.stride) if self.anytime else iter((self.seed,))

@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 
 from kinolab.numerics.arrays import Array
-from kinolab.numerics.manifolds.rotations import of_matrices
 from kinolab.scenario.values import rgb_of
 from kinolab.studio.core import edits
 from kinolab.studio.core.meaning import ScenarioMeaning
 from kinolab.studio.gizmo import Gizmo, rpy_of, size_in, snapped
 from kinolab.studio.page_inputs import on_hand, on_press, show
+from kinolab.studio.scene_nodes import wxyz_of
 from kinolab.studio.session import Session
 from kinolab.world.obstacle import rotation
 
@@ -317,4 +317,4 @@ def _edges(entry: dict[str, Any]) -> list[float]:
 
 
 def _wxyz(rpy: list[float]) -> Array:
-    return np.asarray(np.roll(of_matrices(rotation(rpy)[None])[0], 1))
+    return wxyz_of(rotation(rpy))

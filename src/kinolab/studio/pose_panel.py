@@ -9,7 +9,7 @@ import numpy as np
 
 from kinolab.dynamics.units import state_units
 from kinolab.numerics.arrays import Array
-from kinolab.numerics.manifolds.rotations import of_matrices, to_matrices
+from kinolab.numerics.manifolds.rotations import to_matrices
 from kinolab.problem import PlanningTask
 from kinolab.scenario.schema import TOLERANCE
 from kinolab.studio.core import edits
@@ -18,6 +18,7 @@ from kinolab.studio.core.pose_edits import asked, with_body_at, with_entry, writ
 from kinolab.studio.core.scenario_text import Change, Put
 from kinolab.studio.gizmo import Gizmo, size_in
 from kinolab.studio.page_inputs import on_hand, show
+from kinolab.studio.scene_nodes import wxyz_of
 from kinolab.studio.session import Session
 
 STEPS = 500  # of a slider
@@ -163,8 +164,7 @@ class PosePanel:
             self._gizmo.show(points[0].position, size=size_in(self._session, 0.0))
         elif self._end == "start" or (wanted and not self._several):
             pose = problem.frames(state)[problem.leading].reshape(3, 4)
-            turn = np.roll(of_matrices(pose[None, :, :3])[0], 1)
-            self._gizmo.show(pose[:, 3], turn, size=size_in(self._session, 0.0))
+            self._gizmo.show(pose[:, 3], wxyz_of(pose[:, :3]), size=size_in(self._session, 0.0))
         else:
             self._gizmo.hide()
 

@@ -96,8 +96,9 @@ class SceneNodes:
         before = set(self.nodes)
         kept = {name for show in wanted.values() for name in show(problem, scene)}
         kept |= set(self._marks(scene)) | set(self._alarm(problem, scene, touching))
-        for name in before - kept - {name for name in before if name.startswith("/plan")}:
-            self.remove(name)
+        for name in before - kept:
+            if not name.startswith("/plan"):
+                self.remove(name)
 
     def remove(self, name: str) -> None:
         """Remove a node, if it is there."""
@@ -183,7 +184,7 @@ class SceneNodes:
             if self._mesh(name, mesh.moved(pose), key=shown):
                 self.nodes[name].on_click(lambda _, number=number: self._clicked(number))
             node = self.nodes[name]
-            node.position, node.wxyz = place, _turn_of(turn)
+            node.position, node.wxyz = place, wxyz_of(turn)
             names.append(name)
         return names
 
@@ -323,10 +324,10 @@ def _ring(marker: GoalMarker) -> SurfaceMesh:
 
 
 def _turn(pose: Array) -> Array:
-    return _turn_of(pose.reshape(3, 4)[:, :3])
+    return wxyz_of(pose.reshape(3, 4)[:, :3])
 
 
-def _turn_of(matrix: Array) -> Array:
+def wxyz_of(matrix: Array) -> Array:
     """Return a rotation (3, 3) as viser has it: w, x, y, z."""
     if not np.isfinite(matrix).all() or abs(np.linalg.det(matrix)) < 0.5:
         return np.array([1.0, 0.0, 0.0, 0.0])

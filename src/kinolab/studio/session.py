@@ -140,9 +140,7 @@ class Session:
         """Do what somebody asked for; what is wrong is told, and nothing ends."""
         try:
             work()
-        except KinolabError as error:
-            self.tell("That does not work", str(error), wrong=True)
-        except OSError as error:
+        except (KinolabError, OSError) as error:
             self.tell("That does not work", str(error), wrong=True)
         except Exception as error:
             print(traceback.format_exc(), file=sys.stderr)

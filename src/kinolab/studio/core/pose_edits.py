@@ -48,8 +48,9 @@ def with_body_at(
         directions = tuple(DirectionTarget(body, tuple(a), tuple(b), 1.0) for a, b in axes)
     point = PointTarget(body, (0.0, 0.0, 0.0), tuple(place.tolist()), 1.0)
     nothing = replace(problem.goal, indices=(), targets=np.zeros(0), tolerances=np.zeros(0))
-    goal: Goal = replace(nothing, circular=np.zeros(0, bool), parts=(), points=(point,))
-    goal = replace(goal, directions=directions)
+    goal: Goal = replace(
+        nothing, circular=np.zeros(0, bool), parts=(), points=(point,), directions=directions
+    )
     scales, limits = problem.model.state_scales, problem.bounds
     state, still = x, np.zeros((1, 1, 3))
     for _ in range(ROUNDS if problem.machine.closes_loops else 1):
