@@ -103,6 +103,7 @@ if TYPE_CHECKING:
     from kinolab.dynamics.language.symbols import Parameter as Parameter
     from kinolab.dynamics.language.symbols import acceleration as acceleration
     from kinolab.dynamics.language.symbols import angle as angle
+    from kinolab.dynamics.language.symbols import clock as clock
     from kinolab.dynamics.language.symbols import direction as direction
     from kinolab.dynamics.language.symbols import length as length
     from kinolab.dynamics.language.symbols import parameter as parameter

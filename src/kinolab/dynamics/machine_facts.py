@@ -79,7 +79,8 @@ class BodyGeometry:
 
     A body that ``touches_ground`` rests on it (a wheel, a foot) and may only not sink into it. One
     that whirls is drawn turning about its z axis, at so many [rad/s] of film. The bounds of a world
-    hold for those that move.
+    hold for those that move. One that is prescribed is an obstacle that moves as time says: it
+    meets only those that it is paired with.
     """
 
     name: str
@@ -89,6 +90,7 @@ class BodyGeometry:
     whirl: float = 0.0
     drawn: tuple[DrawnMesh, ...] | None = None  # instead of the shapes
     moves: bool = True
+    prescribed: bool = False
 
 
 @dataclass(frozen=True)
@@ -284,7 +286,8 @@ def facts_of(system: MechanismParts) -> MachineFacts:
         bodies=tuple(
             BodyGeometry(
                 *(b.name, system.resolved_shapes(b), b.touches_ground, b.color, b.whirl, b.drawn),
-                moves=b.located and b.frame.moves,
+                moves=b.located and b.frame.moves and not b.prescribed,
+                prescribed=b.prescribed,
             )
             for b in system.bodies
         ),

@@ -12,6 +12,7 @@ from kinolab.dynamics import Model
 from kinolab.errors import InputError, Mistake
 from kinolab.loading.chosen_integration import steady
 from kinolab.loading.foreign_files import read_any
+from kinolab.loading.moving_obstacles import among_moving
 from kinolab.loading.kept_machines import ScenarioMachine, with_limits
 from kinolab.loading.state_arrays import state_arrays
 from kinolab.loading.tables import read_table
@@ -37,6 +38,7 @@ from kinolab.world import (
     sphere_obstacle,
 )
 from kinolab.world.floors import without_floor
+from kinolab.world.obstacle import ORIGIN
 from kinolab.world.meshes.mesh import MOST_SIMPLIFIED
 
 T = TypeVar("T")
@@ -107,11 +109,16 @@ def build_problem(
         InputError: With every mistake in the machine, the meshes and the names.
     """
     mistakes: list[Mistake] = []
-    machine, obstacles = _parts(scenario, mistakes, planner=planner)
-    models = None if machine is None else _collect(mistakes, partial(_models, scenario, machine))
+    machine, made = _parts(scenario, mistakes, planner=planner)
+    entries = scenario.world.obstacle
+    moving = [o for k, o in made.items() if entries[k].motion is not None]
+    obstacles = [o for k, o in made.items() if entries[k].motion is None]
+    models = None
+    if machine is not None and len(made) == len(entries):
+        models = _collect(mistakes, partial(_models, scenario, machine, moving))
     if models is None:
         raise InputError(mistakes)
-    whole, model = models
+    whole, model, alone = models
     arrays = state_arrays(scenario, model)
     issues = [*limit_issues(scenario, model, arrays)] if planning else []
     issues += endpoint_issues(scenario, model)
@@ -128,6 +135,7 @@ def build_problem(
         machine=whole.machine,
         model=model,
         whole=whole,
+        alone=alone,
         world=World(
             tuple(rest for rest, _ in divided if rest is not None),
             grounded,
@@ -150,14 +158,13 @@ def build_problem(
 
 def _parts(
     scenario: Scenario, mistakes: list[Mistake], *, planner: bool = True
-) -> tuple[ScenarioMachine | None, list[Obstacle]]:
+) -> tuple[ScenarioMachine | None, dict[int, Obstacle]]:
     """Return machine and obstacles without what is broken, and add what is wrong to a list."""
     made = [_collect(mistakes, partial(_obstacle, scenario, o)) for o in scenario.world.obstacle]
     there = {k: obstacle for k, obstacle in enumerate(made) if obstacle is not None}
-    obstacles = list(there.values())
     mistakes += [mistake_at(issue, scenario.origin) for issue in mesh_issues(scenario, there)]
     if scenario.system.name is None and scenario.system.file is None:
-        return None, obstacles  # it is among the mistakes already
+        return None, there  # it is among the mistakes already
     machine = _collect(mistakes, partial(ScenarioMachine, scenario))
     if machine is not None:
         wrong = name_mistakes(scenario, machine.facts)
@@ -168,7 +175,7 @@ def _parts(
         mistakes += [mistake_at(issue, scenario.origin) for issue in issues]
     if planner:
         mistakes += [mistake_at(issue, scenario.origin) for issue in planner_issues(scenario)]
-    return machine, obstacles
+    return machine, there
 
 
 def _collect(mistakes: list[Mistake], make: Callable[[], T]) -> T | None:
@@ -180,12 +187,15 @@ def _collect(mistakes: list[Mistake], make: Callable[[], T]) -> T | None:
         return None
 
 
-def _models(scenario: Scenario, machine: ScenarioMachine) -> tuple[Model, Model]:
-    """Return the machine, and with the limits of inputs and references that a scenario sets."""
-    whole = machine.model()
+def _models(
+    scenario: Scenario, machine: ScenarioMachine, moving: Sequence[Obstacle]
+) -> tuple[Model, Model, Model]:
+    """Return the machine among what moves, with a scenario's limits of inputs, and alone."""
+    alone = machine.model()
+    whole = among_moving(alone, scenario, moving) if moving else alone
     limits = {n: scenario.bounds[n] for n in chosen_names(whole.machine) if n in scenario.bounds}
     try:
-        return whole, with_limits(whole, limits) if limits else whole
+        return whole, with_limits(whole, limits) if limits else whole, alone
     except InputError as error:
         raise InputError(
             mistake_at(Issue(("bounds", wrong.where), wrong.what, wrong.remedy), scenario.origin)
@@ -194,7 +204,8 @@ def _models(scenario: Scenario, machine: ScenarioMachine) -> tuple[Model, Model]
 
 
 def _obstacle(scenario: Scenario, entry: ObstacleEntry) -> Obstacle:
-    name, pose = entry.name, (entry.position, entry.rpy)
+    pose = (entry.position, entry.rpy) if entry.motion is None else (ORIGIN, ORIGIN)
+    name = entry.name
     if entry.box is not None:
         return box_obstacle(name, entry.box, *pose)
     if entry.sphere is not None:

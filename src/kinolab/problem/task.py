@@ -75,6 +75,7 @@ class PlanningTask:
         keep_outs: Cones that axes of bodies must stay out of.
         via: The goals that are reached on the way.
         whole: The machine with its full input limits; ``model`` when left out.
+        alone: The machine without the obstacles that move; ``whole`` when left out.
         cost_entry: The entry of the state that is the cost so far, where there is one.
     """
 
@@ -92,6 +93,7 @@ class PlanningTask:
     keep_outs: tuple[KeepOutCone, ...] = ()
     via: tuple[Goal, ...] = ()
     whole: Model | None = None
+    alone: Model | None = None
     cost_entry: int | None = None
 
     def __repr__(self) -> str:

@@ -25,7 +25,8 @@ def assets_of(problem: PlanningTask) -> dict[str, bytes]:
         meshes[_mesh_name(index, path)] = content
     file = _planner_file(problem.scenario)
     code = {file.name: text_of(file)} if file is not None else {}
-    model = problem.whole or problem.model  # whose feedback is a law, its gains included
+    # whose feedback is a law, its gains included
+    model = problem.alone or problem.whole or problem.model
     machine = {name: text.encode() for name, text in model.files.items()}
     return {**machine, **meshes, **code}
 

@@ -25,6 +25,7 @@ from kinolab.scenario.schema import DirectionGoal as DirectionGoal
 from kinolab.scenario.schema import GoalSection as GoalSection
 from kinolab.scenario.schema import IntegrationSection as IntegrationSection
 from kinolab.scenario.schema import KeepOut as KeepOut
+from kinolab.scenario.schema import MotionSection as MotionSection
 from kinolab.scenario.schema import ObjectiveSection as ObjectiveSection
 from kinolab.scenario.schema import ObstacleEntry as ObstacleEntry
 from kinolab.scenario.schema import PlannerSection as PlannerSection

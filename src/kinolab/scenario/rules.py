@@ -21,6 +21,11 @@ ObstacleKind = Literal["mesh", "box", "sphere", "cylinder"]
 OBSTACLE_KINDS: tuple[ObstacleKind, ...] = get_args(ObstacleKind)
 KINEMATIC_ONLY = ("max_velocity", "max_acceleration")
 MESH_ONLY = ("scale", "up", "solid", "simplify")
+MOTION_WAYS = {  # of saying how an obstacle moves, by the keys of each
+    **{"velocity": "velocity and spin", "spin": "velocity and spin"},
+    **{"position": "position and rpy", "rpy": "position and rpy"},
+    **{"points": "points", "file": "file"},
+}
 PLANNER_KEYS = ("name", "time_limit", "max_iterations", "seed", "improve")
 
 
@@ -93,6 +98,20 @@ def obstacle_issues(given: Iterable[str]) -> list[Issue]:
             for key in MESH_ONLY
             if key in given
         ]
+    return issues
+
+
+def motion_issues(given: Iterable[str]) -> list[Issue]:
+    """A motion is said in one way, and only rows can be repeated."""
+    given = list(given)
+    ways = list(dict.fromkeys(MOTION_WAYS[key] for key in given if key in MOTION_WAYS))
+    issues = []
+    if len(ways) != 1:
+        what = f"{' and '.join(ways)} are given together." if ways else "nothing says how it moves."
+        issues.append(Issue((), what, f"Give one of {', '.join(dict.fromkeys(MOTION_WAYS.values()))}."))
+    elif "repeat" in given and not {"points", "file"} & {*given}:
+        what = "repeat is a key of points and files only."
+        issues.append(Issue(("repeat",), what, "Leave it out, or write formulas that come round."))
     return issues
 
 

@@ -33,6 +33,7 @@ from kinolab.scenario.values import (
     BoxEdges,
     ColorNames,
     Coordinate,
+    CsvPath,
     Count,
     CutHeight,
     CylinderSize,
@@ -54,6 +55,7 @@ from kinolab.scenario.values import (
     PictureSize,
     PlannerName,
     PointTolerance,
+    Poses,
     Position,
     Positive,
     RollPitchYaw,
@@ -61,11 +63,14 @@ from kinolab.scenario.values import (
     SchemaVersion,
     Seconds,
     Seed,
+    Spin,
     StateLimits,
     Substeps,
     SystemFile,
     Text,
+    ThreeFormulas,
     Tolerance,
+    Velocity,
     Wanted,
     WorldAxis,
     plain_setting,
@@ -114,6 +119,23 @@ class SystemSection(Section):
         return self
 
 
+class MotionSection(Section):
+    """``motion`` of an obstacle: where it is at a time t [s], its position and rpy being those at 0."""
+
+    velocity: Velocity = (0.0, 0.0, 0.0)  # [m/s], along the axes of the world
+    spin: Spin = (0.0, 0.0, 0.0)  # [rad/s] of roll, pitch and yaw
+    position: ThreeFormulas | None = None  # x, y, z [m] as formulas in t, instead of its own
+    rpy: ThreeFormulas | None = None  # roll, pitch, yaw [rad] as formulas in t
+    points: Poses | None = None  # straight lines between rows of t, x, y, z[, roll, pitch, yaw]
+    file: CsvPath | None = None  # such rows in a table
+    repeat: bool = False  # whether rows begin anew where they end; it stays there otherwise
+
+    @model_validator(mode="after")
+    def _one_motion(self) -> Self:
+        _obey(rules.motion_issues(_given(self)))
+        return self
+
+
 class ObstacleEntry(Section):
     """``[[world.obstacle]]``: one shape and where it stands."""
 
@@ -128,6 +150,7 @@ class ObstacleEntry(Section):
     solid: bool | None = None  # of a mesh; left out: judged by its volume
     color: ColorNames | None = None  # in pictures; of several the mesh's pieces take one in turn
     simplify: Count | None = None  # of a mesh: triangles that are left
+    motion: MotionSection | None = None  # how it moves; left out: it does not
     name: Name = ""  # left out: the kind and the count, or the mesh file's stem
 
     @property

@@ -42,6 +42,7 @@ ROBOT_ONLY = (  # keys of [system], the files that they are for, and these in wo
 MESH_FORMATS = (".dae", ".glb", ".obj", ".off", ".ply", ".stl")
 MOST_PARTS = 32  # of one mesh of a robot; every one is a solid that collides
 WHOLE_MAX = 2**63 - 1  # what TOML promises to carry
+WHOLE_POSES = 400  # rows of a path; longer ones belong into a file
 SETTING_DEPTH = 8  # tables and lists within each other in a planner's own settings
 
 USUAL_IMPROVEMENT = 2.0  # [s] of work
@@ -106,6 +107,18 @@ def _mesh_path(text: str) -> str:
         raise refusal("is not a mesh format that kinolab reads")
     _line(PurePosixPath(text).name)  # it names the obstacle
     return text
+
+
+def _csv_path(text: str) -> str:
+    if not _is_relative(text) or ".." in PurePosixPath(text).parts:
+        raise refusal("does not lead to a file below the scenario's folder")
+    return text
+
+
+def _pose_row(row: tuple[float, ...]) -> tuple[float, ...]:
+    if len(row) not in (4, 7):
+        raise refusal("has neither four nor seven numbers")
+    return row
 
 
 def _system_file(text: str) -> str:
@@ -270,6 +283,34 @@ RollPitchYaw = Annotated[
     tuple[NumberOrAngle, NumberOrAngle, NumberOrAngle],
     _List,
     Wanted("a list of three numbers roll, pitch, yaw [rad]"),
+]
+Velocity = Annotated[
+    tuple[float, float, float], _List, Wanted("a list of three numbers along x, y, z [m/s]")
+]
+Spin = Annotated[
+    tuple[NumberOrAngle, NumberOrAngle, NumberOrAngle],
+    _List,
+    Wanted("a list of three numbers, of roll, pitch and yaw [rad/s]"),
+]
+ThreeFormulas = Annotated[
+    tuple[Text, Text, Text],
+    _List,
+    Wanted('a list of three formulas in t [s], such as ["2 * sin(t)", "0", "0.5"]'),
+]
+Pose = Annotated[
+    tuple[float, ...],
+    _List,
+    AfterValidator(_pose_row),
+    Wanted("a row [t, x, y, z] or [t, x, y, z, roll, pitch, yaw]"),
+]
+Poses = Annotated[
+    tuple[Pose, ...],
+    _List,
+    Field(min_length=2, max_length=WHOLE_POSES),
+    Wanted("a list of rows [t, x, y, z] or [t, x, y, z, roll, pitch, yaw], the times rising"),
+]
+CsvPath = Annotated[
+    str, AfterValidator(_csv_path), Wanted('a relative path such as "cart.csv"')
 ]
 Direction = Annotated[
     tuple[float, float, float],

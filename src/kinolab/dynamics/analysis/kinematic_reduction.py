@@ -48,6 +48,7 @@ def kinematic_reduction(system: Mechanism, limits: Sequence[Limit]) -> Mechanism
                 whirl=body.whirl,
                 drawn=body.drawn,
                 located=body.located,
+                prescribed=body.prescribed,
             )
             for body in system.bodies
         ],

@@ -466,7 +466,8 @@ class _Derivation:
         directions = (*chart.directions, *chart.input_directions.values())
         M = self._along(chart, directions=directions).mass_matrix()
         for k, node in enumerate(chart.input_directions, start=len(chart.directions)):
-            if any(M[i][k] != self.tape.zero for i in free):
+            # the rate of a clock has no steps
+            if node != self.tape.one and any(M[i][k] != self.tape.zero for i in free):
                 name = self.tape.operations[node].label
                 kind = "state" if node in self.binding.states else "input"
                 what = "its steps would be blows to a machine that has mass."

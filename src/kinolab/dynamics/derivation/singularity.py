@@ -60,7 +60,8 @@ def singularity_of(system: Mechanism) -> Singularity | None:
         for node in binding.tape.depends_on(entry)
     }
     names = [binding.tape.operations[node].label for node in chart.states]
-    names += [binding.tape.operations[node].label for node in chart.input_directions]
+    imposed = (node for node in chart.input_directions if node != binding.tape.one)
+    names += [binding.tape.operations[node].label for node in imposed]
     at = {name: x for name, x in found.items() if name in deciding}
     return Singularity(tuple(names), at, cure_of(system))
 

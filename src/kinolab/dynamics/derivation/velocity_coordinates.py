@@ -122,7 +122,7 @@ def _conditions(binding: SymbolTable) -> tuple[list[ConstraintRow], tuple[str, .
     """Return what constraints, inputs and speeds demand of velocities; also what is redundant."""
     rows, redundant = independent_rows(binding, constraint_rows(binding))
     rows += [
-        _row(binding, entry.where, entry.symbol.name, entry.velocity, binding.lower(entry.symbol))
+        _row(binding, entry.where, str(entry.symbol), entry.velocity, binding.lower(entry.symbol))
         for entry in imposed_velocities(binding.system)
     ]
     return rows, redundant

@@ -39,6 +39,8 @@ class Body:
             nothing.
         located: Whether it is anywhere. False for an inertia alone, such as that of a rotor which
             only its joint feels: its frame says how it moves, and no workspace limits it.
+        prescribed: Whether time alone moves it, as an obstacle: of its machine it meets those that
+            ``System(collisions=…)`` pairs it with, of the world nothing.
     """
 
     name: str
@@ -52,6 +54,7 @@ class Body:
     whirl: float
     drawn: tuple[DrawnMesh, ...] | None
     located: bool
+    prescribed: bool
 
     def __init__(
         self,
@@ -67,6 +70,7 @@ class Body:
         whirl: float = 0.0,
         drawn: Sequence[DrawnMesh] | None = None,
         located: bool = True,
+        prescribed: bool = False,
     ) -> None:
         given = () if shape is None else shape
         vars(self).update(
@@ -81,6 +85,7 @@ class Body:
             whirl=float(whirl),
             drawn=None if drawn is None else tuple(drawn),
             located=located,
+            prescribed=prescribed,
         )
 
     @property

@@ -31,6 +31,7 @@ from kinolab.dynamics.language.symbols import (
     QuaternionEntry,
     RateSymbol,
     TurnRate,
+    rate,
 )
 from kinolab.dynamics.language.words import LoweredWord, primitives_of
 from kinolab.errors import InputError, Mistake
@@ -241,18 +242,18 @@ def coordinate_of(atom: sympy.Symbol | Attitude) -> AnyCoordinate | None:
 
 
 class ImposedVelocity(NamedTuple):
-    """A velocity, linear in the rates, that an input or an auxiliary state imposes.
+    """A velocity, linear in the rates, that an input, an auxiliary state or time imposes.
 
     Attributes:
         where: What imposes it, for errors.
         velocity: The velocity.
-        symbol: What it equals.
+        symbol: What it equals; 1 for the rate of a clock.
         change: The derivative of that; an input is held.
     """
 
     where: str
     velocity: sympy.Expr
-    symbol: sympy.Symbol
+    symbol: sympy.Symbol | sympy.Integer
     change: sympy.Expr
 
 
@@ -312,7 +313,7 @@ def dry_frictions(
 
 
 def imposed_velocities(system: MechanismParts) -> list[ImposedVelocity]:
-    """Return the velocities that inputs impose, then those that auxiliary states do."""
+    """Return the velocities that inputs impose, those that auxiliary states do, and of clocks."""
     zero = sympy.Integer(0)
     rates = (part for entry in system.inputs for part in primitives_of(entry))
     return [
@@ -326,7 +327,13 @@ def imposed_velocities(system: MechanismParts) -> list[ImposedVelocity]:
             for s in system.states
             if s.velocity is not None
         ),
+        *(ImposedVelocity(f"clock {c.name!r}", rate(c), sympy.Integer(1), zero) for c in clocks(system)),
     ]
+
+
+def clocks(system: MechanismParts) -> list[Coordinate]:
+    """Return the coordinates that are the time since the start."""
+    return [c for c in system.coordinates if isinstance(c, Coordinate) and c.unit == "s"]
 
 
 def imposed_accelerations(system: MechanismParts) -> dict[str, sympy.Symbol]:

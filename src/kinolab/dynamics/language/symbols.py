@@ -381,8 +381,35 @@ def direction(
     return x, y, z
 
 
+@checked
+def clock(
+    name: str = "time",
+    lower: float = 0.0,
+    upper: float = math.inf,
+    *,
+    speed: float = math.inf,
+    scale: float = 1.0,
+) -> Coordinate:
+    """Declare the time since the start, in [s], as a coordinate whose rate is 1.
+
+    Frames and constraints in which it occurs move as time says, whatever the machine does: a
+    driven pivot, a belt, an obstacle (``Body(prescribed=True)``).
+
+    Args:
+        name: Its name in scenarios, files and equations.
+        lower: When it starts, in [s].
+        upper: The longest motion that is looked at, in [s].
+        speed: Of no use: its rate is 1.
+        scale: Characteristic time in [s]; distances are divided by it.
+
+    Source: LaValle, Planning Algorithms, 2006, section 7.1 (the state space X times T); Goldstein,
+    Poole, Safko, Classical Mechanics, 3rd ed., 2002, section 1.3 (rheonomic constraints).
+    """
+    return Coordinate(name, "line", "s", (float(lower), float(upper)), float(speed), float(scale))
+
+
 # what declares a coordinate, by its unit
-KINDS = {"m": length, "rad": angle, "": direction_entry}
+KINDS = {"m": length, "rad": angle, "": direction_entry, "s": clock}
 
 
 @checked

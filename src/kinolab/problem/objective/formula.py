@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import ast
 import operator
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import sympy
 
+from kinolab.dynamics.language.bodies import Body
 from kinolab.dynamics.language.frames import pose, time_derivative
 from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.language.mechanism_parts import (
@@ -67,11 +68,36 @@ def formula(text: str, system: Mechanism, where: str) -> sympy.Expr:
     Raises:
         InputError: If it is no formula, or has a name that the machine has not.
     """
+    own = [
+        *configuration_symbols(system),
+        *tangent_symbols(system),
+        *(entry.symbol for entry in quasi_velocities(system)),
+        *(entry.symbol for entry in system.states if entry.name != MODE),
+        *(entry.symbol for entry in system.inputs),
+        *system.parameters,
+    ]
+    return formula_in(text, {str(s.name): s for s in own}, where, system.bodies)
+
+
+def formula_in(
+    text: str, names: Mapping[str, sympy.Expr], where: str, bodies: Sequence[Body] = ()
+) -> sympy.Expr:
+    """Return the expression that a text stands for, as ``formula``.
+
+    Args:
+        text: Such as ``"2 * sin(t)"``.
+        names: What its names stand for, beside ``pi``.
+        where: Where the text stands, for errors.
+        bodies: Whose places and speeds may be in it.
+
+    Raises:
+        InputError: If it is no formula, or has a name that is not among these.
+    """
     try:
         if len(text) > LONGEST:
             raise _NoFormulaError(f"it has more than {LONGEST} characters")
         tree = ast.parse(text.strip(), mode="eval").body
-        return sympy.sympify(_Reader(system, where).read(tree))
+        return sympy.sympify(_Reader(names, bodies, where).read(tree))
     except (SyntaxError, ValueError, TypeError, ArithmeticError, RecursionError, MemoryError):
         reason = "it cannot be read"
     except _NoFormulaError as error:
@@ -85,17 +111,11 @@ class _NoFormulaError(Exception):
 
 
 class _Reader:
-    def __init__(self, system: Mechanism, where: str) -> None:
-        self._where, self._bodies = where, {body.name: body for body in system.bodies}
-        own = [
-            *configuration_symbols(system),
-            *tangent_symbols(system),
-            *(entry.symbol for entry in quasi_velocities(system)),
-            *(entry.symbol for entry in system.states if entry.name != MODE),
-            *(entry.symbol for entry in system.inputs),
-            *system.parameters,
-        ]
-        self._names: Mapping[str, sympy.Expr] = CONSTANTS | {str(s.name): s for s in own}
+    def __init__(
+        self, names: Mapping[str, sympy.Expr], bodies: Sequence[Body], where: str
+    ) -> None:
+        self._where, self._bodies = where, {body.name: body for body in bodies}
+        self._names = {**CONSTANTS, **names}
 
     def read(self, node: ast.expr) -> sympy.Expr:
         """Return the expression of a node of Python's grammar."""

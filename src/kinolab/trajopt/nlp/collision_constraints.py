@@ -287,7 +287,9 @@ def find(around, x, reach, derive, which, value, slope, side, found):  # type: i
             return which.shape[0]
         count = find_at(around, x[m], reach + around.clearance, found)
         for c in range(count):
-            beside = around.clearance if found.what[c] >= 0 else 0.0
+            what, beside = found.what[c], 0.0
+            if what >= 0 or (what <= OWN and beside_moving(found.mover[c], OWN - what, around)):
+                beside = around.clearance
             which[total + c], value[total + c] = m, found.gap[c] - beside
         if derive and count:
             for i in range(x.shape[1]):
@@ -305,6 +307,12 @@ def find(around, x, reach, derive, which, value, slope, side, found):  # type: i
 
 
 @kernel
+def beside_moving(a, b, around):  # type: ignore[no-untyped-def]
+    """Say whether one of two shapes is an obstacle that moves."""
+    return around.scene.paired[a] or around.scene.paired[b]
+
+
+@kernel
 def find_at(around, x, reach, found):  # type: ignore[no-untyped-def]
     """Find the distances within reach at one state; return their number."""
     scene = around.scene
@@ -312,6 +320,8 @@ def find_at(around, x, reach, found):  # type: ignore[no-untyped-def]
     count = 0
     for s in range(scene.kind.shape[0]):
         enclose(scene.kind[s], found.half[s], found.turns[s], found.places[s], 0.0, found.box[s])
+        if scene.paired[s]:
+            continue
         if scene.ground and not scene.rests[s] and count < MAX_GAPS:
             n = found.normal[count]
             n[0], n[1], n[2] = 0.0, 0.0, 1.0

@@ -57,7 +57,9 @@ class BroadphaseScene(NamedTuple):
     rests: NDArray[np.bool_]  # (shapes,) whether it may touch the ground, as cables may
     obstacle: Array  # (obstacles, 6) lowest and highest x, y, z in [m]
     mesh: Integers  # (obstacles,) which mesh of the grid, -1 for a primitive
+    paired: NDArray[np.bool_]  # (shapes,) whether it meets only those that it is paired with
     own_pairs: Integers  # (pairs, 2) shapes that may not touch each other
+    kept: Array  # (pairs,) [m] that must be left between them
     grow: float  # [m] that bodies are inflated by
     margin: float  # [m] to keep from the ground
     ground: bool
@@ -108,13 +110,14 @@ def make_broadphase(
     Raises:
         UnknownNameError: If ``self_pairs`` names a body or cable that does not exist.
     """
-    own_pairs = _own_pairs(bodies, cables, self_pairs)
+    own_pairs = np.array(_own_pairs(bodies, cables, self_pairs), dtype=np.int64).reshape(-1, 2)
     cables = [cable for cable in cables if cable.collides]
     parts = [(k, body, shape) for k, body in enumerate(bodies) for shape in body.shapes]
     measured = [sizes(shape) for _, _, shape in parts]
     lines = len(cables)
     meshes = [obstacle for obstacle in world.obstacles if obstacle.primitive is None]
     obstacles = obstacle_arrays(world.obstacles)
+    paired = np.array([*(body.prescribed for _, body, _ in parts), *[False] * lines], dtype=bool)
     scene = BroadphaseScene(
         kind=np.array(
             [*(int(kind) for kind, _ in measured), *[int(ShapeKind.CAPSULE)] * lines],
@@ -132,7 +135,9 @@ def make_broadphase(
         ),
         obstacle=obstacles.box,
         mesh=obstacles.mesh,
-        own_pairs=np.array(own_pairs, dtype=np.int64).reshape(-1, 2),
+        paired=paired,
+        own_pairs=own_pairs,
+        kept=np.where(paired[own_pairs].any(axis=1), world.clearance, 0.0),
         grow=0.0,
         margin=0.0,
         ground=world.ground,
@@ -256,11 +261,14 @@ def broadphase(poses, arrays):  # type: ignore[no-untyped-def]
         if (
             scene.ground
             and body[s] >= 0
+            and not scene.paired[s]
             and grounded(around[s, 2] + grow + ROUNDING_MARGIN, scene.rests[s], scene.margin)
         ):
             return COLLIDES
     left = 0
     for s in range(kind.shape[0]):
+        if scene.paired[s]:
+            continue
         left = pairs_of(s, left, arrays)
         if left == COLLIDES:
             return COLLIDES

@@ -65,14 +65,18 @@ class CollisionChecker:
         self.bodies, self.cables = tuple(bodies), tuple(cables)
         self.world = world
         self._owners = shape_owners(bodies, cables)
-        self.scene, self.grid = make_broadphase(bodies, cables, world, self_pairs)
+        scene, self.grid = make_broadphase(bodies, cables, world, self_pairs)
+        self.scene = scene._replace(kept=np.zeros(len(scene.own_pairs)))  # see ``_Beside``
         self._fixed, self._tree = obstacle_arrays(world.obstacles), mesh_tree(world.obstacles)
         self._shape, self._ends_shape = (len(bodies), 12), (len(cables), 6)
         self._rows = np.flatnonzero([cable.collides for cable in cables])
         self._obstacles = Obstacles(world.obstacles)
         self._beside: _Beside | None = None
         if world.clearance > 0:
-            alone = CollisionChecker(bodies, World(world.obstacles), cables=cables)
+            names = {body.name for body in bodies if body.prescribed}
+            moving = [pair for pair in self_pairs if names.intersection(pair)]
+            fixed = World(world.obstacles)
+            alone = CollisionChecker(bodies, fixed, cables=cables, self_pairs=moving)
             self._beside = _Beside(alone, world.clearance)
         self._inflate(margin, world.ground)
 
@@ -109,6 +113,16 @@ class CollisionChecker:
         twin = copy(self)
         twin.scene = self.scene._replace(sure=math.inf)
         return twin.inflated(self.margin, ground=self.scene.ground)
+
+    def keeping(self, distance: float) -> CollisionChecker:
+        """Return a checker whose clearance between two bodies is what exceeds a distance in [m].
+
+        It shares the obstacles with this one, not the scratch memory.
+        """
+        twin = copy(self)
+        twin.scene = self.scene._replace(kept=np.full(len(self.scene.own_pairs), distance))
+        twin._inflate(self.margin, self.scene.ground)
+        return twin
 
     def build(self) -> None:
         """Build the search trees of meshes, which would be built when they are first needed."""
@@ -254,7 +268,9 @@ class _Beside:
     """
 
     def __init__(self, alone: CollisionChecker, clearance: float, margin: float = 0.0) -> None:
-        self._alone, self._clearance, self._keep = alone, clearance, clearance + margin
+        self._clearance, self._keep = clearance, clearance + margin
+        # so that half of what is left beyond ``keep`` between two that move is what they may move
+        self._alone = alone.keeping(-self._keep)
         self._wide = alone.inflated(self._keep, ground=False)  # by more, at corners of boxes
 
     def inflated(self, margin: float) -> _Beside:

@@ -13,7 +13,8 @@ from kinolab.world.collision.triangle_gaps import mesh_clearance
 def clearance_at(arrays, most):  # type: ignore[no-untyped-def]
     """Bound the clearance of placed shapes from below, in [m]; ``most`` in an empty world.
 
-    Two shapes of the machine can approach each other from both sides: half their gap counts.
+    Two shapes of the machine can approach each other from both sides: half their gap counts, less
+    what must be left between them.
 
     Args:
         arrays: ``CheckerArrays``, as ``broadphase`` left them.
@@ -24,6 +25,8 @@ def clearance_at(arrays, most):  # type: ignore[no-untyped-def]
     kind, half, obstacle, own_pairs = scene.kind, scene.half, scene.obstacle, scene.own_pairs
     best = most
     for s in range(kind.shape[0]):
+        if scene.paired[s]:
+            continue
         shape = Convex(kind[s], half[s], turns[s], places[s])
         if scene.ground and not scene.rests[s]:
             best = min(best, around[s, 2] + scene.grow)
@@ -35,11 +38,11 @@ def clearance_at(arrays, most):  # type: ignore[no-untyped-def]
         best = mesh_clearance(shape, around[s], 0.0, best, arrays.tree, scratch)
     for k in range(own_pairs.shape[0]):
         a, b = own_pairs[k, 0], own_pairs[k, 1]
-        if 0.5 * box_gap(around[a], around[b]) < best:
+        if 0.5 * (box_gap(around[a], around[b]) - scene.kept[k]) < best:
             gap = separation_within(
                 Convex(kind[a], half[a], turns[a], places[a]),
                 Convex(kind[b], half[b], turns[b], places[b]),
                 0.0, math.inf, scratch.simplex,
             )  # fmt: skip
-            best = min(best, 0.5 * gap)
+            best = min(best, 0.5 * (gap - scene.kept[k]))
     return best

@@ -59,6 +59,8 @@ def clearance_within(poses, ends, least, wanted, need, fine, scratch, scene):  #
     for s in range(shapes):
         if best <= 0.0:
             return best
+        if broadphase.paired[s]:
+            continue
         if s < solid:
             free = sphere_tree_clearance(
                 s, turns[s], places[s], min(best, fine) + kept, best + kept, scene.spheres,
@@ -93,7 +95,7 @@ def ground_clearance(poses, scratch, scene):  # type: ignore[no-untyped-def]
                 return -1.0
         turn = scratch.turns[s]
         place(pose, broadphase.own[s], turn, scratch.places[s])
-        if broadphase.ground:
+        if broadphase.ground and not broadphase.paired[s]:
             reach = half_extent(
                 broadphase.kind[s], broadphase.half[s], -turn[2, 0], -turn[2, 1], -turn[2, 2]
             )
@@ -114,13 +116,14 @@ def self_clearance(best, least, scratch, scene):  # type: ignore[no-untyped-def]
         a, b = broadphase.own_pairs[k, 0], broadphase.own_pairs[k, 1]
         for s in (a, b):
             enclose(broadphase.kind[s], broadphase.half[s], turns[s], places[s], 0.0, around[s])
-        if 0.5 * box_gap(around[a], around[b]) - TOUCHING_MARGIN < best:
+        kept = broadphase.kept[k]
+        if 0.5 * (box_gap(around[a], around[b]) - kept) - TOUCHING_MARGIN < best:
             gap = separation_within(
                 Convex(broadphase.kind[a], broadphase.half[a], turns[a], places[a]),
                 Convex(broadphase.kind[b], broadphase.half[b], turns[b], places[b]),
-                2.0 * (least + TOUCHING_MARGIN), math.inf, scratch.simplex,
+                2.0 * (least + TOUCHING_MARGIN) + kept, math.inf, scratch.simplex,
             )  # fmt: skip
-            best = min(best, 0.5 * gap - TOUCHING_MARGIN)
+            best = min(best, 0.5 * (gap - kept) - TOUCHING_MARGIN)
     return best
 
 

@@ -70,6 +70,8 @@ def contacts_at(
         if body >= 0:
             place(poses[body], scene.own[s], turn, at)
         enclose(scene.kind[s], scene.half[s], turn, at, grow, box)
+        if scene.paired[s]:
+            continue
         rests = scene.rests[s]
         if body >= 0 and scene.ground and grounded(box[2] + grow, rests, scene.margin):
             yield Contact(owners[s], GROUND_NAME, "sinks" if rests else "touches")

@@ -245,6 +245,7 @@ def _described(system: Mechanism, body: Body) -> dict[str, Any]:
     facts["shapes"] = _encode(system.kept_shapes(body))
     facts |= {"whirl": body.whirl} if body.whirl else {}
     facts |= {} if body.located else {"located": False}
+    facts |= {"prescribed": True} if body.prescribed else {}
     return facts | ({} if body.drawn is None else {"drawn": _encode(body.drawn)})
 
 
@@ -395,6 +396,7 @@ class _MachineReader:
         entries = {name: data[name] for name in BODY}
         entries |= {"whirl": data.get("whirl", 0.0), "drawn": data.get("drawn")}
         entries |= {"located": data.get("located", True)}
+        entries |= {"prescribed": data.get("prescribed", False)}
         return self._made(lambda shapes, **of: Body(shape=shapes, **of), entries, "bodies", number)
 
     def decode(self, data: Any, *where: object) -> Any:
