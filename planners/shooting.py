@@ -35,6 +35,7 @@ class Shooting(AbstractPlanner):
     """
 
     name: ClassVar[str] = "shooting"
+    waits: ClassVar[bool] = True
 
     knots: int = setting(80, 10, 10_000, meaning="About how many knots a guess has.")
 

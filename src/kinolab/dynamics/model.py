@@ -87,6 +87,7 @@ class Model:
         methods: Of integration, by name: those that there were when it was described.
         state_names: Names of the entries of x, shape (nx,).
         control_names: Names of the entries of u, shape (nu,).
+        clocks: The entries of x that are the time; at rest they go on.
         rate_names: Names of all velocities, shape (nt,).
         control_bounds: Lower and upper limit of each input, shape (nu, 2).
         state_bounds: Lower and upper limit of each entry of x, shape (nx, 2).
@@ -194,6 +195,8 @@ class Model:
         self.state_bounds, self.state_scales = _entries(
             machine, self.quasi_velocities, self.independent
         )
+        units = {entry: c.unit for c in machine.coordinates for entry in c.entries}
+        self.clocks = [i for i, name in enumerate(self.coordinate_names) if units[name] == "s"]
         self._parts = completed(machine.parts, self.nx)
         self.parameter_names = tuple(name for name, _ in machine.parameters)
         self._defaults = np.array([value for _, value in machine.parameters])

@@ -98,6 +98,8 @@ def _obstacle(problem: PlanningTask) -> str:
     model, machine = problem.model, problem.machine
     if machine.references is not None or machine.states:
         return "it has feedback or states of its own"
+    if model.clocks:
+        return "its world moves on with time, and the dynamics follow more slowly"
     if problem.scenario.integration.truth == "discrete":
         return "its motion is defined by discrete steps"
     if not model.nv:

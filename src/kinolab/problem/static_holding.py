@@ -250,6 +250,7 @@ class _Balance:
         """Return the rates of change over the states' scales, shape (nx,)."""
         x, u = self._split(z)
         change: Array = self._model.f(x, u) / self._scales
+        change[self._model.clocks] = 0.0
         return change
 
     def _slope(self, z: Array) -> Array:

@@ -32,6 +32,8 @@ class AbstractPlanner(ABC):
         compares_costs: Whether it searches for what costs little by [objective].
         hybrid: Whether it plans for machines with modes: it follows motions only by the machine's
             own step, which switches where a mode ends.
+        waits: Whether it plans among obstacles that move: the state that it searches from goes on
+            with time.
     """
 
     name: ClassVar[str]
@@ -39,6 +41,7 @@ class AbstractPlanner(ABC):
     work_per_iteration: ClassVar[float] = 2e-3
     compares_costs: ClassVar[bool] = False
     hybrid: ClassVar[bool] = False
+    waits: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
         """Take whole numbers for numbers: loops are compiled for the types of settings."""
@@ -91,6 +94,7 @@ class AbstractTreeSearch(AbstractPlanner):
     """A planner that grows a tree from the start by constant inputs."""
 
     hybrid: ClassVar[bool] = True
+    waits: ClassVar[bool] = True
 
     min_steps: int = setting(
         1,

@@ -227,8 +227,12 @@ def make_planner(
     inherited = section.settings if chosen == own else {}
     _require_known(chosen, settings)
     made = planners.make(chosen, {**inherited, **settings})
+    what = ""
     if problem.machine.modes and not made.hybrid:
         what = f"{made.name} does not plan for machines with modes."
+    elif problem.model.clocks and not made.waits:
+        what = f"{made.name} plans in a world that stands still, and something in it moves."
+    if what:
         raise InputError([Mistake("[planner] name", what, "Take auto, rrt_fast or kpiece_fast.")])
     return made
 

@@ -26,7 +26,7 @@ class GuessedMotion(AbstractPlanner):
     """
 
     name = "guess"
-    hybrid = True
+    hybrid = waits = True
 
     guess: Trajectory
 
