@@ -19,6 +19,7 @@ from kinolab.numerics.work import WorkClock, charge, counted_work
 from kinolab.planners.kpiece_fast import KPIECEFast
 from kinolab.planners.rrt_fast import RRTFast
 from kinolab.problem import PlanningTask
+from kinolab.problem.standing import standing
 from kinolab.search import Budget, Outcome, SearchResult, with_default
 from kinolab.search.tree import (
     ITERATION_SECONDS,
@@ -37,6 +38,7 @@ if TYPE_CHECKING:
     from kinolab.trajectory import Trajectory
     from kinolab.trajopt.multistart.kinematic_multistart import KinematicMultistart
     from kinolab.trajopt.multistart.multiple_shooting import Multistart
+    from kinolab.trajopt.multistart.velocity_tuning import VelocityTuning
 
 GUESS_KNOTS = 80  # knots of a guess
 # tree iterations before the first guess: some milliseconds
@@ -165,6 +167,18 @@ class _Multistart:
             return multistart
         return None
 
+    @cached_property
+    def _tuned(self) -> VelocityTuning | None:
+        """Guesses by way of the world that stands still; None where nothing moves."""
+        if standing(self._problem) is None:
+            return None
+        with self._budget.preparing():
+            from kinolab.trajopt.multistart.velocity_tuning import VelocityTuning
+
+            tuned = VelocityTuning(*self._given)
+            tuned.prepare()
+            return tuned
+
     @property
     def _given(self) -> tuple[PlanningTask, int, int, Callable[[], bool], float]:
         budget = self._budget
@@ -249,10 +263,13 @@ class _Multistart:
     def _next(self) -> Callable[[], Trajectory | None]:
         """Return what optimises a guess, prepared.
 
-        Of three, two are by way of the reduction, which take less time.
+        Of three, two are by way of the reduction, which take less time; where something moves,
+        every other one by way of what stands still.
         """
         if self._count % 3 and self._kinematic is not None:
             return self._kinematic.next
+        if self._count % 2 == 0 and self._tuned is not None:
+            return self._tuned.next
         return self._multistart.next
 
 

@@ -118,7 +118,7 @@ def build_problem(
         models = _collect(mistakes, partial(_models, scenario, machine, moving))
     if models is None:
         raise InputError(mistakes)
-    whole, model, alone = models
+    (whole, model), alone = models[0], (models[1] if moving else None)
     arrays = state_arrays(scenario, model)
     issues = [*limit_issues(scenario, model, arrays)] if planning else []
     issues += endpoint_issues(scenario, model)
@@ -189,13 +189,16 @@ def _collect(mistakes: list[Mistake], make: Callable[[], T]) -> T | None:
 
 def _models(
     scenario: Scenario, machine: ScenarioMachine, moving: Sequence[Obstacle]
-) -> tuple[Model, Model, Model]:
-    """Return the machine among what moves, with a scenario's limits of inputs, and alone."""
+) -> list[tuple[Model, Model]]:
+    """Return the machine, and with the limits of inputs that a scenario sets; twice if things move.
+
+    First as it is among them, then as it is without them.
+    """
     alone = machine.model()
-    whole = among_moving(alone, scenario, moving) if moving else alone
-    limits = {n: scenario.bounds[n] for n in chosen_names(whole.machine) if n in scenario.bounds}
+    made = [among_moving(alone, scenario, moving), alone] if moving else [alone]
+    limits = {n: scenario.bounds[n] for n in chosen_names(alone.machine) if n in scenario.bounds}
     try:
-        return whole, with_limits(whole, limits) if limits else whole, alone
+        return [(whole, with_limits(whole, limits) if limits else whole) for whole in made]
     except InputError as error:
         raise InputError(
             mistake_at(Issue(("bounds", wrong.where), wrong.what, wrong.remedy), scenario.origin)

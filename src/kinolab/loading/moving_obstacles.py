@@ -21,6 +21,7 @@ import numpy as np
 from kinolab.dynamics import Model
 from kinolab.errors import InputError
 from kinolab.numerics.arrays import Array
+from kinolab.problem.task import HORIZON
 from kinolab.scenario import Issue, ObstacleEntry, Scenario, mistake_at
 from kinolab.untrusted import text_file, why
 from kinolab.world.obstacle import Obstacle
@@ -32,7 +33,7 @@ if TYPE_CHECKING:
     from kinolab.dynamics.language.shapes import Shape
 
 TIME = "time"  # what the coordinate is called
-HORIZON = 60.0  # [s] that the longest motion takes which is looked at, without [bounds] time
+LONGEST = 600.0  # [s] for which rows are repeated, without [bounds] time
 COLUMNS = ("t", "x", "y", "z", "roll", "pitch", "yaw")  # of a file; the last three can be missing
 MOST_CORNERS = 400  # of an obstacle's path: each is an operation of the machine's code
 SAMPLES = 1000  # of a motion, among which the fastest is taken
@@ -51,7 +52,7 @@ def among_moving(model: Model, scenario: Scenario, obstacles: Sequence[Obstacle]
         InputError: With all that is wrong with their motions.
     """
     moving = [(k, e) for k, e in enumerate(scenario.world.obstacle) if e.motion is not None]
-    horizon = scenario.bounds.get(TIME, (0.0, HORIZON))[1]
+    horizon = scenario.bounds.get(TIME, (0.0, LONGEST))[1]
     points = [_points(scenario, k, entry, horizon) for k, entry in moving]
     if TIME in (*model.state_names, *model.control_names):
         what = f"the machine calls something {TIME!r}, which is the time where obstacles move."
@@ -84,7 +85,7 @@ def _described(
     poses = [_pose(scenario, k, entry, corners, t) for (k, entry), corners in given]
     fastest = max(_fastest(pose, t, horizon) for pose in poses)
     # A second counts as far as the fastest obstacle moves in it.
-    time = clock(TIME, 0.0, horizon, scale=1.0 / fastest if fastest > 0.0 else horizon)
+    time = clock(TIME, scale=1.0 / fastest if fastest > 0.0 else HORIZON)
     bodies = []
     for (_, entry), pose, obstacle in zip(moving, poses, obstacles, strict=True):
         x, y, z, roll, pitch, yaw = (entry.xreplace({t: time}) for entry in pose)

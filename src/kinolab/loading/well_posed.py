@@ -109,7 +109,8 @@ def limit_issues(scenario: Scenario, model: Model, arrays: StateArrays) -> Itera
             remedy = "Compare [bounds], [world] bounds and the machine's own limits."
             yield Issue(("bounds", name), what, remedy)
         elif not np.isfinite([lower, upper]).all():
-            unlimited.append(name)
+            if i not in model.clocks:
+                unlimited.append(name)
         elif max(abs(lower), abs(upper)) > MAX_LIMIT:
             what = f"{name} may be as large as {max(abs(lower), abs(upper)):g}."
             yield Issue(("bounds", name), what, f"Keep limits below {MAX_LIMIT:g}.")

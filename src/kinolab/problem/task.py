@@ -37,6 +37,7 @@ REACH_SAMPLES = 500  # more, each led as near as it comes, before a goal is call
 MISSED_TOLERANCES, MISSED_LENGTH = 2.0, 1e-3  # [m] or [rad]
 LIMIT_TOLERANCE = 1e-9  # by which a value may exceed a limit, in its own unit
 REST = 1e-10  # of an entry's scale: what is slower rests
+HORIZON = 60.0  # [s] of the time in which states are drawn, where no limit of it is given
 SAME = 1e-12  # smaller differences are not printed
 LEANING = " Draw a wheel that leans thin: the edge of its tread goes down."
 LARGE_SOLIDS = (  # of a robot from a file
@@ -75,7 +76,7 @@ class PlanningTask:
         keep_outs: Cones that axes of bodies must stay out of.
         via: The goals that are reached on the way.
         whole: The machine with its full input limits; ``model`` when left out.
-        alone: The machine without the obstacles that move; ``whole`` when left out.
+        alone: Where obstacles move, the machine without them: as ``whole``, and as ``model``.
         cost_entry: The entry of the state that is the cost so far, where there is one.
     """
 
@@ -93,7 +94,7 @@ class PlanningTask:
     keep_outs: tuple[KeepOutCone, ...] = ()
     via: tuple[Goal, ...] = ()
     whole: Model | None = None
-    alone: Model | None = None
+    alone: tuple[Model, Model] | None = None
     cost_entry: int | None = None
 
     def __repr__(self) -> str:
@@ -545,6 +546,8 @@ class PlanningTask:
             bounds[part.own] = -1.0, 1.0
         if self.cost_entry is not None:
             bounds[self.cost_entry] = 0.0  # which is nowhere compared
+        for clock in self.model.clocks:
+            bounds[clock, 1] = min(bounds[clock, 1], self.start[clock] + HORIZON)
         return bounds
 
 

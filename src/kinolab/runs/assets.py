@@ -26,7 +26,7 @@ def assets_of(problem: PlanningTask) -> dict[str, bytes]:
     file = _planner_file(problem.scenario)
     code = {file.name: text_of(file)} if file is not None else {}
     # whose feedback is a law, its gains included
-    model = problem.alone or problem.whole or problem.model
+    model = problem.alone[0] if problem.alone else problem.whole or problem.model
     machine = {name: text.encode() for name, text in model.files.items()}
     return {**machine, **meshes, **code}
 

@@ -49,6 +49,7 @@ def costed(problem: PlanningTask) -> PlanningTask | None:
         machine=made.machine,
         model=made,
         whole=None,
+        alone=None,
         start=np.insert(problem.start, entry, 0.0),
         goal=_shifted(problem.goal, entry),
         via=tuple(_shifted(one, entry) for one in problem.via),

@@ -123,6 +123,8 @@ class Guesses:
         lower, upper = np.clip(problem.model.control_bounds.T, -1e3, 1e3)
         held = np.tile((lower + upper) / 2, (len(path) - 1, 1))
         even = resampled(times, path, held, steps, problem.space)
+        for clock in problem.model.clocks:  # whatever a path has there
+            even.x[:, clock] = problem.start[clock] + h * np.arange(steps + 1)
         shaken = GUESS.perturbation * generator.standard_normal(even.u.shape) * (upper - lower)
         return _rolled(problem, Knots(even.x, even.u + shaken, h))
 
@@ -146,6 +148,7 @@ class Guesses:
         """Largest sampled rate of each coordinate in its unit per [s], shape (nq,)."""
         rates = np.abs(self._slopes[:, : self._problem.model.nq]).max(axis=0)
         seen: Array = np.maximum(rates, 1e-9)
+        seen[self._problem.model.clocks] = np.inf  # time has no way to go
         return seen
 
     @cached_property

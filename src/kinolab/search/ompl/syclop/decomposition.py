@@ -113,7 +113,7 @@ class Decomposition(oc.GridDecomposition):  # type: ignore[misc]
 
     def _beyond(self, values: list[float]) -> list[float]:
         """Return a copy of a state that violates a limit, if there is any limit."""
-        low, high = self._problem.bounds.T
+        low, high = self._problem.sampling_bounds.T
         for k in np.flatnonzero(np.isfinite(high - low) & ~self._problem.circular):
             return [*values[:k], float(2 * high[k] - low[k] + 1.0), *values[k + 1 :]]
         return values
