@@ -73,6 +73,15 @@ class InputFacts:
     limits: Limits
 
 
+JOINT = "+"  # between the names of machines in that of all
+
+
+def members(system_name: str) -> tuple[str, ...]:
+    """Return the names of the machines that one consists of, by its own; none if it is one."""
+    names = tuple(system_name.split(JOINT))
+    return names if len(names) > 1 else ()
+
+
 @dataclass(frozen=True)
 class BodyGeometry:
     """What the world sees of one body; shapes have numeric dimensions.

@@ -163,7 +163,7 @@ def _parts(
     made = [_collect(mistakes, partial(_obstacle, scenario, o)) for o in scenario.world.obstacle]
     there = {k: obstacle for k, obstacle in enumerate(made) if obstacle is not None}
     mistakes += [mistake_at(issue, scenario.origin) for issue in mesh_issues(scenario, there)]
-    if scenario.system.name is None and scenario.system.file is None:
+    if not any((scenario.system.name, scenario.system.file, scenario.system.machines)):
         return None, there  # it is among the mistakes already
     machine = _collect(mistakes, partial(ScenarioMachine, scenario))
     if machine is not None:

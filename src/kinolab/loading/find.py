@@ -82,6 +82,11 @@ def find_system(scenario: Scenario) -> System:
     section = scenario.system
     if scenario.origin.machine is not None:
         system = scenario.origin.machine
+    elif section.machines is not None:
+        from kinolab.dynamics import System
+        from kinolab.dynamics.together import together
+
+        system = System.of(together(_machines(scenario)))
     elif section.name is not None:
         if section.name not in systems.names():
             where = place_at(("system", "name"), scenario.origin)
@@ -94,6 +99,16 @@ def find_system(scenario: Scenario) -> System:
     if all(name in known for name in section.parameters):
         return system.with_parameters(**section.parameters)
     return system  # the unknown ones are reported with all other names
+
+
+def _machines(scenario: Scenario) -> dict[str, System]:
+    """Return the machines of a scenario that has several, each with its parameters and its law."""
+    from kinolab.dynamics.analysis.lqr_design import with_law
+
+    return {
+        name: with_law(find_system(scenario.model_copy(update={"system": section}).located(scenario.origin)))
+        for name, section in (scenario.system.machines or {}).items()
+    }
 
 
 def file_of_machine(scenario: Scenario) -> Path | None:

@@ -97,6 +97,12 @@ def content_of(scenario: Scenario) -> str | None:
     section = scenario.system
     if scenario.origin.machine is not None:
         return None  # which has a place in the cache of its own, by its text
+    if section.machines is not None:
+        own = {
+            name: content_of(scenario.model_copy(update={"system": one}).located(scenario.origin))
+            for name, one in section.machines.items()
+        }
+        return None if None in own.values() else _content("side by side", own)
     if section.name in systems.names():
         return _content("registered", section.name, systems_code(), section.parameters)
     if section.file is None or not section.file.endswith(".json"):

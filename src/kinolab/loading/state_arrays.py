@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.dynamics import Model
+from kinolab.dynamics.machine_facts import members
 from kinolab.numerics.arrays import Array
 from kinolab.scenario import Scenario
 
@@ -41,7 +42,12 @@ def _bounds(scenario: Scenario, model: Model) -> Array:
     for part in model.space.spheres:
         bounds[part.own] = -np.inf, np.inf
     lengths = {c.name for c in model.machine.coordinates if c.unit == "m"}
-    workspace = {axis: given for axis, given in scenario.world.bounds.items() if axis in lengths}
+    workspace = {
+        name: given
+        for axis, given in scenario.world.bounds.items()
+        for name in (axis, *(f"{machine}_{axis}" for machine in members(model.machine.name)))
+        if name in lengths
+    }
     for limits in (scenario.bounds, workspace):
         for i, name in enumerate(model.state_names):
             lower, upper = limits.get(name, (-np.inf, np.inf))

@@ -52,8 +52,8 @@ def goal_of(section: GoalSection, model: Model, circular: NDArray[np.bool_]) -> 
     kept = 1.0 - section.reserve
     values = {name: v for name, v in section.values.items() if not isinstance(v, tuple)}
     spheres = {part.name: part for part in model.space.spheres}
-    if section.at_rest:
-        values = dict.fromkeys((model.state_names[i] for i in model.speeds), 0.0) | values
+    speeds = (model.state_names[i] for i in model.speeds)
+    values = dict.fromkeys(filter(section.rests, speeds), 0.0) | values
     indices = [model.state_names.index(name) for name in values]
     bodies = [body.name for body in model.machine.bodies]
     return Goal(

@@ -59,7 +59,8 @@ def portable_scenario(problem: PlanningTask) -> Scenario:
         else entry
         for index, entry in enumerate(scenario.world.obstacle)
     )
-    machine: dict[str, str | None] = {"name": None, "file": f"assets/{MACHINE_FILE}"}
+    machine: dict[str, str | None] = {"file": f"assets/{MACHINE_FILE}"}
+    machine |= {"name": None, "machines": None}
     machine |= {key: None for key, *_ in ROBOT_ONLY}
     return scenario.model_copy(
         update={

@@ -17,11 +17,12 @@ from kinolab.scenario.locations import mistake_at
 from kinolab.scenario.messages import explain
 from kinolab.scenario.overrides import apply_overrides
 from kinolab.scenario.partial_parse import parse_partially
-from kinolab.scenario.rules import document_issues
-from kinolab.scenario.schema import Scenario
+from kinolab.scenario.rules import document_issues, unknown_key
+from kinolab.scenario.schema import ALL, GoalSection, Scenario
 from kinolab.scenario.toml_text import MOST_PARTS, MOST_VALUES, has_too_many, long_key, shortened
 from kinolab.scenario.user_code import python_reference
 
+OF_MACHINES = ("system", "start", "goal", "bounds", "metric")  # what each [[machine]] may have
 MISTAKE_LIMIT = 100  # nobody reads more, and every one of them takes time to word
 _BEGINNING = 'Begin with schema = 1, title = "…" and a [system] section.'
 
@@ -115,6 +116,8 @@ def check_changed(
         origin: Where it is from, with what was changed.
         mistakes: In the changes; they come first.
     """
+    document, found = _side_by_side(document)
+    mistakes += [mistake_at(issue, origin) for issue in found]
     document = _divided(document)
     issues, scenario = document_issues(document), None
     try:
@@ -139,6 +142,69 @@ def _divided(document: dict[str, Any]) -> dict[str, Any]:
     earlier = document.get("via", [])
     rest = {key: value for key, value in document.items() if key not in ("via", "goal")}
     return {**rest, "via": [*earlier, *on_the_way], "goal": last}
+
+
+def _side_by_side(document: dict[str, Any]) -> tuple[dict[str, Any], list[Issue]]:
+    """Return a document with one [system], [start] and [goal]: those of all [[machine]] entries.
+
+    A key of one machine has the machine's name before it there, as have its coordinates.
+    """
+    machines = document.get("machine")
+    if machines is None:
+        return document, []
+    entries = machines if isinstance(machines, list) else [machines]
+    issues, named = [], dict[str, dict[str, Any]]()
+    for k, entry in enumerate(entries):
+        name = entry.get("name") if isinstance(entry, dict) else None
+        if not isinstance(name, str) or not name.isidentifier() or name in named:
+            what = "it has no name, or that of another one, or not one of letters and digits."
+            issues.append(Issue(("machine", k, "name"), what, 'Write name = "left", for example.'))
+            continue
+        named[name] = entry
+        for key in {*entry} - {"name", *OF_MACHINES}:
+            issues.append(unknown_key(("machine", k, key), key, ("name", *OF_MACHINES)))
+    if len(entries) < 2:
+        issues.append(Issue(("machine",), "it is the only one.", "Write [system], or another one."))
+    made = {key: value for key, value in document.items() if key != "machine"}
+    for key in ("system", "start", "goal"):
+        if key in made:
+            what = f"[{key}] stands beside [[machine]], each of which has its own."
+            issues.append(Issue((key,), what, "Leave one of the two out."))
+    made["system"] = {"machines": {name: _table(one, "system") for name, one in named.items()}}
+    for key in ("bounds", "metric", "start"):
+        own = {f"{name}_{k}": v for name, one in named.items() for k, v in _table(one, key).items()}
+        made[key] = {**_table(made, key), **own}
+    made["goal"] = _common_goal({name: _table(one, "goal") for name, one in named.items()}, issues)
+    return made, issues
+
+
+def _common_goal(goals: dict[str, dict[str, Any]], issues: list[Issue]) -> dict[str, Any]:
+    """Return the goal that all machines reach theirs; what they differ in that is of all is wrong."""
+    made: dict[str, Any] = {"tolerance": {}}
+    for k, (name, goal) in enumerate(goals.items()):
+        for key, value in goal.items():
+            if key == "tolerance":
+                own = value if isinstance(value, dict) else {ALL: value}
+                made[key] |= {f"{name}_{n}": v for n, v in own.items()}
+            elif key == "at_rest":
+                made[key] = [*made.get(key, []), *([name] if value else [])]
+            elif key in ("point", "direction") and isinstance(value, list):
+                placed = [{**p, "body": f"{name}_{p.get('body')}"} for p in value]
+                made[key] = [*made.get(key, []), *placed]
+            elif key in GoalSection.model_fields:
+                if made.setdefault(key, value) != value:
+                    what = f"{key} is not what another machine's goal says."
+                    issues.append(Issue(("machine", k, "goal", key), what, "Write the same."))
+            else:
+                made[f"{name}_{key}"] = value
+    if len(made.get("at_rest", ())) in (0, len(goals)):
+        made["at_rest"] = bool(made.get("at_rest"))
+    return made
+
+
+def _table(entry: dict[str, Any], key: str) -> dict[str, Any]:
+    value = entry.get(key, {})
+    return value if isinstance(value, dict) else {}
 
 
 def readable(mistakes: list[Mistake], origin: Origin) -> list[Mistake]:

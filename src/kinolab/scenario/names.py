@@ -9,7 +9,7 @@ from kinolab.scenario.angles import WrittenAngle
 from kinolab.scenario.issues import Issue, KeyPath
 from kinolab.scenario.locations import keys_of, mistake_at
 from kinolab.scenario.rules import unknown_key
-from kinolab.scenario.schema import DirectionGoal, GoalSection, KeepOut, PointGoal, Scenario
+from kinolab.scenario.schema import ALL, DirectionGoal, GoalSection, KeepOut, PointGoal, Scenario
 from kinolab.scenario.toml_text import shown
 
 
@@ -33,6 +33,8 @@ def check_names(
     for place, goal in scenario.goals.items():
         issues += _unknown(place, goal.values, [*state, *keys_of(GoalSection)])
         tolerances = goal.tolerance if isinstance(goal.tolerance, dict) else {}
+        begun = {k for k in tolerances if k.endswith(ALL) and any(s.startswith(k[:-1]) for s in state)}
+        tolerances = {key: value for key, value in tolerances.items() if key not in begun}
         issues += _unknown((*place, "tolerance"), tolerances, state)
     issues += [
         *(unknown_key(path, b, bodies, "body") for path, b in _bodies(scenario) if b not in bodies),

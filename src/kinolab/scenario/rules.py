@@ -16,7 +16,7 @@ from kinolab.scenario.issues import Issue, KeyPath
 from kinolab.scenario.toml_text import shortened, string_text
 from kinolab.scenario.values import ROBOT_ONLY
 
-SYSTEM_KINDS = ("name", "file")
+SYSTEM_KINDS = ("name", "file", "machines")
 ObstacleKind = Literal["mesh", "box", "sphere", "cylinder"]
 OBSTACLE_KINDS: tuple[ObstacleKind, ...] = get_args(ObstacleKind)
 KINEMATIC_ONLY = ("max_velocity", "max_acceleration")

@@ -28,6 +28,7 @@ from kinolab.scenario.issues import Issue, KeyPath, Origin
 from kinolab.scenario.values import (
     COORDINATE,
     Angle,
+    AtRest,
     Axis,
     BodyName,
     BoxEdges,
@@ -80,6 +81,7 @@ from kinolab.scenario.values import (
 LARGEST_CLEARANCE = 1e6  # [m]; its square must not drown the sizes of what moves
 MOST_OBSTACLES = 2000  # each is asked about in every pose; more belong into a mesh
 TOLERANCE = 0.1  # of every goal that does not give its own
+ALL = "*"  # after the beginning of names: of a tolerance for all that is a machine's
 RULE_ERROR = "kinolab_rule"  # the type of errors that several keys make together
 
 
@@ -111,6 +113,7 @@ class SystemSection(Section):
     density: Positive | None = None  # of links without inertia in a robot's file, [kg/m^3]
     balance_inertia: bool | None = None  # of a URDF file
     parameters: dict[str, Number] = {}
+    machines: dict[str, SystemSection] | None = None  # several, side by side, by name
 
     @model_validator(mode="after")
     def _one_source(self) -> Self:
@@ -235,7 +238,7 @@ class GoalSection(Section):
 
     tolerance: Tolerance = TOLERANCE  # in the units of the coordinates; [m] and [rad]
     norm: Literal["max", "sum", "euclidean"] = "max"  # of all shares of tolerances
-    at_rest: bool = False
+    at_rest: AtRest = False  # or the names of those machines, of several, that shall be
     hold: NotNegative = 0.0  # [s] for which the machine stays there
     order: Literal["written", "any"] = "written"  # in which [[via]] and this one are reached
     reserve: Annotated[
@@ -246,9 +249,18 @@ class GoalSection(Section):
 
     def tolerance_of(self, name: str) -> float:
         """The tolerance of a coordinate or rate, in its own unit."""
-        if isinstance(self.tolerance, dict):
-            return self.tolerance.get(name, TOLERANCE)
-        return self.tolerance
+        if not isinstance(self.tolerance, dict):
+            return self.tolerance
+        if name in self.tolerance:
+            return self.tolerance[name]
+        begun = (key for key in self.tolerance if key.endswith(ALL) and name.startswith(key[:-1]))
+        return self.tolerance.get(max(begun, key=len, default=""), TOLERANCE)
+
+    def rests(self, name: str) -> bool:
+        """Whether a velocity of this name is to be zero."""
+        if isinstance(self.at_rest, bool):
+            return self.at_rest
+        return any(name.startswith(f"{machine}_") for machine in self.at_rest)
 
     @property
     def values(self) -> dict[str, Coordinate]:

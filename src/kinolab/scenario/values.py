@@ -262,6 +262,11 @@ Seed = Annotated[
     Field(ge=0, le=WHOLE_MAX),
     Wanted("a whole number from 0 to 2^63 - 1"),
 ]
+AtRest = Annotated[
+    Annotated[bool, Tag(NUMBER_TAG)] | Annotated[tuple[Name, ...], _List, Tag(LIST_TAG)],
+    _NUMBER_OR_LIST,
+    Wanted("true, false or a list of machines"),
+]
 Pixels = Annotated[int, Field(ge=64, le=4096)]
 
 Limits = Annotated[
