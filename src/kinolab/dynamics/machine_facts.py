@@ -73,6 +73,7 @@ class InputFacts:
     limits: Limits
 
 
+TIME = "time"  # what the clock is called of a machine among obstacles that move
 JOINT = "+"  # between the names of machines in that of all
 
 
@@ -80,6 +81,12 @@ def members(system_name: str) -> tuple[str, ...]:
     """Return the names of the machines that one consists of, by its own; none if it is one."""
     names = tuple(system_name.split(JOINT))
     return names if len(names) > 1 else ()
+
+
+def member_of(name: str, machines: Sequence[str]) -> str:
+    """Return the machine, of several, that something belongs to by its name; none: empty."""
+    own = (machine for machine in machines if name.startswith(f"{machine}_"))
+    return max(own, key=len, default="")
 
 
 @dataclass(frozen=True)

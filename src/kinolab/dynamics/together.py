@@ -15,11 +15,11 @@ from kinolab.dynamics.language.feedback import Feedback, Reference
 from kinolab.dynamics.language.forces import Gravity
 from kinolab.dynamics.language.frames import Axis, pose
 from kinolab.dynamics.language.mechanism import Mechanism
-from kinolab.dynamics.language.mechanism_parts import coordinate_of
+from kinolab.dynamics.language.mechanism_parts import atoms_of, coordinate_of
 from kinolab.dynamics.language.quantities import UP
 from kinolab.dynamics.language.shapes import DrawnMesh, Shape
 from kinolab.dynamics.language.symbols import MachineSymbol
-from kinolab.dynamics.machine_facts import JOINT
+from kinolab.dynamics.machine_facts import JOINT, member_of, members
 from kinolab.errors import InputError, Mistake
 
 NAMELESS = (Axis, Shape, DrawnMesh)  # whose ``name`` says of which kind they are
@@ -62,6 +62,47 @@ def together(machines: Mapping[str, Mechanism]) -> Mechanism:
         if laws
         else None,
     )
+
+
+def part_of(system: Mechanism, name: str) -> Mechanism:
+    """Return one of the machines that ``together`` has made one of, under the names it has there."""
+    machines = members(system.name)
+
+    def own(words: Any) -> list[Any]:
+        return [word for word in words if member_of(_name_in(word), machines) == name]
+
+    def within(pairs: Any) -> list[Any]:
+        return [pair for pair in pairs if len(own(pair)) == len(pair)]
+
+    law = system.feedback
+    chosen = system.velocities
+    return Mechanism(
+        name,
+        **{
+            key: own(getattr(system, key))
+            for key in (
+                *("bodies", "constraints", "inputs", "efforts", "states", "requirements"),
+                *("cables", "coordinates", "keep"),
+            )
+        },
+        collisions=within(system.collisions),
+        unwatched=within(system.unwatched),
+        gravity=system.gravity,
+        velocities=own(chosen) if isinstance(chosen, tuple) else chosen,
+        values={key: value for key, value in system.values if own([key])},
+        feedback=Feedback(own(law.references), own(law.law)) if isinstance(law, Feedback) else None,
+    )
+
+
+def _name_in(word: Any) -> str:
+    """Return a name that a word of a machine has, or that something in it has."""
+    if isinstance(word, str):
+        return word
+    if isinstance(word, tuple):  # an entry of a law, by its name
+        return _name_in(word[0])
+    if isinstance(name := getattr(word, "name", None), str):
+        return name
+    return min(str(atom) for atom in atoms_of(word) if atom not in UP)
 
 
 def _misfits(machines: Mapping[str, Mechanism]) -> Iterator[Mistake]:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from kinolab.dynamics.codegen.state_space import wrapped
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.manifolds.state_parts import UnitSphere
+from kinolab.scenario.schema import TOLERANCE
 
 Norm: TypeAlias = Literal["max", "sum", "euclidean"]
 
@@ -161,6 +162,22 @@ class Goal:
     directions: tuple[DirectionTarget, ...] = ()
     parts: tuple[PartTarget, ...] = ()
     norm: Norm = "max"
+
+    def at_rest(self, speeds: NDArray[np.int64]) -> Goal:
+        """Return the same goal, in which the machine rests.
+
+        Args:
+            speeds: The entries of the state that are velocities.
+        """
+        left = [i for i in speeds.tolist() if i not in self.indices]
+        still = np.zeros(len(left))
+        return replace(
+            self,
+            indices=(*self.indices, *left),
+            targets=np.append(self.targets, still),
+            tolerances=np.append(self.tolerances, still + TOLERANCE),
+            circular=np.append(self.circular, still > 0),
+        )
 
     @property
     def together(self) -> bool:

@@ -1,40 +1,136 @@
-"""The same problem in a world that stands still: without the obstacles that move, and without time."""
+"""One problem among obstacles that move, and without them; one machine of several.
+
+What differs is the machine. All else that a problem says of its states goes along by their names.
+"""
 
 from __future__ import annotations
 
+import json
+from collections.abc import Sequence
 from dataclasses import replace
-from functools import lru_cache
+from functools import lru_cache, partial
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
-from kinolab.problem.goal import Goal
-from kinolab.problem.task import PlanningTask
+from kinolab.dynamics import Model
+from kinolab.numerics.arrays import Array
+from kinolab.problem.goal import DirectionTarget, Goal, KeepOutCone, PointTarget
+from kinolab.problem.task import HORIZON, PlanningTask
+
+if TYPE_CHECKING:
+    from kinolab.dynamics.language.mechanism import Mechanism
+    from kinolab.dynamics.movers import Mover
+
+OfBody = TypeVar("OfBody", DirectionTarget, KeepOutCone, PointTarget)
 
 
 @lru_cache(maxsize=8)
 def standing(problem: PlanningTask) -> PlanningTask | None:
     """Return the problem whose machine is alone with what stands still; None where nothing moves."""
-    if problem.alone is None:
-        return None
-    whole, model = problem.alone
-    (clock,) = problem.model.clocks
+    return None if problem.alone is None else with_machine(problem, *problem.alone)
+
+
+@lru_cache(maxsize=16)
+def part(problem: PlanningTask, name: str) -> PlanningTask:
+    """Return the problem of one of several machines, without the others.
+
+    Args:
+        problem: Of machines side by side.
+        name: Of the machine.
+    """
+    model = problem.model
+    made = Model.described_by(json.dumps([model.key, "part", name]), partial(_part, model, name))
+    return with_machine(problem, made, made)
+
+
+def among(problem: PlanningTask, movers: Sequence[Mover]) -> PlanningTask:
+    """Return the problem in a world in which, besides, obstacles move as is said."""
+    from kinolab.dynamics.movers import among as with_movers  # late: uses SymPy
+
+    model = problem.model
+    told = [[m.name, repr(m.shapes), [*map(str, m.pose)]] for m in movers]
+    made = Model.described_by(
+        json.dumps([model.key, "among", told]),
+        lambda: with_movers(model.system, movers, HORIZON),
+    )
+    return replace(with_machine(problem, made, made), alone=(model, model))
+
+
+def _part(model: Model, name: str) -> Mechanism:
+    from kinolab.dynamics.together import part_of
+
+    return part_of(model.system, name)
+
+
+def with_machine(problem: PlanningTask, whole: Model, model: Model) -> PlanningTask:
+    """Return the same problem of another machine, by the names of states and bodies.
+
+    What it does not have is asked no more; states that are new begin at 0, within its own limits.
+
+    Args:
+        problem: What to change.
+        whole: The machine with its full input limits.
+        model: The machine.
+    """
+    states, rates = problem.model.state_names, problem.model.rate_names
+    place = [states.index(name) if name in states else -1 for name in model.state_names]
+    new = np.array(place) < 0
+    compared = np.zeros(model.nx)
+    compared[model.clocks] = 1.0 / model.state_scales[model.clocks]
+
+    def own(values: Array, others: object) -> Array:
+        found = values[place]
+        found[new] = others
+        return found
+
     return replace(
         problem,
         machine=whole.machine,
         model=model,
         whole=whole,
         alone=None,
-        start=np.delete(problem.start, clock),
-        goal=_shifted(problem.goal, clock),
-        via=tuple(_shifted(one, clock) for one in problem.via),
-        bounds=np.delete(problem.bounds, clock, axis=0),
-        rate_bounds=problem.rate_bounds[[n != f"{problem.model.state_names[clock]}_dot" for n in problem.model.rate_names]],
-        scales=np.delete(problem.scales, clock),
-        weights=np.delete(problem.weights, clock),
-        circular=np.delete(problem.circular, clock),
+        start=own(problem.start, 0.0),
+        goal=_goal(problem, problem.goal, model),
+        via=tuple(_goal(problem, one, model) for one in problem.via),
+        bounds=own(problem.bounds, model.state_bounds[new]),
+        rate_bounds=np.array(
+            [
+                problem.rate_bounds[rates.index(name)] if name in rates else (-np.inf, np.inf)
+                for name in model.rate_names
+            ]
+        ).reshape(-1, 2),
+        scales=own(problem.scales, model.state_scales[new]),
+        weights=own(problem.weights, compared[new]),
+        circular=own(problem.circular, False),
+        keep_outs=_placed(problem, problem.keep_outs, model),
     )
 
 
-def _shifted(goal: Goal, clock: int) -> Goal:
-    """Return a goal in states without the time."""
-    return replace(goal, indices=tuple(i - (i > clock) for i in goal.indices))
+def _goal(problem: PlanningTask, goal: Goal, model: Model) -> Goal:
+    """Return what is left of a goal for another machine."""
+    states = problem.model.state_names
+    kept = [k for k, i in enumerate(goal.indices) if states[i] in model.state_names]
+    spheres = {part.name: part for part in model.space.spheres}
+
+    return replace(
+        goal,
+        indices=tuple(model.state_names.index(states[goal.indices[k]]) for k in kept),
+        targets=goal.targets[kept],
+        tolerances=goal.tolerances[kept],
+        circular=goal.circular[kept],
+        points=_placed(problem, goal.points, model),
+        directions=_placed(problem, goal.directions, model),
+        parts=tuple(
+            replace(one, part=spheres[one.part.name])
+            for one in goal.parts
+            if one.part.name in spheres
+        ),
+    )
+
+
+def _placed(problem: PlanningTask, targets: tuple[OfBody, ...], model: Model) -> tuple[OfBody, ...]:
+    """Return those targets of bodies that another machine has, too."""
+    names = [body.name for body in model.machine.bodies]
+    called = ((one, problem.bodies[one.body].name) for one in targets)
+    return tuple(replace(one, body=names.index(name)) for one, name in called if name in names)

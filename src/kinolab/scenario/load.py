@@ -174,6 +174,7 @@ def _side_by_side(document: dict[str, Any]) -> tuple[dict[str, Any], list[Issue]
     for key in ("bounds", "metric", "start"):
         own = {f"{name}_{k}": v for name, one in named.items() for k, v in _table(one, key).items()}
         made[key] = {**_table(made, key), **own}
+    made["planner"] = {"name": "prioritized", **_table(made, "planner")}
     made["goal"] = _common_goal({name: _table(one, "goal") for name, one in named.items()}, issues)
     return made, issues
 

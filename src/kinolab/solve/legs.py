@@ -23,7 +23,6 @@ from kinolab.problem.static_holding import static_holding
 from kinolab.problem.time_steps import covering_steps
 from kinolab.scenario import place_at
 from kinolab.scenario.issues import KeyPath
-from kinolab.scenario.schema import TOLERANCE
 from kinolab.simulation.reference import DivergedError, price, resimulate, trajectory_under
 from kinolab.solve.plan import REFUSED, Improvement, PlanResult
 from kinolab.trajectory import Trajectory
@@ -56,7 +55,7 @@ def solved_in_legs(problem: PlanningTask, solve: Solve, glance: Solve) -> PlanRe
         leg = legs[k] if not motions else replace(legs[k], start=motions[-1].x[-1])
         found = solve(leg)
         if found.status != "solved" and before is not None and not leg.rests(leg.start):
-            slower = solve(_resting(before))  # it may have come too fast to where it turns
+            slower = solve(replace(before, goal=before.goal.at_rest(before.model.speeds)))  # it may have come too fast to where it turns
             if slower.status == "solved" and slower.trajectory is not None:
                 made[-1], motions[-1] = slower, slower.trajectory
                 leg = replace(legs[k], start=motions[-1].x[-1])
@@ -91,23 +90,6 @@ def _require_possible(
             mistakes |= dict.fromkeys(told)
     if mistakes:
         raise EndpointError(list(mistakes))
-
-
-def _resting(leg: PlanningTask) -> PlanningTask:
-    """Return a problem whose goal is the same place, at rest."""
-    goal, model = leg.goal, leg.model
-    speeds = [i for i in np.asarray(model.speeds).tolist() if i not in goal.indices]
-    still = np.zeros(len(speeds))
-    return replace(
-        leg,
-        goal=replace(
-            goal,
-            indices=(*goal.indices, *speeds),
-            targets=np.append(goal.targets, still),
-            tolerances=np.append(goal.tolerances, still + TOLERANCE),
-            circular=np.append(goal.circular, still > 0),
-        ),
-    )
 
 
 def _joined(problem: PlanningTask, motions: Sequence[Trajectory]) -> Trajectory:

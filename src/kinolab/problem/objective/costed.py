@@ -18,7 +18,7 @@ import numpy as np
 
 from kinolab.dynamics import Model
 from kinolab.errors import InputError, SingularError
-from kinolab.problem.goal import Goal
+from kinolab.problem.standing import with_machine
 from kinolab.problem.task import PlanningTask
 from kinolab.scenario import Issue, Scenario, mistake_at
 
@@ -43,21 +43,10 @@ def costed(problem: PlanningTask) -> PlanningTask | None:
         return None
     content = json.dumps([model.key, COST, scenario.objective.model_dump(mode="json")])
     made = Model.described_by(content, partial(_with_cost, model, scenario))
-    entry = made.state_names.index(COST)
     return replace(
-        problem,
-        machine=made.machine,
-        model=made,
+        with_machine(problem, made, made),
         whole=None,
-        alone=None,
-        start=np.insert(problem.start, entry, 0.0),
-        goal=_shifted(problem.goal, entry),
-        via=tuple(_shifted(one, entry) for one in problem.via),
-        bounds=np.insert(problem.bounds, entry, (-np.inf, np.inf), axis=0),
-        scales=np.insert(problem.scales, entry, 1.0),
-        weights=np.insert(problem.weights, entry, 0.0),
-        circular=np.insert(problem.circular, entry, False),
-        cost_entry=entry,
+        cost_entry=made.state_names.index(COST),
     )
 
 
@@ -109,8 +98,3 @@ def _with_cost(model: Model, scenario: Scenario) -> Mechanism:
     own = [entry for entry in system.states if entry.name != MODE]
     modes = [entry for entry in system.states if entry.name == MODE]
     return system.changed(states=[*own, spent, *modes], flat=None)
-
-
-def _shifted(goal: Goal, entry: int) -> Goal:
-    """Return a goal in states that have one entry more, before which nothing else moves."""
-    return replace(goal, indices=tuple(i + (i >= entry) for i in goal.indices))
