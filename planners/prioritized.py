@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import count
 from typing import TYPE_CHECKING, ClassVar, NamedTuple, final
@@ -22,9 +22,9 @@ from kinolab.steering import nearest_equilibrium
 from kinolab.trajopt import make_exact
 
 if TYPE_CHECKING:
-    from kinolab.dynamics.movers import Mover
+    from kinolab.dynamics.language.shapes import Shape
 
-CHORD = 1e-3  # [m] or [rad] between a motion and its chords, which the others avoid
+CHORD = 0.01  # [m] between a motion and the straight lines that others avoid, by as much more
 
 
 class _Motion(NamedTuple):
@@ -40,10 +40,11 @@ class _Motion(NamedTuple):
 class Prioritized(AbstractPlanner):
     """Plans for several machines one after the other, each among those that have a motion already.
 
-    Each comes to rest in its goal and stays there. Where one finds no motion, it goes first in the
-    next attempt; then other orders are tried, each with twice the work. After so many attempts all
-    are planned for as one machine, which finds what no order does: two that must make way for each
-    other.
+    First all are planned for as one machine, for as much work as one order gets: of few machines
+    that mostly suffices. In an order, each comes to rest in its goal and stays there. Where one
+    finds no motion, it goes first in the next attempt; then other orders are tried, each with twice
+    the work. In the end all are one machine again, which finds what no order does: two that must
+    make way for each other.
 
     Source: Erdmann, Lozano-Perez, On multiple moving objects, Algorithmica 2, 1987; Bennewitz,
     Burgard, Thrun, Finding and optimizing solvable priority schemes for decoupled path planning
@@ -68,6 +69,11 @@ class Prioritized(AbstractPlanner):
         if not names:
             what = "it plans for several machines, and there is one."
             raise InputError([Mistake("[planner] name", what, "Take auto.")])
+        own = replace(budget, iterations=0, max_iterations=self.iterations, cancelled=budget.expired)
+        found = Auto().solve(problem, seed, own)
+        budget.spend(own.iterations)
+        if found.outcome is Outcome.SOLVED:
+            return found
         with budget.preparing():
             alone = {name: _at_rest(part(problem, name)) for name in names}
         generator, order = np.random.default_rng(seed), [*names]
@@ -93,9 +99,10 @@ class Prioritized(AbstractPlanner):
         """Return the motions of machines in their order, up to the first that finds none."""
         motions: list[_Motion] = []
         for k, task in enumerate(alone):
-            others = [m for t, one in zip(alone, motions, strict=False) for m in _movers(t, one)]
+            pairs = zip(alone, motions, strict=False)
+            others = {name: path for t, one in pairs for name, path in _paths(t, one)}
             with budget.preparing():
-                here = among(task, others) if others else task
+                here = among(task, others, CHORD) if others else task
             found = _found(here, task, seed + k, most, budget)
             if found is None:
                 return motions, True
@@ -130,17 +137,17 @@ def _at_rest(task: PlanningTask) -> PlanningTask:
     return replace(task, goal=task.goal.at_rest(task.model.speeds))
 
 
-def _movers(task: PlanningTask, motion: _Motion) -> list[Mover]:
-    """Return the bodies of a machine that moves as was planned, as the others see them."""
-    from kinolab.dynamics.movers import Mover, corners_of, polyline  # late: uses SymPy
+def _paths(
+    task: PlanningTask, motion: _Motion
+) -> Iterator[tuple[str, tuple[tuple[Shape, ...], Array]]]:
+    """Yield the bodies of a machine that moves as was planned, as the others see them."""
+    from kinolab.dynamics.movers import corners_of  # late: uses SymPy
 
     times = task.step * np.arange(len(motion.states))
     poses = task.model.frames(motion.states).reshape(len(times), -1, 3, 4)
-    return [
-        Mover(body.name, body.shapes, polyline(corners_of(times, poses[:, k], CHORD)))
-        for k, body in enumerate(task.bodies)
-        if body.shapes
-    ]
+    for k, body in enumerate(task.bodies):
+        if body.shapes:
+            yield body.name, (body.shapes, corners_of(body.shapes, times, poses[:, k], CHORD))
 
 
 def _side_by_side(

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from copy import copy
+from dataclasses import replace
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -148,6 +150,26 @@ class Model:
             made.keep(content)
         return made
 
+    def with_values(self, values: Mapping[str, float]) -> Model:
+        """Return the same machine with other values of parameters, by the same code.
+
+        Args:
+            values: By the parameters' names; of those on which no size of a body depends.
+
+        Raises:
+            UnknownNameError: If a parameter does not exist.
+        """
+        made, formulas = copy(self), self.formulas
+        for name in ("system", "files", "plant"):
+            vars(made).pop(name, None)
+        made._defaults = self.parameter_vector(**values)
+        given = tuple(zip(self.parameter_names, made._defaults.tolist(), strict=True))
+        made.machine = replace(self.machine, parameters=given)
+        made.key = key_of(f"{self.key} {sorted(values.items())}")
+        made.formulas, made._alike = formulas, (self, dict(values))
+        made._describe = lambda: self.system.with_parameters(**values)
+        return made
+
     def keep(self, content: str) -> None:
         """Let ``kept`` find this machine by a text."""
         DESCRIBED.keep([key_of(content)], Described(self.machine, self.key, self.files))
@@ -167,6 +189,7 @@ class Model:
 
         self.machine, self.key, self._describe = machine, key, describe
         self._source: tuple[str, Callable[[], Mechanism]] | None = None
+        self._alike: tuple[Model, dict[str, float]] | None = None  # whose code it has, and values
         self._code = MachineCode(
             key, build, closed=machine.references is not None, switches=bool(machine.modes)
         )
@@ -208,6 +231,8 @@ class Model:
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Travel to another process as the machine: addresses of code are worth nothing there."""
+        if self._alike is not None:
+            return Model.with_values, self._alike
         if self._source is None:
             return Model, (self.system,)
         return Model.described_by, self._source
@@ -278,6 +303,8 @@ class Model:
         """The machine without its feedback: itself where it has none."""
         if self.machine.references is None:
             return self
+        if self._alike is not None:
+            return self._alike[0].plant.with_values(self._alike[1])
         return Model.described_by(f"{self.key} without feedback", partial(_plant_of, self))
 
     def plant_inputs(self, x: ArrayLike, u: ArrayLike = (), **parameters: float) -> Array:

@@ -19,10 +19,11 @@ from kinolab.dynamics.language.bodies import Body
 from kinolab.dynamics.language.frames import move, rot_x, rot_y, rot_z
 from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.language.shapes import Shape
-from kinolab.dynamics.language.symbols import clock
+from kinolab.dynamics.language.symbols import Parameter, clock
 from kinolab.dynamics.machine_facts import TIME
 from kinolab.numerics.arrays import Array
 
+ENTRIES = ("x", "y", "z", "roll", "pitch", "yaw")
 STILL = 60.0  # [s] that count as a metre where nothing is seen to move
 SAMPLES = 1000  # of a motion, among which the fastest is taken
 t = sympy.Symbol("t", real=True)  # the time in formulas
@@ -45,16 +46,15 @@ class Mover:
     color: tuple[float, float, float] | None = None
 
 
-def among(system: Mechanism, movers: Sequence[Mover], until: float) -> Mechanism:
+def among(system: Mechanism, movers: Sequence[Mover], fastest: float) -> Mechanism:
     """Return a machine among obstacles that move.
 
     Args:
         system: The machine.
         movers: The obstacles.
-        until: Time in [s] in which they are looked at, to tell how fast they are.
+        fastest: How fast a point of them is at most, in [m/s]; a second counts in the metric as far
+            as that goes in it.
     """
-    fastest = max(_fastest(mover.pose, until) for mover in movers)
-    # A second counts as far as the fastest obstacle moves in it.
     time = clock(TIME, scale=1.0 / fastest if fastest > 0.0 else STILL)
     bodies = []
     for mover in movers:
@@ -86,8 +86,7 @@ def polyline(corners: Array, further: Sequence[float] = ()) -> tuple[sympy.Expr,
 
 
 def _linear(times: Array, values: Array) -> sympy.Expr:
-    slopes = np.diff(values) / np.diff(times)
-    kinks = np.diff(slopes, prepend=0.0, append=0.0)
+    kinks = _kinks(times, values)
     terms = [
         sympy.Float(kink) * sympy.Max(t - sympy.Float(time), 0, evaluate=False)
         for time, kink in zip(times, kinks, strict=True)
@@ -96,28 +95,121 @@ def _linear(times: Array, values: Array) -> sympy.Expr:
     return sympy.Add(sympy.Float(values[0]), *terms)
 
 
-def _fastest(pose: Sequence[sympy.Expr], until: float) -> float:
-    """Return the fastest that a point a metre from an obstacle's origin may be, in [m/s]."""
-    times = np.linspace(0.0, until, SAMPLES)
-    values = [np.broadcast_to(sympy.lambdify(t, e, "numpy")(times), times.shape) for e in pose]
-    rates = np.diff(values, axis=1) / (times[1] - times[0])
-    return float((np.linalg.norm(rates[:3], axis=0) + np.linalg.norm(rates[3:], axis=0)).max())
+def _kinks(times: Array, values: Array) -> Array:
+    """Return by how much the slope changes at each corner."""
+    return np.diff(np.diff(values) / np.diff(times), prepend=0.0, append=0.0)
 
 
-def corners_of(times: Array, poses: Array, chord: float) -> Array:
-    """Return few corners of a motion, (n, 7), within a distance of it in [m] and [rad].
+def parametric_polyline(name: str, count: int) -> tuple[sympy.Expr, ...]:
+    """Return a pose as ``polyline`` does, of which all numbers are parameters.
 
     Args:
-        times: In [s], shape (m,).
-        poses: Of a body, shape (m, 3, 4).
-        chord: The distance.
+        name: What their names begin with.
+        count: Of corners at most.
     """
-    rows = np.column_stack([times, poses[:, :, 3], roll_pitch_yaw(poses[:, :, :3])])
-    return simplified(rows, chord)
+    times = (Parameter(f"{name}_t{k}", 0.0, "s") for k in range(count))
+    after = [sympy.Max(t - time, 0, evaluate=False) for time in times]
+    return tuple(
+        sympy.Add(
+            Parameter(f"{name}_{entry}", 0.0),
+            *(Parameter(f"{name}_{entry}{k}", 0.0) * one for k, one in enumerate(after)),
+        )
+        for entry in ENTRIES
+    )
 
 
-def simplified(rows: Array, chord: float) -> Array:
+def polyline_values(name: str, count: int, corners: Array) -> dict[str, float]:
+    """Return the parameters of ``parametric_polyline``, by name.
+
+    Args:
+        name, count: As it takes them.
+        corners: As ``polyline`` takes them, (n, 7), ``count`` rows at most.
+    """
+    times = np.append(corners[:, 0], np.full(count - len(corners), corners[-1, 0]))
+    found = {f"{name}_t{k}": float(time) for k, time in enumerate(times)}
+    for entry, values in zip(ENTRIES, corners[:, 1:].T, strict=True):
+        kinks = np.zeros(count)
+        kinks[: len(corners)] = _kinks(corners[:, 0], values)
+        found[f"{name}_{entry}"] = float(values[0])
+        found |= {f"{name}_{entry}{k}": float(kink) for k, kink in enumerate(kinks)}
+    return found
+
+
+def fastest_of(pose: Sequence[sympy.Expr], until: float) -> float:
+    """Return the fastest that a point a metre from an obstacle's origin is up to a time, in [m/s].
+
+    Args:
+        pose: As that of a ``Mover``.
+        until: In [s].
+    """
+    times = np.linspace(0.0, until, SAMPLES)
+    values = [np.broadcast_to(sympy.lambdify(t, e, "numpy")(times), times.shape) for e in pose]
+    return fastest_between(times, np.array(values).T)
+
+
+def fastest_between(times: Array, poses: Array) -> float:
+    """Return the same between rows of x, y, z, roll, pitch and yaw (n, 6) at times (n,)."""
+    rates = np.diff(poses, axis=0) / np.diff(times)[:, None]
+    sizes = np.linalg.norm(rates[:, :3], axis=1) + np.linalg.norm(rates[:, 3:], axis=1)
+    return float(sizes.max(initial=0.0))
+
+
+def corners_of(shapes: Sequence[Shape], times: Array, poses: Array, chord: float) -> Array:
+    """Return few corners of a body's motion, (n, 7), near which all its points stay.
+
+    Args:
+        shapes: Its solids; what turns about an axis of symmetry of them all does not count.
+        times: In [s], shape (m,).
+        poses: Of the body, shape (m, 3, 4).
+        chord: How far points may be from where they are on the straight lines, in [m].
+    """
+    reach = max(float(np.linalg.norm(s.at) + np.linalg.norm(s.lowered()[1][:3])) for s in shapes)
+    turns = _without_spin(shapes, poses[:, :, :3])
+    rows = np.column_stack([times, poses[:, :, 3], roll_pitch_yaw(turns)])
+    sizes = np.array([1.0, 1.0, 1.0, reach, reach, reach])
+    return simplified(rows, chord, sizes)
+
+
+def _without_spin(shapes: Sequence[Shape], turns: Array) -> Array:
+    """Return rotations (m, 3, 3) that take solids where these do, without turns that show nowhere."""
+    axes = {"xyz".index(s.axis) for s in shapes if s.symmetric != "xyz"}
+    about = next(iter(axes), 2)
+    off = [entry for s in shapes for k, entry in enumerate(s.at) if k != about]
+    if len(axes) > 1 or not all(s.symmetric for s in shapes) or np.any(off):
+        return turns
+    if not axes and not np.any([s.at for s in shapes]):  # balls about the origin
+        return np.broadcast_to(np.eye(3), turns.shape)
+    # Yaw and pitch, or roll, lead the axis where it points.
+    x, y, z = turns[:, :, about].T
+    none = np.zeros_like(x)
+    level = np.hypot(x, y)
+    if about == 0:
+        angles = np.column_stack([none, -np.arctan2(z, level), np.arctan2(y, x)])
+    elif about == 1:
+        angles = np.column_stack([np.arctan2(z, level), none, np.arctan2(-x, y)])
+    else:
+        angles = np.column_stack([none, np.arctan2(level, z), np.arctan2(y, x)])
+    return _rotations(angles)
+
+
+def _rotations(angles: Array) -> Array:
+    """Return Rz(yaw) Ry(pitch) Rx(roll) of rows of roll, pitch and yaw, shape (m, 3, 3)."""
+    (a, b, c), (d, e, f) = np.cos(angles).T, np.sin(angles).T
+    rows = [
+        [c * b, c * e * d - f * a, c * e * a + f * d],
+        [f * b, f * e * d + c * a, f * e * a - c * d],
+        [-e, b * d, b * a],
+    ]
+    return np.array(rows).transpose(2, 0, 1)
+
+
+def simplified(rows: Array, chord: float, sizes: Array | float = 1.0) -> Array:
     """Return fewer corners of a path that differs by at most a distance from the whole.
+
+    Args:
+        rows: A time and the entries of a pose each, shape (m, n).
+        chord: The distance.
+        sizes: How far a unit of each entry is, shape (n-1,).
 
     Source: Douglas, Peucker, Algorithms for the reduction of the number of points required to
     represent a digitized line, Cartographica 10(2), 1973.
@@ -127,7 +219,7 @@ def simplified(rows: Array, chord: float) -> Array:
         a, b = pending.pop()
         share = ((rows[a : b + 1, 0] - rows[a, 0]) / (rows[b, 0] - rows[a, 0]))[:, None]
         line = rows[a, 1:] + share * (rows[b, 1:] - rows[a, 1:])
-        off = np.abs(rows[a : b + 1, 1:] - line).max(axis=1)
+        off = (np.abs(rows[a : b + 1, 1:] - line) * sizes).sum(axis=1)
         worst = int(off.argmax())
         if off[worst] > chord:
             kept.add(a + worst)

@@ -63,7 +63,7 @@ def _described(
     moving: Sequence[tuple[tuple[int, ObstacleEntry], Array | None, Obstacle]],
     horizon: float,
 ) -> Mechanism:
-    from kinolab.dynamics.movers import Mover, among  # late: uses SymPy
+    from kinolab.dynamics.movers import Mover, among, fastest_of  # late: uses SymPy
 
     movers = [
         Mover(
@@ -74,7 +74,8 @@ def _described(
         )
         for (k, entry), corners, obstacle in moving
     ]
-    return among(model.system, movers, min(horizon, HORIZON))
+    until = min(horizon, HORIZON)
+    return among(model.system, movers, max(fastest_of(mover.pose, until) for mover in movers))
 
 
 def _shape(obstacle: Obstacle) -> Shape:

@@ -6,7 +6,8 @@ What differs is the machine. All else that a problem says of its states goes alo
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+import math
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import lru_cache, partial
 from typing import TYPE_CHECKING, TypeVar
@@ -16,12 +17,13 @@ import numpy as np
 from kinolab.dynamics import Model
 from kinolab.numerics.arrays import Array
 from kinolab.problem.goal import DirectionTarget, Goal, KeepOutCone, PointTarget
-from kinolab.problem.task import HORIZON, PlanningTask
+from kinolab.problem.task import PlanningTask
 
 if TYPE_CHECKING:
     from kinolab.dynamics.language.mechanism import Mechanism
-    from kinolab.dynamics.movers import Mover
+    from kinolab.dynamics.language.shapes import Shape
 
+FEWEST_CORNERS = 16  # for which code is made: shorter paths repeat their last one
 OfBody = TypeVar("OfBody", DirectionTarget, KeepOutCone, PointTarget)
 
 
@@ -44,17 +46,48 @@ def part(problem: PlanningTask, name: str) -> PlanningTask:
     return with_machine(problem, made, made)
 
 
-def among(problem: PlanningTask, movers: Sequence[Mover]) -> PlanningTask:
-    """Return the problem in a world in which, besides, obstacles move as is said."""
-    from kinolab.dynamics.movers import among as with_movers  # late: uses SymPy
+def among(
+    problem: PlanningTask, paths: Mapping[str, tuple[tuple[Shape, ...], Array]], beside: float
+) -> PlanningTask:
+    """Return the problem in a world in which, besides, solids move along straight lines.
+
+    Other lines need no other code, as long as these have not many more corners.
+
+    Args:
+        problem: What to change.
+        paths: By name, the solids, and the corners of their path: rows of a time in [s], x, y, z in
+            [m], roll, pitch and yaw in [rad].
+        beside: Distance in [m] that is kept from all obstacles besides the world's clearance.
+    """
+    from kinolab.dynamics.movers import fastest_between, polyline_values  # late: uses SymPy
 
     model = problem.model
-    told = [[m.name, repr(m.shapes), [*map(str, m.pose)]] for m in movers]
-    made = Model.described_by(
-        json.dumps([model.key, "among", told]),
-        lambda: with_movers(model.system, movers, HORIZON),
-    )
-    return replace(with_machine(problem, made, made), alone=(model, model))
+    longest = max(len(corners) for _, corners in paths.values())
+    count = 2 ** math.ceil(math.log2(max(longest, FEWEST_CORNERS)))
+    told = [[name, repr(shapes)] for name, (shapes, _) in paths.items()]
+    content = json.dumps([model.key, "among", told, count])
+    solids = {name: shapes for name, (shapes, _) in paths.items()}
+    made = Model.described_by(content, partial(_among, model, solids, count))
+    values: dict[str, float] = {}
+    for k, (_, corners) in enumerate(paths.values()):
+        values |= polyline_values(f"mover{k}", count, corners)
+    moving = made.with_values(values)
+    moved = with_machine(problem, moving, moving)
+    fastest = max(fastest_between(c[:, 0], c[:, 1:]) for _, c in paths.values())
+    moved.weights[moved.model.clocks] = fastest
+    world = replace(problem.world, clearance=problem.world.clearance + beside)
+    return replace(moved, world=world, alone=(model, model))
+
+
+def _among(model: Model, solids: Mapping[str, tuple[Shape, ...]], count: int) -> Mechanism:
+    from kinolab.dynamics.movers import Mover, parametric_polyline
+    from kinolab.dynamics.movers import among as with_movers
+
+    movers = [
+        Mover(name, shapes, parametric_polyline(f"mover{k}", count))
+        for k, (name, shapes) in enumerate(solids.items())
+    ]
+    return with_movers(model.system, movers, 1.0)
 
 
 def _part(model: Model, name: str) -> Mechanism:
