@@ -18,7 +18,7 @@ from kinolab.numerics.arrays import Array
 from kinolab.problem.task import HORIZON
 from kinolab.scenario import Issue, ObstacleEntry, Scenario, mistake_at
 from kinolab.untrusted import text_file, why
-from kinolab.world.obstacle import Obstacle
+from kinolab.world.obstacle import ORIGIN, Obstacle
 
 if TYPE_CHECKING:
     import sympy
@@ -107,7 +107,7 @@ def _pose(
         return polyline(corners, still[corners.shape[1] - 1 :])
     found = [*map(sympy.Float, still)]
     if motion.position is None and motion.rpy is None:
-        rates = (*motion.velocity, *motion.spin)
+        rates = (*(motion.velocity or ORIGIN), *(motion.spin or ORIGIN))
         return tuple(at + t * rate for at, rate in zip(found, rates, strict=True))
     for key, first in (("position", 0), ("rpy", 3)):
         for i, text in enumerate(getattr(motion, key) or ()):

@@ -17,7 +17,7 @@ from kinolab.dynamics.analysis.consistent_states import (
 )
 from kinolab.dynamics.codegen.state_space import StateSpace
 from kinolab.dynamics.language.shapes import Shape, ShapeKind
-from kinolab.dynamics.machine_facts import MachineFacts
+from kinolab.dynamics.machine_facts import MachineFacts, member_of, members
 from kinolab.errors import EndpointError, InputError, Mistake
 from kinolab.numerics.arrays import Array
 from kinolab.problem.goal import Goal, KeepOutCone, PointTarget
@@ -149,6 +149,16 @@ class PlanningTask:
         moving = self.moving.tolist()
         seen = [k for k in moving if self.bodies[k].shapes or self.bodies[k].drawn]
         return next(iter((*seen, *moving)), 0)
+
+    @cached_property
+    def leaders(self) -> list[int]:
+        """The number of the leading body, of several machines of each."""
+        machines = members(self.machine.name)
+        if not machines:
+            return [self.leading]
+        seen = [k for k in self.moving.tolist() if self.bodies[k].shapes or self.bodies[k].drawn]
+        own = [member_of(self.bodies[k].name, machines) for k in seen]
+        return [seen[own.index(machine)] for machine in machines if machine in own]
 
     @property
     def cables(self) -> tuple[CableGeometry, ...]:

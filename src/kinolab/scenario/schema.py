@@ -125,13 +125,13 @@ class SystemSection(Section):
 class MotionSection(Section):
     """``motion`` of an obstacle: where it is at a time t [s], its position and rpy being those at 0."""
 
-    velocity: Velocity = (0.0, 0.0, 0.0)  # [m/s], along the axes of the world
-    spin: Spin = (0.0, 0.0, 0.0)  # [rad/s] of roll, pitch and yaw
+    velocity: Velocity | None = None  # [m/s], along the axes of the world
+    spin: Spin | None = None  # [rad/s] of roll, pitch and yaw
     position: ThreeFormulas | None = None  # x, y, z [m] as formulas in t, instead of its own
     rpy: ThreeFormulas | None = None  # roll, pitch, yaw [rad] as formulas in t
     points: Poses | None = None  # straight lines between rows of t, x, y, z[, roll, pitch, yaw]
     file: CsvPath | None = None  # such rows in a table
-    repeat: bool = False  # whether rows begin anew where they end; it stays there otherwise
+    repeat: bool | None = None  # whether rows begin anew where they end; it stays there otherwise
 
     @model_validator(mode="after")
     def _one_motion(self) -> Self:

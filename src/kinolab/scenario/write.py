@@ -59,4 +59,9 @@ def _is_nested(value: object) -> bool:
 
 
 def _lines(entries: list[tuple[str, object]]) -> list[str]:
-    return [f"{key_text(key)} = {value_text(value)}" for key, value in entries]
+    return [f"{key_text(key)} = {value_text(_plain(value))}" for key, value in entries]
+
+
+def _plain(value: object) -> object:
+    """Return a section as the inline table that it is within an entry of a list of tables."""
+    return dict(_entries(value)) if isinstance(value, Section) else value

@@ -34,12 +34,14 @@ def captions(still: Still) -> Iterator[Caption]:
     """Yield a word for each thing that one cannot know by its look."""
     picture = still.picture
     start, goal = picture.start, picture.goal
+    if picture.others:  # each machine has its own start and goal
+        start = goal = None
     if start is not None:
         yield Caption(START_WORD, _place(still, start, goal))
     if isinstance(goal, Ghost):
         yield Caption(GOAL_WORD, _place(still, goal, start))
-    elif isinstance(picture.goal, GoalMarker):
-        yield Caption(GOAL_WORD, picture.goal.position)
+    elif isinstance(goal, GoalMarker):
+        yield Caption(GOAL_WORD, goal.position)
     for point in picture.points:
         yield Caption(GOAL_WORD, point.position)
     for cone in picture.cones:

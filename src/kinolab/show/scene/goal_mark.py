@@ -44,10 +44,19 @@ def goal_mark(problem: PlanningTask, x: Array) -> GoalMarker | Ghost | None:
         shown = _decided(problem, state, free)
         if not shown.any():
             return None
-        point = np.append(np.zeros((3, 3)), poses[shown][0, 3::4, None], axis=1).ravel()
-        poses = np.where(shown[:, None], poses, point)
+        poses = np.where(shown[:, None], poses, _point(poses[shown][0]))
         ends = ends if shown.all() else np.full_like(ends, np.nan)
-    return Ghost(poses, ends)
+    return Ghost(hidden_obstacles(problem, poses), ends)
+
+
+def hidden_obstacles(problem: PlanningTask, poses: Array) -> Array:
+    """Return poses (nb, 12) in which obstacles that move are shrunk to a point, which hides them."""
+    hidden = np.array([body.prescribed for body in problem.bodies], dtype=bool)
+    return np.where(hidden[:, None], _point(poses[problem.leading]), poses)
+
+
+def _point(pose: Array) -> Array:
+    return np.append(np.zeros((3, 3)), pose[3::4, None], axis=1).ravel()
 
 
 def _decided(problem: PlanningTask, state: Array, free: Sequence[int]) -> NDArray[np.bool_]:

@@ -111,6 +111,7 @@ class Picture:
             None: nothing is.
         setting: Where it seems to be.
         path: Path of the first body's origin, shape (n, 3), in [m].
+        others: Paths of further machines, each likewise.
         start: Poses at which the machine's ghost is drawn.
         goal: A region, or poses for a second ghost.
         points: Where points of bodies must come, each drawn as a ball.
@@ -134,6 +135,7 @@ class Picture:
     cut: float | Literal["way"] | None = None
     setting: SettingName = "studio"
     path: Array | None = None
+    others: Sequence[Array] = ()
     start: Ghost | None = None
     goal: GoalMarker | Ghost | None = None
     points: Sequence[GoalMarker] = ()

@@ -10,7 +10,7 @@ import numpy as np
 from kinolab.dynamics.language.shapes import Shape
 from kinolab.problem import PlanningTask
 from kinolab.scenario.schema import RenderSection
-from kinolab.show.scene.goal_mark import goal_mark
+from kinolab.show.scene.goal_mark import goal_mark, hidden_obstacles
 from kinolab.show.scene.models.cone import Cone
 from kinolab.show.scene.picture import Frames, Ghost, GoalMarker, Picture, Surface
 from kinolab.world.geometry import triangles
@@ -45,6 +45,7 @@ def picture(problem: PlanningTask, x: np.ndarray, settings: RenderSection | None
     up = np.array([0.0, 0.0, 1.0]) if down is None else -np.array(down)
     drawn = path_body(problem, poses)
     path = poses[:, drawn, 3::4]
+    leaders = [k for k in problem.leaders if k != drawn]
     return Picture(
         bodies=problem.bodies,
         obstacles=_surfaces(problem),
@@ -53,9 +54,10 @@ def picture(problem: PlanningTask, x: np.ndarray, settings: RenderSection | None
         up=up,
         **{name: getattr(settings, name) for name in RENDERED},
         path=path,
+        others=[poses[:, k, 3::4] for k in leaders] if len(leaders) < len(problem.leaders) else [],
         rolls=_rolls(problem, drawn, path),
         frames=frames_of(problem, x, poses) if settings.axes else None,
-        start=Ghost(poses[0], cables[0].reshape(-1, 2, 3)),
+        start=Ghost(hidden_obstacles(problem, poses[0]), cables[0].reshape(-1, 2, 3)),
         lines=cables if cables.size else None,
         radii=np.array([cable.radius for cable in problem.cables]),
         goal=goal_mark(problem, x),

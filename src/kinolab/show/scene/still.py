@@ -122,7 +122,7 @@ def seen_points(
         parts += [swept(mesh, table[:, i]) for i, mesh in enumerate(machine) if len(mesh.faces)]
     parts += [np.asarray(ghost.lines, dtype=np.float64) for ghost in ghosts]
     if picture.path is not None:
-        parts.append(np.asarray(picture.path, dtype=np.float64))
+        parts += [np.asarray(path, dtype=np.float64) for path in (picture.path, *picture.others)]
     ways = np.concatenate([np.eye(3), -np.eye(3)])
     if isinstance(picture.goal, GoalMarker):
         level = np.array([1.0, 1.0, 0.0 if picture.stands_on_ground else 1.0])

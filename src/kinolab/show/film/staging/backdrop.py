@@ -39,7 +39,8 @@ def backdrop(still: Still, machine: Sequence[SurfaceMesh], pen: Pen) -> list[Lay
     if isinstance(picture.goal, GoalMarker):
         layers += _region(picture.goal, pen, floor)
     if picture.path is not None and len(picture.path) > 1:
-        layers.append(_path(picture.path, pen, floor if picture.rolls else None))
+        drawn = floor if picture.rolls else None
+        layers += [_path(path, pen, drawn) for path in (picture.path, *picture.others)]
     layers += _obstacles(still, pen)
     if picture.start is not None:
         layers.append(_ghost(machine, picture.start, START, pen, picture.radii))
