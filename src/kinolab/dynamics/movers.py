@@ -18,6 +18,7 @@ import sympy
 from kinolab.dynamics.language.bodies import Body
 from kinolab.dynamics.language.frames import move, rot_x, rot_y, rot_z
 from kinolab.dynamics.language.mechanism import Mechanism
+from kinolab.dynamics.language.mechanism_parts import clocks
 from kinolab.dynamics.language.shapes import Shape
 from kinolab.dynamics.language.symbols import Parameter, clock
 from kinolab.dynamics.machine_facts import TIME
@@ -55,7 +56,8 @@ def among(system: Mechanism, movers: Sequence[Mover], fastest: float) -> Mechani
         fastest: How fast a point of them is at most, in [m/s]; a second counts in the metric as far
             as that goes in it.
     """
-    time = clock(TIME, scale=1.0 / fastest if fastest > 0.0 else STILL)
+    own = clocks(system)
+    time = own[0] if own else clock(TIME, scale=1.0 / fastest if fastest > 0.0 else STILL)
     bodies = []
     for mover in movers:
         x, y, z, roll, pitch, yaw = (entry.xreplace({t: time}) for entry in mover.pose)
@@ -68,7 +70,7 @@ def among(system: Mechanism, movers: Sequence[Mover], fastest: float) -> Mechani
     return system.changed(
         bodies=[*system.bodies, *bodies],
         collisions=[*system.collisions, *((part, b.name) for b in bodies for part in parts)],
-        coordinates=[*system.coordinates, time],
+        coordinates=list(dict.fromkeys([*system.coordinates, time])),
         flat=None,
     )
 

@@ -107,14 +107,19 @@ def _name_in(word: Any) -> str:
 
 def _misfits(machines: Mapping[str, Mechanism]) -> Iterator[Mistake]:
     """Yield why machines cannot be one."""
-    given = {system.gravity for system in machines.values() if system.gravity is not None}
+    weighed = [system for system in machines.values() if system.gravity is not None]
+    given = [system.gravity for system in weighed if system.gravity is not None]
+    sizes = {
+        (system.down, system.number(gravity.strength))
+        for system, gravity in zip(weighed, given, strict=True)
+    }
     for name, system in machines.items():
         where = f"machine {name!r}"
         if system.modes:
             yield Mistake(where, "it has modes.", "Plan for it alone: motion = { run = … }.")
         if system.gravity is None and any(_falls(system, gravity) for gravity in given):
             yield Mistake(where, "it has no gravity, which another one has.", "Give it some.")
-    if len(given) > 1:
+    if len(sizes) > 1:
         yield Mistake("machines", "their gravity differs.", "Give all of them the same.")
 
 

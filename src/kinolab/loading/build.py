@@ -12,8 +12,8 @@ from kinolab.dynamics import Model
 from kinolab.errors import InputError, Mistake
 from kinolab.loading.chosen_integration import steady
 from kinolab.loading.foreign_files import read_any
-from kinolab.loading.moving_obstacles import among_moving
 from kinolab.loading.kept_machines import ScenarioMachine, with_limits
+from kinolab.loading.moving_obstacles import among_moving, among_runs, path_error
 from kinolab.loading.state_arrays import state_arrays
 from kinolab.loading.tables import read_table
 from kinolab.loading.targets import goal_of, keep_outs_of, start_of
@@ -113,12 +113,13 @@ def build_problem(
     entries = scenario.world.obstacle
     moving = [o for k, o in made.items() if entries[k].motion is not None]
     obstacles = [o for k, o in made.items() if entries[k].motion is None]
+    planned = [entry for entry in entries if entry.run is not None]
     models = None
-    if machine is not None and len(made) == len(entries):
+    if machine is not None and len(made) + len(planned) == len(entries):
         models = _collect(mistakes, partial(_models, scenario, machine, moving))
     if models is None:
         raise InputError(mistakes)
-    (whole, model), alone = models[0], (models[1] if moving else None)
+    (whole, model), *others = models
     arrays = state_arrays(scenario, model)
     issues = [*limit_issues(scenario, model, arrays)] if planning else []
     issues += endpoint_issues(scenario, model)
@@ -135,12 +136,12 @@ def build_problem(
         machine=whole.machine,
         model=model,
         whole=whole,
-        alone=alone,
+        alone=others[0] if others else None,
         world=World(
             tuple(rest for rest, _ in divided if rest is not None),
             grounded,
             dict(section.bounds),
-            section.clearance + max((o.error for o in obstacles), default=0.0),
+            section.clearance + max([path_error(scenario), *(o.error for o in obstacles)]),
             tuple(floor for _, floor in divided if floor is not None),
         ),
         start=start_of(scenario, model),
@@ -160,8 +161,12 @@ def _parts(
     scenario: Scenario, mistakes: list[Mistake], *, planner: bool = True
 ) -> tuple[ScenarioMachine | None, dict[int, Obstacle]]:
     """Return machine and obstacles without what is broken, and add what is wrong to a list."""
-    made = [_collect(mistakes, partial(_obstacle, scenario, o)) for o in scenario.world.obstacle]
-    there = {k: obstacle for k, obstacle in enumerate(made) if obstacle is not None}
+    made = {
+        k: _collect(mistakes, partial(_obstacle, scenario, entry))
+        for k, entry in enumerate(scenario.world.obstacle)
+        if entry.run is None
+    }
+    there = {k: obstacle for k, obstacle in made.items() if obstacle is not None}
     mistakes += [mistake_at(issue, scenario.origin) for issue in mesh_issues(scenario, there)]
     if not any((scenario.system.name, scenario.system.file, scenario.system.machines)):
         return None, there  # it is among the mistakes already
@@ -195,7 +200,9 @@ def _models(
     First as it is among them, then as it is without them.
     """
     alone = machine.model()
-    made = [among_moving(alone, scenario, moving), alone] if moving else [alone]
+    whole = among_runs(alone, scenario, load)
+    whole = among_moving(whole, scenario, moving) if moving else whole
+    made = [alone] if whole is alone else [whole, alone]
     limits = {n: scenario.bounds[n] for n in chosen_names(alone.machine) if n in scenario.bounds}
     try:
         return [(whole, with_limits(whole, limits) if limits else whole) for whole in made]

@@ -5,18 +5,21 @@ from __future__ import annotations
 import csv
 import json
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from kinolab.dynamics import Model
 from kinolab.dynamics.machine_facts import TIME
-from kinolab.errors import InputError
+from kinolab.errors import InputError, Mistake
 from kinolab.numerics.arrays import Array
-from kinolab.problem.task import HORIZON
+from kinolab.problem.task import HORIZON, PlanningTask
 from kinolab.scenario import Issue, ObstacleEntry, Scenario, mistake_at
+from kinolab.simulation.reference import resimulate
+from kinolab.trajectory import read_csv
 from kinolab.untrusted import text_file, why
 from kinolab.world.obstacle import ORIGIN, Obstacle
 
@@ -29,7 +32,7 @@ if TYPE_CHECKING:
 LONGEST = 600.0  # [s] for which rows are repeated, without [bounds] time
 COLUMNS = ("t", "x", "y", "z", "roll", "pitch", "yaw")  # of a file; the last three can be missing
 MOST_CORNERS = 400  # of an obstacle's path: each is an operation of the machine's code
-CHORD = 1e-3  # [m] or [rad] between a path in a file and its chords
+CHORD = 1e-3  # [m] between a path of many rows and straight lines, and kept beside obstacles
 
 
 def among_moving(model: Model, scenario: Scenario, obstacles: Sequence[Obstacle]) -> Model:
@@ -46,7 +49,7 @@ def among_moving(model: Model, scenario: Scenario, obstacles: Sequence[Obstacle]
     moving = [(k, e) for k, e in enumerate(scenario.world.obstacle) if e.motion is not None]
     horizon = scenario.bounds.get(TIME, (0.0, LONGEST))[1]
     points = [_points(scenario, k, entry, horizon) for k, entry in moving]
-    if TIME in (*model.state_names, *model.control_names):
+    if not model.clocks and TIME in (*model.state_names, *model.control_names):
         what = f"the machine calls something {TIME!r}, which is the time where obstacles move."
         raise InputError([mistake_at(Issue(("world", "obstacle"), what), scenario.origin)])
     told = [entry.model_dump(mode="json") for _, entry in moving]
@@ -55,6 +58,75 @@ def among_moving(model: Model, scenario: Scenario, obstacles: Sequence[Obstacle]
     content = json.dumps([model.key, TIME, horizon, told, corners, meshes])
     given = list(zip(moving, points, obstacles, strict=True))
     return Model.described_by(content, partial(_described, model, scenario, given, horizon))
+
+
+def path_error(scenario: Scenario) -> float:
+    """Return by how much obstacles may be beside their paths in [m], as these are followed."""
+    entries = scenario.world.obstacle
+    long = any(e.run or (e.motion is not None and e.motion.file) for e in entries)
+    return CHORD if long else 0.0
+
+
+def among_runs(model: Model, scenario: Scenario, load: Callable[[Path], PlanningTask]) -> Model:
+    """Return a machine among those of other plans that a scenario names, which move as was planned.
+
+    Args:
+        model: The machine.
+        scenario: Names the folders of plans.
+        load: Returns the problem of a scenario's file.
+
+    Raises:
+        InputError: If there is no such plan.
+    """
+    named = [(k, e) for k, e in enumerate(scenario.world.obstacle) if e.run is not None]
+    if not named:
+        return model
+    mistakes: list[Mistake] = []
+    planned = []
+    for k, entry in named:
+        try:
+            planned.append((entry, *_planned(scenario.folder / str(entry.run), load)))
+        except (InputError, OSError) as error:
+            what = f"{entry.run} has no plan: {why(error)}."
+            remedy = "Plan there first, or name the folder of another run."
+            issue = Issue(("world", "obstacle", k, "run"), what, remedy)
+            mistakes.append(mistake_at(issue, scenario.origin))
+    if mistakes:
+        raise InputError(mistakes)
+    told = [[e.name, task.model.key, x.tolist()] for e, task, _, x in planned]
+    content = json.dumps([model.key, "among runs", told])
+    return Model.described_by(content, partial(_among_planned, model, planned))
+
+
+def _planned(
+    folder: Path, load: Callable[[Path], PlanningTask]
+) -> tuple[PlanningTask, Array, Array]:
+    """Return the problem of a run, and the states of its motion at times (n,), (n, nx)."""
+    task = load(folder / "scenario.toml")
+    plant, laws = task.model.plant, task.machine.references or ()
+    names = (task.model.state_names, plant.control_names, tuple(r.name for r in laws))
+    motion = read_csv(folder / "trajectory.csv", *names)
+    times = np.unique(np.concatenate([motion.t, np.arange(0.0, motion.duration, task.step / 4)]))
+    held = motion.inputs[np.clip(np.searchsorted(motion.t, times[:-1], "right") - 1, 0, None)]
+    return task, times, resimulate(task, times, held).x
+
+
+def _among_planned(
+    model: Model, planned: Sequence[tuple[ObstacleEntry, PlanningTask, Array, Array]]
+) -> Mechanism:
+    from kinolab.dynamics.movers import Mover, among, corners_of, fastest_between, polyline
+
+    movers, fastest = [], 0.0
+    for entry, task, times, x in planned:
+        poses = task.model.frames(x).reshape(len(times), -1, 3, 4)
+        color = entry.colors[0] if entry.colors else None
+        for k, body in enumerate(task.bodies):
+            if body.shapes:
+                corners = corners_of(body.shapes, times, poses[:, k], CHORD)
+                name = f"{entry.name} {body.name}"
+                movers.append(Mover(name, body.shapes, polyline(corners), color or body.color))
+                fastest = max(fastest, fastest_between(corners[:, 0], corners[:, 1:]))
+    return among(model.system, movers, fastest)
 
 
 def _described(

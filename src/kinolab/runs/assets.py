@@ -6,6 +6,8 @@ import hashlib
 from pathlib import Path
 
 from kinolab.dynamics.language.json.machine_folder import FEEDBACK_FILE, MACHINE_FILE
+from kinolab.loading.build import load
+from kinolab.loading.moving_obstacles import among_runs
 from kinolab.problem import PlanningTask
 from kinolab.scenario import Origin, Scenario
 from kinolab.scenario.user_code import python_reference, text_of
@@ -25,8 +27,10 @@ def assets_of(problem: PlanningTask) -> dict[str, bytes]:
         meshes[_mesh_name(index, path)] = content
     file = _planner_file(problem.scenario)
     code = {file.name: text_of(file)} if file is not None else {}
-    # whose feedback is a law, its gains included
-    model = problem.alone[0] if problem.alone else problem.whole or problem.model
+    # whose feedback is a law, its gains included; the machines of other plans are part of it
+    model = problem.whole or problem.model
+    if problem.alone is not None:
+        model = among_runs(problem.alone[0], problem.scenario, load)
     machine = {name: text.encode() for name, text in model.files.items()}
     return {**machine, **meshes, **code}
 
@@ -58,6 +62,7 @@ def portable_scenario(problem: PlanningTask) -> Scenario:
         if index in meshes
         else entry
         for index, entry in enumerate(scenario.world.obstacle)
+        if entry.run is None
     )
     machine: dict[str, str | None] = {"file": f"assets/{MACHINE_FILE}"}
     machine |= {"name": None, "machines": None}

@@ -16,8 +16,8 @@ from kinolab.scenario.issues import Issue, KeyPath
 from kinolab.scenario.toml_text import shortened, string_text
 from kinolab.scenario.values import ROBOT_ONLY
 
-SYSTEM_KINDS = ("name", "file", "machines")
-ObstacleKind = Literal["mesh", "box", "sphere", "cylinder"]
+SYSTEM_KINDS = ("name", "file")
+ObstacleKind = Literal["mesh", "box", "sphere", "cylinder", "run"]
 OBSTACLE_KINDS: tuple[ObstacleKind, ...] = get_args(ObstacleKind)
 KINEMATIC_ONLY = ("max_velocity", "max_acceleration")
 MESH_ONLY = ("scale", "up", "solid", "simplify")
@@ -40,6 +40,11 @@ def document_issues(document: Mapping[str, object]) -> list[Issue]:
     found: list[tuple[KeyPath, list[Issue]]] = [
         (("system",), system_issues(system, system.get("file")) if "system" in document else []),
         *((("world", "obstacle", k), obstacle_issues(one)) for k, one in enumerate(obstacles)),
+        *(
+            (("world", "obstacle", k, "motion"), motion_issues(one["motion"]))
+            for k, one in enumerate(obstacles)
+            if isinstance(one.get("motion"), dict)
+        ),
         (("world", "obstacle"), name_issues([one.get("name") for one in obstacles])),
         (("objective",), objective_issues(objective) if "objective" in document else []),
         (("integration",), integration_issues(integration)),
@@ -68,6 +73,8 @@ def objective_issues(given: Mapping[str, object]) -> list[Issue]:
 
 def system_issues(given: Mapping[str, object], file: object) -> list[Issue]:
     """A machine has one description, and only a robot's file leaves base and joints open."""
+    if list(given) == ["machines"]:  # of [[machine]] entries, each of which is held against this
+        return []
     issues = _exactly_one(
         list(given), SYSTEM_KINDS, "a registered machine's name or a machine's file"
     )

@@ -60,6 +60,7 @@ from kinolab.scenario.values import (
     Position,
     Positive,
     RollPitchYaw,
+    RunFolder,
     Scale,
     SchemaVersion,
     Seconds,
@@ -146,6 +147,7 @@ class ObstacleEntry(Section):
     box: BoxEdges | None = None
     sphere: Metres | None = None  # radius
     cylinder: CylinderSize | None = None
+    run: RunFolder | None = None  # the machine of another plan, which moves as was planned
     position: Position = (0.0, 0.0, 0.0)  # of the centre, or of a mesh file's origin
     rpy: RollPitchYaw = (0.0, 0.0, 0.0)
     scale: Scale = 1.0  # of a mesh

@@ -314,6 +314,7 @@ Poses = Annotated[
     Field(min_length=2, max_length=WHOLE_POSES),
     Wanted("a list of rows [t, x, y, z] or [t, x, y, z, roll, pitch, yaw], the times rising"),
 ]
+RunFolder = Annotated[Name, Wanted('the folder of a run, such as "runs/truck"')]
 CsvPath = Annotated[
     str, AfterValidator(_csv_path), Wanted('a relative path such as "cart.csv"')
 ]

@@ -64,4 +64,6 @@ def _lines(entries: list[tuple[str, object]]) -> list[str]:
 
 def _plain(value: object) -> object:
     """Return a section as the inline table that it is within an entry of a list of tables."""
-    return dict(_entries(value)) if isinstance(value, Section) else value
+    if isinstance(value, Section | Mapping):
+        return {key: _plain(held) for key, held in _entries(value)}
+    return value

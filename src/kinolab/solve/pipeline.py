@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 from kinolab.arguments import require_fit
@@ -17,6 +18,7 @@ from kinolab.solve.plan import PlanResult, Request, make_planner
 from kinolab.solve.sequential_runs import sequential_runs
 from kinolab.solve.solution_pool import SolutionPool
 from kinolab.trajectory import Trajectory
+from kinolab.verification.afterwards import hit_while_waiting
 from kinolab.verification.check import require_motion_of
 
 GLANCE_SECONDS = 1.0  # [s] of work on each leg between goals, to tell how far these are apart
@@ -126,6 +128,9 @@ def solve(
         ):
             pool.add(found, after)
     best = pool.plan(interrupted=any(budget.interrupted for budget in budgets))
+    if best is not None and best.status == "solved" and best.trajectory is not None:
+        hit = hit_while_waiting(problem, best.trajectory)
+        return best if hit is None else replace(best, warnings=(*best.warnings, hit))
     return best or PlanResult(
         "interrupted",
         None,

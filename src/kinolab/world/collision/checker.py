@@ -269,8 +269,8 @@ class _Beside:
 
     def __init__(self, alone: CollisionChecker, clearance: float, margin: float = 0.0) -> None:
         self._clearance, self._keep = clearance, clearance + margin
-        # so that half of what is left beyond ``keep`` between two that move is what they may move
-        self._alone = alone.keeping(-self._keep)
+        # Between two that move it is half of what is left beyond the clearance.
+        self._alone = alone.keeping(-clearance)
         self._wide = alone.inflated(self._keep, ground=False)  # by more, at corners of boxes
 
     def inflated(self, margin: float) -> _Beside:

@@ -1,0 +1,176 @@
+"""Obstacles that move in a scenario: plans that wait for them, and what is wrong with motions."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import kinolab
+from kinolab.errors import InputError
+from kinolab.runs import check_run
+from kinolab.simulation.reference import resimulate
+
+GATE = [[0, 3, 1, 0.5], [4, 3, 1, 0.5], [5, 3, 2.2, 0.5], [7, 3, 2.2, 0.5], [8, 3, 1, 0.5]]
+RADIUS = 0.2
+
+
+def corridor(**motion: Any) -> kinolab.Problem:
+    """A coin in a corridor of 2 m with a wall, in whose gap something moves."""
+    gate = {"name": "gate", "box": [0.2, 1.2, 1.0], "motion": motion}
+    walls = [
+        {"name": f"wall {k}", "box": [0.3, 0.6, 1.0], "position": [3.0, y, 0.5]}
+        for k, y in enumerate((0.2, 1.8))
+    ]
+    return kinolab.load(
+        {
+            "system": {"name": "rolling_disk", "parameters": {"R": RADIUS}},
+            "world": {
+                "bounds": {"x": [0, 6], "y": [0, 2]},
+                "ground": "plane",
+                "obstacle": [*walls, gate],
+            },
+            "metric": {"psi": 0.5, "phi": 0.001, "psi_dot": 0.1, "phi_dot": 0.1},
+            "start": {"x": 1, "y": 1},
+            "goal": {"x": 5, "y": 1},
+            "integration": {"step": 0.05},
+        }
+    )
+
+
+def gate_at(times: np.ndarray, rows: list[list[float]]) -> np.ndarray:
+    table = np.array(rows)
+    return np.interp(times % table[-1, 0], table[:, 0], table[:, 2])
+
+
+def least_gap(x: np.ndarray, times: np.ndarray, rows: list[list[float]]) -> float:
+    """From the gate to the ball around the coin's centre, at every sample: no more than the true."""
+    centre = np.column_stack([x[:, 0], x[:, 1], np.full(len(x), RADIUS)])
+    gate = np.column_stack([np.full(len(x), 3.0), gate_at(times, rows), np.full(len(x), 0.5)])
+    nearest = np.clip(centre, gate - (0.1, 0.6, 0.5), gate + (0.1, 0.6, 0.5))
+    return float(np.linalg.norm(centre - nearest, axis=1).min())
+
+
+def densely(problem: kinolab.Problem, plan: Any) -> tuple[np.ndarray, np.ndarray]:
+    t, u = plan.trajectory.t, plan.trajectory.inputs
+    times = np.unique(np.concatenate([t, np.arange(0.0, t[-1], 1e-3)]))
+    held = u[np.clip(np.searchsorted(t, times[:-1], "right") - 1, 0, len(u) - 1)]
+    return times, resimulate(problem, times, held).x
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_a_coin_waits_for_a_gate(seed: int) -> None:
+    problem = corridor(points=GATE, repeat=True)
+    plan = problem.solve(seed=seed, improve=0)
+    assert plan.status == "solved"
+    assert plan.trajectory.duration > 4.5  # before, the gate leaves no way
+    times, x = densely(problem, plan)
+    np.testing.assert_allclose(x[:, problem.model.clocks[0]], times, atol=1e-9)
+    thin = least_gap(x, times, GATE)
+    assert thin > 0.0  # the coin's centre is never in the gate
+    checker = problem.checker()
+    assert checker.first_collision(problem.model.frames(x)) is None
+
+
+def test_a_plan_among_things_that_move_is_checked_from_its_folder(tmp_path: Path) -> None:
+    problem = corridor(points=GATE, repeat=True)
+    plan = problem.solve(seed=1, improve=0)
+    folder = Path(plan.save(tmp_path / "run"))
+    assert check_run(folder).passed
+    text = (folder / "scenario.toml").read_text()
+    late = text.replace("[4.0, 3.0, 1.0, 0.5]", "[40.0, 3.0, 1.0, 0.5]").replace(
+        "[5.0, 3.0, 2.2", "[41.0, 3.0, 2.2"
+    )
+    late = late.replace("[7.0, 3.0, 2.2", "[43.0, 3.0, 2.2").replace("[8.0, 3.0", "[44.0, 3.0")
+    assert late != text
+    (folder / "scenario.toml").write_text(late)
+    assert not check_run(folder).passed
+
+
+def test_motions_say_where_an_obstacle_is() -> None:
+    """Each way of saying the same straight line."""
+    ways = [
+        {"velocity": [0.5, 0.0, 0.0]},
+        {"position": ["1 + t / 2", "2", "3"]},
+        {"points": [[0, 1, 2, 3], [8, 5, 2, 3]]},
+    ]
+    for motion in ways:
+        problem = kinolab.load("pendulum_swingup").with_obstacle(
+            "cart", sphere=0.1, position=(1.0, 2.0, 3.0), motion=motion
+        )
+        x = problem.start.copy()
+        x[problem.model.clocks] = 4.0
+        np.testing.assert_allclose(problem.frames(x).reshape(-1, 3, 4)[-1, :, 3], (3.0, 2.0, 3.0))
+
+
+def test_a_table_of_poses(tmp_path: Path) -> None:
+    times = np.linspace(0.0, 6.0, 601)
+    rows = [f"{t},{np.cos(t)},{np.sin(t)},0.5,0,0,{t}" for t in times]
+    (tmp_path / "cart.csv").write_text("t,x,y,z,roll,pitch,yaw\n" + "\n".join(rows))
+    scenario = tmp_path / "table.toml"
+    scenario.write_text(
+        'schema = 1\ntitle = "table"\n[system]\nname = "pendulum"\n[start]\n[goal]\ntheta = 3.14\n'
+        "[[world.obstacle]]\nname = 'cart'\nbox = [0.1, 0.1, 0.1]\nposition = [9, 9, 9]\n"
+        'motion = { file = "cart.csv" }\n'
+    )
+    problem = kinolab.load(scenario)
+    assert problem.world.clearance == pytest.approx(1e-3)  # how far it may be beside its path
+    for t in (0.0, 1.234, 5.9):
+        x = problem.start.copy()
+        x[problem.model.clocks] = t
+        at = problem.frames(x).reshape(-1, 3, 4)[-1]
+        np.testing.assert_allclose(at[:, 3], (np.cos(t), np.sin(t), 0.5), atol=1e-3)
+        np.testing.assert_allclose(at[:2, 0], (np.cos(t), np.sin(t)), atol=3e-3)
+
+
+def test_what_goes_on_and_hits_a_machine_that_waits_is_said() -> None:
+    problem = kinolab.load(
+        {
+            "system": "diff_drive",
+            "world": {
+                "bounds": {"x": [0, 8], "y": [0, 4]},
+                "ground": "plane",
+                "obstacle": [
+                    {
+                        "name": "cart",
+                        "box": [0.6, 0.6, 0.6],
+                        "position": [4, -6, 0.3],
+                        "motion": {"velocity": [0, 0.5, 0]},
+                    }
+                ],
+            },
+            "start": {"x": 1, "y": 2},
+            "goal": {"x": 4, "y": 2, "at_rest": True},
+            "integration": {"step": 0.1},
+        }
+    )
+    plan = problem.solve(seed=1, improve=0.5)
+    assert plan.status == "solved"
+    (sentence,) = [w for w in plan.warnings if "after the plan's end" in w]
+    assert sentence.startswith("cart meets ")
+    seconds = float(sentence.split(" s after")[0].rsplit(" ", 1)[1])
+    # Its front is at the robot, about 0.3 m before the goal, once it has gone 7.4 m.
+    assert plan.trajectory.duration + seconds == pytest.approx(14.8, abs=0.8)
+
+
+@pytest.mark.parametrize(
+    ("motion", "sentence"),
+    [
+        ({}, "nothing says how it moves"),
+        ({"velocity": [1, 0, 0], "points": GATE}, "are given together"),
+        ({"velocity": [1, 0, 0], "repeat": True}, "repeat is a key of points and files only"),
+        ({"points": [[1, 0, 0, 0], [0, 1, 0, 0]]}, "its times do not rise"),
+        ({"points": [[0, 0, 0], [1, 1, 0]]}, "neither four nor seven numbers"),
+        ({"position": ["t", "q", "0"]}, "no name is called 'q'"),
+        ({"file": "nowhere.csv"}, "nowhere.csv"),
+        ({"file": "../out.csv"}, "does not lead to a file below the scenario's folder"),
+    ],
+)
+def test_motions_that_are_wrong(motion: dict[str, Any], sentence: str) -> None:
+    with pytest.raises(InputError, match=sentence):
+        corridor(**motion)
+
+
+def test_planners_in_worlds_that_stand_still_are_refused() -> None:
+    with pytest.raises(InputError, match="prm plans in a world that stands still"):
+        corridor(points=GATE).solve(planner="prm")
