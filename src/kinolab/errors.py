@@ -123,7 +123,6 @@ class EndpointError(KinolabError):
 UNPRINTED = re.compile(
     r"[\x00-\x08\x0a-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]"
 )
-LONGEST_NAME = 300  # characters
 
 
 def is_broken(text: str) -> bool:
@@ -131,7 +130,7 @@ def is_broken(text: str) -> bool:
     return any("\ud800" <= character <= "\udfff" for character in text)
 
 
-def flaw_of(text: str, longest: int = LONGEST_NAME) -> str:
+def flaw_of(text: str, longest: int = 300) -> str:  # characters
     """Return why a text may not be a name that is shown to people, as a predicate; empty if it may.
 
     What is refused could pass for other lines of a report, or steer the terminal it is printed on.

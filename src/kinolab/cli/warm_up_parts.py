@@ -59,8 +59,6 @@ name = "post"
 cylinder = [0.1, 0.3]
 position = [1.5, 1.5, 0.15]
 """
-SAMPLE_RESOLUTION = 0.1  # [m]
-DURATION = 0.2  # [s] of the motion that is verified and rendered
 
 
 def small_problem() -> PlanningTask:
@@ -75,7 +73,7 @@ def small_problem() -> PlanningTask:
 def simulated() -> tuple[PlanningTask, Trajectory]:
     """Return the small problem with a motion of its machine."""
     problem = small_problem()
-    return problem, simulate(problem, DURATION)
+    return problem, simulate(problem, 0.2)  # [s] of the motion that is verified and rendered
 
 
 def compiled_planners() -> Iterator[str]:
@@ -100,7 +98,8 @@ def _planners() -> None:
 
 def _collision() -> None:
     problem, motion = simulated()
-    distance_field(problem.world.obstacles, SAMPLE_RESOLUTION)  # may be cached on disk
+    # 0.1 [m] is the resolution of a sample
+    distance_field(problem.world.obstacles, 0.1)  # may be cached on disk
     verify(problem, motion)
     checker = problem.checker()
     bound = ClearanceBound(collision_scene(problem.bodies, problem.world))

@@ -38,7 +38,6 @@ if TYPE_CHECKING:  # what describes and derives a machine: one that is in the ca
     from kinolab.dynamics.language.feedback import Feedback
     from kinolab.dynamics.language.mechanism import Mechanism
 
-SINGULAR_CONDITION = 1e6  # condition number from which velocities do not determine the motion
 POSE = 12  # numbers per body: the rows of [R | p]
 
 
@@ -743,4 +742,5 @@ def _chart_left(model: Model, x: Array) -> str:
     except (ArithmeticError, LookupError, ValueError):  # no value, or an input's is needed
         return " (outside the chart of the independent velocities)"
     where = f" (outside the chart of the independent velocities: condition number {number:.3g})"
-    return f"{where}. {cure_of(model.system)}" if number > SINGULAR_CONDITION else where
+    # 1e6: condition number from which velocities do not determine the motion
+    return f"{where}. {cure_of(model.system)}" if number > 1e6 else where

@@ -103,7 +103,6 @@ LOG = logging.getLogger("kinolab.robots")
 Base: TypeAlias = Literal["fixed", "floating"]
 BASE_COORDINATES = "x", "y", "z", BASE  # of a root that moves freely
 
-MOST_LIFTED = 0.05  # [m]
 ALIGNED = 1e-9  # of a rotation's entries: a shape that is turned less is taken along the axes
 
 
@@ -653,7 +652,7 @@ def _onto_the_ground(shape: Shape, pose: Array) -> Array:
     A solid around a robot's foot reaches some millimetres farther down than the foot.
     """
     sunk = -lowest_z(shape, pose[:3])
-    if not 0.0 < sunk <= MOST_LIFTED:
+    if not 0.0 < sunk <= 0.05:  # [m]
         return pose
     lifted = pose.copy()
     lifted[2, 3] += sunk

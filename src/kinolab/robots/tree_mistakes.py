@@ -31,7 +31,6 @@ WAYS_ON = (
     "To plan with speeds as inputs, write kinematic = true below [system]; to plan with forces, "
     "give links an <inertial>, or write density = 2700 [kg/m^3] for that of their geometry."
 )
-INDEFINITE = 1e-9  # of the largest entry of an inertia matrix, which may be rounded
 
 
 def tree_mistakes(
@@ -168,7 +167,8 @@ def inertia_mistake(
         where: What mistakes are reported for.
     """
     least = float(np.linalg.eigvalsh(inertial.inertia).min())
-    rounded = INDEFINITE * float(np.abs(inertial.inertia).max())
+    # 1e-9 of the largest entry of an inertia matrix, which may be rounded
+    rounded = 1e-9 * float(np.abs(inertial.inertia).max())
     if least < -max(rounded, NOISE * inertial.mass * length**2):
         what = f"its inertia has a negative principal moment, {least:.3g} kg m^2."
         remedy = "No body has; look at ixx, iyy, izz and the signs of the others."

@@ -15,9 +15,6 @@ from kinolab.numerics.arrays import Array
 
 PlanePose: TypeAlias = tuple[float, float, float]  # x, y in [m], heading in [rad]
 
-# relative to the curve's size: how far a pose may be off its arc
-POSE_TOLERANCE = 1e-12
-MIN_INTERVAL = 2.0**-40  # fraction of a curve that is not bisected further
 KINDS = [(gear, side) for gear in (1, -1) for side in (0, 1, -1)]
 WORLD_EXTENT = 1e6  # [m] bounds that OMPL requires
 MIN_ARC_LENGTH = 1e-6  # [m] below which an arc is dropped
@@ -152,7 +149,7 @@ class _Curve:
         arc = self._single((end - begin) * self.length, before, after)
         if arc is not None:
             yield arc
-        elif end - begin > MIN_INTERVAL:
+        elif end - begin > 2.0**-40:  # fraction of a curve that is not bisected further
             middle = (begin + end) / 2
             half = self.pose(middle)
             yield from self._between(begin, middle, before, half)
@@ -165,6 +162,7 @@ class _Curve:
             x, y, heading = arc.after(before)
             turned = float(wrapped(heading - after[2]))
             off = max(abs(x - after[0]), abs(y - after[1]), abs(turned) * self._radius)
-            if off <= POSE_TOLERANCE * self.size:
+            # 1e-12 relative to the curve's size: how far a pose may be off its arc
+            if off <= 1e-12 * self.size:
                 return arc
         return None

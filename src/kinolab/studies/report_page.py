@@ -38,8 +38,6 @@ PAGE, TEXT = "report.html", "report.md"
 INK = "#7a7a7a"  # readable on white and on black
 MOST_DRAWN = 12  # planners in one figure
 LONGEST_LABEL = 80  # characters, for which a figure has room
-MOST_MESSAGES = 5  # that are quoted
-WIDE = 20.0  # a positive range whose ends differ by more has a logarithmic axis
 METADATA = ("Creator", "Date", "Format", "Type")  # that Matplotlib writes unless they are None
 STYLE = """
 :root { color-scheme: light dark; }
@@ -201,7 +199,7 @@ def _messages(rows: Sequence[Row]) -> Iterator[str]:
         for row in rows
         if row["status"] in ("error", "crashed", "killed", "out_of_memory") and row["message"]
     )
-    for (status, text), count in said.most_common(MOST_MESSAGES):
+    for (status, text), count in said.most_common(5):  # that are quoted
         yield f"{status} ({count}): {text}"
 
 
@@ -414,7 +412,8 @@ def _against(groups: Sequence[Group], key: str) -> Figure:
     if rows:
         _log(axes, "y")
         swept = [row[2] for row in rows]
-        if min(swept) > 0.0 and max(swept) > WIDE * min(swept):
+        # 20.0: a positive range whose ends differ by more has a logarithmic axis
+        if min(swept) > 0.0 and max(swept) > 20.0 * min(swept):
             _log(axes, "x")
     axes.set(xlabel=_label(key), ylabel="search [s]")
     if rows:

@@ -27,7 +27,6 @@ from kinolab.scenario.toml_text import key_text, shown
 
 MOST_SEEDS = 1_000_000
 MOST_SEED = 2**63 - 1  # the largest that tables hold
-MOST_POINTS = 65_536  # of a Sobol sequence
 MOST_KEYS = 64  # that are swept by one sequence or grid
 MOST_TOLD = 100  # mistakes; more are not read
 NAMED_ELSEWHERE = {  # keys of a scenario that a study names by keys of its own
@@ -109,7 +108,7 @@ class Range(Table):
 class Sobol(Table):
     """``[sobol]``: points of a Sobol sequence in the ranges of several keys."""
 
-    points: int = Field(gt=0, le=MOST_POINTS)
+    points: int = Field(gt=0, le=65_536)  # of a Sobol sequence
     """How many; a power of 2 is best."""
     seed: int = Field(default=1, ge=0)
     """Of the scrambling."""

@@ -18,7 +18,6 @@ from kinolab.studio.pose_panel import PosePanel
 from kinolab.studio.session import Session
 
 MOST_TOLD = 10  # mistakes
-WIDTH = 400.0  # [pixel] of the panels
 KEYS: dict[str, HotkeyKey] = {"Undo": "Z", "Redo": "Y", "Save": "S"}  # with Ctrl or Cmd
 
 
@@ -57,7 +56,7 @@ class StudioPage:
             command = gui.add_command(name, hotkey=key, modifier="cmd/ctrl")
             command.on_trigger(partial(_triggered, session, done[name]))
         gui.main_panel.dock_right()
-        gui.main_panel.set_width(WIDTH)
+        gui.main_panel.set_width(400.0)  # [pixel] of the panels
         session.listen(self._listen)
         session.begin()
 

@@ -15,8 +15,6 @@ from kinolab.testing import chapters
 from kinolab.testing.judging import Exercise, WrongAnswerError
 
 RECORD = "KINOLAB_GRADES"  # environment: the address at which a grader judges answers
-SHOW_DUE = "KINOLAB_DUE"  # environment: reasons say what would be right
-MUST_BE_RIGHT = "KINOLAB_SOLUTIONS"  # environment: wrong answers are errors, as in the book
 
 
 @dataclass(frozen=True)
@@ -72,8 +70,10 @@ def check(exercise: str, answer: Any) -> Mark:
         mark = Mark(**mark_from_afar(grader, exercise, answer))
     else:
         mark = judged(known[exercise], answer)
-        mark = mark if os.environ.get(SHOW_DUE) else replace(mark, due="")
-    if os.environ.get(MUST_BE_RIGHT) and not mark:
+        # With this variable, reasons say what would be right
+        mark = mark if os.environ.get("KINOLAB_DUE") else replace(mark, due="")
+    # With this variable, wrong answers are errors, as in the book
+    if os.environ.get("KINOLAB_SOLUTIONS") and not mark:
         raise AssertionError(repr(mark))
     return mark
 

@@ -11,7 +11,6 @@ from kinolab.numerics.arrays import Array
 
 MOVED = 0.3  # of a coordinate's scale: any other place of it serves as well
 SAME = 1e-12  # relative change of an energy that is rounding
-ALONG = ("x", "y", "z")
 
 
 def conserved_momenta(system: System) -> tuple[str, ...]:
@@ -76,7 +75,7 @@ def cyclic_coordinates_of(system: System) -> tuple[str, ...]:
 
 
 def _named(name: str, kept: Array) -> str:
-    axes = [axis for axis, one in zip(ALONG, kept, strict=True) if one]
+    axes = [axis for axis, one in zip(("x", "y", "z"), kept, strict=True) if one]
     return name if len(axes) == 3 else f"{name} along {' and '.join(axes)}"
 
 

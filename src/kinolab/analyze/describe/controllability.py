@@ -12,7 +12,6 @@ from kinolab.dynamics.analysis.fields.small_time import SmallTime, SmallTimeVerd
 from kinolab.dynamics.lagrange.printing import one_line
 from kinolab.dynamics.language.inputs import bounds_of
 
-ROUNDING = 1e-9  # of a state or input: smaller deviations are not reported
 MAX_NAMED = 4  # directions or values that a sentence names; more are counted
 
 
@@ -83,10 +82,9 @@ def _place(rest: AtRest) -> str:
     """Name an equilibrium by the values that differ from the default."""
     values = rest.state | rest.held
     usual = {name: 1.0 if name in rest.upright else 0.0 for name in values}
+    # 1e-9 of a state or input: smaller deviations are not reported
     named = [
-        f"{name} = {value:.4g}"
-        for name, value in values.items()
-        if abs(value - usual[name]) > ROUNDING
+        f"{name} = {value:.4g}" for name, value in values.items() if abs(value - usual[name]) > 1e-9
     ]
     if not named:
         return "rest, all states and inputs 0"

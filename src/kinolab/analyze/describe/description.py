@@ -30,8 +30,6 @@ from kinolab.dynamics.language.inputs import Input
 from kinolab.dynamics.machine_facts import MachineFacts
 from kinolab.errors import InputError
 
-SAME = 1e-9  # rounding of a potential energy, relative to its largest value
-
 
 @dataclass(frozen=True)
 class ConstraintKind:
@@ -189,7 +187,8 @@ def _has_potential(model: Model, fields: VectorFields) -> bool:
         return False
     places = [[point[name] for name in model.state_names] for point in fields.points]
     energies = [model.energy(x)[1] for x in places]
-    return bool(max(energies) - min(energies) > SAME * max(map(abs, energies)))
+    # 1e-9: rounding of a potential energy, relative to its largest value
+    return bool(max(energies) - min(energies) > 1e-9 * max(map(abs, energies)))
 
 
 def _freedom(system: System, closure: InvolutiveClosure | None) -> int:

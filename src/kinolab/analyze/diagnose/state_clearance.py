@@ -12,7 +12,6 @@ from kinolab.problem.goal_entries import GoalEntry, goal_entries
 from kinolab.verification.clearance_margin import StateClearance, state_clearance
 from kinolab.world import CollisionChecker
 
-TIGHT_CLEARANCE = 0.05  # [m] below which clearance is reported
 MAX_NAMED = 3  # entries that a sentence names
 
 
@@ -31,7 +30,8 @@ def clearance_sentences(start: StateClearance, goal: StateClearance | None) -> I
     if start == goal:
         return
     for where, clearance in (("at the start", start), ("in the goal, at best", goal)):
-        if clearance is not None and clearance.clearance < TIGHT_CLEARANCE:
+        # 0.05 [m] below which clearance is reported
+        if clearance is not None and clearance.clearance < 0.05:
             yield f"There is little clearance {where}: {clearance}."
 
 

@@ -28,7 +28,6 @@ from kinolab.numerics.arrays import Array
 LET_GO = 0.5  # [s]
 STEPS = 500  # of that
 SEEN = 1e-3  # [m] or [rad]: less is called rest
-ASIDE = 0.1  # of the span of coordinates: beside rest
 MOST = 3  # inputs, bodies and names that sentences name; more are counted
 
 
@@ -83,7 +82,8 @@ def _let_go(subject: Subject) -> Iterator[str]:
     if is_kinematic(subject.system):
         yield "It is kinematic: its inputs are velocities, and without them it stays where it is."
         return
-    aside = subject.moved(dict.fromkeys(subject.plain, ASIDE))
+    # 0.1 of the span of coordinates: beside rest
+    aside = subject.moved(dict.fromkeys(subject.plain, 0.1))
     begun = [f"{c} = {aside[k]:.3g}" for c, k in subject.plain.items() if abs(aside[k]) > SEEN]
     beside = f"Let go at {_listed(begun)}"
     for x, begin in ((subject.rest, "Let go at rest"), (aside, beside)):

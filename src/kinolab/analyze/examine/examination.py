@@ -48,8 +48,6 @@ from kinolab.scenario.schema import IntegrationSection
 from kinolab.simulation.held_law import stiff_law, wrong_law
 from kinolab.simulation.stability import fastest_rate, step_too_long
 
-LINE_WIDTH = 100  # characters per line
-
 
 @dataclass(frozen=True)
 class Examination:
@@ -235,5 +233,5 @@ def _lines(found: Examination) -> Iterator[str]:
 
 def _wrapped(text: str, first: str, others: str) -> list[str]:
     lines = text.splitlines()
-    wrapped = wrap(lines[0], LINE_WIDTH, initial_indent=first, subsequent_indent=others)
+    wrapped = wrap(lines[0], 100, initial_indent=first, subsequent_indent=others)
     return [*wrapped, *(f"{others}{line.strip()}" for line in lines[1:])]

@@ -30,7 +30,6 @@ from kinolab.simulation.stability import random_states
 
 FD_STEP = 1e-5  # of a second, along the rates; the error of central differences is its square
 COMPONENTS = ("force", "torque")  # of a wrench, along the axes of its body
-TURNED = 0.05  # relative, of the change of components by an angle: of small angles, or of others
 SAME = 1e-6  # relative: a thousand times that error
 
 
@@ -82,7 +81,9 @@ def turned_twice(subject: Subject) -> Iterator[Remark]:
                 force, slope = np.array(both, dtype=float).T
                 turned = np.cross(spin[:, k], force)
                 gap = np.abs(slope - turned).max()
-                if np.abs(turned).max() > 0 and gap <= TURNED * np.abs(turned).max():
+                # 0.05: relative, of the change of components by an angle: of small angles, or of
+                # others
+                if np.abs(turned).max() > 0 and gap <= 0.05 * np.abs(turned).max():
                     what = f"{c} turns its components, which are along the axes of "
                     what += f"{on.name}: these turn by {c} already, so that it turns twice "
                     what += f"as far. Take the components along the axes of {on.name}."

@@ -37,7 +37,6 @@ DENSEST = 22_590.0  # [kg/m^3] osmium; CRC Handbook of Chemistry and Physics
 TOO_DENSE = 5 * DENSEST
 AIR = 1.2  # [kg/m^3] at 20 °C
 LIGHTEST = 0.1 * AIR  # boxes around propellers hold little else than air
-LARGEST = 100.0  # [m] of a body: what is longer was hardly meant in m
 ROUNDING = 1e-9
 SLACK = 0.01  # relative: numbers in files have three digits
 WEAKEST, STRONGEST = 0.1, 30.0  # [m/s^2] moons and planets: Ceres has 0.28, Jupiter 24.8
@@ -49,7 +48,6 @@ BURSTING = 500.0
 # Of moments to those of the body's mass spread over its shapes: shapes are rough, so that they may
 # be twice as large or small, and are of another order where only that brings them so near.
 FITS, MISFITS = 2.0, 4.0
-FAR = 10.0  # in reaches of a body, of where a force acts on it: mm for m is a factor of 1e3
 
 
 def odd_numbers(subject: Subject) -> Iterator[Remark]:
@@ -144,7 +142,8 @@ def _points(subject: Subject) -> Iterator[Remark]:
         if body is None or not reach or at is None:
             continue
         away = math.hypot(*map(subject.system.number, at))
-        if away > FAR * reach:
+        # 10 reaches of a body, from where a force acts on it: mm for m is a factor of 1e3
+        if away > 10.0 * reach:
             what = f"The {effort} acts {away:.3g} m away from its centre of mass, and its shape "
             what += f"goes {reach:.3g} m far: is at= in m and not in mm or cm?"
             part = (type(effort).__name__, "")
@@ -295,7 +294,7 @@ def _length(subject: Subject, body: Body) -> Iterator[Remark]:
     if not (corners and subject.moving(body.frame)):
         return  # what stands still may be a floor
     largest = float(np.ptp(np.vstack(corners), axis=0).max())
-    if largest > LARGEST:
+    if largest > 100.0:  # [m] of a body: what is longer was hardly meant in m
         what = f"Its shape is {largest:.5g} m long: lengths are in m, not in mm or cm."
         yield Remark("size too large", body.name, what, ("Body", body.name))
 

@@ -16,8 +16,6 @@ from kinolab.problem import PlanningTask
 
 MAX_FRACTION = 1.0  # above it a mass could be negative
 SHARES = ("parameters", "noise", "disturbance")
-GRAVITY = "g"  # what everybody calls it, also where it is written in a force of one's own
-MAX_DRAWS = 100  # of parameters, until they are valid: moments of inertia must be consistent
 
 
 @dataclass(frozen=True)
@@ -125,7 +123,8 @@ class Conditions:
                 machine.
         """
         meant = self.varied(system)
-        for _ in range(MAX_DRAWS - 1):
+        # 100 draws of parameters, until they are valid: moments of inertia must be consistent
+        for _ in range(100 - 1):
             try:
                 return self._drawn(meant, generator)
             except InputError:
@@ -163,5 +162,6 @@ def kept_by_default(system: Mechanism) -> tuple[str, ...]:
     """Return the parameters that nobody builds: the strength of gravity, and the machine's own."""
     strength = () if system.gravity is None else (system.gravity.strength,)
     weight = {entry.name for entry in strength if isinstance(entry, Parameter)}
-    kept = {GRAVITY, *weight, *system.keep}
+    # "g" is what everybody calls it, also where it is written in a force of one's own
+    kept = {"g", *weight, *system.keep}
     return tuple(name for name in system.parameter_values if name in kept)

@@ -17,7 +17,6 @@ from kinolab.problem import PlanningTask
 from kinolab.problem.goal_entries import GoalEntry, goal_entries
 from kinolab.world import NO_ENDS, CollisionChecker
 
-BETWEEN = " – "  # the names of a pair that touches
 MOST_NAMED = 3  # entries of the goal, or pairs, that a sentence names
 VERBS = {
     "touches": "touches",
@@ -208,7 +207,8 @@ def _collided(
 ) -> Failure:
     """Return who touches whom at the first pose that collides."""
     contacts = checker.contacts(*at)[:MOST_NAMED]
-    pairs = [f"{c.body}{BETWEEN}{c.obstacle or 'nowhere'}" for c in contacts]
+    # The names of a pair that touches.
+    pairs = [f"{c.body} – {c.obstacle or 'nowhere'}" for c in contacts]
     told = [f"{c.body} {VERBS.get(c.kind, 'touches')} {c.obstacle}".rstrip() for c in contacts]
     bodies = tuple(dict.fromkeys(name for c in contacts for name in (c.body, c.obstacle)))
     apart = max((off.get(body, 0.0) for body in bodies), default=0.0)

@@ -15,7 +15,6 @@ from kinolab.cli.manual.sections import ManualSection, anchors_of, sections_of, 
 SOURCE = "machines.md"
 CONTENTS = "## Coordinates and parameters"  # the groups of words are listed before the first one
 LINE = 100  # characters
-MAX_MEMBERS = 16  # of a class that are listed here; of more the reference tells
 ARGUMENTS = ("Args:", "Attributes:")
 
 
@@ -65,7 +64,7 @@ def facts(word: str) -> Iterator[str]:
         yield f"{', '.join(others)} or {last}."
     if inspect.isclass(thing):
         members = members_of(thing)
-        if len(members) > MAX_MEMBERS:
+        if len(members) > 16:  # of a class that are listed here; of more the reference tells
             (link,) = anchors_of([word])
             yield f"Its methods are in [the reference](reference.md{link})."
         elif members:

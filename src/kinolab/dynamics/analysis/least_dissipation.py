@@ -35,7 +35,6 @@ from kinolab.errors import InputError, Mistake, UnknownNameError
 from kinolab.numerics.arrays import Array
 
 SOFTENING = 1e-8  # of the largest slip: the last eps
-CONSISTENCY = 1e-9  # of the given velocities: what constraints may leave of them, rounding only
 
 
 @checked
@@ -140,7 +139,8 @@ def _velocities(
     rows = np.vstack([constraints, np.eye(len(rates))[list(given)]])
     wanted = np.concatenate([np.zeros(len(constraints)), list(given.values())])
     known = np.linalg.lstsq(rows, wanted, rcond=None)[0]
-    slack = CONSISTENCY * float(np.linalg.norm(wanted))
+    # 1e-9 of the given velocities: what constraints may leave of them, rounding only
+    slack = 1e-9 * float(np.linalg.norm(wanted))
     if not np.allclose(rows @ known, wanted, rtol=0, atol=slack):
         what = "its constraints forbid the given rates."
         raise InputError([Mistake(f"system {system.name!r}", what)])

@@ -32,7 +32,6 @@ from kinolab.dynamics.derivation.expression_graph import ExpressionGraph, Node
 
 INTRINSICS = ("sin", "cos", "exp", "log", "sqrt", "fabs", "floor")
 LIBRARY = ("tan", "tanh", "atan")
-SHARED = "%p"  # the argument that is the same in all lanes
 BINARY = {"add": "fadd", "sub": "fsub", "mul": "fmul", "div": "fdiv"}
 
 
@@ -125,7 +124,8 @@ def _compute(
                 registers[node] = routine.constant(operation.value)
             case "variable":
                 array, index = where[node]
-                load = routine.load_shared if array == SHARED else routine.load
+                # "%p" is the argument that is the same in all lanes.
+                load = routine.load_shared if array == "%p" else routine.load
                 registers[node] = load(array, index)
             case "neg":
                 registers[node] = routine.neg(operands[0])

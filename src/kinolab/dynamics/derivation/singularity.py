@@ -14,8 +14,6 @@ from kinolab.dynamics.derivation.velocity_coordinates import velocity_coordinate
 from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.language.mechanism_parts import imposed_velocities
 
-SHOWN = 1e-6  # of a coordinate; a smaller one is not worth a word
-
 
 @dataclass(frozen=True)
 class Singularity:
@@ -34,7 +32,8 @@ class Singularity:
     @property
     def sentence(self) -> str:
         """What is wrong, where, and what would help."""
-        place = ", ".join(f"{name} = {x:.4g}" for name, x in self.at.items() if abs(x) > SHOWN)
+        # 1e-6 of a coordinate; a smaller one is not worth a word
+        place = ", ".join(f"{name} = {x:.4g}" for name, x in self.at.items() if abs(x) > 1e-6)
         subject, verb = _listed(self.velocities)
         where = f" at {place}" if place else " where every coordinate is 0"
         return f"{subject} {verb} not determine the motion{where}. {self.cure}"

@@ -48,7 +48,6 @@ MAX_SIMPLIFIED = 1000  # symbols, numbers and operations of one side worth print
 MAX_ENERGY = 30_000
 WIDTH = 100  # characters of a line, combining dots included
 CONTINUED = "    "  # indentation of a continuation line
-MAX_ELIMINATED = 3  # constraints whose elimination stays readable
 MAX_EXPANDED_TERMS = 1_000_000  # intermediate terms of an expansion; a submarine has 65 620
 
 
@@ -284,7 +283,8 @@ class _LagrangeDerivation:
         """Project the balance onto the allowed motions, if the result stays short."""
         from kinolab.dynamics.derivation.derivation import derive
 
-        if not 0 < w.rows <= MAX_ELIMINATED or self.system.velocities == "all":
+        # 3 constraints, whose elimination stays readable
+        if not 0 < w.rows <= 3 or self.system.velocities == "all":
             return ()
         derivation = derive(self.system)
         independent, quasi = derivation.independent, derivation.quasi

@@ -44,7 +44,6 @@ from kinolab.dynamics.language.symbols import (
 from kinolab.dynamics.language.words import primitives_of, require_hashable
 from kinolab.errors import InputError, Mistake, flaw_of, is_broken, printable, unknown_name
 
-SHOWN = 60  # characters of a name that is refused
 MAX_DEGREE = 8  # of gain-scheduling polynomials
 TRIANGLE_TOLERANCE = 1e-9  # relative rounding allowed in eigenvalues of inertias
 
@@ -179,7 +178,7 @@ def _naming(system: MechanismParts) -> Iterator[Mistake]:
         if isinstance(text, str) and is_broken(text):
             yield Mistake(f"{printable(text)!r}", "this is no Unicode text.", "Write it in UTF-8.")
         elif isinstance(text, str) and (flaw := flaw_of(text)):
-            where = f"{printable(text[:SHOWN])!r}"
+            where = f"{printable(text[:60])!r}"  # characters of a name that is refused
             yield Mistake(where, f"this name {flaw}.", "Give a shorter or plainer one.")
     for entry in named:
         if not entry.name.isidentifier():

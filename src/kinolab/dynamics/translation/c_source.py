@@ -22,8 +22,6 @@ from kinolab.numerics.arrays import Array
 
 OPERATORS = {"add": "+", "sub": "-", "mul": "*", "div": "/"}
 OWN = ("project", "tangent")  # functions that are called in the file alone
-SAMPLES = 5  # states of the test
-NEWTON_STEPS = 8  # onto closed loops, from anywhere
 AGREE = 1e-12  # relative, of the test
 STEP = 0.01  # [s] of the test
 
@@ -256,9 +254,9 @@ def _test(name: str, model: Model) -> str:
     generator = np.random.default_rng(0)
     low, high = np.clip(model.state_bounds, -1.0, 1.0).T
     checks: list[str] = []
-    for k in range(SAMPLES):
+    for k in range(5):  # states of the test
         x: Array = generator.uniform(low, np.maximum(high, low + 1e-6))
-        for _ in range(NEWTON_STEPS):
+        for _ in range(8):  # onto closed loops, from anywhere
             x = model.project(x)
         u = np.asarray(generator.uniform(*model.control_bounds.T))
         checks += [

@@ -31,7 +31,6 @@ from kinolab.numerics.simd import FAR
 
 MOST = LEAF_SIZE - 1  # points of a leaf, which leaves room for rounding
 CHILDREN = 11  # most children of a group, about
-SAMPLES = 64  # least number of points that tell which side of many is the widest
 
 
 @kernel
@@ -104,7 +103,8 @@ def widest_side(points, order, first, last):  # type: ignore[no-untyped-def]
     widest, extent = 0, -FAR
     for i in range(points.shape[1]):
         low, high = FAR, -FAR
-        for k in range(first, last, max((last - first) // SAMPLES, 1)):
+        # 64, the least number of points that tell which side of many is the widest
+        for k in range(first, last, max((last - first) // 64, 1)):
             value = points[order[k], i]
             low, high = min(low, value), max(high, value)
         if high - low > extent:

@@ -31,16 +31,11 @@ from kinolab.world.shape_surfaces import Faces
 
 LOG = logging.getLogger("kinolab")
 MOST_TRIANGLES = 100_000  # of a mesh that is divided, which takes minutes
-LONG = 5_000  # triangles that are divided in half a minute or so
-CONCAVITY = 0.05  # of CoACD: a part's largest distance from its hull, as a share of its size
 EFFORT = {  # of CoACD's tree search, a third of its own, which takes minutes
     **{"mcts_nodes": 10, "mcts_iterations": 60, "mcts_max_depth": 2},
     **{"resolution": 1000, "preprocess_resolution": 30},
 }
 FINE = 16  # pieces of triangles are shorter than this part of the mesh's size
-MOST_PIECES = 500_000
-WORTHWHILE = 0.03  # of the volume of all solids, by which a cut must reduce it
-CUTS = (0.25, 0.5, 0.75)  # where a part is tried to be cut, along its solid's axes
 BATCH = 20_000  # points at once
 
 
@@ -101,7 +96,7 @@ PARTS = Kind("parts", _pack, _unpack, (Path(__file__).parent,), most=2**26)
 
 
 def _parts(vertices: Array, faces: Faces, most: int, where: str) -> list[Array]:
-    if len(faces) > LONG:
+    if len(faces) > 5_000:  # triangles that are divided in half a minute or so
         told = "%s: dividing %d triangles into convex parts, once; it may take a minute."
         LOG.warning(told, where, len(faces))
     doing(f"dividing {where} into convex parts")
@@ -120,7 +115,8 @@ def _decomposed(vertices: Array, faces: Faces, most: int) -> list[Array]:
     library = library_of("convex", "coacd", "meshes are divided by CoACD")
     library.set_log_level("error")
     mesh = library.Mesh(vertices, faces.astype(np.int32))
-    found = library.run_coacd(mesh, CONCAVITY, max_convex_hull=most, seed=0, **EFFORT)
+    # 0.05 of CoACD: a part's largest distance from its hull, as a share of its size
+    found = library.run_coacd(mesh, 0.05, max_convex_hull=most, seed=0, **EFFORT)
     hulls = [np.asarray(points, dtype=float).reshape(-1, 3) for points, _ in found]
     return [hull for hull in hulls if len(hull)] or [vertices]
 
@@ -132,7 +128,7 @@ def _pieces(triangles: Array) -> Array:
     while len(triangles):
         edges = np.linalg.norm(triangles - np.roll(triangles, 1, axis=1), axis=2).max(axis=1)
         long = edges > longest
-        if 4 * int(long.sum()) > MOST_PIECES:
+        if 4 * int(long.sum()) > 500_000:
             break
         done.append(triangles[~long])
         (a, b, c) = np.moveaxis(triangles[long], 1, 0)
@@ -176,7 +172,8 @@ def _cut(parts: list[Array], most: int) -> list[Array]:
     """Cut parts in two where that makes the solids around them clearly smaller."""
     cuts = [_best_cut(k, points) for k, points in enumerate(parts)]
     while len(parts) < most:
-        enough = WORTHWHILE * sum(volume(enclosing_shape(points)) for points in parts)
+        # 0.03 of the volume of all solids, by which a cut must reduce it
+        enough = 0.03 * sum(volume(enclosing_shape(points)) for points in parts)
         best = max(cuts, key=lambda cut: cut.gain)
         if best.gain < enough:
             break
@@ -198,7 +195,7 @@ def _best_cut(part: int, points: Array) -> _Cut:
     for axis in whole.pose[:3, :3].T:
         along = points @ axis
         low, high = along.min(), along.max()
-        for share in CUTS:
+        for share in (0.25, 0.5, 0.75):  # where a part is tried to be cut, along its solid's axes
             height = along - (low + share * (high - low))
             halves = _halves(points, edges, height)
             gain = volume(whole) - sum(volume(enclosing_shape(half)) for half in halves)

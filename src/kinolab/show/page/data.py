@@ -22,7 +22,6 @@ from kinolab.show.scene.picture import Floor, Ghost, GoalMarker, Picture
 from kinolab.show.scene.problem_picture import WORLD
 from kinolab.show.scene.still import GOAL, START, Extent, Still, extent
 
-FORMAT = 1  # version of the data; the page's modules always match it
 TEXTS = ("status", "message", "planner")
 NUMBERS = ("seed", "iterations", "cost", "duration", "goal_distance")
 NO_KEYS = Keys((), ())
@@ -35,7 +34,7 @@ def page_data(content: Content) -> tuple[dict[str, Any], str]:
     seen, driving = extent(content), content.driving
     still, angles = seen.still, seen.still.outlook.angles
     data = {
-        "format": FORMAT,
+        "format": 1,  # version of the data; the page's modules always match it
         "title": content.title,
         "name": content.name,
         "machine": content.machine,

@@ -25,7 +25,6 @@ from kinolab.show.viewers.viewed_parts import (
 
 ROOT = "kinolab"
 FIELD_OF_VIEW = math.radians(75.0)  # of MeshCat's camera
-FAR = 20.0  # of the camera's distance: what is farther away is not drawn
 
 
 @checked
@@ -85,7 +84,8 @@ def _look(view: Any, content: Content) -> None:
     x, y, z = (pose[:3, :3] @ away).tolist()
     eye = view["/Cameras/default/rotated/<object>"]
     eye.set_property("position", [x, z, -y])  # y is up there
-    eye.set_property("far", FAR * float(np.linalg.norm(away)))
+    # 20.0 of the camera's distance: what is farther away is not drawn
+    eye.set_property("far", 20.0 * float(np.linalg.norm(away)))
     view["/Grid"].set_property("visible", False)  # it would cut through the scene
 
 

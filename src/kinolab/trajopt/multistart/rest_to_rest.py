@@ -24,7 +24,6 @@ from kinolab.trajopt.options import TIMING
 
 UNLIMITED = 1e9  # magnitude of an input without limits
 SAMPLES = 16  # configurations of a leg between its ends and at them
-SHORT = 1e-6  # of a coordinate's scale: corners closer together are one
 
 
 def along_corners(problem: PlanningTask, path: Array) -> Knots | None:
@@ -36,7 +35,8 @@ def along_corners(problem: PlanningTask, path: Array) -> Knots | None:
     """
     nq, parts = problem.model.nq, []
     for begin, end in pairwise(path[:, :nq]):
-        if (np.abs(end - begin) <= SHORT * problem.scales[:nq]).all():
+        # 1e-6 of a coordinate's scale: corners closer together are one
+        if (np.abs(end - begin) <= 1e-6 * problem.scales[:nq]).all():
             continue
         part = _timed(problem, LegCurve.straight(problem, begin, end))
         if part is None:

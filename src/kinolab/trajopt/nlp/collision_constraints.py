@@ -41,7 +41,6 @@ FD_STEP = 1e-6  # finite difference of a coordinate, in its unit
 TOUCHING_GAP = 1e-12  # [m] signed distance below which shapes touch
 MAX_GAPS = 64  # distances kept per pose
 TRIANGLES_PER_SHAPE = 4  # nearest triangles kept per shape
-SAME_NORMAL_COSINE = 0.999  # cosine between normals above which only the nearer triangle is kept
 SAME_LEVEL = 1e-9  # [m] by which what is behind a plane may be before it
 GROUND, OWN = -2, -3  # in place of an obstacle's index
 
@@ -466,7 +465,8 @@ def kept(s, what, gap, level, n, first, count, found):  # type: ignore[no-untype
     here = -1
     for c in range(first, count):
         v = found.normal[c]
-        if n[0] * v[0] + n[1] * v[1] + n[2] * v[2] > SAME_NORMAL_COSINE:
+        # 0.999: cosine between normals above which only the nearer triangle is kept
+        if n[0] * v[0] + n[1] * v[1] + n[2] * v[2] > 0.999:
             here = c
     if here < 0 and count - first < TRIANGLES_PER_SHAPE and count < MAX_GAPS:
         here, count = count, count + 1

@@ -14,7 +14,6 @@ from kinolab.show.scene.models.surface_mesh import SurfaceMesh, weld
 MAX_LINES = 30  # along the longer side; larger worlds take a coarser grid
 BOARDS, BOARD = 12, 1.4  # number side by side; length, in widths of the floor
 DASHES, KERBS = 41, 60  # along a road
-KERB = (0.78, 0.22, 0.18)  # every second block of a kerb
 STEPS = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0)
 
 
@@ -84,7 +83,7 @@ def marked_areas(low: Array, high: Array, colors: SceneColors) -> Iterator[Surfa
         place = side[1 - along] + inward * 0.02 * width
         for k in range(KERBS):
             first = low[along] + k * block
-            color = KERB if k % 2 else colors.lines
+            color = (0.78, 0.22, 0.18) if k % 2 else colors.lines  # every second block of a kerb
             yield _strip((first, first + block), (place, 0.04 * width), along, color)
 
 

@@ -32,7 +32,6 @@ COLORS: tuple[Color, ...] = (
 MARK: Color = (0.13, 0.16, 0.22)  # one sector, to count full turns by
 
 SECTORS = 8
-SEGMENTS = (8, 16, 48)  # of a circle, multiples of SECTORS: their borders coincide
 CORNERS = (16, 32, SECTIONS)  # of a circle, half as many on a capsule
 
 
@@ -71,7 +70,8 @@ def paint(shape: Shape, color: ArrayLike, pixel: float = 0.0) -> SurfaceMesh:
 
 def _round(radius: float, half: float, color: Array, detail: int) -> Pattern:
     """Return a cylinder along z with alternating sectors on both caps and along the rim."""
-    vertices, faces = cylinder_surface(radius, half, SEGMENTS[detail])
+    # Segments of a circle, multiples of SECTORS: their borders coincide
+    vertices, faces = cylinder_surface(radius, half, (8, 16, 48)[detail])
     sector = np.arange(len(faces)) * SECTORS // len(faces)
     colors = np.where((sector % 2 == 0)[:, None], color, pale(color))
     colors[sector == 0] = MARK
