@@ -11,6 +11,7 @@ from typing import Any
 
 from kinolab.arguments import require_fit
 from kinolab.errors import InputError, Mistake
+from kinolab.sentences import counted
 from kinolab.testing import chapters
 from kinolab.testing.judging import Exercise, WrongAnswerError
 
@@ -43,7 +44,7 @@ class Mark:
         """Say it in words."""
         if self.reason:
             return f"{self.exercise}: not yet: {self.due or self.reason}"
-        return f"{self.exercise}: right, {self.points} point{'' if self.points == 1 else 's'}"
+        return f"{self.exercise}: right, {counted(self.points, 'point')}"
 
 
 def check(exercise: str, answer: Any) -> Mark:

@@ -24,6 +24,7 @@ from kinolab.dynamics.language.quantities import written
 from kinolab.dynamics.units import in_digits
 from kinolab.errors import KinolabError
 from kinolab.numerics.arrays import Array
+from kinolab.sentences import counted, row_of
 
 LET_GO = 0.5  # [s]
 STEPS = 500  # of that
@@ -51,10 +52,10 @@ def _freedoms(subject: Subject) -> Iterator[str]:
         freedom = model.nv
     follows = [name for k, name in enumerate(model.rate_names) if k not in model.independent]
     inputs = len(subject.system.inputs)
-    told = f"It has {_counted(len(subject.system.coordinates), 'coordinate')}"
+    told = f"It has {counted(len(subject.system.coordinates), 'coordinate')}"
     turning = len(subject.turning)
-    told += f" ({_counted(turning, 'rotation')} about every axis among them), " if turning else ", "
-    told += f"{_counted(freedom, 'degree')} of freedom and {_counted(inputs, 'input')}"
+    told += f" ({counted(turning, 'rotation')} about every axis among them), " if turning else ", "
+    told += f"{counted(freedom, 'degree')} of freedom and {counted(inputs, 'input')}"
     if model.velocity_names:
         told += (
             f"; {_listed(model.velocity_names)} {'are states' if model.nv > 1 else 'is a state'}"
@@ -134,7 +135,7 @@ def _inputs(subject: Subject) -> Iterator[str]:
     if len(inputs) > MOST:
         more = ", ".join(entry.name for entry in inputs[MOST : 3 * MOST])
         more += ", …" * (len(inputs) > 3 * MOST)
-        yield f"And {_counted(len(inputs) - MOST, 'further input')}: {more}."
+        yield f"And {counted(len(inputs) - MOST, 'further input')}: {more}."
 
 
 def _acts(subject: Subject, entry: Input) -> str:
@@ -256,13 +257,9 @@ def _span(low: float, first: str, high: float, last: str, unit: str) -> str:
     return f"{in_digits(low)} {unit} ({first}) to {in_digits(high)} {unit} ({last})"
 
 
-def _counted(count: int, noun: str) -> str:
-    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
-
-
 def _listed(names: Iterable[object], more: str = "others") -> str:
     """Join names: ``a, b and c``; those beyond ``2 MOST`` are counted."""
-    words: Sequence[str] = [str(name) for name in names]
+    words: Sequence[object] = list(names)
     if len(words) > 2 * MOST:
         words = [*words[: 2 * MOST - 1], f"{len(words) - 2 * MOST + 1} {more}"]
-    return " and ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)
+    return row_of(words)

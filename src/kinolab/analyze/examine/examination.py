@@ -45,6 +45,7 @@ from kinolab.analyze.examine.units_agree import units_agree
 from kinolab.dynamics import System
 from kinolab.loading.well_posed import unlimited_sentences
 from kinolab.scenario.schema import IntegrationSection
+from kinolab.sentences import counted
 from kinolab.simulation.held_law import stiff_law, wrong_law
 from kinolab.simulation.stability import fastest_rate, step_too_long
 
@@ -85,7 +86,7 @@ class Examination:
             return f"{self.name}: nothing to remark, and the laws of mechanics hold."
         counts = {"remark": len(self.remarks), "broken law": len(self.broken)}
         counts["expectation in vain"] = len(self.unused)
-        told = [f"{n} {what}{'s' * (n > 1)}" for what, n in counts.items() if n]
+        told = [counted(n, what) for what, n in counts.items() if n]
         titles = "; ".join((*(r.title for r in self.remarks), *(law.law for law in self.broken)))
         return f"{self.name}: {', '.join(told)}{': ' * bool(titles)}{titles}."
 

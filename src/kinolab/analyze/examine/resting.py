@@ -21,6 +21,7 @@ from kinolab.dynamics.language.expressions import is_zero
 from kinolab.dynamics.units import control_units, state_units
 from kinolab.errors import KinolabError
 from kinolab.numerics.arrays import Array
+from kinolab.sentences import row_of
 from kinolab.simulation.stability import random_states
 
 Mass: TypeAlias = Callable[[Model, Array], Array]
@@ -170,7 +171,7 @@ def _restless(
     gravity = system.gravity
     pull = f" against gravity toward {direction_of(gravity)}" if gravity else ""
     what = f"Within the limits of its coordinates and inputs nothing holds it{pull}: at best, "
-    what += f"{_listed(moving)}. It would rest with {_listed(beyond)}. "
+    what += f"{row_of(moving[:3])}. It would rest with {row_of(beyond[:3])}. "
     if gravity is not None and gravity.down != DOWN and _rests_below(subject):
         what += 'With gravity toward "-z" it would rest within them.'
     elif short := [e for e in system.efforts if is_zero(getattr(e, "length", 1))]:
@@ -214,11 +215,6 @@ def _moving_off(subject: Subject, x: Array, u: Array) -> list[str]:
     told.sort(key=lambda entry: -entry[0])
     # 0.02 of the largest acceleration: smaller ones are not told
     return [what for size, what in told if size > 0.02 * told[0][0]]
-
-
-def _listed(told: list[str]) -> str:
-    kept = told[:3]  # bodies and limits that a sentence names
-    return " and ".join([", ".join(kept[:-1]), kept[-1]] if len(kept) > 1 else kept)
 
 
 def overturned(subject: Subject) -> Iterator[Remark]:

@@ -16,6 +16,7 @@ from kinolab.analyze.execute.failure_trials import (
     most_wanted,
 )
 from kinolab.errors import EndpointError
+from kinolab.sentences import row_of
 
 
 @dataclass(frozen=True)
@@ -111,7 +112,7 @@ def _advice(group: FailureGroup, best: FailureTrial, alike: Sequence[str]) -> It
     name, first = best.name, group.first
     decides = f"{name} is what decides: know it"
     if len(alike) > 1:
-        decides = f"{', '.join(alike[:-1])} and {alike[-1]} decide alike: know them"
+        decides = f"{row_of(alike)} decide alike: know them"
     if best.what == "parameter" and first.outcome == "collided" and first.at_start:
         yield (
             f"So {name} moves the machine into it before anything else does: a shape whose size is "
