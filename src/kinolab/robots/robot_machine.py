@@ -99,7 +99,6 @@ from kinolab.robots.tree_mistakes import (
 from kinolab.robots.visible_meshes import drawn_meshes
 from kinolab.world.geometry import lowest_z, sizes
 
-LOG = logging.getLogger("kinolab.robots")
 Base: TypeAlias = Literal["fixed", "floating"]
 BASE_COORDINATES = "x", "y", "z", BASE  # of a root that moves freely
 
@@ -183,7 +182,7 @@ def assembled(
     except InputError as error:  # of what the machine's own words say
         raise InputError(_in_file(mistake, where) for mistake in error.mistakes) from error
     for told in notes:
-        LOG.warning("%s", printable(told))
+        logging.getLogger("kinolab.robots").warning("%s", printable(told))
     if engines and given is None and AGREED.find(known := agreement_on(file, base, held)) is None:
         left_out = assembly.neglected
         efforts = made.efforts[: len(made.efforts) - len(assembly.driven)]

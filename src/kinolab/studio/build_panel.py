@@ -28,7 +28,6 @@ NONE = "(none)"
 SNAPS = {"off": 0.0, "0.05 m": 0.05, "0.1 m": 0.1, "0.25 m": 0.25, "0.5 m": 0.5}
 LEAST = 0.01  # [m] of an edge that is drawn with the mouse
 WALL_HEIGHT = 0.5  # [m]
-GREY = (185, 198, 214)
 PLAIN = (1.0, 0.0, 0.0, 0.0)
 
 
@@ -64,7 +63,7 @@ class BuildPanel:
             )
             self._size = self._vector("Size [m]", self._sized)
             self._words = gui.add_markdown("")
-            self._color = on_hand(session, gui.add_rgb("Colour", GREY), self._paint)
+            self._color = on_hand(session, gui.add_rgb("Colour", (185, 198, 214)), self._paint)
             both = gui.add_button_group("", ("Duplicate", "Delete"))
             both.on_click(lambda event: session.attempt(lambda: self._do(event.target.value)))
         self._gizmo = Gizmo(session, "/gizmo/move", self._moved)

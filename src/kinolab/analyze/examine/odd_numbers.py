@@ -33,10 +33,7 @@ LARGEST_INERTIA, LARGEST_TYPED = 1.01, 100.0
 THIN = 0.25  # of the largest r^2: about such an axis, moments are often rounded up
 SMALLEST_INERTIA = 1e-3  # a sphere of a third of the radius has 0.04
 DENSEST = 22_590.0  # [kg/m^3] osmium; CRC Handbook of Chemistry and Physics
-# A mass in g, or one of three lengths in mm, is a factor of 1e3; shapes may leave parts out.
-TOO_DENSE = 5 * DENSEST
 AIR = 1.2  # [kg/m^3] at 20 °C
-LIGHTEST = 0.1 * AIR  # boxes around propellers hold little else than air
 ROUNDING = 1e-9
 SLACK = 0.01  # relative: numbers in files have three digits
 WEAKEST, STRONGEST = 0.1, 30.0  # [m/s^2] moons and planets: Ceres has 0.28, Jupiter 24.8
@@ -270,13 +267,14 @@ def _density(subject: Subject, body: Body) -> Iterator[Remark]:
         return
     density = mass / volume
     told = f"{in_digits(mass)} kg in {volume:.3g} m^3 are {in_digits(density)} kg/m^3"
-    if density > TOO_DENSE:
+    # A mass in g, or one of three lengths in mm, is a factor of 1e3; shapes may leave parts out.
+    if density > 5 * DENSEST:
         what = (
             f"{told}, and osmium, the densest metal, has {DENSEST:.5g}: is its mass in kg and not "
         )
         what += f"in g ({in_digits(mass / 1e3)} kg), are its sizes in m?"
         yield Remark("mass too large", body.name, what, ("Body", body.name))
-    elif density < LIGHTEST:
+    elif density < 0.1 * AIR:  # boxes around propellers hold little else than air
         what = f"{told}, far less than air ({AIR:g}): are its sizes in m and not in mm or cm, is "
         what += "its mass in kg?"
         yield Remark("mass too small", body.name, what, ("Body", body.name))

@@ -15,7 +15,6 @@ from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 
 MAX_FRACTION = 1.0  # above it a mass could be negative
-SHARES = ("parameters", "noise", "disturbance")
 
 
 @dataclass(frozen=True)
@@ -48,7 +47,7 @@ class Conditions:
 
     def __post_init__(self) -> None:
         """Reject invalid fractions."""
-        told = {f"--{name}": getattr(self, name) for name in SHARES}
+        told = {f"--{name}": getattr(self, name) for name in ("parameters", "noise", "disturbance")}
         told |= {f"--vary {name}": share for name, share in self.vary.items()}
         mistakes = [
             Mistake(where, f"{value:g} is no share.", f"Give 0 or more, below {MAX_FRACTION:g}.")

@@ -15,7 +15,6 @@ from kinolab.cli.manual.sections import ManualSection, anchors_of, sections_of, 
 SOURCE = "machines.md"
 CONTENTS = "## Coordinates and parameters"  # the groups of words are listed before the first one
 LINE = 100  # characters
-ARGUMENTS = ("Args:", "Attributes:")
 
 
 def page() -> str:
@@ -74,7 +73,7 @@ def facts(word: str) -> Iterator[str]:
 def docstring(thing: Any) -> str:
     """Return a docstring, of a class with the arguments of the class that it extends."""
     own = inspect.getdoc(thing) or ""
-    if not inspect.isclass(thing) or any(f"\n{head}" in own for head in ARGUMENTS):
+    if not inspect.isclass(thing) or any(f"\n{head}" in own for head in ("Args:", "Attributes:")):
         return own
     for base in thing.__mro__[1:]:
         inherited = inspect.cleandoc(base.__doc__ or "")

@@ -31,7 +31,6 @@ from kinolab.dynamics.derivation.derivation import Derivation
 from kinolab.dynamics.derivation.expression_graph import ExpressionGraph, Node
 
 INTRINSICS = ("sin", "cos", "exp", "log", "sqrt", "fabs", "floor")
-LIBRARY = ("tan", "tanh", "atan")
 BINARY = {"add": "fadd", "sub": "fsub", "mul": "fmul", "div": "fdiv"}
 
 
@@ -190,7 +189,7 @@ def declarations() -> list[str]:
         found += [f"declare {number} @{intrinsic(name, lanes)}({number})" for name in INTRINSICS]
         found.append(f"declare {number} @{intrinsic('maxnum', lanes)}({number}, {number})")
     found.append("declare i1 @llvm.expect.i1(i1, i1)")
-    return [*found, *(f"declare double @{name}(double)" for name in LIBRARY)]
+    return [*found, *(f"declare double @{name}(double)" for name in ("tan", "tanh", "atan"))]
 
 
 def emit_jacobian(

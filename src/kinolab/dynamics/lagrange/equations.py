@@ -40,8 +40,6 @@ from kinolab.dynamics.language.quasi_velocities import (
 from kinolab.dynamics.language.symbols import Acceleration, Parameter, TurnAcceleration, TurnRate
 from kinolab.errors import InputError, Mistake
 
-# [s] of CPU time after which no further equation is simplified
-SIMPLIFICATION_SECONDS = 4.0
 MAX_SIMPLIFIED = 1000  # symbols, numbers and operations of one side worth printing
 # Symbols, numbers and operations of T written out: the arm of seven joints has 17 179 and takes
 # 23 s of CPU time, a chain of twelve 91 212, with equations far longer than are printed.
@@ -142,7 +140,8 @@ class _LagrangeDerivation:
 
     def __init__(self, system: Mechanism) -> None:
         self.system = system
-        self.deadline = time.thread_time() + SIMPLIFICATION_SECONDS
+        # [s] of CPU time after which no further equation is simplified
+        self.deadline = time.thread_time() + 4.0
         self.velocities = tangent_symbols(system)
         self.accelerations = [acceleration_of(v) for v in self.velocities]
         self.kinematics: tuple[sympy.Eq, ...] = ()

@@ -29,7 +29,6 @@ from kinolab.scenario.values import MOST_PARTS
 from kinolab.store import Kind, pack_arrays, unpack_arrays
 from kinolab.world.shape_surfaces import Faces
 
-LOG = logging.getLogger("kinolab")
 MOST_TRIANGLES = 100_000  # of a mesh that is divided, which takes minutes
 EFFORT = {  # of CoACD's tree search, a third of its own, which takes minutes
     **{"mcts_nodes": 10, "mcts_iterations": 60, "mcts_max_depth": 2},
@@ -98,7 +97,7 @@ PARTS = Kind("parts", _pack, _unpack, (Path(__file__).parent,), most=2**26)
 def _parts(vertices: Array, faces: Faces, most: int, where: str) -> list[Array]:
     if len(faces) > 5_000:  # triangles that are divided in half a minute or so
         told = "%s: dividing %d triangles into convex parts, once; it may take a minute."
-        LOG.warning(told, where, len(faces))
+        logging.getLogger("kinolab").warning(told, where, len(faces))
     doing(f"dividing {where} into convex parts")
     hulls = _decomposed(vertices, faces, most)
     pieces = _pieces(vertices[faces])

@@ -17,8 +17,6 @@ from kinolab.show.film.staging.script_writing import motion_script
 from kinolab.show.scene.camera import View
 from kinolab.trajectory import Trajectory
 
-CODECS = ("libx264", "h264", "mpeg4")  # the first available
-
 
 def animate(problem: PlanningTask, trajectory: Trajectory) -> bytes:
     """Return the trajectory as an animated GIF."""
@@ -84,7 +82,8 @@ def mp4(film: Film, fps: float) -> bytes:
 
 
 def _codec(av: Any) -> str:
-    return next(name for name in CODECS if name in av.codecs_available)
+    # the first available
+    return next(name for name in ("libx264", "h264", "mpeg4") if name in av.codecs_available)
 
 
 def _frame(av: Any, image: Any) -> Any:

@@ -23,7 +23,6 @@ from kinolab.show.scene.models.ball import Color
 FLOAT, UINT = 5126, 5125
 VERTICES, INDICES = 34962, 34963
 MODES = {2: 1, 3: 4}  # lines and triangles, by vertices of each
-WIDTHS = {1: "SCALAR", 3: "VEC3", 4: "VEC4"}
 
 
 class Glb:
@@ -133,7 +132,7 @@ class Glb:
         self._blob += data
         use = {} if target is None else {"target": target}
         where = {"bufferView": self._add("bufferViews", view | use)}
-        shape = {"count": len(table), "type": WIDTHS[table.shape[1]]}
+        shape = {"count": len(table), "type": {1: "SCALAR", 3: "VEC3", 4: "VEC4"}[table.shape[1]]}
         return self._add("accessors", {**where, "componentType": kind, **shape, **extent})
 
 

@@ -24,7 +24,6 @@ from kinolab.show.scene.still import GOAL, START, Extent, Still, extent
 
 TEXTS = ("status", "message", "planner")
 NUMBERS = ("seed", "iterations", "cost", "duration", "goal_distance")
-NO_KEYS = Keys((), ())
 LARGEST = sys.float_info.max  # JSON has larger ones
 
 
@@ -53,7 +52,7 @@ def page_data(content: Content) -> tuple[dict[str, Any], str]:
             "names": [WORLD, *content.joints, *(body.name for body in picture.bodies)],
             "length": axis_length(still.reach, still.size, _frames(content)),
             "shown": picture.frames is not None,
-            "joints": _moving(keys.joints or NO_KEYS, pack),
+            "joints": _moving(keys.joints or Keys((), ()), pack),
         },
         "bodies": [
             {"name": body.name, "whirl": body.whirl, "mesh": mesh_data(mesh, pack)}

@@ -14,7 +14,6 @@ from kinolab.show.scene.models.surface_mesh import SurfaceMesh, flat_patches, is
 from kinolab.show.scene.picture import Ghost, GoalMarker, Picture
 from kinolab.show.scene.sight import SEEN, Screens
 
-AZIMUTHS = np.radians([18, -55, 55, -110, 110, 162])  # besides the usual one
 STEEPER = np.radians([45.0, 72.0])  # elevations that are tried where walls stand close
 MOMENTS, BODIES = 16, 3  # of the way, and of a machine at each of them
 FEW, MOST = 5000, 0.97  # faces of a small world, where trying takes no time; what is enough there
@@ -122,7 +121,7 @@ def _others(picture: Picture, usual: Angles) -> list[Angles]:
     """Other directions, those near the usual one first."""
     azimuths = [usual.azimuth]
     if picture.azimuth is None:
-        azimuths += AZIMUTHS.tolist()
+        azimuths += np.radians([18, -55, 55, -110, 110, 162]).tolist()  # besides the usual one
     elevations = [usual.elevation]
     if picture.elevation is None:
         elevations += [each for each in STEEPER.tolist() if each > usual.elevation + 0.1]

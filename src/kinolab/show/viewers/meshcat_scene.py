@@ -24,7 +24,6 @@ from kinolab.show.viewers.viewed_parts import (
 )
 
 ROOT = "kinolab"
-FIELD_OF_VIEW = math.radians(75.0)  # of MeshCat's camera
 
 
 @checked
@@ -79,7 +78,7 @@ def _look(view: Any, content: Content) -> None:
     pose[:3, :3] = np.stack([across, -toward, up / np.linalg.norm(up)])
     pose[:3, 3] = -pose[:3, :3] @ camera.target
     view[ROOT].set_transform(pose)
-    nearer = math.tan(camera.fov / 2.0) / math.tan(FIELD_OF_VIEW / 2.0)
+    nearer = math.tan(camera.fov / 2.0) / math.tan(math.radians(75.0) / 2.0)  # of MeshCat's camera
     away = nearer * (camera.position - camera.target)
     x, y, z = (pose[:3, :3] @ away).tolist()
     eye = view["/Cameras/default/rotated/<object>"]

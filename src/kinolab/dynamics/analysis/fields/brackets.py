@@ -15,8 +15,6 @@ from kinolab.dynamics.language.expressions import exact
 from kinolab.dynamics.language.frames import Number
 from kinolab.errors import InputError, Mistake
 
-SIMPLIFICATION_SECONDS = 2.0  # [s] after which no further component is simplified
-
 
 @checked
 @final
@@ -48,7 +46,8 @@ class VectorField:
         """Evaluate the field at a point, shape (n, 1)."""
         return sympy.Matrix(self.components).subs(values)
 
-    def tidy(self, budget: float = SIMPLIFICATION_SECONDS) -> VectorField:
+    # 2.0 [s] after which no further component is simplified
+    def tidy(self, budget: float = 2.0) -> VectorField:
         """Simplify for reading; the budget in [s] is checked between components."""
         deadline = time.monotonic() + budget
         return VectorField(self.variables, [_tidied(c, deadline) for c in self.components])

@@ -31,7 +31,6 @@ OPERATIONS: dict[str, type] = {
     "max": sympy.Max,
 }
 CONSTANTS: dict[str, Any] = {"pi": sympy.pi, "E": sympy.E}
-MAX_DEPTH = 200  # of nesting; Python's stack overflows at about five times that
 MAX_CHOICES = 8  # terms of a maximum
 MAX_IRRATIONAL = 8  # numbers in a product
 MAX_BITS = 1024  # of numerators and denominators, which doubles do not reach either
@@ -90,7 +89,7 @@ def tree_to_expression(tree: Any, symbols: Mapping[str, sympy.Symbol], depth: in
     Raises:
         ValueError: If it has an unknown name or operation, or is nested too deeply.
     """
-    if depth > MAX_DEPTH:
+    if depth > 200:  # of nesting; Python's stack overflows at about five times that
         raise ValueError("an expression is nested too deeply")
     match tree:
         case bool() | None:
