@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from kinolab.robots.kinematic_tree import PlacedShape
     from kinolab.robots.omplapp import PlacedMesh
 
-MOST_TRIANGLES = 50_000  # of a robot
 CROSSING = 20.0  # [s] for the longest edge of the volume, of a body whose velocities are inputs
 NEAR, NEARLY = (
     0.005,
@@ -49,8 +48,8 @@ def read_problem_file(source: str | Path, *, overrides: Sequence[str] = ()) -> R
     table = file.table("problem")
     robot = _mesh(file, table.get("robot"), path.parent, centred=True)
     world = _mesh(file, table.get("world"), path.parent)
-    if robot is not None and robot.count > MOST_TRIANGLES:
-        what = f"{table['robot'].text} has more than {MOST_TRIANGLES} triangles."
+    if robot is not None and robot.count > 50_000:
+        what = f"{table['robot'].text} has more than 50000 triangles."
         file.wrong(table["robot"], what, "Simplify it: solids that enclose it take its place.")
     if problem is not None and problem.control == "quadrotor":
         _check_hovering(file, problem.start, table)

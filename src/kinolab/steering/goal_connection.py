@@ -25,7 +25,6 @@ CONTROL_INTERVALS = 8  # intervals of constant inputs
 DURATIONS = (1.0, 2.0, 4.0, 8.0)  # durations to try, in multiples of the shortest
 TOLERANCE_FRACTION = 0.5  # of the tolerance: the rest covers the integration error
 FD_STEP = 1e-4  # finite difference, of an input's range
-MAX_ERROR = 1e9  # goal errors are clipped to this, in tolerances
 
 
 class GoalConnection:
@@ -120,7 +119,7 @@ class GoalConnection:
             reached = end(shares)
             errors = self._problem.goal_residual(x if reached is None else reached)
             # diverged states would have infinite squares
-            errors = np.clip(errors, -MAX_ERROR, MAX_ERROR)
+            errors = np.clip(errors, -1e9, 1e9)
             # 1e-2 of inputs' deviation from mid-range, relative to errors in tolerances
             return np.concatenate([errors, 1e-2 * shares])
 

@@ -19,8 +19,6 @@ from kinolab.problem.task import LIMIT_TOLERANCE
 from kinolab.problem.time_steps import covering_steps
 from kinolab.steering.maneuver import Maneuver
 
-MAX_RAMP_SLOPE = 2.1875  # the largest slope of the ramp from 0 to 1 over a unit of time
-
 
 class SampledPath:
     """A path that is known by samples, and can be looked at without more.

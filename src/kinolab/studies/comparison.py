@@ -26,7 +26,7 @@ from kinolab.studies.ompl_benchmark import configuration, placed
 
 CONFIDENCE = 0.95
 SIGNIFICANT = 0.05
-MOST_COMPARED = 12  # planners of one scenario; more make a table that nobody reads
+MOST_COMPARED = 12  # planners of one scenario; more make a table or figure that nobody reads
 
 
 @dataclass(frozen=True)

@@ -36,7 +36,6 @@ if TYPE_CHECKING:
 
 PAGE, TEXT = "report.html", "report.md"
 INK = "#7a7a7a"  # readable on white and on black
-MOST_DRAWN = 12  # planners in one figure
 LONGEST_LABEL = 80  # characters, for which a figure has room
 METADATA = ("Creator", "Date", "Format", "Type")  # that Matplotlib writes unless they are None
 STYLE = """
@@ -315,15 +314,15 @@ def _inline(text: str) -> str:
 
 def _figures(groups: Sequence[Group], title: str) -> Iterator[str]:
     """Yield figures as HTML: solved over time, times and durations, and swept settings."""
-    drawn = groups[:MOST_DRAWN]
+    drawn = groups[:MOST_COMPARED]
     yield _figure_html(
         _over_time(drawn),
         f"{title}: share of runs solved over the processor time of the search, and box plots of "
         "search times and of durations of the motions (solved runs; boxes are quartiles, whiskers "
         "reach to 1.5 times their distance).",
     )
-    if len(groups) > MOST_DRAWN:
-        yield f'<p class="note">The first {MOST_DRAWN} of {len(groups)} planners are drawn.</p>'
+    if len(groups) > MOST_COMPARED:
+        yield f'<p class="note">The first {MOST_COMPARED} of {len(groups)} planners are drawn.</p>'
     for key in _swept_numbers(groups):
         yield _figure_html(
             _against(groups, key), f"{title}: search time of each run against {key}."

@@ -14,8 +14,6 @@ from kinolab.errors import InputError, Mistake, unknown_name
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 
-MAX_FRACTION = 1.0  # above it a mass could be negative
-
 
 @dataclass(frozen=True)
 class Conditions:
@@ -50,9 +48,9 @@ class Conditions:
         told = {f"--{name}": getattr(self, name) for name in ("parameters", "noise", "disturbance")}
         told |= {f"--vary {name}": share for name, share in self.vary.items()}
         mistakes = [
-            Mistake(where, f"{value:g} is no share.", f"Give 0 or more, below {MAX_FRACTION:g}.")
+            Mistake(where, f"{value:g} is no share.", "Give 0 or more, below 1.")
             for where, value in told.items()
-            if not 0.0 <= value < MAX_FRACTION
+            if not 0.0 <= value < 1.0  # above it a mass could be negative
         ]
         for name in (name for name in self.vary if name in self.keep):
             what = f"{name} is also given to --vary."

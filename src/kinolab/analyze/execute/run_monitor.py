@@ -17,7 +17,6 @@ from kinolab.problem import PlanningTask
 from kinolab.problem.goal_entries import GoalEntry, goal_entries
 from kinolab.world import NO_ENDS, CollisionChecker
 
-MOST_NAMED = 3  # entries of the goal, or pairs, that a sentence names
 VERBS = {
     "touches": "touches",
     "inside": "is inside",
@@ -109,7 +108,7 @@ class RunMonitor:
         ]
         outside = [e for e in entries if not e.reached] or entries[:1]
         outside.sort(key=lambda entry: not self._is_mode(entry))  # no other entry says as much
-        detail = ", ".join(self._entry_text(entry) for entry in outside[:MOST_NAMED])
+        detail = ", ".join(self._entry_text(entry) for entry in outside[:3])
         return Failure("missed", self._entry_name(outside[0]), f"at best {detail}", t, step)
 
     def slip(self, x: Array, t: Array) -> str:
@@ -153,7 +152,7 @@ class RunMonitor:
     def _strayed(self, k: int, t: float, left: list[tuple[str, float, float, float]]) -> Failure:
         """Return what left the workspace, or which axis came into a forbidden cone."""
         causes, details, bodies = [], [], []
-        for name, value, lower, upper in left[:MOST_NAMED]:
+        for name, value, lower, upper in left[:3]:
             bodies.append(name.partition(" of ")[2])
             if name.startswith("the axis of"):
                 causes.append(f"{name} looked into the forbidden cone")
@@ -206,7 +205,7 @@ def _collided(
     off: dict[str, float],
 ) -> Failure:
     """Return who touches whom at the first pose that collides."""
-    contacts = checker.contacts(*at)[:MOST_NAMED]
+    contacts = checker.contacts(*at)[:3]
     # The names of a pair that touches.
     pairs = [f"{c.body} – {c.obstacle or 'nowhere'}" for c in contacts]
     told = [f"{c.body} {VERBS.get(c.kind, 'touches')} {c.obstacle}".rstrip() for c in contacts]

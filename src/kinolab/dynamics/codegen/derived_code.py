@@ -18,9 +18,6 @@ from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.mode_derivations import derive_modes
 from kinolab.errors import InputError, Mistake
 
-# Of the equations of motion. To derive and compile the 137 531 of a humanoid with 60 coordinates
-# takes 40 s on an idle computer and 1.6 GB; both grow with their number.
-MOST_OPERATIONS = 150_000
 # To allocate registers takes 13 s for 25 488 operations, and grows with the square of their number:
 # beyond a minute code is compiled without, 60 times as quickly; it runs 2 to 5 times as long.
 MOST_IN_REGISTERS = 50_000
@@ -73,14 +70,17 @@ def derived_code(
 def _require_compilable(system: Mechanism, operations: int) -> None:
     """Refuse equations that are too long for a compiler.
 
+    To derive and compile the 137 531 operations of a humanoid with 60 coordinates takes 40 s on an
+    idle computer and 1.6 GB; both grow with their number.
+
     Raises:
         InputError: If they are.
     """
-    if operations > MOST_OPERATIONS:
+    if operations > 150_000:
         count = len(system.coordinates)
         what = f"its equations of motion, of {count} coordinates, take {operations} operations"
         remedy = "Lock joints that need not move, or describe branches as machines of their own."
-        told = f"{what}; {MOST_OPERATIONS} are the most that are compiled."
+        told = f"{what}; 150000 are the most that are compiled."
         raise InputError([Mistake(f"system {system.name!r}", told, remedy)])
 
 

@@ -44,7 +44,6 @@ from kinolab.dynamics.language.symbols import (
 from kinolab.dynamics.language.words import primitives_of, require_hashable
 from kinolab.errors import InputError, Mistake, flaw_of, is_broken, printable, unknown_name
 
-MAX_DEGREE = 8  # of gain-scheduling polynomials
 TRIANGLE_TOLERANCE = 1e-9  # relative rounding allowed in eigenvalues of inertias
 
 
@@ -426,9 +425,8 @@ def _regulator(system: MechanismParts, regulator: Regulator, where: str) -> Iter
             remedy = "It must be positive."
             yield Mistake(where, f"what counts as large for {what} is {size:g}.", remedy)
     for name, degree in regulator.schedule:
-        if not 0 <= degree <= MAX_DEGREE:
-            remedy = f"Take 0 to {MAX_DEGREE}."
-            yield Mistake(where, f"the degree in {name} is {degree}.", remedy)
+        if not 0 <= degree <= 8:
+            yield Mistake(where, f"the degree in {name} is {degree}.", "Take 0 to 8.")
 
 
 def _shape(system: MechanismParts, body: Body, shape: Shape) -> Iterator[Mistake]:

@@ -29,7 +29,6 @@ from kinolab.scenario.values import MOST_PARTS
 from kinolab.store import Kind, pack_arrays, unpack_arrays
 from kinolab.world.shape_surfaces import Faces
 
-MOST_TRIANGLES = 100_000  # of a mesh that is divided, which takes minutes
 EFFORT = {  # of CoACD's tree search, a third of its own, which takes minutes
     **{"mcts_nodes": 10, "mcts_iterations": 60, "mcts_max_depth": 2},
     **{"resolution": 1000, "preprocess_resolution": 30},
@@ -73,8 +72,8 @@ def check_parts(convex_parts: int | None, where: str) -> None:
 
 def _kept_parts(vertices: Array, faces: Faces, most: int, where: str) -> list[Array]:
     """Return points (n, 3) around each part, from disk where they are there."""
-    if len(faces) > MOST_TRIANGLES:
-        what = f"it has {len(faces)} triangles, of which at most {MOST_TRIANGLES} can be divided."
+    if len(faces) > 100_000:  # which takes minutes
+        what = f"it has {len(faces)} triangles, of which at most 100000 can be divided."
         raise InputError([Mistake(where, what, "Simplify it, or leave convex_parts out.")])
     points = np.ascontiguousarray(vertices, dtype=np.float64)
     corners = np.ascontiguousarray(faces, dtype=np.int64)

@@ -24,7 +24,6 @@ from kinolab.show.scene.still import GOAL, INK, PATH, START, extent, goal_ball
 from kinolab.world.geometry import triangles
 
 GHOST_OPACITY = 0.4  # of start, goal and cones
-MAX_PATH_POINTS = 1000
 
 
 def glb_scene(content: Content) -> bytes:
@@ -133,8 +132,8 @@ def _add_path(glb: Glb, root: int, content: Content) -> None:
     place = content.keys.places[0]
     if content.picture.path is None or len(place.times) < 2:
         return
-    line = evaluated(place, np.linspace(place.times[0], place.times[-1], MAX_PATH_POINTS))
-    ends = np.stack([np.arange(MAX_PATH_POINTS - 1), np.arange(1, MAX_PATH_POINTS)], axis=1)
+    line = evaluated(place, np.linspace(place.times[0], place.times[-1], 1000))
+    ends = np.stack([np.arange(len(line) - 1), np.arange(1, len(line))], axis=1)
     paint = glb.material(_color([c / 255.0 for c in PATH]))
     glb.node("path", root, mesh=glb.mesh("path", [glb.primitive(glb.points(line), ends, paint)]))
 
