@@ -24,7 +24,6 @@ from kinolab.steering.steering import Steering
 CONTROL_INTERVALS = 8  # intervals of constant inputs
 DURATIONS = (1.0, 2.0, 4.0, 8.0)  # durations to try, in multiples of the shortest
 TOLERANCE_FRACTION = 0.5  # of the tolerance: the rest covers the integration error
-FD_STEP = 1e-4  # finite difference, of an input's range
 
 
 class GoalConnection:
@@ -125,7 +124,7 @@ class GoalConnection:
 
         def slopes(shares: Array) -> Array:
             base = residual(shares)
-            signs = np.where(shares > 0, -FD_STEP, FD_STEP)
+            signs = np.where(shares > 0, -1e-4, 1e-4)  # finite difference, of an input's range
             moved = [residual(shares + step) for step in np.diag(signs)]
             return ((np.array(moved) - base) / signs[:, None]).T
 

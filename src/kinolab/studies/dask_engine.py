@@ -24,7 +24,6 @@ from kinolab.studies.problem_files import ProblemFiles
 if TYPE_CHECKING:
     from distributed import Client
 
-LOCAL = "local:"
 CLOSE_SECONDS = 10.0  # [s] for a cluster to end
 HURRY_SECONDS = 0.2  # [s] the same after Ctrl-C; the rest ends with this process
 CONNECT_SECONDS = 4.0  # [s] for a scheduler to answer, and again to take a client
@@ -74,8 +73,8 @@ class DaskEngine(AbstractEngine):
         import dask
 
         dask.config.set(SETTINGS)
-        if address.startswith(LOCAL):
-            count = address.removeprefix(LOCAL)
+        if address.startswith("local:"):
+            count = address.removeprefix("local:")
             if not (re.fullmatch("[0-9]{1,4}", count) and 0 < int(count) <= 1000):
                 what = f"{address!r} is no cluster."
                 raise InputError([Mistake(WHERE, what, "Write local:8, for 8 workers.")])

@@ -16,7 +16,6 @@ from kinolab.studio.page_inputs import on_hand, show
 from kinolab.studio.session import Session
 
 OWN = "(of its own file)"
-RANGE = 4.0  # of a parameter: a slider goes from a quarter of its value to four times
 UNBOUNDED = "The workspace's limits; equal ones are none."
 
 
@@ -117,7 +116,8 @@ class ChoosePanel:
 
         handle: Any
         if value > 0.0:
-            low, high = value / RANGE, value * RANGE
+            # A parameter's slider goes from a quarter of its value to four times
+            low, high = value / 4.0, value * 4.0
             step = float(f"{(high - low) / 200:.1g}")  # of a slider
             handle = gui.add_slider(label, min(low, value), high, step, value)
         else:

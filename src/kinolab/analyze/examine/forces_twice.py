@@ -30,7 +30,6 @@ from kinolab.simulation.stability import random_states
 
 FD_STEP = 1e-5  # of a second, along the rates; the error of central differences is its square
 COMPONENTS = ("force", "torque")  # of a wrench, along the axes of its body
-SAME = 1e-6  # relative: a thousand times that error
 
 
 def forces_twice(subject: Subject) -> Iterator[Remark]:
@@ -119,7 +118,8 @@ def _same(subject: Subject, forces: Array, own: Array) -> Iterator[tuple[int, st
         for column, coordinate in enumerate(subject.plain):
             size = np.abs(force[:, column]).max()
             gap = np.abs(forces[:, column] - force[:, column]).max()
-            if size > SAME * np.abs(own).max(initial=0.0) and gap <= SAME * size:
+            # 1e-6, relative: a thousand times that error
+            if size > 1e-6 * np.abs(own).max(initial=0.0) and gap <= 1e-6 * size:
                 yield k, coordinate.name
 
 

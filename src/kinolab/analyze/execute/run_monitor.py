@@ -85,7 +85,8 @@ class RunMonitor:
         if not free(most):
             return np.inf
         little = 0.0
-        while most - little > max(DEPTH_TOLERANCE, DEPTH_TOLERANCE * most):
+        # 1e-4 [m], and share: a depth is told to a percent or so
+        while most - little > max(1e-4, 1e-4 * most):
             middle = (little + most) / 2
             little, most = (little, middle) if free(middle) else (middle, most)
         return most
@@ -187,9 +188,6 @@ class RunMonitor:
         built = replace(self._problem, machine=facts_of(system))
         same = built.bodies == self._problem.bodies and built.cables == self._problem.cables
         return self._problem if same else built
-
-
-DEPTH_TOLERANCE = 1e-4  # [m], and share: a depth is told to a percent or so
 
 
 def _begins(modes: NDArray[np.intp]) -> list[int]:

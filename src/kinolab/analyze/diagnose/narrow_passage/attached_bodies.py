@@ -17,8 +17,6 @@ from kinolab.problem import PlanningTask
 from kinolab.world.geometry import half_extents, placement
 from kinolab.world.shrinking import MIN_THICKNESS
 
-SAME = 1e-9  # [m]: distances that differ by less are the same
-
 
 @dataclass(frozen=True)
 class Attachment:
@@ -68,7 +66,8 @@ def _beside(
             return None  # the rest is smaller
         apart = poses[:, k, :, 3] - poses[:, i, :, 3]
         along = np.einsum("ni,ni->n", apart, poses[:, i, :, axis])
-        steady = np.ptp(along) < SAME and np.ptp(np.linalg.norm(apart, axis=1)) < SAME
+        # 1e-9 [m]: distances that differ by less are the same
+        steady = np.ptp(along) < 1e-9 and np.ptp(np.linalg.norm(apart, axis=1)) < 1e-9
         if steady and abs(along[0]) > widths[i, axis]:
             return Attachment(i, axis, float(along[0]), float(widths[i, axis]))
     return None

@@ -31,8 +31,6 @@ OPERATIONS: dict[str, type] = {
     "max": sympy.Max,
 }
 CONSTANTS: dict[str, Any] = {"pi": sympy.pi, "E": sympy.E}
-MAX_CHOICES = 8  # terms of a maximum
-MAX_IRRATIONAL = 8  # numbers in a product
 MAX_BITS = 1024  # of numerators and denominators, which doubles do not reach either
 NOTHING_NAMED: Mapping[sympy.Basic, str] = {}
 MAX_DIGITS = 300  # of a power of numbers, near the range of a double
@@ -135,12 +133,12 @@ def _check_cost(name: str, arguments: list[Any]) -> None:
     looks for common factors, and a maximum of many terms, of which it compares each with each.
     """
     if name == "max":
-        if sum(len(a.args) if isinstance(a, sympy.Max) else 1 for a in arguments) > MAX_CHOICES:
-            raise ValueError(f"a maximum has more than {MAX_CHOICES} terms")
+        if sum(len(a.args) if isinstance(a, sympy.Max) else 1 for a in arguments) > 8:
+            raise ValueError("a maximum has more than 8 terms")
     elif name == "mul":
         factors = [f for a in arguments for f in sympy.Mul.make_args(a)]
-        if sum(f.is_number and not (f.is_Rational or f.is_Float) for f in factors) > MAX_IRRATIONAL:
-            raise ValueError(f"a product has more than {MAX_IRRATIONAL} irrational numbers")
+        if sum(f.is_number and not (f.is_Rational or f.is_Float) for f in factors) > 8:
+            raise ValueError("a product has more than 8 irrational numbers")
     elif name in ("exp", "pow") and all(argument.is_number for argument in arguments):
         powers = arguments if name == "pow" else [sympy.E, *arguments]
         base, exponent = (abs(float(argument)) for argument in powers)
