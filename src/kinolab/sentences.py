@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+LINE_WIDTH = 100  # characters of a line of text, as a terminal shows it
+
 
 def counted(count: int, noun: str) -> str:
     """Return ``1 field`` or ``2 fields``."""

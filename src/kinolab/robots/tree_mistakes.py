@@ -9,7 +9,6 @@ import numpy as np
 
 from kinolab.errors import Mistake, listed, printable, unknown_name
 from kinolab.numerics.arrays import MULTIPLIABLE
-from kinolab.robots.balanced_inertia import breaks_triangle, moments
 from kinolab.robots.constant_frames import ROUNDING
 from kinolab.robots.joint_inertia import NOISE, reach, without_resistance
 from kinolab.robots.kinematic_tree import (
@@ -25,6 +24,7 @@ from kinolab.robots.kinematic_tree import (
     link_poses,
     usable_name,
 )
+from kinolab.robots.urdf_inertials import breaks_triangle, moments
 from kinolab.scenario.angles import WrittenAngle
 
 MOST_LINKS = 1000  # of a robot

@@ -25,7 +25,6 @@ from kinolab.files import is_file, read_ordinary
 from kinolab.lazy import library_of
 from kinolab.numerics.arrays import Array
 from kinolab.robots.actuation.actuators import Motor
-from kinolab.robots.balanced_inertia import balanced
 from kinolab.robots.compared.urdf_engines import urdf_engines
 from kinolab.robots.given_motion import PerJoint, given_motion
 from kinolab.robots.joint_inertia import together
@@ -46,7 +45,7 @@ from kinolab.robots.solids.convex_parts import check_parts, enclosing_shapes
 from kinolab.robots.solids.solid_mass import ball_mass, box_mass, cylinder_mass, mesh_mass
 from kinolab.robots.tree_mistakes import MOST_LINKS, tree_mistakes
 from kinolab.robots.urdf_fields import READ, unread_words
-from kinolab.robots.urdf_inertials import write_inertials
+from kinolab.robots.urdf_inertials import balanced, write_inertials
 from kinolab.robots.xacro_files import expanded
 from kinolab.untrusted import MOST_BYTES, refuse_many
 from kinolab.world.meshes.mesh import load_mesh

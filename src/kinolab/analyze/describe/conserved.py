@@ -91,7 +91,7 @@ def _momenta(system: System, model: Model, x: Array) -> Array:
     angular = np.cross(places - centre, linear)
     for row, k in enumerate(located):
         body, turn = system.bodies[k], poses[k, :, :3]
-        inertia = np.array([system.number(e) for e in body.inertia_matrix]).reshape(3, 3)
+        inertia = system.inertia_of(body)
         hat = turn.T @ rates[k, :, :3]
         angular[row] += turn @ inertia @ np.array([hat[2, 1], hat[0, 2], hat[1, 0]])
     return np.stack([linear, angular])

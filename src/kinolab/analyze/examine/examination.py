@@ -45,7 +45,7 @@ from kinolab.analyze.examine.units_agree import units_agree
 from kinolab.dynamics import System
 from kinolab.loading.well_posed import unlimited_sentences
 from kinolab.scenario.schema import IntegrationSection
-from kinolab.sentences import counted
+from kinolab.sentences import LINE_WIDTH, counted
 from kinolab.simulation.held_law import stiff_law, wrong_law
 from kinolab.simulation.stability import fastest_rate, step_too_long
 
@@ -234,5 +234,5 @@ def _lines(found: Examination) -> Iterator[str]:
 
 def _wrapped(text: str, first: str, others: str) -> list[str]:
     lines = text.splitlines()
-    wrapped = wrap(lines[0], 100, initial_indent=first, subsequent_indent=others)
+    wrapped = wrap(lines[0], LINE_WIDTH, initial_indent=first, subsequent_indent=others)
     return [*wrapped, *(f"{others}{line.strip()}" for line in lines[1:])]

@@ -167,8 +167,7 @@ def _own_forces(subject: Subject, states: Array, q_dots: Array) -> tuple[Array, 
         turns = subject.poses(x)[:, :, :3]
         for k, body in enumerate(system.bodies):
             mass = system.number(body.mass)
-            moments = np.array([system.number(e) for e in body.inertia_matrix]).reshape(3, 3)
-            moments = turns[k] @ moments @ turns[k].T
+            moments = turns[k] @ system.inertia_of(body) @ turns[k].T
             left = (ahead[k] - behind[k]) @ q_dot / (2 * FD_STEP)
             spin = here[k, 3:] @ q_dot
             load = np.append(mass * left[:3], moments @ left[3:] + np.cross(spin, moments @ spin))

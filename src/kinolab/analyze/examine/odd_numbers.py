@@ -77,8 +77,7 @@ def _inertia(subject: Subject, body: Body) -> Iterator[Remark]:
     A single number for all axes counts where the shape is widest: it may be meant for one of them.
     """
     mass = subject.system.number(body.mass)
-    moments = np.array([subject.system.number(e) for e in body.inertia_matrix]).reshape(3, 3)
-    own, axes = np.linalg.eigh(moments)
+    own, axes = np.linalg.eigh(subject.system.inertia_of(body))
     points = _whole(subject, body)
     if not (mass > 0 and own[-1] > 0 and len(points)):
         return  # a point mass, or a wheel whose mass counts elsewhere
@@ -155,7 +154,7 @@ def _order(subject: Subject, body: Body) -> Iterator[Remark]:
     belong to a body whose shape leaves parts out; if they fit in another order they are swapped.
     """
     system, corners = subject.system, _corners(subject, body)
-    moments = np.array([system.number(entry) for entry in body.inertia_matrix]).reshape(3, 3)
+    moments = system.inertia_of(body)
     if not corners or np.any(moments - np.diag(np.diag(moments))):
         return
     far = np.abs(np.vstack(corners)).max(axis=0) ** 2

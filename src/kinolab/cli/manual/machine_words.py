@@ -11,10 +11,10 @@ from typing import Any, get_args
 import kinolab.dynamics
 from kinolab.cli.manual.docstrings import markdown, members_of, signature
 from kinolab.cli.manual.sections import ManualSection, anchors_of, sections_of, source_of
+from kinolab.sentences import LINE_WIDTH
 
 SOURCE = "machines.md"
 CONTENTS = "## Coordinates and parameters"  # the groups of words are listed before the first one
-LINE = 100  # characters
 
 
 def page() -> str:
@@ -56,7 +56,11 @@ def facts(word: str) -> Iterator[str]:
     if inspect.isclass(thing) or inspect.isfunction(thing):
         if not isinstance(thing, EnumMeta):  # its types are left to the docstring
             text = f"`{signature(word, thing, inside=True)}`"
-            yield text if len(text) <= LINE + 2 else fill(text, LINE, subsequent_indent="  ")
+            yield (
+                text
+                if len(text) <= LINE_WIDTH + 2
+                else fill(text, LINE_WIDTH, subsequent_indent="  ")
+            )
         yield markdown(docstring(thing))
     elif get_args(thing):
         *others, last = (f"`{kind.__name__}`" for kind in get_args(thing))

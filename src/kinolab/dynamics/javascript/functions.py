@@ -9,12 +9,11 @@ import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
 
-from kinolab.dynamics.codegen.exports import Function
+from kinolab.dynamics.codegen.exports import OPERATORS, Function
 from kinolab.dynamics.derivation.expression_graph import ExpressionGraph, Node, Operation
 
 SINGULAR = 1  # status where a guard fails; a non-finite result has status 2
 
-OPERATORS = {"add": "+", "sub": "-", "mul": "*", "div": "/"}
 BUILT_IN = {"fabs": "Math.abs"}
 
 

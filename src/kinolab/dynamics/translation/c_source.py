@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from kinolab.dynamics.codegen.exports import Function, tangent_of
+from kinolab.dynamics.codegen.exports import OPERATORS, Function, tangent_of
 from kinolab.dynamics.codegen.methods import RK4
 from kinolab.dynamics.derivation.expression_graph import ExpressionGraph, Node, Operation
 from kinolab.dynamics.model import Model
@@ -20,7 +20,6 @@ from kinolab.dynamics.translation.translated import translated
 from kinolab.errors import NoDynamicsError
 from kinolab.numerics.arrays import Array
 
-OPERATORS = {"add": "+", "sub": "-", "mul": "*", "div": "/"}
 OWN = ("project", "tangent")  # functions that are called in the file alone
 AGREE = 1e-12  # relative, of the test
 STEP = 0.01  # [s] of the test

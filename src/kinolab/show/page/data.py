@@ -10,14 +10,13 @@ import numpy as np
 
 from kinolab.numerics.arrays import Array, finite_or_none
 from kinolab.show.page.follow import follow_track
-from kinolab.show.page.meshes import mesh_data
 from kinolab.show.page.pack import Pack, Place
 from kinolab.show.scene.captions import captions
 from kinolab.show.scene.content import Content, Curve, Keys, Series
 from kinolab.show.scene.frame_axes import axis_length
 from kinolab.show.scene.models.cone import cone_mesh
 from kinolab.show.scene.models.ground import grid_step, marked_areas, marked_lines
-from kinolab.show.scene.models.surface_mesh import is_room, join
+from kinolab.show.scene.models.surface_mesh import SurfaceMesh, by_color, is_room, join
 from kinolab.show.scene.picture import Floor, Ghost, GoalMarker, Picture
 from kinolab.show.scene.problem_picture import WORLD
 from kinolab.show.scene.still import GOAL, START, Extent, Still, extent
@@ -227,3 +226,14 @@ def _number(value: object) -> int | float | None:
 
 def _listed(value: object) -> Sequence[Any]:
     return value if isinstance(value, list | tuple) else ()
+
+
+def mesh_data(mesh: SurfaceMesh, pack: Pack) -> dict[str, Any]:
+    """Return a mesh as the page's ``meshes.js`` reads it."""
+    faces, groups = by_color(mesh)
+    return {
+        "vertices": pack.add(mesh.vertices, "f4"),
+        "faces": pack.indices(faces),
+        "edges": pack.indices(mesh.ends[mesh.creases]),
+        "colors": [{"rgb": rgb, "first": first, "count": count} for rgb, first, count in groups],
+    }
