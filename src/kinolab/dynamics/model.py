@@ -613,10 +613,8 @@ class Model:
 
     def _need_masses(self, what: str) -> None:
         if not self._code.sizes["energy"]:
-            text = (
-                f"{self.machine.name} is kinematic: its inputs are velocities, so it has no {what}."
-            )
-            raise NoDynamicsError(text)
+            kinematic = f"{self.machine.name} is kinematic: its inputs are velocities"
+            raise NoDynamicsError(f"{kinematic}, so it has no {what}.")
 
     def equations(self) -> Equations:
         """Return the equations of motion for reading, in the author's symbols."""

@@ -28,7 +28,6 @@ NONE = "(none)"
 SNAPS = {"off": 0.0, "0.05 m": 0.05, "0.1 m": 0.1, "0.25 m": 0.25, "0.5 m": 0.5}
 LEAST = 0.01  # [m] of an edge that is drawn with the mouse
 WALL_HEIGHT = 0.5  # [m]
-PLAIN = (1.0, 0.0, 0.0, 0.0)
 
 
 class BuildPanel:
@@ -278,13 +277,13 @@ def _place(entry: dict[str, Any]) -> tuple[list[float], list[float]]:
     return _three(entry.get("position")), _three(entry.get("rpy"))
 
 
-def _three(value: Any, default: float = 0.0) -> list[float]:
+def _three(value: Any) -> list[float]:
     good = (
         isinstance(value, list)
         and len(value) == 3
         and all(isinstance(v, int | float) for v in value)
     )
-    return [float(v) for v in value] if good else [default] * 3
+    return [float(v) for v in value] if good else [0.0] * 3
 
 
 def _size(entry: dict[str, Any]) -> list[float]:

@@ -101,11 +101,9 @@ def _inertia(subject: Subject, body: Body) -> Iterator[Remark]:
     along = max(zip(np.abs(axes[:, k]), "xyz", strict=True))[1]
     what = (
         f"It is {in_digits(own[k])} kg m^2 about its {along} axis, and {in_digits(mass)} kg within "
-    )
-    what += (
         f"{math.sqrt(reaches[k]):.3g} m of that have {'at most' if size == 'large' else 'about'} "
+        f"{in_digits(mass * reaches[k])} kg m^2: "
     )
-    what += f"{in_digits(mass * reaches[k])} kg m^2: "
     if derived and size == "large":
         what += (
             "is it that about the centre of mass, are its moments in the order x, y, z, and are "

@@ -264,12 +264,10 @@ def pushed_down(subject: Subject) -> Iterator[Remark]:
         entry = system.inputs[k]
         what = (
             "As it stands at rest, no input can push it up, and this one pushes it down: it hovers "
-        )
-        what += (
             "upside down only. Is its force along an axis that points down, as z does where x is "
+            "north and y east? Here gravity goes along "
+            f"{direction_of(system.gravity)}."
         )
-        what += "north and y east? Here gravity goes along "
-        what += f"{direction_of(system.gravity)}."
         yield Remark("pushes down", entry.name, what, (type(entry).__name__, entry.name))
 
 

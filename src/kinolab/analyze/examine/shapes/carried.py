@@ -201,11 +201,9 @@ def _floats(
         return None
     what = (
         f"{body.name} turns with {coordinate} about a point of {base.name}, and ends {gap:.3g} m "
-    )
-    what += (
         f"away from it: nothing joins them. A uniform rod of {length:.3g} m has its middle half "
+        f"of that from its joint, and this one has it {gap + length / 2:.3g} m away."
     )
-    what += f"of that from its joint, and this one has it {gap + length / 2:.3g} m away."
     about = f"{body.name} and {base.name}"
     return Remark("away from its joint", about, what, ("Body", body.name))
 

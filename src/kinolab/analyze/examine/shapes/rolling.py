@@ -96,11 +96,9 @@ def _aside(remark: Remark) -> Remark:
         return remark
     what = (
         f"Where {remark.part[1]!r} holds, {remark.about} rolls at rest and slips where the machine "
-    )
-    what += (
         "has turned: what is constrained is not the velocity along which it rolls. Take that of "
+        "a frame that is steered with it, V = velocity(frame), along its axis: V.x."
     )
-    what += "a frame that is steered with it, V = velocity(frame), along its axis: V.x."
     return replace(remark, kind=ASKEW, sentence=what)
 
 
