@@ -21,8 +21,6 @@ from typing import NoReturn
 from kinolab.cli.interrupts import EXIT_CODE, INTERRUPTED, INTERRUPTS, ONE_PRESS, STDERR
 from kinolab.concurrency.parent_death import end_with_parent
 
-END_SECONDS = 0.9  # [s] after Ctrl-C the child is killed; by then it has exited if it could
-END_SOON_SECONDS = 0.2  # [s] the same after the second Ctrl-C
 CRASHES = {
     signal.SIGSEGV, signal.SIGABRT, signal.SIGBUS, signal.SIGFPE, signal.SIGILL
 }  # fmt: skip
@@ -98,7 +96,9 @@ def _status_of(child: int, heard: set[signal.Signals]) -> int | None:
             last, since = time.monotonic(), time.monotonic() - last
             presses += since > ONE_PRESS
             if since > ONE_PRESS and presses <= 2:
-                seconds = END_SECONDS if presses == 1 else END_SOON_SECONDS
+                # [s] after the first Ctrl-C, or the second one, the child is killed; by then it has
+                # exited if it could
+                seconds = 0.9 if presses == 1 else 0.2
                 signal.setitimer(signal.ITIMER_REAL, seconds)
         elif number == signal.SIGTSTP:
             _raise_signal(number)  # until both are continued

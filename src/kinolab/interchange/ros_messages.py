@@ -23,7 +23,6 @@ from kinolab.trajectory import Trajectory
 
 WORLD = "world"  # what all poses are relative to
 NANOSECONDS = 1_000_000_000
-STOPPED = float(np.finfo(np.float32).eps)  # that controller's own, in [rad/s] or [m/s]
 
 Message = dict[str, Any]
 
@@ -78,7 +77,8 @@ def end_speeds(message: Message) -> dict[str, float]:
     ``allow_nonzero_velocity_at_trajectory_end`` says otherwise.
     """
     last = zip(message["joint_names"], message["points"][-1]["velocities"], strict=True)
-    return {name: speed for name, speed in last if abs(speed) > STOPPED}
+    # That controller's own threshold, in [rad/s] or [m/s].
+    return {name: speed for name, speed in last if abs(speed) > float(np.finfo(np.float32).eps)}
 
 
 @checked

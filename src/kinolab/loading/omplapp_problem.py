@@ -27,7 +27,6 @@ NEAR, NEARLY = (
     0.05,
 )  # of that edge, and [rad]: the goal of such a body, reached exactly later
 FREE_STEP, DRIVEN_STEP = 0.05, 0.1  # [s]
-EDGE = math.pi / 4  # [rad] steering angle at which a car of the wheelbase R drives a circle of R
 
 
 def read_problem_file(source: str | Path, *, overrides: Sequence[str] = ()) -> Read:
@@ -142,7 +141,8 @@ def _machine(problem: ProblemFile, solids: Sequence[PlacedShape], edge: float) -
     speed = edge / CROSSING
     if problem.space:
         forward = (0.0 if problem.space == "dubins" else -speed, speed)
-        return machines.kinematic_car(parts, forward, EDGE, problem.radius)
+        # The steering angle at which a car of the wheelbase R drives a circle of R
+        return machines.kinematic_car(parts, forward, math.pi / 4, problem.radius)
     if not problem.control:
         free = machines.planar_body if problem.axes == "xy" else machines.free_body
         return free(parts, speed, 1.0)  # [rad/s] of such a body

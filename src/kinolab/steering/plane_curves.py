@@ -17,7 +17,6 @@ from kinolab.steering.path_motion import AbstractPathFamily, Path, SampledPath
 from kinolab.steering.reeds_shepp import Arc, PlanePose, arcs
 
 CURVE_SAMPLES = 120  # of a smooth curve
-REACHES = (0.7, 1.2)  # tangent length of a smooth curve, in distances between its ends
 CURVATURE_FRACTION = 0.9  # fraction of the largest curvature that curves use
 MIN_LENGTH = 1e-6  # [m] or [rad] below which no motion is made
 FORWARD, BACKWARD = GEARS = 1.0, -1.0
@@ -88,7 +87,8 @@ class PlanePaths(AbstractPathFamily):
             return
         headings = np.array([begin[2], end[2]])
         towards = np.column_stack([np.cos(headings), np.sin(headings)])
-        pace = np.array([[gear * reach * distance] for reach in REACHES for gear in GEARS])
+        # Tangent lengths of a smooth curve, in distances between its ends.
+        pace = np.array([[gear * reach * distance] for reach in (0.7, 1.2) for gear in GEARS])
         ends = np.broadcast_to([begin[:2], end[:2]], (len(pace), 2, 2))
         weights = np.concatenate([ends, pace[:, :, None] * towards], axis=1)
         point, slope, bend = (table @ weights for table in _hermite_basis())

@@ -32,7 +32,6 @@ from kinolab.show.scene.still import GOAL, PATH, Still, goal_ball, set_up
 from kinolab.trajectory import Trajectory
 from kinolab.world.obstacle import rotation
 
-LARGE = 20_000  # triangles of a mesh that is drawn coarser from afar
 NEAR, COARSE = 0.25, 0.1  # of the scene's size: from where on; and of its triangles: how many
 SKY, SUN = 2.4, 1.7  # intensities of light from above, and from the front
 RING = 0.02  # height of a goal region on the ground, relative to its radius
@@ -270,7 +269,8 @@ class SceneNodes:
         """Show a mesh in its colours; say whether it had to be sent."""
         if not self._changed(name, key):
             return False
-        if len(mesh.faces) < LARGE or (mesh.colors != mesh.colors[:1]).any():
+        # 20_000 triangles of a mesh that is drawn coarser from afar
+        if len(mesh.faces) < 20_000 or (mesh.colors != mesh.colors[:1]).any():
             glb = Glb()
             add_mesh(glb, None, "mesh", mesh)
             self.nodes[name] = self._scene.add_glb(

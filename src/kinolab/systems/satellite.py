@@ -28,8 +28,6 @@ from kinolab.dynamics import (
 )
 from kinolab.dynamics.language.shapes import AxisName
 
-FASTEST = 418.9  # [rad/s], 4000 turns a minute
-TURNED = 1000.0  # [rad] scale: rotation of a wheel in a manoeuvre
 GOLD, BLUE, DARK, GREY = (0.87, 0.69, 0.3), (0.16, 0.27, 0.52), (0.2, 0.22, 0.26), (0.6, 0.62, 0.65)
 
 TURNS = {"x": rot_x, "y": rot_y, "z": rot_z}
@@ -90,7 +88,8 @@ def _satellite_with(name: str, wheels: Sequence[AxisName]) -> System:
         Body("solar panels", bus, shape=WINGS, color=BLUE),
         Body("antenna", bus, shape=DISH, color=GREY),
     ]
-    angles = {axis: angle(f"wheel_{axis}", speed=FASTEST, scale=TURNED) for axis in wheels}
+    # At most 4000 turns a minute; a wheel turns by about 1000 rad in a manoeuvre.
+    angles = {axis: angle(f"wheel_{axis}", speed=418.9, scale=1000.0) for axis in wheels}
     turning = {axis: _wheel(bus, axis, q, I_w) for axis, q in angles.items()}
     return System(
         name,

@@ -10,7 +10,6 @@ from kinolab.dynamics.derivation.derivation import is_kinematic
 from kinolab.numerics.arrays import Array
 
 MOVED = 0.3  # of a coordinate's scale: any other place of it serves as well
-SAME = 1e-12  # relative change of an energy that is rounding
 
 
 def conserved_momenta(system: System) -> tuple[str, ...]:
@@ -67,10 +66,11 @@ def cyclic_coordinates_of(system: System) -> tuple[str, ...]:
         return np.hstack([kinetic, np.asarray(model.energy(x)[1]).reshape(-1, 1)])
 
     size = max(float(np.abs(energies(states)).max()), 1e-300)
+    # A relative change of an energy by 1e-12 is rounding.
     return tuple(
         c.name
         for k, c in enumerate(system.coordinates)
-        if change_by(energies, states, k, MOVED * model.state_scales[k]) <= SAME * size
+        if change_by(energies, states, k, MOVED * model.state_scales[k]) <= 1e-12 * size
     )
 
 

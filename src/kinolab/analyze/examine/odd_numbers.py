@@ -31,7 +31,6 @@ from kinolab.world.geometry import placement, sizes, triangles
 # body whose moments are typed in: a wrong unit there is a factor of 1e4 (kg cm^2) at least.
 LARGEST_INERTIA, LARGEST_TYPED = 1.01, 100.0
 THIN = 0.25  # of the largest r^2: about such an axis, moments are often rounded up
-SMALLEST_INERTIA = 1e-3  # a sphere of a third of the radius has 0.04
 DENSEST = 22_590.0  # [kg/m^3] osmium; CRC Handbook of Chemistry and Physics
 AIR = 1.2  # [kg/m^3] at 20 °C
 ROUNDING = 1e-9
@@ -96,7 +95,7 @@ def _inertia(subject: Subject, body: Body) -> Iterator[Remark]:
     size = "large"
     if shares[k] <= allowed[k]:
         k, size = int(np.argmax(own)), "small"
-        if own[k] >= SMALLEST_INERTIA * mass * widest:
+        if own[k] >= 1e-3 * mass * widest:  # a sphere of a third of the radius has 0.04
             return
     along = max(zip(np.abs(axes[:, k]), "xyz", strict=True))[1]
     what = (

@@ -18,10 +18,6 @@ from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.mode_derivations import derive_modes
 from kinolab.errors import InputError, Mistake
 
-# To allocate registers takes 13 s for 25 488 operations, and grows with the square of their number:
-# beyond a minute code is compiled without, 60 times as quickly; it runs 2 to 5 times as long.
-MOST_IN_REGISTERS = 50_000
-
 
 def derivations_of(system: Mechanism) -> list[Derivation]:
     """Return a mechanism's derivation, or those of all of its modes."""
@@ -64,7 +60,10 @@ def derived_code(
         nx, nu, along = len(d.state), len(d.binding.inputs), len(d.state) + len(law.references)
         facts["sizes"] |= {"jacobian": nx * along, "law": nu, "law_jacobian": nu * along}
         text += "\n" + emit_closed_loop(d, law)
-    return facts, compiled(text, quick=facts["operations"] > MOST_IN_REGISTERS)
+    # To allocate registers takes 13 s for 25 488 operations, and grows with the square of their
+    # number: beyond a minute code is compiled without, 60 times as quickly; it runs 2 to 5 times as
+    # long.
+    return facts, compiled(text, quick=facts["operations"] > 50_000)
 
 
 def _require_compilable(system: Mechanism, operations: int) -> None:

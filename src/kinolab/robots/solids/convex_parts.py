@@ -33,7 +33,6 @@ EFFORT = {  # of CoACD's tree search, a third of its own, which takes minutes
     **{"mcts_nodes": 10, "mcts_iterations": 60, "mcts_max_depth": 2},
     **{"resolution": 1000, "preprocess_resolution": 30},
 }
-FINE = 16  # pieces of triangles are shorter than this part of the mesh's size
 BATCH = 20_000  # points at once
 
 
@@ -121,7 +120,8 @@ def _decomposed(vertices: Array, faces: Faces, most: int) -> list[Array]:
 
 def _pieces(triangles: Array) -> Array:
     """Return triangles (m, 3, 3), the long ones divided into four, again and again."""
-    longest = float(np.ptp(triangles.reshape(-1, 3), axis=0).max()) / FINE
+    # Pieces of triangles are shorter than a 16th of the mesh's size.
+    longest = float(np.ptp(triangles.reshape(-1, 3), axis=0).max()) / 16
     done: list[Array] = []
     while len(triangles):
         edges = np.linalg.norm(triangles - np.roll(triangles, 1, axis=1), axis=2).max(axis=1)

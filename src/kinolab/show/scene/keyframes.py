@@ -16,7 +16,6 @@ from kinolab.trajectory import Trajectory
 
 Marks: TypeAlias = NDArray[np.bool_]
 
-SUBSTEPS = 8  # of the integrator per segment, or part of one
 # A ``np.recarray`` of segments: ``begin`` and ``end`` in [s], the states ``x`` and ``y`` there, of
 # shape (nx,), and the inputs ``u`` held between them, of shape (nu,).
 Branches: TypeAlias = Any
@@ -140,7 +139,8 @@ class BranchPaths:
         if self._straight:
             return self.model.space.unit(pieces.x + fraction * (pieces.y - pieces.x))
         spans = fraction * (pieces.end - pieces.begin)
-        return self.model.step(pieces.x, pieces.u, spans, method=self._method, substeps=SUBSTEPS)
+        # 8 steps of the integrator per segment, or part of one
+        return self.model.step(pieces.x, pieces.u, spans, method=self._method, substeps=8)
 
     def rates(self, pieces: Branches) -> tuple[Array, Array]:
         """Return the state rates at the beginning and at the end, shape (n, nx) each."""

@@ -19,7 +19,6 @@ MOMENTS, BODIES = 16, 3  # of the way, and of a machine at each of them
 FEW, MOST = 5000, 0.97  # faces of a small world, where trying takes no time; what is enough there
 FILLING = 0.15  # what a picture that is filled is worth, in fractions of the way
 OPEN = 0.75  # fraction of the way that one wants to see; else what hides it is made translucent
-LARGE = 2e-3  # of all surface: smaller patches hide little, and are left alone
 DIRECTIONS = 100  # in which the scene's outermost points are looked for
 MANY = 400_000  # faces: in larger worlds the usual direction is taken
 SIZE = (800, 600)  # [pixel] of the picture in which directions are compared
@@ -157,7 +156,8 @@ def _goal(picture: Picture, bodies: NDArray[np.int64]) -> Array:
 def _opened(sight: _Sight, angles: Angles, whole: SurfaceMesh) -> NDArray[np.bool_]:
     """Which faces are made translucent so that one sees the way: large flat ones, as a whole."""
     patches, areas = flat_patches(whole)
-    large = areas[patches] > LARGE * areas.sum()
+    # 2e-3 of all surface: smaller patches hide little, and are left alone
+    large = areas[patches] > 2e-3 * areas.sum()
     veiled = np.zeros(len(patches), dtype=bool)
     for _ in range(8):  # layers of walls that are made translucent at most
         left = np.flatnonzero(~veiled)

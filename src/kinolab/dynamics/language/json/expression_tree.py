@@ -31,9 +31,7 @@ OPERATIONS: dict[str, type] = {
     "max": sympy.Max,
 }
 CONSTANTS: dict[str, Any] = {"pi": sympy.pi, "E": sympy.E}
-MAX_BITS = 1024  # of numerators and denominators, which doubles do not reach either
 NOTHING_NAMED: Mapping[sympy.Basic, str] = {}
-MAX_DIGITS = 300  # of a power of numbers, near the range of a double
 
 
 def expression_to_tree(expression: Any, named: Mapping[sympy.Basic, str] = NOTHING_NAMED) -> Any:
@@ -113,7 +111,8 @@ def tree_to_expression(tree: Any, symbols: Mapping[str, sympy.Symbol], depth: in
 
 def _real(made: Any) -> Any:
     """Reject what is no finite real number in double range: 1/0, sqrt(-1), NaN, 10^400."""
-    if made.is_Rational and max(made.p.bit_length(), made.q.bit_length()) > MAX_BITS:
+    # 1024 bits of numerators and denominators, which doubles do not reach either
+    if made.is_Rational and max(made.p.bit_length(), made.q.bit_length()) > 1024:
         raise ValueError("a number has too many digits")
     # Asked of numbers alone: for a long expression SymPy takes long to tell.
     if made.is_number and (
@@ -142,5 +141,6 @@ def _check_cost(name: str, arguments: list[Any]) -> None:
     elif name in ("exp", "pow") and all(argument.is_number for argument in arguments):
         powers = arguments if name == "pow" else [sympy.E, *arguments]
         base, exponent = (abs(float(argument)) for argument in powers)
-        if exponent * abs(math.log10(base or 1.0)) > MAX_DIGITS:
+        # 300 digits of a power of numbers, near the range of a double
+        if exponent * abs(math.log10(base or 1.0)) > 300:
             raise ValueError("a power is too large")
