@@ -9,7 +9,9 @@ import math
 import re
 from collections import Counter, defaultdict
 from collections.abc import Iterator, Sequence
+from importlib.resources import files
 from pathlib import Path
+from string import Template
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -38,19 +40,6 @@ PAGE, TEXT = "report.html", "report.md"
 INK = "#7a7a7a"  # readable on white and on black
 LONGEST_LABEL = 80  # characters, for which a figure has room
 METADATA = ("Creator", "Date", "Format", "Type")  # that Matplotlib writes unless they are None
-STYLE = """
-:root { color-scheme: light dark; }
-body { font: 16px/1.5 system-ui, sans-serif; max-width: 76rem; margin: 2rem auto; }
-body { padding: 0 1rem; }
-table { border-collapse: collapse; display: block; overflow-x: auto; }
-table { font-variant-numeric: tabular-nums; font-size: .85rem; }
-th, td { padding: .25rem .5rem; border-bottom: 1px solid #8884; }
-th, td { text-align: left; white-space: nowrap; }
-figure { margin: 1rem 0; } figure svg { max-width: 100%; min-width: 36rem; height: auto; }
-figure { overflow-x: auto; }
-figcaption, .note { color: #7a7a7a; }
-.warning { border-left: 4px solid #d62728; padding-left: .8rem; }
-"""
 LEGEND = (
     "*solved*: runs with a verified plan, and the 95 % interval of their share (Wilson). "
     "*search*: median processor time of a search with its 95 % interval (order statistics); a run "
@@ -125,14 +114,8 @@ def page_of(
             body += [_html(comparison_table(compared)), f'<p class="note">{_inline(COMPARED)}</p>']
         elif len(own) > MOST_COMPARED:
             body.append(f'<p class="note">{TOO_MANY}</p>')
-    return (
-        '<!doctype html>\n<html lang="en"><head><meta charset="utf-8">\n'
-        '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
-        '<meta http-equiv="Content-Security-Policy" content="default-src \'none\'; '
-        "style-src 'unsafe-inline'; base-uri 'none'; form-action 'none'\">\n"
-        f"<title>{_escaped(study.title)}</title><style>{STYLE}</style></head>\n"
-        "<body>\n" + "\n".join(body) + "\n</body></html>\n"
-    )
+    page = files("kinolab.studies").joinpath(PAGE).read_text("utf-8")
+    return Template(page).substitute(title=_escaped(study.title), body="\n".join(body))
 
 
 def sentences(study: Study, rows: Sequence[Row]) -> Iterator[str]:
