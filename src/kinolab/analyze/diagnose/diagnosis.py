@@ -72,6 +72,7 @@ def rejection_sentences(rejections: Mapping[str, Mapping[str, float]]) -> Iterat
 
 LIMIT = "limit"  # the cause under which planners count limit violations
 TOTAL_SECONDS = 15.0  # of the whole diagnosis
+PASSAGE_SECONDS = 9.0  # of the geometric path search
 
 # of ``solve``, each with what would work instead
 SOLVE_ARGUMENTS: Mapping[str, str] = {
@@ -214,7 +215,7 @@ def _passage(problem: PlanningTask, goals: GoalStates, say: Say) -> Passage | No
         return None
     if not goals.inside or not is_applicable(problem):
         return None
-    return find_passage(problem, goals.inside, 9.0, say)  # of the geometric path search
+    return find_passage(problem, goals.inside, PASSAGE_SECONDS, say)
 
 
 def _sentences(

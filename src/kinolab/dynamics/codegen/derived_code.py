@@ -18,6 +18,13 @@ from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.mode_derivations import derive_modes
 from kinolab.errors import InputError, Mistake
 
+# Of the equations of motion. To derive and compile the 137 531 of a humanoid with 60 coordinates
+# takes 40 s on an idle computer and 1.6 GB; both grow with their number.
+MOST_OPERATIONS = 150_000
+# To allocate registers takes 13 s for 25 488 operations, and grows with the square of their number:
+# beyond a minute code is compiled without, 60 times as quickly; it runs 2 to 5 times as long.
+MOST_IN_REGISTERS = 50_000
+
 
 def derivations_of(system: Mechanism) -> list[Derivation]:
     """Return a mechanism's derivation, or those of all of its modes."""
@@ -60,26 +67,37 @@ def derived_code(
         nx, nu, along = len(d.state), len(d.binding.inputs), len(d.state) + len(law.references)
         facts["sizes"] |= {"jacobian": nx * along, "law": nu, "law_jacobian": nu * along}
         text += "\n" + emit_closed_loop(d, law)
+    return facts, compiled(emit_hybrid(modes))
+    doing(f"deriving the equations of motion of {len(system.coordinates)} coordinates")
+    d = derive(system)
+    facts = _facts(d)
+    _require_compilable(system, facts["operations"])
+    doing(f"compiling equations of motion of {facts['operations']} operations")
+    # 4000 operations of the equations of motion: longer ones take long to compile
+    lanes = law is None and facts["operations"] <= 4000
+    facts["lanes"], text = lanes, emit_module(d, lanes=lanes)
+    keep((ModeFormulas.of(d),))
+    if law is not None:
+        nx, nu, along = len(d.state), len(d.binding.inputs), len(d.state) + len(law.references)
+        facts["sizes"] |= {"jacobian": nx * along, "law": nu, "law_jacobian": nu * along}
+        text += "\n" + emit_closed_loop(d, law)
     # To allocate registers takes 13 s for 25 488 operations, and grows with the square of their
     # number: beyond a minute code is compiled without, 60 times as quickly; it runs 2 to 5 times as
     # long.
-    return facts, compiled(text, quick=facts["operations"] > 50_000)
+    return facts, compiled(text, quick=facts["operations"] > MOST_IN_REGISTERS)
 
 
 def _require_compilable(system: Mechanism, operations: int) -> None:
     """Refuse equations that are too long for a compiler.
 
-    To derive and compile the 137 531 operations of a humanoid with 60 coordinates takes 40 s on an
-    idle computer and 1.6 GB; both grow with their number.
-
     Raises:
         InputError: If they are.
     """
-    if operations > 150_000:
+    if operations > MOST_OPERATIONS:
         count = len(system.coordinates)
         what = f"its equations of motion, of {count} coordinates, take {operations} operations"
         remedy = "Lock joints that need not move, or describe branches as machines of their own."
-        told = f"{what}; 150000 are the most that are compiled."
+        told = f"{what}; {MOST_OPERATIONS} are the most that are compiled."
         raise InputError([Mistake(f"system {system.name!r}", told, remedy)])
 
 

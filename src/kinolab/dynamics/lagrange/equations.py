@@ -41,6 +41,8 @@ from kinolab.dynamics.language.symbols import Acceleration, Parameter, TurnAccel
 from kinolab.errors import InputError, Mistake
 from kinolab.sentences import LINE_WIDTH
 
+# [s] of CPU time after which no further equation is simplified
+SIMPLIFICATION_SECONDS = 4.0
 MAX_SIMPLIFIED = 1000  # symbols, numbers and operations of one side worth printing
 # Symbols, numbers and operations of T written out: the arm of seven joints has 17 179 and takes
 # 23 s of CPU time, a chain of twelve 91 212, with equations far longer than are printed.
@@ -140,8 +142,7 @@ class _LagrangeDerivation:
 
     def __init__(self, system: Mechanism) -> None:
         self.system = system
-        # [s] of CPU time after which no further equation is simplified
-        self.deadline = time.thread_time() + 4.0
+        self.deadline = time.thread_time() + SIMPLIFICATION_SECONDS
         self.velocities = tangent_symbols(system)
         self.accelerations = [acceleration_of(v) for v in self.velocities]
         self.kinematics: tuple[sympy.Eq, ...] = ()

@@ -31,6 +31,8 @@ from kinolab.show.scene.scenes import branches, content_of
 from kinolab.trajectory import Trajectory
 
 HOST = "127.0.0.1"
+CLIENTS = 16  # most at once; a browser takes two or three
+REQUEST_SECONDS = 10.0  # [s] for a client to send its request
 PHASES = ("search", "verify", "optimise", "draw")  # in the order in which they come first
 EVENTS, PLAN = "events", "plan"  # addresses, seen from the page
 HEADERS = {  # of every answer
@@ -174,7 +176,7 @@ class _Server(ThreadingHTTPServer):
         super().__init__((HOST, 0), _Handler)
         self.pages, self.news = pages, news
         self.root = f"/{secrets.token_urlsafe()}/"
-        self._free = threading.BoundedSemaphore(16)  # most at once; a browser takes two or three
+        self._free = threading.BoundedSemaphore(CLIENTS)
 
     def process_request(self, request: Any, client_address: Any) -> None:
         """Begin a thread for a client, or hang up."""
@@ -203,7 +205,7 @@ class _Handler(BaseHTTPRequestHandler):
     def setup(self) -> None:
         """Begin to count the time that a client has to ask."""
         super().setup()
-        self._late = threading.Timer(10.0, self._hang_up)  # [s] for a client to send its request
+        self._late = threading.Timer(REQUEST_SECONDS, self._hang_up)
         self._late.daemon = True
         self._late.start()
 

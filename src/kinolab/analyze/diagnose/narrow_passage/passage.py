@@ -31,6 +31,7 @@ from kinolab.problem import PlanningTask
 
 SLIMMER = {80: 1, 320: 6, 1280: 6}  # searches by quanta of shrinkage per side: 2, 8 and 32 cm
 SLIMMEST = max(SLIMMER)
+MAX_CHECKS = 40_000  # collision checks per path search
 ROUGH, FINE = (0.016, 12), (0.008, 150)  # spacing in [m] and patience of widening
 KNOWN_TO = 1e-3  # [m]: no width is stated more finely
 SIDES = [sign * axis for axis in np.eye(3) for sign in (1.0, -1.0)]
@@ -143,8 +144,7 @@ class _Search:
 
     def path(self, slim: int, seed: int) -> Array | None:
         """Search for a path of a machine shrunk by ``slim`` quanta, and check it finely."""
-        # 40_000 collision checks per path search
-        effort = SearchEffort(40_000, self._end - time.thread_time())
+        effort = SearchEffort(MAX_CHECKS, self._end - time.thread_time())
         shape = self._fit.shape(slim)
         path = find_path(self._space, shape, self._start, self._goals, effort, seed)
         if path is None or self._fit.blocked(self._bands.filled(path, RESOLUTION), slim).any():
