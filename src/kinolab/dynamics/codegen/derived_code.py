@@ -67,23 +67,6 @@ def derived_code(
         nx, nu, along = len(d.state), len(d.binding.inputs), len(d.state) + len(law.references)
         facts["sizes"] |= {"jacobian": nx * along, "law": nu, "law_jacobian": nu * along}
         text += "\n" + emit_closed_loop(d, law)
-    return facts, compiled(emit_hybrid(modes))
-    doing(f"deriving the equations of motion of {len(system.coordinates)} coordinates")
-    d = derive(system)
-    facts = _facts(d)
-    _require_compilable(system, facts["operations"])
-    doing(f"compiling equations of motion of {facts['operations']} operations")
-    # 4000 operations of the equations of motion: longer ones take long to compile
-    lanes = law is None and facts["operations"] <= 4000
-    facts["lanes"], text = lanes, emit_module(d, lanes=lanes)
-    keep((ModeFormulas.of(d),))
-    if law is not None:
-        nx, nu, along = len(d.state), len(d.binding.inputs), len(d.state) + len(law.references)
-        facts["sizes"] |= {"jacobian": nx * along, "law": nu, "law_jacobian": nu * along}
-        text += "\n" + emit_closed_loop(d, law)
-    # To allocate registers takes 13 s for 25 488 operations, and grows with the square of their
-    # number: beyond a minute code is compiled without, 60 times as quickly; it runs 2 to 5 times as
-    # long.
     return facts, compiled(text, quick=facts["operations"] > MOST_IN_REGISTERS)
 
 
