@@ -21,6 +21,7 @@ from kinolab.search.plugins import full_reference
 from kinolab.world import Obstacle
 from kinolab.world.meshes.mesh_hints import FAR_TOO_LARGE, likely_scale
 
+MAX_LIMIT = 1e9  # of a limit, in its own unit: beyond it nothing in the world has a size
 MIN_STEP = 1e-6  # [s]
 
 
@@ -109,9 +110,9 @@ def limit_issues(scenario: Scenario, model: Model, arrays: StateArrays) -> Itera
             yield Issue(("bounds", name), what, remedy)
         elif not np.isfinite([lower, upper]).all():
             unlimited.append(name)
-        elif max(abs(lower), abs(upper)) > 1e9:  # beyond it nothing in the world has a size
+        elif max(abs(lower), abs(upper)) > MAX_LIMIT:
             what = f"{name} may be as large as {max(abs(lower), abs(upper)):g}."
-            yield Issue(("bounds", name), what, "Keep limits below 1e+09.")
+            yield Issue(("bounds", name), what, f"Keep limits below {MAX_LIMIT:g}.")
     if unlimited:
         yield Issue(("bounds",), *unlimited_sentences(model, unlimited))
     if not arrays.weights.any():

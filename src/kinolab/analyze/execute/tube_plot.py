@@ -26,8 +26,11 @@ COLOURS = {
     "strayed": "#e377c2",
     "lost": "#7b3294",
 }
+FIGURE_SIZE = (11.0, 4.8)  # inches
 TUBE_STYLE = (5.0, 95.0)  # percentiles
+MAX_FACES = 20_000  # drawn per mesh
 AXES = {"top": (0, 1), "front": (0, 2), "side": (1, 2)}  # across and up, by [render] view
+MOST_NAMED = 4  # groups of failures that the picture names
 
 
 def tube_png(problem: PlanningTask, plan: Trajectory, execution: Execution, title: str) -> bytes:
@@ -42,7 +45,7 @@ def tube_png(problem: PlanningTask, plan: Trajectory, execution: Execution, titl
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(11.0, 4.8), layout="constrained")  # inches
+    figure = Figure(figsize=FIGURE_SIZE, layout="constrained")
     FigureCanvasAgg(figure)
     left, right = figure.subplots(1, 2, width_ratios=[3, 2])
     _paths(left, problem, plan, execution)
@@ -70,7 +73,7 @@ def _paths(axes: Axes, problem: PlanningTask, plan: Trajectory, execution: Execu
     axes.plot(planned[:, across], planned[:, up], color="black", linewidth=1.6, label="plan")
     if execution.reached:
         axes.plot([], [], color=COLOURS["reached"], label=f"{execution.reached} reached the goal")
-    for group in execution.failures[:4]:  # groups of failures that the picture names
+    for group in execution.failures[:MOST_NAMED]:
         label = shortened(f"{group.count} {group.first.phrase}", 60)
         axes.plot([], [], color=COLOURS[group.first.outcome], marker="x", label=label)
     if problem.world.ground and up == 2:
@@ -121,7 +124,7 @@ def _outlines(problem: PlanningTask, across: int, up: int) -> list[Array]:
             except QhullError:  # degenerate in this view
                 continue
         else:
-            faces = obstacle.faces[:20_000]  # drawn per mesh
+            faces = obstacle.faces[:MAX_FACES]
             outlines += list(corners[faces])
     return outlines
 
