@@ -10,8 +10,7 @@ from pkgutil import iter_modules
 from typing import Any
 
 from kinolab.arguments import require_fit
-from kinolab.errors import InputError, Mistake
-from kinolab.sentences import counted
+from kinolab.errors import InputError, Mistake, counted
 from kinolab.testing import chapters
 from kinolab.testing.judging import Exercise, WrongAnswerError
 

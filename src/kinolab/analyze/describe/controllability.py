@@ -11,7 +11,7 @@ from kinolab.dynamics.analysis.fields.linear_controllability import LinearContro
 from kinolab.dynamics.analysis.fields.small_time import SmallTime, SmallTimeVerdict
 from kinolab.dynamics.lagrange.printing import one_line
 from kinolab.dynamics.language.inputs import bounds_of
-from kinolab.sentences import a_few, counted, row_of
+from kinolab.errors import a_few, counted, row_of
 
 
 def sentences(found: Description) -> Iterator[str]:

@@ -9,8 +9,7 @@ from kinolab.dynamics import System
 from kinolab.dynamics.analysis.decoupling_fields import decoupling_fields
 from kinolab.dynamics.analysis.fields.growth_vectors import filtration
 from kinolab.dynamics.language.inputs import bounds_of
-from kinolab.errors import InputError
-from kinolab.sentences import a_few, counted
+from kinolab.errors import InputError, a_few, counted
 
 
 @dataclass(frozen=True)

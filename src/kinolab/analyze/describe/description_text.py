@@ -12,8 +12,8 @@ from kinolab.analyze.describe.sizes import BodySize
 from kinolab.dynamics.language.inputs import Input, bounds_of
 from kinolab.dynamics.machine_facts import CoordinateFacts
 from kinolab.dynamics.units import in_digits
+from kinolab.errors import LINE_WIDTH
 from kinolab.problem.warnings import machine_warnings
-from kinolab.sentences import LINE_WIDTH
 
 SHOWN = {True: "yes", False: "no"}
 

@@ -6,10 +6,10 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from kinolab.errors import a_few
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 from kinolab.problem.goal_entries import GoalEntry, goal_entries
-from kinolab.sentences import a_few
 from kinolab.verification.clearance_margin import StateClearance, state_clearance
 from kinolab.world import CollisionChecker
 

@@ -22,9 +22,8 @@ from kinolab.dynamics.language.mechanism_parts import (
 )
 from kinolab.dynamics.language.quantities import written
 from kinolab.dynamics.units import in_digits
-from kinolab.errors import KinolabError
+from kinolab.errors import KinolabError, counted, row_of
 from kinolab.numerics.arrays import Array
-from kinolab.sentences import counted, row_of
 
 LET_GO = 0.5  # [s]
 STEPS = 500  # of that

@@ -43,9 +43,9 @@ from kinolab.analyze.examine.shapes.touching_bodies import contacts, standing
 from kinolab.analyze.examine.shapes.twins import required, twins
 from kinolab.analyze.examine.units_agree import units_agree
 from kinolab.dynamics import System
+from kinolab.errors import LINE_WIDTH, counted
 from kinolab.loading.well_posed import unlimited_sentences
 from kinolab.scenario.schema import IntegrationSection
-from kinolab.sentences import LINE_WIDTH, counted
 from kinolab.simulation.held_law import stiff_law, wrong_law
 from kinolab.simulation.stability import fastest_rate, step_too_long
 

@@ -19,9 +19,8 @@ from kinolab.dynamics.derivation.derivation import is_kinematic
 from kinolab.dynamics.language.constraints import VelocityConstraint
 from kinolab.dynamics.language.expressions import is_zero
 from kinolab.dynamics.units import control_units, state_units
-from kinolab.errors import KinolabError
+from kinolab.errors import KinolabError, row_of
 from kinolab.numerics.arrays import Array
-from kinolab.sentences import row_of
 from kinolab.simulation.stability import random_states
 
 Mass: TypeAlias = Callable[[Model, Array], Array]

@@ -15,8 +15,7 @@ from kinolab.analyze.execute.failure_trials import (
     failure_trials,
     most_wanted,
 )
-from kinolab.errors import EndpointError
-from kinolab.sentences import row_of
+from kinolab.errors import EndpointError, row_of
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from typing import Any, get_args
 import kinolab.dynamics
 from kinolab.cli.manual.docstrings import markdown, members_of, signature
 from kinolab.cli.manual.sections import ManualSection, anchors_of, sections_of, source_of
-from kinolab.sentences import LINE_WIDTH
+from kinolab.errors import LINE_WIDTH
 
 SOURCE = "machines.md"
 CONTENTS = "## Coordinates and parameters"  # the groups of words are listed before the first one

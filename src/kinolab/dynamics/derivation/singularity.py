@@ -13,7 +13,7 @@ from kinolab.dynamics.derivation.velocity_choice import singular_configuration
 from kinolab.dynamics.derivation.velocity_coordinates import velocity_coordinates
 from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.language.mechanism_parts import imposed_velocities
-from kinolab.sentences import row_of
+from kinolab.errors import row_of
 
 
 @dataclass(frozen=True)

@@ -38,8 +38,7 @@ from kinolab.dynamics.language.quasi_velocities import (
     QuasiVelocitySymbol,
 )
 from kinolab.dynamics.language.symbols import Acceleration, Parameter, TurnAcceleration, TurnRate
-from kinolab.errors import InputError, Mistake
-from kinolab.sentences import LINE_WIDTH
+from kinolab.errors import LINE_WIDTH, InputError, Mistake
 
 # [s] of CPU time after which no further equation is simplified
 SIMPLIFICATION_SECONDS = 4.0

@@ -1,6 +1,6 @@
 """Rows of words in sentences."""
 
-from kinolab.sentences import a_few, counted, row_of
+from kinolab.errors import a_few, counted, row_of
 
 
 def test_one_thing_has_no_plural() -> None:
