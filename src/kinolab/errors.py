@@ -1,4 +1,4 @@
-"""Exceptions: each says where, what, and what would work."""
+"""Exceptions: each says where, what, and what would work; and rows of words in sentences."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from textwrap import shorten
 
+LINE_WIDTH = 100  # characters of a line of text, as a terminal shows it
 LONGEST_QUOTE = 200  # characters of what was given that a message repeats
 # What a message quotes: between quotation marks, in brackets, or one word.
 _QUOTE = re.compile(
@@ -25,6 +26,24 @@ def shortened_quotes(text: str) -> str:
 def listed(words: Iterable[str]) -> str:
     """Return words of a file in a row, as many as a message quotes of what it was given."""
     return shorten(printable(", ".join(words)), LONGEST_QUOTE, placeholder=" …")
+
+
+def counted(count: int, noun: str) -> str:
+    """Return ``1 field`` or ``2 fields``."""
+    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
+
+
+def row_of(words: Iterable[object], last: str = "and") -> str:
+    """Return ``a, b and c``."""
+    *first, end = [str(word) for word in words] or [""]
+    return f"{', '.join(first)} {last} {end}" if first else end
+
+
+def a_few(words: Iterable[object], most: int = 4, between: str = ", ") -> str:
+    """Return the first words, and how many more there are: ``a, b, c, d and 2 more``."""
+    names = [str(word) for word in words]
+    more = f" and {len(names) - most} more" if len(names) > most else ""
+    return between.join(names[:most]) + more
 
 
 @dataclass(frozen=True)
@@ -123,7 +142,6 @@ class EndpointError(KinolabError):
 UNPRINTED = re.compile(
     r"[\x00-\x08\x0a-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]"
 )
-LONGEST_NAME = 300  # characters
 
 
 def is_broken(text: str) -> bool:
@@ -131,7 +149,7 @@ def is_broken(text: str) -> bool:
     return any("\ud800" <= character <= "\udfff" for character in text)
 
 
-def flaw_of(text: str, longest: int = LONGEST_NAME) -> str:
+def flaw_of(text: str, longest: int = 300) -> str:  # characters
     """Return why a text may not be a name that is shown to people, as a predicate; empty if it may.
 
     What is refused could pass for other lines of a report, or steer the terminal it is printed on.

@@ -21,9 +21,7 @@ try:
 except ImportError:  # Windows
     fcntl = None  # type: ignore[assignment]
 
-SEAL = 32  # bytes of a checksum
 MOST_KEPT = 2**28  # [bytes] of one cache file, ten times the largest in use
-LOCK_PERIOD = 0.01  # [s] after which a lock is tried again
 LONGEST_WAIT = 60.0  # [s] for a lock; a function of ours is compiled in a tenth of that
 NO_WAIT = getattr(os, "O_NONBLOCK", 0)  # opening a pipe without a writer does not block
 LOG = logging.getLogger("kinolab")
@@ -95,7 +93,7 @@ def read_sealed(path: Path, magic: bytes) -> memoryview | None:
     except OSError as error:
         discard(path, f"cannot be read ({error.strerror})")
         return None
-    begin = len(magic) + SEAL
+    begin = len(magic) + 32  # bytes of a checksum
     head, seal, content = kept[: len(magic)], kept[len(magic) : begin], kept[begin:]
     if head == magic and hashlib.sha256(content).digest() == seal:
         return content
@@ -156,7 +154,7 @@ class FileLock:
                 try:
                     fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
                 except BlockingIOError:
-                    time.sleep(LOCK_PERIOD)
+                    time.sleep(0.01)  # [s] after which a lock is tried again
                 else:
                     self._handle = handle
                     return True

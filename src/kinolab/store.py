@@ -24,8 +24,6 @@ from kinolab.files import discard, keep_last_used, read_sealed, touch, write_sea
 
 T = TypeVar("T")
 
-HEADER = 2**12  # bytes, of arrays in NumPy's format 1.0: 128 but for long shapes
-
 
 def folder() -> Path:
     """Return where entries are kept; the variable KINOLAB_CACHE overrides it."""
@@ -124,7 +122,8 @@ def unpack_arrays(content: memoryview, *dtypes: type[np.generic]) -> list[NDArra
     """
     found, rest = [], content
     for _ in dtypes:
-        header = io.BytesIO(rest[:HEADER])
+        # 2**12 bytes, of arrays in NumPy's format 1.0: 128 but for long shapes
+        header = io.BytesIO(rest[: (2**12)])
         np.lib.format.read_magic(header)
         shape, _, dtype = np.lib.format.read_array_header_1_0(header)
         end = header.tell() + int(np.prod(shape)) * dtype.itemsize

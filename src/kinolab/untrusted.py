@@ -21,15 +21,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from kinolab.errors import InputError, Mistake
 from kinolab.files import read_ordinary
 
 MOST_MEMORY = 4 * 2**30  # [bytes] that reading any one file takes
-MOST_REPORT_BYTES = 20_000_000  # of a run
-MOST_TABLE_BYTES = 50_000_000  # of CSV
+MOST_BYTES = 20_000_000  # of JSON and of XML
 MOST_ARRAY_BYTES = 400_000_000  # of all arrays of a file, unpacked
-MOST_LINE_BYTES = 1_000_000  # of a journal, which has as many of them as its study has runs
 MOST_NESTED = 200  # lists and tables within one another
-MOST_DIRECTORY_BYTES = 100_000  # what an archive says of its entries, some 1000 of them
 
 _TEXT = re.compile(rb'"(?>[^"\\]|\\.)*+"', re.DOTALL)
 _END = b"PK\x05\x06"  # of an archive; 22 bytes where it has no comment
@@ -43,6 +41,16 @@ _HEADERS = {
 def why(error: Exception) -> str:
     """Return what an error of these functions says, without the system's numbers and names."""
     return (error.strerror if isinstance(error, OSError) else None) or str(error)
+
+
+def refuse_many(count: int, most: int, things: str, where: str, remedy: str = "") -> None:
+    """Refuse a file with more of some things than anything is made of.
+
+    Raises:
+        InputError: If there are more than ``most``.
+    """
+    if count > most:
+        raise InputError([Mistake(where, f"it has more than {most} {things}.", remedy)])
 
 
 def json_of(text: str | bytes) -> Any:
@@ -75,24 +83,24 @@ def nesting(content: bytes) -> int:
     return int(np.cumsum(opened, dtype=np.int32).max(initial=0))
 
 
-def json_file(path: Path, most: int = MOST_REPORT_BYTES) -> Any:
+def json_file(path: Path) -> Any:
     """Read a file of JSON.
 
     Raises:
-        OSError: If it cannot be read, or is larger than ``most`` bytes.
+        OSError: If it cannot be read, or is larger than ``MOST_BYTES``.
         ValueError: If it is no JSON, or nested too deep.
     """
-    return json_of(bytes(read_ordinary(path, most)))
+    return json_of(bytes(read_ordinary(path, MOST_BYTES)))
 
 
-def text_file(path: Path, most: int = MOST_TABLE_BYTES) -> str:
+def text_file(path: Path) -> str:
     """Read a file of text in UTF-8, with or without the byte order mark that Windows adds.
 
     Raises:
-        OSError: If it cannot be read, or is larger than ``most`` bytes.
+        OSError: If it cannot be read, or is larger than 50 MB, as a table in CSV may be.
         UnicodeDecodeError: If it is none.
     """
-    return read_ordinary(path, most).decode("utf-8-sig")
+    return read_ordinary(path, 50_000_000).decode("utf-8-sig")
 
 
 def array_file(path: Path) -> dict[str, NDArray[Any]]:
@@ -109,7 +117,7 @@ def array_file(path: Path) -> dict[str, NDArray[Any]]:
     end = content[-_END_BYTES:]
     if not end.startswith(_END) or end[-2:] != b"\0\0":
         raise ValueError("it does not end as an archive does")
-    if int.from_bytes(end[12:16], "little") > MOST_DIRECTORY_BYTES:
+    if int.from_bytes(end[12:16], "little") > 100_000:  # bytes that say what some 1000 entries are
         raise ValueError("it has too many entries")
     try:
         with zipfile.ZipFile(io.BytesIO(content)) as archive:

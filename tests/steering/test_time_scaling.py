@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from kinolab.steering.path_motion import MAX_RAMP_SLOPE, TimeScaling
+from kinolab.steering.path_motion import TimeScaling
 
 TIMINGS = [
     TimeScaling(1.0, 0.0),
@@ -23,7 +23,7 @@ def test_the_share_grows_from_0_to_1_and_rests_at_both_ends(timing: TimeScaling)
     assert (np.diff(share) >= -1e-15).all()
     assert [rate[0], rate[-1], slope[0], slope[-1]] == pytest.approx([0] * 4, abs=1e-12)
     assert rate.max() == pytest.approx(timing.speed, rel=1e-12)
-    assert np.abs(slope).max() <= MAX_RAMP_SLOPE * timing.speed / timing.ramp * (1 + 1e-12)
+    assert np.abs(slope).max() <= 2.1875 * timing.speed / timing.ramp * (1 + 1e-12)
 
 
 @each

@@ -32,7 +32,7 @@ from kinolab.studio.core.search_process import Ended, Improved, SearchProcess  #
 from kinolab.studio.guarded_server import guarded_server  # noqa: E402
 from kinolab.studio.scene_nodes import SceneNodes  # noqa: E402
 
-EMPTY = edits.EMPTY.format(title="a world", machine="diff_drive")
+EMPTY = edits.empty("a world", "diff_drive")
 PATIENCE = 600.0  # [s] for what may have to be compiled first
 MOST_CALLS = 300  # of drawing, with those of gizmos and lights
 OTHER_CALLS = 60

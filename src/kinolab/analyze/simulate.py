@@ -22,8 +22,6 @@ from kinolab.simulation.reference import reference_motion, resimulate, trajector
 from kinolab.trajectory import Trajectory, reference_column
 from kinolab.untrusted import text_file, why
 
-MAX_STEPS = 1_000_000
-
 Policy: TypeAlias = Callable[[float, Array], ArrayLike | Mapping[str, float]]
 
 
@@ -46,7 +44,7 @@ def simulate(
         DivergedError: If the motion cannot be integrated to its end.
     """
     steps = covering_steps(duration, problem.step) if math.isfinite(duration) else 0
-    if not 0 < steps <= MAX_STEPS:
+    if not 0 < steps <= 1_000_000:
         what = f"{duration:g} s is no duration for steps of {problem.step:g} s."
         raise InputError([Mistake("duration", what, "Give a positive number of seconds.")])
     broken = list(problem.start_breaches())

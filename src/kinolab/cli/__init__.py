@@ -12,10 +12,6 @@ from contextlib import suppress
 from kinolab.cli.interrupts import EXIT_CODE, INTERRUPTS
 from kinolab.cli.streams import COMPLETE, prepare_streams
 
-# Young objects per collection. Importing makes a million that stay; by Python's own threshold,
-# going through them again and again took a tenth of a plan.
-COLLECTION_THRESHOLD = 100_000
-
 
 def run(arguments: Sequence[str] | None = None) -> int:
     """Run a command and return its exit code; errors become sentences on stderr."""
@@ -47,7 +43,9 @@ def main() -> None:
     # Matrices are small: threads of BLAS wait for each other on a busy computer, some 10 ms for
     # each product, and sums would depend on the number of cores.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    gc.set_threshold(COLLECTION_THRESHOLD, *gc.get_threshold()[1:])
+    # Young objects per collection. Importing makes a million that stay; by Python's own threshold,
+    # going through them again and again took a tenth of a plan.
+    gc.set_threshold(100_000, *gc.get_threshold()[1:])
     code = run()
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # nothing is left to interrupt
     for stream in (sys.stdout, sys.stderr):

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from kinolab.show.film.film_process import FilmProcess
 
 FAILED = 7  # exit code: a motion or a machine failed its checks
-MAX_JOBS = 256  # processes; each of them loads every library
+JOBS = click.IntRange(1, 256)  # processes; each of them loads every library
 PATH: click.Path = click.Path(path_type=Path)
 
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from kinolab.cli.common import MAX_JOBS
+from kinolab.cli.common import JOBS
 from kinolab.cli.interrupts import INTERRUPTS
 from kinolab.cli.progress import Progress
 from kinolab.concurrency.cancel import CancellationToken
@@ -26,7 +26,7 @@ dask_option = click.option(
 )
 jobs_option = click.option(
     "--jobs",
-    type=click.IntRange(1, MAX_JOBS),
+    type=JOBS,
     metavar="N",
     help="Processes; by default as many as there are processors.",
 )

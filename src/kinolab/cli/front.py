@@ -26,7 +26,6 @@ COMMANDS = (
     "equations", "describe", "simulate", "examine", "export", "new", "course", "warm-up", "help",
 )  # fmt: skip
 OF_MACHINES = ("describe", "equations", "examine", "export", "simulate", "new")  # in their folder
-WHOLE = 200  # characters of a command's summary, none of which is cut
 HELP = ("-h", "--help")
 USAGE, RESOURCES, INTERNAL = 2, 6, 70  # exit codes
 
@@ -63,7 +62,8 @@ class _Front(click.Group):
         scenario, *others = (self.get_command(context, name) for name in COMMANDS)
         click.Command.format_options(scenario, context, formatter)
         with formatter.section("Commands"):
-            formatter.write_dl([(str(one.name), one.get_short_help_str(WHOLE)) for one in others])
+            # 200 characters of a command's summary, none of which is cut
+            formatter.write_dl([(str(one.name), one.get_short_help_str(200)) for one in others])
         formatter.write_text("`plan COMMAND --help` explains a command.")
 
 

@@ -25,7 +25,6 @@ EXIT_CODE = 130
 STDERR = 2
 INTERRUPTED = b"\ninterrupted\n"  # on stderr, when the process exits at once
 URGE_SECONDS = 0.3  # [s] after Ctrl-C a search is asked again to end
-LEAVE_SECONDS = 0.7  # [s] after Ctrl-C the process exits
 ONE_PRESS = 0.1  # [s] in which a signal may come twice, from terminal and parent
 
 
@@ -135,7 +134,8 @@ class Interrupts:
         else:
             self._asked = True
             if self._alone:
-                signal.setitimer(signal.ITIMER_REAL, URGE_SECONDS, LEAVE_SECONDS - URGE_SECONDS)
+                # 0.7 [s] after Ctrl-C the process exits
+                signal.setitimer(signal.ITIMER_REAL, URGE_SECONDS, 0.7 - URGE_SECONDS)
             self._end()
 
     def _ring(self, *_: Any) -> None:

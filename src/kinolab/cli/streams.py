@@ -11,9 +11,6 @@ import os
 import sys
 from contextlib import suppress
 
-NAMES = ("stdin", "stdout", "stderr")  # by their numbers
-STDERR = 2
-
 COMPLETE = "_PLAN_COMPLETE"  # the variable in which a shell asks how a line may go on
 
 
@@ -32,7 +29,7 @@ class _Messages(io.TextIOWrapper):
 
 def prepare_streams() -> None:
     """Put the null device where a stream is closed, and lose messages that cannot be written."""
-    for number, name in enumerate(NAMES):
+    for number, name in enumerate(("stdin", "stdout", "stderr")):  # by their numbers
         try:
             os.fstat(number)
         except OSError:
@@ -42,7 +39,8 @@ def prepare_streams() -> None:
             setattr(sys, name, stream)
     with suppress(AttributeError, OSError):  # another kind of stream
         sys.stderr.flush()
-        buffer = open(STDERR, "wb", closefd=False)  # noqa: SIM115
+        # 2 is standard error
+        buffer = open(2, "wb", closefd=False)  # noqa: SIM115
         sys.stderr = _Messages(
             buffer,
             encoding=sys.stderr.encoding,

@@ -21,13 +21,9 @@ from typing import NoReturn
 from kinolab.cli.interrupts import EXIT_CODE, INTERRUPTED, INTERRUPTS, ONE_PRESS, STDERR
 from kinolab.concurrency.parent_death import end_with_parent
 
-END_SECONDS = 0.9  # [s] after Ctrl-C the child is killed; by then it has exited if it could
-END_SOON_SECONDS = 0.2  # [s] the same after the second Ctrl-C
-WRITING_SECONDS = 1.0  # [s] more to complete the files of a run
 CRASHES = {
     signal.SIGSEGV, signal.SIGABRT, signal.SIGBUS, signal.SIGFPE, signal.SIGILL
 }  # fmt: skip
-CRASHED = 70  # exit code
 
 
 def supervise() -> None:
@@ -51,7 +47,7 @@ def supervise() -> None:
         again = bool(INTERRUPTS.shares_fate[0]) and not INTERRUPTS.after_crash
         _tell_of(crash, again)
         if not again:
-            os._exit(CRASHED)
+            os._exit(70)  # the exit code of a crash
         INTERRUPTS.after_crash = True
         INTERRUPTS.shares_fate[0] = INTERRUPTS.is_writing[0] = 0
     signal.signal(signal.SIGCHLD, before)
@@ -89,7 +85,7 @@ def _status_of(child: int, heard: set[signal.Signals]) -> int | None:
         elif number == signal.SIGALRM:
             if INTERRUPTS.is_writing[0] and not postponed:
                 postponed = True
-                signal.setitimer(signal.ITIMER_REAL, WRITING_SECONDS)
+                signal.setitimer(signal.ITIMER_REAL, 1.0)  # [s] more to complete the files of a run
             else:
                 os.kill(child, signal.SIGKILL)
                 os.waitpid(child, 0)
@@ -100,7 +96,9 @@ def _status_of(child: int, heard: set[signal.Signals]) -> int | None:
             last, since = time.monotonic(), time.monotonic() - last
             presses += since > ONE_PRESS
             if since > ONE_PRESS and presses <= 2:
-                seconds = END_SECONDS if presses == 1 else END_SOON_SECONDS
+                # [s] after the first Ctrl-C, or the second one, the child is killed; by then it has
+                # exited if it could
+                seconds = 0.9 if presses == 1 else 0.2
                 signal.setitimer(signal.ITIMER_REAL, seconds)
         elif number == signal.SIGTSTP:
             _raise_signal(number)  # until both are continued

@@ -23,9 +23,6 @@ if TYPE_CHECKING:
     from kinolab.solve import PlanResult
     from kinolab.trajectory import Trajectory
 
-# of the time while a plan is improved, at most, to write versions after the first one
-TIME_FRACTION = 0.05
-
 
 class Versions:
     """Writes versions of a run into its folder, each in place of the one before.
@@ -171,7 +168,8 @@ class Versions:
                 self.report = write_run(self._folder, self._problem, found, pictures)
         self._written, ended = found, time.monotonic()
         if pictured:
-            self._next = ended + (ended - begun) / TIME_FRACTION
+            # At most 0.05 of the time of improving is for writing versions after the first one.
+            self._next = ended + (ended - begun) / 0.05
         return error
 
     def _pictures(

@@ -10,6 +10,7 @@ import tomllib
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import replace
+from importlib.resources import files
 from pathlib import Path
 
 import numpy as np
@@ -33,40 +34,11 @@ from kinolab.world.collision.collision_scene import collision_scene
 from kinolab.world.collision.distance_field import distance_field
 from kinolab.world.collision.fcl import FclTiles
 
-SCENARIO = """
-schema = 1
-title = "A coin among everything that stands in the way"
-system = { name = "rolling_disk" }
-world.bounds = { x = [-2, 2], y = [-2, 2] }
-world.ground = "plane"
-goal = { x = 1, tolerance = 0.1 }
-render = { size = [64, 64] }
-
-[[world.obstacle]]
-name = "mesh"
-box = [0.2, 0.2, 0.2]
-position = [0, 1.5, 0.1]
-[[world.obstacle]]
-name = "box"
-box = [0.2, 0.2, 0.2]
-position = [0, -1.5, 0.1]
-[[world.obstacle]]
-name = "ball"
-sphere = 0.1
-position = [-1.5, 0, 0.1]
-[[world.obstacle]]
-name = "post"
-cylinder = [0.1, 0.3]
-position = [1.5, 1.5, 0.15]
-"""
-SAMPLE_RESOLUTION = 0.1  # [m]
-DURATION = 0.2  # [s] of the motion that is verified and rendered
-
 
 def small_problem() -> PlanningTask:
     """Return a coin among one obstacle of every kind."""
-    path = Path("warm_up.toml")
-    problem = build_problem(scenario_from(tomllib.loads(SCENARIO), path), planner=False)
+    text = files("kinolab.cli").joinpath("warm_up.toml").read_text("utf-8")
+    problem = build_problem(scenario_from(tomllib.loads(text), Path("warm_up.toml")), planner=False)
     box, *others = problem.world.obstacles
     mesh = replace(box, primitive=None)  # its triangles only
     return replace(problem, world=World((mesh, *others), True, problem.world.bounds))
@@ -75,7 +47,7 @@ def small_problem() -> PlanningTask:
 def simulated() -> tuple[PlanningTask, Trajectory]:
     """Return the small problem with a motion of its machine."""
     problem = small_problem()
-    return problem, simulate(problem, DURATION)
+    return problem, simulate(problem, 0.2)  # [s] of the motion that is verified and rendered
 
 
 def compiled_planners() -> Iterator[str]:
@@ -100,7 +72,8 @@ def _planners() -> None:
 
 def _collision() -> None:
     problem, motion = simulated()
-    distance_field(problem.world.obstacles, SAMPLE_RESOLUTION)  # may be cached on disk
+    # 0.1 [m] is the resolution of a sample
+    distance_field(problem.world.obstacles, 0.1)  # may be cached on disk
     verify(problem, motion)
     checker = problem.checker()
     bound = ClearanceBound(collision_scene(problem.bodies, problem.world))

@@ -16,8 +16,6 @@ from kinolab.concurrency.processors import processors
 from kinolab.errors import KinolabError
 from kinolab.numerics.compiling import Compilation, compilation
 
-REPORT_PERIOD = 0.25  # [s] between two reports of one process
-
 
 @dataclass(frozen=True)
 class Warmed:
@@ -106,7 +104,7 @@ def _compiled(part: str, tell: Callable[[Warmed], None]) -> Warmed:
 
     def told(so_far: Compilation) -> None:
         nonlocal last
-        if time.monotonic() > last + REPORT_PERIOD:
+        if time.monotonic() > last + 0.25:  # [s] between two reports of one process
             last = time.monotonic()
             tell(Warmed(part, so_far.functions, so_far.seconds))
 

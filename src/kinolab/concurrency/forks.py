@@ -31,7 +31,6 @@ A = TypeVar("A")
 
 Telling = Callable[[Any], None]
 FORKS = sys.platform == "linux"  # macOS's libraries do not survive it
-PERIOD = 0.05  # [s] between looks at the cancellation token
 
 _running: set[Fork[Any]] = set()
 
@@ -157,7 +156,7 @@ def answers(
             for fork in forks:
                 fork.end()
             return None
-        for connection in wait(list(waiting), PERIOD):
+        for connection in wait(list(waiting), 0.05):  # [s] between looks at the cancellation token
             assert isinstance(connection, Connection)
             try:
                 done, what = connection.recv()

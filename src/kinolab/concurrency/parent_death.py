@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import signal
 
-PR_SET_PDEATHSIG = 1  # signal that a process gets when its parent dies
-
 
 def end_with_parent() -> None:
     """Have this process killed when its parent ends, from now on; Linux only.
@@ -14,4 +12,4 @@ def end_with_parent() -> None:
     """
     from ctypes import CDLL
 
-    CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
+    CDLL(None).prctl(1, signal.SIGKILL)  # PR_SET_PDEATHSIG: the signal when its parent dies

@@ -40,7 +40,6 @@ if TYPE_CHECKING:  # what describes and derives a machine: one that is in the ca
     from kinolab.dynamics.language.feedback import Feedback
     from kinolab.dynamics.language.mechanism import Mechanism
 
-SINGULAR_CONDITION = 1e6  # condition number from which velocities do not determine the motion
 POSE = 12  # numbers per body: the rows of [R | p]
 
 
@@ -644,10 +643,8 @@ class Model:
 
     def _need_masses(self, what: str) -> None:
         if not self._code.sizes["energy"]:
-            text = (
-                f"{self.machine.name} is kinematic: its inputs are velocities, so it has no {what}."
-            )
-            raise NoDynamicsError(text)
+            kinematic = f"{self.machine.name} is kinematic: its inputs are velocities"
+            raise NoDynamicsError(f"{kinematic}, so it has no {what}.")
 
     def equations(self) -> Equations:
         """Return the equations of motion for reading, in the author's symbols."""
@@ -773,4 +770,5 @@ def _chart_left(model: Model, x: Array) -> str:
     except (ArithmeticError, LookupError, ValueError):  # no value, or an input's is needed
         return " (outside the chart of the independent velocities)"
     where = f" (outside the chart of the independent velocities: condition number {number:.3g})"
-    return f"{where}. {cure_of(model.system)}" if number > SINGULAR_CONDITION else where
+    # 1e6: condition number from which velocities do not determine the motion
+    return f"{where}. {cure_of(model.system)}" if number > 1e6 else where

@@ -18,7 +18,6 @@ from kinolab.trajectory import Trajectory
 
 Observation = NDArray[np.float32]
 Box32 = Box[np.float32]
-SIZE = (640, 480)  # [pixel] of rendered frames
 
 
 def observation_space(batch: StepBatch) -> Box32:
@@ -133,7 +132,8 @@ class PlanningEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
         poses, cables = problem.model.frames(states[1:]), problem.model.cables(states[1:])
         shown = replace(picture(problem, states), follow=False)
         now = Playback(np.array([self._batch.steps[0] * problem.step]), problem.step, 1.0)
-        return staged(Script(shown, poses, now, poses, cables, SIZE)).frame(0)
+        # The size of rendered frames [pixel].
+        return staged(Script(shown, poses, now, poses, cables, (640, 480))).frame(0)
 
     def _info(self, failed: str, *, reached: bool) -> dict[str, Any]:
         batch = self._batch

@@ -33,8 +33,6 @@ from kinolab.trajectory import Trajectory
 
 ENDS = {LIMIT: "limit", COLLISION: "collision", EQUATIONS: "equations"}
 IN_GOAL = 1.0  # largest goal error in tolerances
-MOST_DRAWN = 10_000  # states until one is free
-MOST_COPIES = 100_000
 COMPILED = ("_search", "_checks", "_is_free")  # attributes that hold addresses
 UNBEGUN = -1  # steps of an episode before the first reset
 
@@ -135,14 +133,14 @@ class StepBatch:
         self.steps[k] = 0
         self._potential[k] = -self.problem.goal_excess(self.x[k]) / self._unit
 
-    def _start(self, generator: np.random.Generator) -> Array:
+    def _start(self, generator: np.random.Generator, draws: int = 10_000) -> Array:
         if not self._anywhere:
             return self.problem.start
-        for _ in range(MOST_DRAWN):
+        for _ in range(draws):
             x = self.problem.model.project(self.problem.sample(generator))
             if self._is_free(x.tolist()):
                 return x
-        what = f"none of {MOST_DRAWN} random states is free."
+        what = f"none of {draws} random states is free."
         raise InputError([Mistake("starts", what, 'Take starts = "scenario".')])
 
     def actions(self, motion: Trajectory) -> NDArray[np.float32]:
@@ -235,9 +233,9 @@ def _require_options(count: int, reward: str, starts: str, duration: float) -> N
     require_fit("make starts", str, starts)
     require_fit("make duration", float, duration)
     mistakes = []
-    if not 1 <= count <= MOST_COPIES:
-        remedy = f"Give a number from 1 to {MOST_COPIES}."
-        mistakes.append(Mistake("make num_envs", f"it is {count}.", remedy))
+    if not 1 <= count <= 100_000:
+        what = f"it is {count}."
+        mistakes.append(Mistake("make num_envs", what, "Give a number from 1 to 100000."))
     if not (math.isfinite(duration) and duration > 0.0):
         what = f"{duration!r} s is no duration."
         mistakes.append(Mistake("make duration", what, "Give a positive number of seconds."))

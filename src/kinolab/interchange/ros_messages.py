@@ -23,8 +23,6 @@ from kinolab.trajectory import Trajectory
 
 WORLD = "world"  # what all poses are relative to
 NANOSECONDS = 1_000_000_000
-STOPPED = float(np.finfo(np.float32).eps)  # that controller's own, in [rad/s] or [m/s]
-MOVED = 1e-9  # by which some number of a pose differs if a body moves at all
 
 Message = dict[str, Any]
 
@@ -79,7 +77,8 @@ def end_speeds(message: Message) -> dict[str, float]:
     ``allow_nonzero_velocity_at_trajectory_end`` says otherwise.
     """
     last = zip(message["joint_names"], message["points"][-1]["velocities"], strict=True)
-    return {name: speed for name, speed in last if abs(speed) > STOPPED}
+    # That controller's own threshold, in [rad/s] or [m/s].
+    return {name: speed for name, speed in last if abs(speed) > float(np.finfo(np.float32).eps)}
 
 
 @checked
@@ -98,7 +97,8 @@ def path_message(problem: PlanningTask, trajectory: Trajectory, body: str | None
     names = [each.name for each in problem.bodies]
     if body is not None and body not in names:
         raise UnknownNameError("body", body, known=names, where="path_message")
-    moves = (np.ptp(poses, axis=0) > MOVED).any(axis=1)
+    # 1e-9: by which some number of a pose differs if a body moves at all
+    moves = (np.ptp(poses, axis=0) > 1e-9).any(axis=1)
     index = int(moves.argmax()) if body is None else names.index(body)
     places, turns = poses[:, index, 3::4], of_poses(poses[:, index])
     stamped = zip(trajectory.t, places, turns, strict=True)

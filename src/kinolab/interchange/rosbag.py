@@ -25,9 +25,6 @@ from kinolab.lazy import library_of
 from kinolab.problem import PlanningTask
 from kinolab.trajectory import Trajectory
 
-RATE = 50.0  # [Hz] at which joints and transforms are told
-VERSION = 9  # of the metadata: ROS 2 Iron and later; Humble reads it, too
-
 
 def write_bag(folder: Path, problem: PlanningTask, trajectory: Trajectory) -> None:
     """Write a motion as a bag that ``ros2 bag play`` and Foxglove read.
@@ -52,9 +49,8 @@ def write_bag(folder: Path, problem: PlanningTask, trajectory: Trajectory) -> No
     folder.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=folder.parent, prefix=f".{folder.name}.") as draft:
         whole = Path(draft) / folder.name
-        with rosbag2.Writer(
-            whole, version=VERSION, storage_plugin=rosbag2.StoragePlugin.MCAP
-        ) as bag:
+        # Version 9 of the metadata: ROS 2 Iron and later; Humble reads it, too
+        with rosbag2.Writer(whole, version=9, storage_plugin=rosbag2.StoragePlugin.MCAP) as bag:
             connections: dict[str, Any] = {}
             for topic, kind, time, content in _messages(problem, trajectory):
                 if topic not in connections:
@@ -83,7 +79,8 @@ def _messages(
 def _sampled(trajectory: Trajectory) -> Trajectory:
     """Return the motion at evenly spaced times."""
     begin, end = float(trajectory.t[0]), float(trajectory.t[-1])
-    times = np.linspace(begin, end, max(round((end - begin) * RATE), 1) + 1)
+    # 50.0 [Hz] at which joints and transforms are told
+    times = np.linspace(begin, end, max(round((end - begin) * 50.0), 1) + 1)
     if len(trajectory.t) == 1:
         return trajectory
     moments = trajectory.at(times)

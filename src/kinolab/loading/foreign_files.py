@@ -9,8 +9,6 @@ from kinolab.loading.tables import Read
 from kinolab.scenario import read_scenario
 from kinolab.scenario.dynobench import is_environment, read_environment
 
-PROBLEM_SUFFIX = ".cfg"
-
 
 def is_foreign(source: str | Path) -> bool:
     """Whether a path is one of an environment of dynobench or a problem of OMPL.app."""
@@ -19,7 +17,7 @@ def is_foreign(source: str | Path) -> bool:
 
 def is_problem(source: str | Path) -> bool:
     """Whether a path is one of a problem of OMPL.app."""
-    return Path(source).suffix.lower() == PROBLEM_SUFFIX
+    return Path(source).suffix.lower() == ".cfg"
 
 
 def read_any(source: str | Path, *, overrides: Sequence[str] = ()) -> Read:

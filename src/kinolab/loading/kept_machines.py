@@ -30,8 +30,6 @@ if TYPE_CHECKING:
 
 Limits = dict[str, tuple[float, float]]
 
-LIBRARIES = ("sympy", "numpy", "scipy")  # machines are described and regulators designed with them
-
 
 class ScenarioMachine:
     """The machine that a scenario names; the scenario need not fit it.
@@ -118,7 +116,8 @@ def _content_of_texts(texts: dict[str, str], scenario: Scenario) -> str:
 
 
 def _content(*parts: Any) -> str:
-    return json.dumps([*parts, *versions_of(*LIBRARIES).values()], sort_keys=True)
+    # machines are described and regulators designed with them
+    return json.dumps([*parts, *versions_of("sympy", "numpy", "scipy").values()], sort_keys=True)
 
 
 def systems_code() -> str:

@@ -21,20 +21,12 @@ if TYPE_CHECKING:
     from kinolab.robots.kinematic_tree import PlacedShape
     from kinolab.robots.omplapp import PlacedMesh
 
-MOST_TRIANGLES = 50_000  # of a robot
 CROSSING = 20.0  # [s] for the longest edge of the volume, of a body whose velocities are inputs
-TURNING = 1.0  # [rad/s] of such a body
 NEAR, NEARLY = (
     0.005,
     0.05,
 )  # of that edge, and [rad]: the goal of such a body, reached exactly later
 FREE_STEP, DRIVEN_STEP = 0.05, 0.1  # [s]
-THRESHOLD = 1.0  # of OMPL.app's distance, where its window asks for nothing else
-RATES = 0.3  # weight of speeds and steering angles in that distance; places weigh 1
-TURNS = 0.5  # weight of angles in the plane, and of rotations, of which it takes half the angle
-SHOWN_TITLE = 80  # characters
-FITTING = 0.02  # of a robot's size: what stands out of it less is not told apart
-EDGE = math.pi / 4  # [rad] steering angle at which a car of the wheelbase R drives a circle of R
 
 
 def read_problem_file(source: str | Path, *, overrides: Sequence[str] = ()) -> Read:
@@ -55,8 +47,8 @@ def read_problem_file(source: str | Path, *, overrides: Sequence[str] = ()) -> R
     table = file.table("problem")
     robot = _mesh(file, table.get("robot"), path.parent, centred=True)
     world = _mesh(file, table.get("world"), path.parent)
-    if robot is not None and robot.count > MOST_TRIANGLES:
-        what = f"{table['robot'].text} has more than {MOST_TRIANGLES} triangles."
+    if robot is not None and robot.count > 50_000:
+        what = f"{table['robot'].text} has more than 50000 triangles."
         file.wrong(table["robot"], what, "Simplify it: solids that enclose it take its place.")
     if problem is not None and problem.control == "quadrotor":
         _check_hovering(file, problem.start, table)
@@ -122,7 +114,7 @@ def _scenario(
     machine = _machine(problem, solids, float((high - low).max()))
     document = {
         "schema": 1,
-        "title": f"{problem.name[:SHOWN_TITLE]} (OMPL.app)",
+        "title": f"{problem.name[:80]} (OMPL.app)",  # characters
         "system": dict(OBJECT),
         "world": {"obstacle": [world.entry]},
         "bounds": {
@@ -149,10 +141,11 @@ def _machine(problem: ProblemFile, solids: Sequence[PlacedShape], edge: float) -
     speed = edge / CROSSING
     if problem.space:
         forward = (0.0 if problem.space == "dubins" else -speed, speed)
-        return machines.kinematic_car(parts, forward, EDGE, problem.radius)
+        # The steering angle at which a car of the wheelbase R drives a circle of R
+        return machines.kinematic_car(parts, forward, math.pi / 4, problem.radius)
     if not problem.control:
         free = machines.planar_body if problem.axes == "xy" else machines.free_body
-        return free(parts, speed, TURNING)
+        return free(parts, speed, 1.0)  # [rad/s] of such a body
     driven: System = getattr(machines, problem.control)(parts)  # the control is one of four
     return driven
 
@@ -182,9 +175,12 @@ def _ends(problem: ProblemFile, edge: float) -> dict[str, Any]:
     if problem.space or not problem.control:
         turn = 2 * NEARLY if problem.space else NEARLY
         return {**ends, "goal": ends["goal"] | {"tolerance": places | {rotation: turn}}}
-    largest = problem.threshold or THRESHOLD
-    rates = dict.fromkeys(_rates(problem), largest / RATES)
-    tolerance = dict.fromkeys(problem.axes, largest) | {rotation: largest / TURNS} | rates
+    # 1, the threshold of OMPL.app's distance, where its window asks for nothing else
+    largest = problem.threshold or 1.0
+    # 0.3: weight of speeds and steering angles in that distance; places weigh 1
+    rates = dict.fromkeys(_rates(problem), largest / 0.3)
+    # 0.5: weight of angles in the plane, and of rotations, of which it takes half the angle
+    tolerance = dict.fromkeys(problem.axes, largest) | {rotation: largest / 0.5} | rates
     region = {"tolerance": tolerance, "norm": "sum"}
     return {**ends, "goal": ends["goal"] | dict.fromkeys(rates, 0.0) | region}
 
@@ -238,7 +234,8 @@ def _planner_notes(problem: ProblemFile) -> Iterator[str]:
 
 def _fit(name: str, triangles: Array, count: int, reach: float) -> str:
     """Say how well so many solids enclose triangles, of which they stand out so far."""
-    exact = FITTING * float(np.linalg.norm(np.ptp(triangles.reshape(-1, 3), axis=0)))
+    # 0.02 of a robot's size: what stands out of it less is not told apart
+    exact = 0.02 * float(np.linalg.norm(np.ptp(triangles.reshape(-1, 3), axis=0)))
     far = f"less than {exact:.1g}" if reach < exact else f"up to about {reach:.2g}"
     solids = "1 solid, which reaches" if count == 1 else f"{count} solids, which reach"
     return f"{name}: its {len(triangles)} triangles are enclosed in {solids} {far} m beyond them."

@@ -17,10 +17,6 @@ from numpy.typing import NDArray
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.jit import allocating_kernel
 
-DIAGONAL_REGULARISATION = 1e-13  # relative increase of the diagonal, for dependent rows
-REFINEMENT_TOLERANCE = 1e-6  # allowed residual, relative to the initial one
-REFINEMENTS = 3
-
 
 @dataclass(frozen=True, eq=False)
 class BlockBandedSystem:
@@ -79,8 +75,9 @@ class BlockBandedSystem:
         pull = scipy.linalg.cho_solve_banded((factor, True), self.shared, check_finite=False)
         yields = np.eye(len(h)) + w_h[:, None] * (self.shared.T @ pull)
         missing, total = self.residual(z, h), np.zeros(len(self.right))
-        enough = REFINEMENT_TOLERANCE * float(np.abs(missing).max(initial=0.0))
-        for _ in range(REFINEMENTS):
+        # 1e-6: allowed residual, relative to the initial one
+        enough = 1e-6 * float(np.abs(missing).max(initial=0.0))
+        for _ in range(3):
             by = scipy.linalg.cho_solve_banded((factor, True), missing, check_finite=False)
             dh = np.linalg.solve(yields, w_h * (self.shared.T @ by))
             by -= pull @ dh
@@ -96,7 +93,7 @@ class BlockBandedSystem:
         behind = np.searchsorted(self.knot, self.knot + 2)  # first row without common variables
         band = np.zeros((int((behind - np.arange(len(behind))).max(initial=1)), len(self.knot)))
         normal(self.knot, self.rows, w, band)
-        band[0] *= 1.0 + DIAGONAL_REGULARISATION
+        band[0] *= 1.0 + 1e-13  # relative increase of the diagonal, for dependent rows
         return band
 
 

@@ -6,10 +6,6 @@ import numpy as np
 
 from kinolab.numerics.arrays import Array
 
-MAX_ITERATIONS = 200
-CONVERGENCE_TOLERANCE = 1e-10  # largest change at convergence, relative to the range
-RIDGE_PARAMETER = 1e-9  # of the largest squared column norm: picks the least-norm solution
-
 
 def bounded_least_squares(A: Array, b: Array, lower: Array, upper: Array) -> Array:
     """Return the z that minimises |A z - b| with lower <= z <= upper, shape (unknowns,).
@@ -26,17 +22,17 @@ def bounded_least_squares(A: Array, b: Array, lower: Array, upper: Array) -> Arr
     span = upper - lower
     scaled = A * span
     G, c = scaled.T @ scaled, scaled.T @ b
-    G[np.diag_indices_from(G)] += RIDGE_PARAMETER * max(
-        float(G.diagonal().max(initial=0.0)), 1e-300
-    )
+    # 1e-9 of the largest squared column norm: picks the least-norm solution
+    G[np.diag_indices_from(G)] += 1e-9 * max(float(G.diagonal().max(initial=0.0)), 1e-300)
     low, high = lower / span, upper / span
     z = np.clip(np.linalg.solve(G, c), low, high)
-    for _ in range(MAX_ITERATIONS):
+    for _ in range(200):
         before = z.copy()
         for k in range(len(z)):
             z[k] += (c[k] - G[k] @ z) / G[k, k]
             z[k] = min(max(z[k], low[k]), high[k])
-        if np.abs(z - before).max(initial=0.0) < CONVERGENCE_TOLERANCE:
+        # 1e-10: largest change at convergence, relative to the range
+        if np.abs(z - before).max(initial=0.0) < 1e-10:
             break
     found: Array = z * span
     return found

@@ -8,7 +8,6 @@ from contextlib import contextmanager
 
 from numba.core.event import Event, Listener, install_listener
 
-KIND = "numba:compile"
 WAIT = "kinolab:wait"  # for another process that compiles
 
 _counting: list[Compilation] = []
@@ -60,7 +59,7 @@ class Compilation(Listener):  # type: ignore[misc]
 def compilation(told: Callable[[Compilation], None] | None = None) -> Iterator[Compilation]:
     """Count functions compiled inside the context, in any thread of this process."""
     counted = Compilation(told)
-    with install_listener(KIND, counted), install_listener(WAIT, counted):
+    with install_listener("numba:compile", counted), install_listener(WAIT, counted):
         _counting.append(counted)
         try:
             yield counted

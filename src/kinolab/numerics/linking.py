@@ -22,8 +22,6 @@ from numba.core.typed_passes import NativeLowering
 
 from kinolab.numerics.jit_cache import SealedCache, cache_of
 
-NOWHERE = 0  # address of a function that has no machine code
-
 
 class _Dispatcher(CPUDispatcher):  # type: ignore[misc]
     """numba's, whose cache is locked while a function is compiled."""
@@ -186,7 +184,8 @@ def _uncallable(library: LinkedLibrary, described: Any, environment: Any) -> Any
     name = described.qualname.rpartition(".")[2]
     what = f"LLVM IR of {described.qualname!r}"
     module = described.lookup_module()
-    return _dynfunc.make_function(module, name, what, NOWHERE, environment, (library,))
+    # 0: address of a function that has no machine code
+    return _dynfunc.make_function(module, name, what, 0, environment, (library,))
 
 
 class _LinkedResults(CompileResultCacheImpl):  # type: ignore[misc]

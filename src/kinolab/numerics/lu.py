@@ -7,8 +7,6 @@ from __future__ import annotations
 
 from kinolab.numerics.jit import kernel
 
-SINGULAR_PIVOT = 1e-300  # the compiled step calls smaller pivots singular, too
-
 
 @kernel
 def factor(A, pivots):  # type: ignore[no-untyped-def]
@@ -20,7 +18,8 @@ def factor(A, pivots):  # type: ignore[no-untyped-def]
             if abs(A[i, k]) > abs(A[row, k]):
                 row = i
         pivots[k] = row
-        failed |= 0 if abs(A[row, k]) > SINGULAR_PIVOT else 1
+        # 1e-300: the compiled step calls smaller pivots singular, too
+        failed |= 0 if abs(A[row, k]) > 1e-300 else 1
         for j in range(n):
             A[k, j], A[row, j] = A[row, j], A[k, j]
         for i in range(k + 1, n):

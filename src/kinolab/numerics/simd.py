@@ -25,7 +25,6 @@ BEFORE_ALL = -1  # a key below all others, from which ``next_key`` begins
 
 FLOAT, INT, LONG, BIT = ir.FloatType(), ir.IntType(32), ir.IntType(64), ir.IntType(1)
 FLOATS, INTS = ir.VectorType(FLOAT, LANES), ir.VectorType(INT, LANES)
-LARGEST = 2**31 - 1
 
 
 class LanesType(types.Type):  # type: ignore[misc]
@@ -199,7 +198,7 @@ def next_key(typing: Any, value: Any, key: Any) -> Any:  # noqa: ARG001
     def lower(context: Any, builder: Any, sig: Any, args: Any) -> Any:  # noqa: ARG001
         bits = builder.bitcast(args[0], INTS)
         above = builder.icmp_signed(">", bits, _spread(builder, builder.trunc(args[1], INT), INTS))
-        rest = builder.select(above, bits, ir.Constant(INTS, [LARGEST] * LANES))
+        rest = builder.select(above, bits, ir.Constant(INTS, [2**31 - 1] * LANES))
         return builder.sext(_least(builder, rest), LONG)
 
     return types.int64(LANES_TYPE, types.int64), lower

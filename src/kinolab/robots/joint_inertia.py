@@ -26,8 +26,6 @@ from kinolab.robots.kinematic_tree import (
 # length, which a wire of 0.02 mm has beside a metre. Angles that a file rounds to five digits
 # leave less.
 NOISE = 1e-10
-UNKNOWN_LENGTH = 1.0  # [m] of what has neither shapes nor an arm
-POSITIONS = 3  # random ones, in which a joint must resist at least once
 
 
 def reach(links: Iterable[tuple[Link, Array]]) -> float:
@@ -40,7 +38,7 @@ def reach(links: Iterable[tuple[Link, Array]]) -> float:
             arm = float(np.linalg.norm((pose @ solid.pose)[:3, 3]))
             size = max(float(getattr(solid.shape, name, 0.0)) for name in SIZES)
             found = max(found, arm + size)
-    return found or UNKNOWN_LENGTH
+    return found or 1.0  # [m] of what has neither shapes nor an arm
 
 
 def together(links: Sequence[tuple[Link, Array]]) -> Inertial:
@@ -101,7 +99,7 @@ def without_resistance(tree: KinematicTree) -> Iterator[Joint]:
         if not any(link.name in free for one, _ in led for link in below[one.child])
     }
     generator = np.random.default_rng(0)
-    for _ in range(POSITIONS):
+    for _ in range(3):  # random ones, in which a joint must resist at least once
         at = {name: float(generator.uniform(-1.0, 1.0)) for name in together}
         poses = link_poses(tree, at)
         suspects = {name: led for name, led in suspects.items() if _is_noise(led, poses)}

@@ -16,8 +16,6 @@ from kinolab.robots.actuation.actuators import Actuator, Aim, Motor, Tendon, Thr
 from kinolab.robots.constant_frames import turned_about
 from kinolab.world.shape_surfaces import Faces
 
-MOST_BYTES = 20_000_000  # of a robot's file, those that it includes apart
-MOST_LINKS = 1000
 SIZES = ("x", "y", "z", "radius", "length")  # that shapes of robots may have, in [m]
 
 FREE = ("ball", "planar", "floating")  # kinds of joints with several coordinates

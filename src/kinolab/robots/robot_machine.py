@@ -99,11 +99,9 @@ from kinolab.robots.tree_mistakes import (
 from kinolab.robots.visible_meshes import drawn_meshes
 from kinolab.world.geometry import lowest_z, sizes
 
-LOG = logging.getLogger("kinolab.robots")
 Base: TypeAlias = Literal["fixed", "floating"]
 BASE_COORDINATES = "x", "y", "z", BASE  # of a root that moves freely
 
-MOST_LIFTED = 0.05  # [m]
 ALIGNED = 1e-9  # of a rotation's entries: a shape that is turned less is taken along the axes
 
 
@@ -184,7 +182,7 @@ def assembled(
     except InputError as error:  # of what the machine's own words say
         raise InputError(_in_file(mistake, where) for mistake in error.mistakes) from error
     for told in notes:
-        LOG.warning("%s", printable(told))
+        logging.getLogger("kinolab.robots").warning("%s", printable(told))
     if engines and given is None and AGREED.find(known := agreement_on(file, base, held)) is None:
         left_out = assembly.neglected
         efforts = made.efforts[: len(made.efforts) - len(assembly.driven)]
@@ -653,7 +651,7 @@ def _onto_the_ground(shape: Shape, pose: Array) -> Array:
     A solid around a robot's foot reaches some millimetres farther down than the foot.
     """
     sunk = -lowest_z(shape, pose[:3])
-    if not 0.0 < sunk <= MOST_LIFTED:
+    if not 0.0 < sunk <= 0.05:  # [m]
         return pose
     lifted = pose.copy()
     lifted[2, 3] += sunk

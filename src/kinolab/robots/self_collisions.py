@@ -28,9 +28,7 @@ from kinolab.world.collision.gjk import Convex, separation
 from kinolab.world.geometry import sizes
 from kinolab.world.shrinking import shrunk_shape
 
-SAMPLES = 300  # random positions of all joints
 ROUNDED = 1e-6  # [m], a gap that is none but for rounding of a file's numbers
-RESTING = 1e-3  # [m] by which a shape may be in what it rests on, since files round
 UNLIMITED = math.pi  # what is drawn from where a joint has no limits
 
 Pairs: TypeAlias = list[tuple[str, str]]  # of bodies, by name
@@ -110,9 +108,10 @@ def _at_rest(tree: KinematicTree, shapes: Sequence[NamedShape]) -> list[Convex]:
 
 def _sinks(tree: KinematicTree, wall: NamedShape, other: NamedShape) -> bool:
     """Whether what rests on a solid, not in it, is in it at other positions of the joints."""
-    core = replace(other.shape, shape=shrunk_shape(other.shape.shape, RESTING))
+    # 1e-3 [m] by which a shape may be in what it rests on, since files round
+    core = replace(other.shape, shape=shrunk_shape(other.shape.shape, 1e-3))
     generator = np.random.default_rng(0)
-    for k in range(SAMPLES + 1):
+    for k in range(300 + 1):  # random positions of all joints
         places = link_poses(tree, _random_positions(tree, generator) if k else _rest(tree))
         inner = _convex(other._replace(shape=core), places[other.link])
         if separation(_convex(wall, places[wall.link]), inner) <= 0.0:

@@ -9,7 +9,6 @@ import numpy as np
 
 from kinolab.errors import Mistake, listed, printable, unknown_name
 from kinolab.numerics.arrays import MULTIPLIABLE
-from kinolab.robots.balanced_inertia import breaks_triangle, moments
 from kinolab.robots.constant_frames import ROUNDING
 from kinolab.robots.joint_inertia import NOISE, reach, without_resistance
 from kinolab.robots.kinematic_tree import (
@@ -25,13 +24,14 @@ from kinolab.robots.kinematic_tree import (
     link_poses,
     usable_name,
 )
+from kinolab.robots.urdf_inertials import breaks_triangle, moments
 from kinolab.scenario.angles import WrittenAngle
 
+MOST_LINKS = 1000  # of a robot
 WAYS_ON = (
     "To plan with speeds as inputs, write kinematic = true below [system]; to plan with forces, "
     "give links an <inertial>, or write density = 2700 [kg/m^3] for that of their geometry."
 )
-INDEFINITE = 1e-9  # of the largest entry of an inertia matrix, which may be rounded
 
 
 def tree_mistakes(
@@ -168,7 +168,8 @@ def inertia_mistake(
         where: What mistakes are reported for.
     """
     least = float(np.linalg.eigvalsh(inertial.inertia).min())
-    rounded = INDEFINITE * float(np.abs(inertial.inertia).max())
+    # 1e-9 of the largest entry of an inertia matrix, which may be rounded
+    rounded = 1e-9 * float(np.abs(inertial.inertia).max())
     if least < -max(rounded, NOISE * inertial.mass * length**2):
         what = f"its inertia has a negative principal moment, {least:.3g} kg m^2."
         remedy = "No body has; look at ixx, iyy, izz and the signs of the others."

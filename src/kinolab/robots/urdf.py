@@ -25,13 +25,10 @@ from kinolab.files import is_file, read_ordinary
 from kinolab.lazy import library_of
 from kinolab.numerics.arrays import Array
 from kinolab.robots.actuation.actuators import Motor
-from kinolab.robots.balanced_inertia import balanced
 from kinolab.robots.compared.urdf_engines import urdf_engines
 from kinolab.robots.given_motion import PerJoint, given_motion
 from kinolab.robots.joint_inertia import together
 from kinolab.robots.kinematic_tree import (
-    MOST_BYTES,
-    MOST_LINKS,
     Inertial,
     Joint,
     JointKind,
@@ -46,10 +43,11 @@ from kinolab.robots.mesh_files import find_mesh
 from kinolab.robots.robot_machine import Base, assembled
 from kinolab.robots.solids.convex_parts import check_parts, enclosing_shapes
 from kinolab.robots.solids.solid_mass import ball_mass, box_mass, cylinder_mass, mesh_mass
-from kinolab.robots.tree_mistakes import tree_mistakes
+from kinolab.robots.tree_mistakes import MOST_LINKS, tree_mistakes
 from kinolab.robots.urdf_fields import READ, unread_words
-from kinolab.robots.urdf_inertials import write_inertials
+from kinolab.robots.urdf_inertials import balanced, write_inertials
 from kinolab.robots.xacro_files import expanded
+from kinolab.untrusted import MOST_BYTES, refuse_many
 from kinolab.world.meshes.mesh import load_mesh
 from kinolab.world.shape_surfaces import Faces
 
@@ -204,8 +202,7 @@ def _parsed(
         raise InputError([Mistake(path.name, what)]) from error
     if not robot.links:
         raise InputError([Mistake(path.name, "it has no links.")])
-    if len(robot.links) > MOST_LINKS:
-        raise InputError([Mistake(path.name, f"it has more than {MOST_LINKS} links.")])
+    refuse_many(len(robot.links), MOST_LINKS, "links", path.name)
     if left_out:
         notes.append(f"not read: {listed(left_out)}.")
     return robot, document, notes

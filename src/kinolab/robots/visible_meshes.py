@@ -17,9 +17,6 @@ from kinolab.world.shape_surfaces import Faces
 
 LOG = logging.getLogger("kinolab")
 MOST_TRIANGLES = 30_000  # of a robot: half a megabyte of every run
-MOST_COLORS = 8  # of one mesh
-LEAST = 12  # triangles that are left of a mesh
-PLAIN = (0.9, 0.9, 0.92)  # of what has no colour
 
 
 def drawn_meshes(tree: KinematicTree) -> Mapping[str, tuple[DrawnMesh, ...]]:
@@ -55,7 +52,7 @@ def _drawn(mesh: VisibleMesh, most: float) -> Iterator[DrawnMesh]:
     for color, faces in _by_color(mesh):
         used, corners = np.unique(faces, return_inverse=True)
         vertices, triangles = mesh.vertices[used], corners.reshape(-1, 3)
-        count = max(LEAST, int(share * len(faces)))
+        count = max(12, int(share * len(faces)))  # triangles that are left of a mesh
         if share < 1.0 and count < len(faces):
             vertices, triangles = fewer_triangles(mesh.name, vertices, triangles, count)
         yield DrawnMesh.of(vertices, triangles, color)
@@ -64,10 +61,10 @@ def _drawn(mesh: VisibleMesh, most: float) -> Iterator[DrawnMesh]:
 def _by_color(mesh: VisibleMesh) -> Iterator[tuple[tuple[float, float, float], Faces]]:
     """Yield the colours of a mesh with their faces, rare ones with the frequent one nearest."""
     if mesh.colors is None:
-        yield PLAIN, mesh.faces
+        yield (0.9, 0.9, 0.92), mesh.faces  # of what has no colour
         return
     colors, which, counts = np.unique(mesh.colors, axis=0, return_inverse=True, return_counts=True)
-    kept = np.argsort(-counts, kind="stable")[:MOST_COLORS]
+    kept = np.argsort(-counts, kind="stable")[:8]  # of one mesh
     apart: Array = np.linalg.norm(colors[:, None] - colors[kept][None], axis=2)
     nearest = apart.argmin(axis=1)[which.reshape(-1)]
     for k, color in enumerate(colors[kept]):

@@ -16,7 +16,6 @@ from kinolab.verification import Certificate, Check
 from kinolab.verification.dense_motion import MAX_SPACING
 
 CERTIFICATE = "certificate.json"
-SCHEMA_VERSION = 1
 NOT_PROVED = (
     "That the machine is as it is described: its masses, friction and shapes were taken as given.",
     "That a machine which is disturbed, or differs from its description, follows the plan: "
@@ -90,7 +89,7 @@ def certificate_to_json(
         files: Content of the files that it is about, by their names in the run's folder.
     """
     return {
-        "schema_version": SCHEMA_VERSION,
+        "schema_version": 1,
         "scenario": problem.name,
         "system": problem.machine.name,
         "passed": certificate.passed,

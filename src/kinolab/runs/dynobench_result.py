@@ -9,13 +9,12 @@ from kinolab.dynamics.codegen.state_space import wrapped
 from kinolab.problem import PlanningTask
 from kinolab.trajectory import Trajectory
 
-STEP_TOLERANCE = 1e-9  # [s] by which a step may differ from the benchmark's, rounding of times
-
 
 def has_its_steps(problem: PlanningTask, trajectory: Trajectory) -> bool:
     """Whether every step of a trajectory is as long as the benchmark's, which knows no others."""
     steps = np.diff(trajectory.t)
-    return bool(np.abs(steps - problem.step).max(initial=0.0) <= STEP_TOLERANCE)
+    # 1e-9 [s] by which a step may differ from the benchmark's, rounding of times
+    return bool(np.abs(steps - problem.step).max(initial=0.0) <= 1e-9)
 
 
 def result_text(problem: PlanningTask, trajectory: Trajectory) -> str:

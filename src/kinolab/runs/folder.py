@@ -50,7 +50,6 @@ from kinolab.verification.clearance_search import Told
 
 PAGE, MODEL = "scene.html", "result.glb"  # the plan in three dimensions
 FILM = "animation.gif"
-COST_TOLERANCE = 1e-6  # of a cost: what its integration and the rounding of files leave, and more
 EXECUTION = ("execution.json", "execution.csv", "execution.png")  # by ``plan execute``
 NPZ = "trajectory.npz"
 MACHINE = f"assets/{MACHINE_FILE}"
@@ -309,7 +308,8 @@ def check_run(folder: Path, told: Told | None = None, *, thorough: bool = False)
 def _same_cost(cost: float, told: object) -> Check:
     """Compare what the report says that a motion costs with what it costs."""
     off = abs(cost - told) if isinstance(told, int | float) else math.inf
-    limit = COST_TOLERANCE * abs(cost)
+    # 1e-6 of a cost: what its integration and the rounding of files leave, and more
+    limit = 1e-6 * abs(cost)
     detail = "" if off <= limit else f"the report says {told}, and it is {cost:.9g}"
     return Check("cost", off, limit, off <= limit, detail)
 

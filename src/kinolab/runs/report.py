@@ -19,7 +19,6 @@ from kinolab.simulation.held_law import law_sentence
 from kinolab.solve import PlanResult
 from kinolab.verification import Certificate, Check
 
-SCHEMA_VERSION = 1
 RECORDED = ("numpy", "scipy", "sympy", "numba", "llvmlite", "ompl", "python-fcl")
 
 
@@ -38,7 +37,7 @@ def report_of(
         certified: SHA-256 of ``certificate.json``; None where nothing was verified.
     """
     return {
-        "schema_version": SCHEMA_VERSION,
+        "schema_version": 1,
         "scenario": problem.name,
         "system": problem.machine.name,
         **facts_of_plan(problem, plan),

@@ -24,7 +24,6 @@ from kinolab.problem import PlanningTask
 from kinolab.steering.cyclic_coordinates import cyclic_coordinates
 from kinolab.steering.reeds_shepp import Arc, PlanePose, arcs, lengths
 
-RANDOM_MOTIONS = 30  # states and inputs that show what the equations are
 ROUNDING = 1e-9  # relative to the largest rate
 FORWARD, BACKWARD = 1, -1
 STRAIGHT, LEFT, RIGHT = 0, 1, -1
@@ -105,7 +104,8 @@ def _car_at(problem: PlanningTask, entries: tuple[int, ...]) -> CurvatureCar | N
     lower, upper = model.control_bounds.T
     kinds = np.column_stack([model.control_bounds, model.null_control()])
     letters = np.array(list(product(*kinds)))
-    drawn = generator.uniform(lower, upper, (RANDOM_MOTIONS, model.nu))
+    # 30 states and inputs that show what the equations are
+    drawn = generator.uniform(lower, upper, (30, model.nu))
     u = np.vstack([letters, drawn])
     rates = _rates(problem, entries, u, generator)
     if rates is None:

@@ -13,8 +13,6 @@ from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 from kinolab.world.geometry import placement
 
-MOTION_TOLERANCE = 1e-9  # [m] and [1]: rounding
-ROUNDING = 1e-12  # relative to the largest derivative
 # Which axes of a shape's own frame its symmetry distinguishes.
 SHOWN: dict[str, list[int]] = {"": [0, 1, 2], "z": [2], "xyz": []}
 
@@ -31,7 +29,8 @@ def cyclic_coordinates(problem: PlanningTask) -> NDArray[np.bool_]:
     states = np.array([problem.sample_goal(generator) for _ in range(RANDOM_STATES)])
     u = _inputs(problem)
     slopes = np.abs(model.jacobian(states, u)[0]).max(axis=0)  # |df/dx|, largest over states
-    sensitive = (slopes > ROUNDING * np.maximum(slopes.max(axis=1, keepdims=True), 1.0)).any(axis=0)
+    # 1e-12 relative to the largest derivative
+    sensitive = (slopes > 1e-12 * np.maximum(slopes.max(axis=1, keepdims=True), 1.0)).any(axis=0)
     wanted = set(problem.goal.entries)
     found = np.zeros(model.nx, dtype=bool)
     for i in range(model.nq):
@@ -53,7 +52,7 @@ def _inputs(problem: PlanningTask) -> Array:
 
 
 def _changes(function: Callable[[Array], Array], states: Array, i: int) -> bool:
-    return change_by(function, states, i, 1.0) > MOTION_TOLERANCE
+    return change_by(function, states, i, 1.0) > 1e-9  # [m] and [1]: rounding
 
 
 def _demands(problem: PlanningTask, states: Array, i: int) -> bool:

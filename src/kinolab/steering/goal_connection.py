@@ -21,14 +21,9 @@ from kinolab.steering.maneuver import STEPS_PER_CANCELLATION_CHECK
 from kinolab.steering.nearest_equilibrium import nearest_equilibrium
 from kinolab.steering.steering import Steering
 
-MAX_GOAL_STATES = 2  # goal states that a flat machine is steered to
 CONTROL_INTERVALS = 8  # intervals of constant inputs
 DURATIONS = (1.0, 2.0, 4.0, 8.0)  # durations to try, in multiples of the shortest
 TOLERANCE_FRACTION = 0.5  # of the tolerance: the rest covers the integration error
-MAX_ITERATIONS = 15  # of least squares
-CONTROL_WEIGHT = 1e-2  # of inputs' deviation from mid-range, relative to errors in tolerances
-FD_STEP = 1e-4  # finite difference, of an input's range
-MAX_ERROR = 1e9  # goal errors are clipped to this, in tolerances
 
 
 class GoalConnection:
@@ -123,17 +118,19 @@ class GoalConnection:
             reached = end(shares)
             errors = self._problem.goal_residual(x if reached is None else reached)
             # diverged states would have infinite squares
-            errors = np.clip(errors, -MAX_ERROR, MAX_ERROR)
-            return np.concatenate([errors, CONTROL_WEIGHT * shares])
+            errors = np.clip(errors, -1e9, 1e9)
+            # 1e-2 of inputs' deviation from mid-range, relative to errors in tolerances
+            return np.concatenate([errors, 1e-2 * shares])
 
         def slopes(shares: Array) -> Array:
             base = residual(shares)
-            signs = np.where(shares > 0, -FD_STEP, FD_STEP)
+            signs = np.where(shares > 0, -1e-4, 1e-4)  # finite difference, of an input's range
             moved = [residual(shares + step) for step in np.diag(signs)]
             return ((np.array(moved) - base) / signs[:, None]).T
 
+        # 15 evaluations of least squares
         result = scipy.optimize.least_squares(
-            residual, np.zeros(len(span)), slopes, bounds=(-0.5, 0.5), max_nfev=MAX_ITERATIONS
+            residual, np.zeros(len(span)), slopes, bounds=(-0.5, 0.5), max_nfev=15
         )
         reached = end(result.x)
         if reached is None or self._problem.goal_excess(reached) > TOLERANCE_FRACTION:
@@ -158,15 +155,12 @@ class GoalConnection:
 def _goals(problem: PlanningTask, steering: Steering) -> list[Array]:
     """Return equilibria (nx,) in the goal, its centre first."""
     generator, found = np.random.default_rng(0), []
-    for k in range(MAX_GOAL_STATES):
+    for k in range(2):  # goal states that a flat machine is steered to
         x = problem.sample_goal(generator, 1.0 if k else 1e-9)
         settled = nearest_equilibrium(problem, steering.family.straightened(x))
         if settled is not None and problem.goal_excess(settled[0]) <= TOLERANCE_FRACTION:
             found.append(settled[0])
     return found
-
-
-MAX_SHOOTING_STEPS = 20  # steps of the shortest motion to try by shooting
 
 
 class SteeredGoalConnection:
@@ -192,7 +186,8 @@ class SteeredGoalConnection:
         self._every, self._met, self._tried = every, 0, 0
         self._within = goal_region_scale if problem.machine.flat is None else np.inf
         propagator = Propagator(problem)
-        self._arrival = GoalConnection(problem, MAX_SHOOTING_STEPS, propagator, stop, shoots=False)
+        # 20 steps of the shortest motion to try by shooting
+        self._arrival = GoalConnection(problem, 20, propagator, stop, shoots=False)
 
     @property
     def propagations(self) -> int:

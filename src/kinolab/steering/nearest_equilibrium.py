@@ -9,10 +9,6 @@ from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 from kinolab.steering.cyclic_coordinates import cyclic_coordinates
 
-NEWTON_STEPS = 20  # of Newton's method
-PROJECTED_STEPS = 10  # of these project towards the nearest equilibrium, the others find any
-INPUT_FRACTION = 0.98  # fraction of an input's range available to hold an equilibrium
-
 
 def nearest_equilibrium(problem: PlanningTask, x: Array) -> tuple[Array, Array] | None:
     """Return the equilibrium (nx,) near a state and its inputs (nu,); None if there is none.
@@ -28,8 +24,8 @@ def nearest_equilibrium(problem: PlanningTask, x: Array) -> tuple[Array, Array] 
         x,
         scales=problem.scales,
         movable=~cyclic_coordinates(problem),
-        rounds=NEWTON_STEPS,
-        drawn_back=PROJECTED_STEPS,
+        rounds=20,  # of Newton's method
+        drawn_back=10,  # of these project towards the nearest equilibrium, the others find any
     )
     return found if found is not None and _holds(problem, *found) else None
 
@@ -38,7 +34,8 @@ def _holds(problem: PlanningTask, x: Array, u: Array) -> bool:
     """Say whether an equilibrium satisfies the limits, with an input margin."""
     lower, upper = problem.model.control_bounds.T
     middle, half = (lower + upper) / 2, (upper - lower) / 2
-    if (np.abs(u - middle) > INPUT_FRACTION * half + 1e-12).any():
+    # 0.98: fraction of an input's range available to hold an equilibrium
+    if (np.abs(u - middle) > 0.98 * half + 1e-12).any():
         return False
     if problem.machine.requirements and (problem.model.requirements(x, u) < 0).any():
         return False

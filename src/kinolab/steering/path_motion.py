@@ -19,8 +19,6 @@ from kinolab.problem.task import LIMIT_TOLERANCE
 from kinolab.problem.time_steps import covering_steps
 from kinolab.steering.maneuver import Maneuver
 
-MAX_RAMP_SLOPE = 2.1875  # the largest slope of the ramp from 0 to 1 over a unit of time
-
 
 class SampledPath:
     """A path that is known by samples, and can be looked at without more.
@@ -126,19 +124,10 @@ class AbstractPathFamily(ABC):
 
 
 LIMIT_FRACTION = 0.9  # fraction of every limit that a motion may use; the rest is for corrections
-FIRST_RAMP = 0.5  # [s]
 SLOW = TimeScaling(100.0, 100.0)  # quasi-static: velocities matter, forces do not
-PATH_CHECKS = 12  # samples of a path checked before its motion is computed
-FINE_STEPS = 48  # steps of the quasi-static feasibility test
-COARSE_STEPS = 32  # steps in which a time scaling is first tried
 MAX_STEPS = 20_000  # steps of one motion
-MAX_TRIALS = 24  # time scalings to try
-MAX_SLOWDOWN = 10.0  # multiple of the duration at full speed beyond which to give up
 ROUNDING_FACTOR = 1.0 + 1e-9  # fraction of a limit, with tolerance for rounding
 MIN_SLOWDOWN = 1.15  # smallest slowdown factor after a violation
-REGULARISATION = 1e-13  # relative to the matrix's trace, for redundant inputs
-# of the largest rate: finite-difference error of a path compatible with the constraints
-COMPATIBILITY_TOLERANCE = 0.05
 
 
 class PathMotion:
@@ -182,7 +171,8 @@ class PathMotion:
             whole = piece if whole is None else whole.then(piece)
         return whole
 
-    def sample_states(self, path: Path, start: Array, count: int = PATH_CHECKS) -> Array:
+    # 12 samples of a path checked before its motion is computed
+    def sample_states(self, path: Path, start: Array, count: int = 12) -> Array:
         """Sample states at rest along a path, from its middle outwards, shape (count, nx)."""
         shares, states = _from_the_middle(count), np.empty((count, len(start)))
         states[:] = start
@@ -203,20 +193,22 @@ class PathMotion:
             start: State at rest at the path's beginning, shape (nx,).
         """
         step = self._problem.step
-        found = self._motion(path, start, SLOW, FINE_STEPS)
+        found = self._motion(path, start, SLOW, 48)  # steps of the quasi-static feasibility test
         if found is None or self._fastest(found) > ROUNDING_FACTOR:
             return None  # the path violates a limit at any speed
         speed = SLOW.speed / max(self._fastest(found, first=self._model.nq), 1e-9)
-        ramp, closely = max(FIRST_RAMP, 2 * step), False
-        longest = max(SLOW.duration, MAX_SLOWDOWN / speed)
-        for _ in range(MAX_TRIALS):
+        ramp, closely = max(0.5, 2 * step), False  # [s]
+        # 10.0: multiple of the duration at full speed beyond which to give up
+        longest = max(SLOW.duration, 10.0 / speed)
+        for _ in range(24):  # time scalings to try
             timing = TimeScaling(ramp, max(1.0 / speed - ramp, 0.0)).stretched(step)
             if timing.duration > longest:
                 return None  # slowing down further does not help
             steps = round(timing.duration / step)
             if steps > MAX_STEPS:
                 return None
-            count = steps if closely else min(COARSE_STEPS, steps)
+            # 32 steps in which a time scaling is first tried
+            count = steps if closely else min(32, steps)
             found = self._motion(path, start, timing, count)
             if found is None:
                 return None
@@ -303,7 +295,8 @@ class PathMotion:
         known = maps[:, self._rates]
         speeds = _least_squares(known, rates)
         missed = np.abs((known @ speeds[:, :, None])[:, :, 0] - rates)
-        if missed.max(initial=0.0) > COMPATIBILITY_TOLERANCE * np.abs(rates).max(initial=0.0):
+        # 0.05 of the largest rate: finite-difference error of a path that fits the constraints
+        if missed.max(initial=0.0) > 0.05 * np.abs(rates).max(initial=0.0):
             return None, rates
         return speeds, (maps[:, self._other_rates] @ speeds[:, :, None])[:, :, 0]
 
@@ -335,5 +328,6 @@ def _least_squares(rows: Array, right: Array) -> Array:
     turned = rows.transpose(0, 2, 1)
     square = turned @ rows
     size = np.trace(square, axis1=1, axis2=2)[:, None, None]
-    regular = square + REGULARISATION * size * np.eye(square.shape[-1])
+    # 1e-13 relative to the matrix's trace, for redundant inputs
+    regular = square + 1e-13 * size * np.eye(square.shape[-1])
     return np.asarray(np.linalg.solve(regular, turned @ right[:, :, None])[:, :, 0], dtype=float)

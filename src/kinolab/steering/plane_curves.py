@@ -17,10 +17,7 @@ from kinolab.steering.path_motion import AbstractPathFamily, Path, SampledPath
 from kinolab.steering.reeds_shepp import Arc, PlanePose, arcs
 
 CURVE_SAMPLES = 120  # of a smooth curve
-REACHES = (0.7, 1.2)  # tangent length of a smooth curve, in distances between its ends
-LEADS = (0.25, 0.5, 1.0)  # length of a straight final approach, in minimum turning radii
 CURVATURE_FRACTION = 0.9  # fraction of the largest curvature that curves use
-MAX_CURVATURE = 20.0  # [1/m] for machines that turn on the spot
 MIN_LENGTH = 1e-6  # [m] or [rad] below which no motion is made
 FORWARD, BACKWARD = GEARS = 1.0, -1.0
 
@@ -73,7 +70,8 @@ class PlanePaths(AbstractPathFamily):
         if not self._steers or _distance(begin, end) < MIN_LENGTH:
             return
         straight, heading = self._steered(np.zeros(1))[0], end[2]
-        for lead in LEADS:
+        # Lengths of a straight final approach, in minimum turning radii
+        for lead in (0.25, 0.5, 1.0):
             for gear in GEARS:
                 back = gear * lead * self.radius
                 before = end[:2] - back * np.array([np.cos(heading), np.sin(heading)])
@@ -89,7 +87,8 @@ class PlanePaths(AbstractPathFamily):
             return
         headings = np.array([begin[2], end[2]])
         towards = np.column_stack([np.cos(headings), np.sin(headings)])
-        pace = np.array([[gear * reach * distance] for reach in REACHES for gear in GEARS])
+        # Tangent lengths of a smooth curve, in distances between its ends.
+        pace = np.array([[gear * reach * distance] for reach in (0.7, 1.2) for gear in GEARS])
         ends = np.broadcast_to([begin[:2], end[:2]], (len(pace), 2, 2))
         weights = np.concatenate([ends, pace[:, :, None] * towards], axis=1)
         point, slope, bend = (table @ weights for table in _hermite_basis())
@@ -145,7 +144,7 @@ class PlanePaths(AbstractPathFamily):
 
 def _sharpest(problem: PlanningTask, flat: FlatFacts) -> float:
     """Return the largest curvature in [1/m] within the steering limits."""
-    curvatures = np.geomspace(1e-3, MAX_CURVATURE, 400)
+    curvatures = np.geomspace(1e-3, 20.0, 400)  # [1/m] for machines that turn on the spot
     possible = np.ones(len(curvatures), dtype=bool)
     for sign in (1.0, -1.0) if flat.steered else ():
         angles = _steered_at(flat, sign * curvatures)

@@ -15,12 +15,7 @@ from kinolab.numerics.arrays import Array
 
 PlanePose: TypeAlias = tuple[float, float, float]  # x, y in [m], heading in [rad]
 
-# relative to the curve's size: how far a pose may be off its arc
-POSE_TOLERANCE = 1e-12
-MIN_INTERVAL = 2.0**-40  # fraction of a curve that is not bisected further
 KINDS = [(gear, side) for gear in (1, -1) for side in (0, 1, -1)]
-WORLD_EXTENT = 1e6  # [m] bounds that OMPL requires
-MIN_ARC_LENGTH = 1e-6  # [m] below which an arc is dropped
 
 
 @dataclass(frozen=True)
@@ -79,8 +74,9 @@ def arcs(begin: PlanePose, end: PlanePose, radius: float, *, backward: bool = Tr
     pieces = _Curve(begin, end, radius, backward=backward).arcs()
     whole = _merged(pieces, lambda last, arc: last.continues(arc))
     # A bisection interval across a junction may pass for a third, tiny arc.
-    found = _merged(whole, lambda _, arc: abs(arc.length) <= MIN_ARC_LENGTH)
-    return [arc for arc in found if abs(arc.length) > MIN_ARC_LENGTH]
+    # 1e-6 [m] below which an arc is dropped
+    found = _merged(whole, lambda _, arc: abs(arc.length) <= 1e-6)
+    return [arc for arc in found if abs(arc.length) > 1e-6]
 
 
 def _merged(arcs: Iterable[Arc], belongs: Callable[[Arc, Arc], bool]) -> list[Arc]:
@@ -113,8 +109,8 @@ def _space(radius: float, backward: bool) -> Any:
 
     space = (ompl.base.ReedsSheppStateSpace if backward else ompl.base.DubinsStateSpace)(radius)
     bounds = ompl.base.RealVectorBounds(2)
-    bounds.setLow(-WORLD_EXTENT)
-    bounds.setHigh(WORLD_EXTENT)
+    bounds.setLow(-1e6)  # [m] bounds that OMPL requires
+    bounds.setHigh(1e6)
     space.setBounds(bounds)
     return space
 
@@ -152,7 +148,7 @@ class _Curve:
         arc = self._single((end - begin) * self.length, before, after)
         if arc is not None:
             yield arc
-        elif end - begin > MIN_INTERVAL:
+        elif end - begin > 2.0**-40:  # fraction of a curve that is not bisected further
             middle = (begin + end) / 2
             half = self.pose(middle)
             yield from self._between(begin, middle, before, half)
@@ -165,6 +161,7 @@ class _Curve:
             x, y, heading = arc.after(before)
             turned = float(wrapped(heading - after[2]))
             off = max(abs(x - after[0]), abs(y - after[1]), abs(turned) * self._radius)
-            if off <= POSE_TOLERANCE * self.size:
+            # 1e-12 relative to the curve's size: how far a pose may be off its arc
+            if off <= 1e-12 * self.size:
                 return arc
         return None

@@ -20,10 +20,6 @@ from kinolab.steering.stop_maneuver import StopManeuver
 from kinolab.steering.terminal_correction import TerminalCorrection
 from kinolab.steering.tracking import TrackingLaw
 
-DURATIONS = (1.0, 2.0, 4.0)  # of a boundary-value problem, relative to the estimated duration
-MAX_CORRECTIONS = 25  # Newton steps of a boundary-value problem
-SETTLING_STEPS = 60  # steps of feedback toward an equilibrium
-
 
 class Steering:
     """All steering methods that a machine allows.
@@ -74,7 +70,8 @@ class Steering:
         """
         x1 = self._problem.space.nearest(x0, x1)
         for rough in self._rough(x0, x1, worthwhile):
-            exact = self.closing.correct(x0, rough.u, x1, most=MAX_CORRECTIONS)
+            # 25 Newton steps of a boundary-value problem
+            exact = self.closing.correct(x0, rough.u, x1, most=25)
             if exact is not None:
                 yield exact
 
@@ -91,7 +88,8 @@ class Steering:
             return
         settled = nearest_equilibrium(self._problem, x1)
         if settled is not None and np.abs(self.closing.residual(settled[0], x1)).max() < 1e-6:
-            held = self.tracker.settle_at(x0, x1, settled[1], SETTLING_STEPS)
+            # 60 steps of feedback toward an equilibrium
+            held = self.tracker.settle_at(x0, x1, settled[1], 60)
             if held is not None:
                 yield held
         yield from self._idle(x0, x1)
@@ -123,7 +121,8 @@ class Steering:
         begin, end = (nearest_equilibrium(self._problem, x) for x in (x0, x1))
         idle = self._problem.model.null_control()
         u0, u1 = (idle if found is None else found[1] for found in (begin, end))
-        for factor in DURATIONS:
+        # Durations of a boundary-value problem, relative to the estimated duration
+        for factor in (1.0, 2.0, 4.0):
             steps = max(covering_steps(factor * self._duration(x0, x1), self.rollout.step), 4)
             if steps > MAX_STEPS:
                 return

@@ -13,10 +13,7 @@ from kinolab.steering.terminal_correction import TerminalCorrection
 from kinolab.steering.tracking import TrackingLaw
 
 SPEED_FRACTION = 0.6  # fraction of every velocity that should remain after a braking step
-SLOW_SPEED = 1e-3  # scaled velocity below which terminal correction takes over
 MAX_STEPS = 60  # braking steps at most
-INPUT_FRACTION = 0.95  # fraction of the input range for braking; the correction may need the rest
-TERMINAL_STEPS = 6  # steps appended for the terminal correction to rest
 
 
 class StopManeuver:
@@ -53,7 +50,8 @@ class StopManeuver:
         if settled is None:
             return None
         rest, hold = settled
-        inputs = np.vstack([rough.u, np.tile(hold, (TERMINAL_STEPS, 1))])
+        # 6 steps appended for the terminal correction to rest
+        inputs = np.vstack([rough.u, np.tile(hold, (6, 1))])
         return self._closing.correct(x0, inputs, rest)
 
     def _held(self, x0: Array) -> Maneuver | None:
@@ -77,7 +75,8 @@ class StopManeuver:
         return None if self._fast(states[-1]) else Maneuver(np.array(states), found)
 
     def _fast(self, x: Array) -> bool:
-        return bool(np.abs(x[self._speeds] / self._scales).max(initial=0.0) > SLOW_SPEED)
+        # 1e-3: scaled velocity below which terminal correction takes over
+        return bool(np.abs(x[self._speeds] / self._scales).max(initial=0.0) > 1e-3)
 
     def _against(self, x: Array) -> Array:
         """Return inputs (nu,) that best leave SPEED_FRACTION of the velocities after a step."""
@@ -87,5 +86,6 @@ class StopManeuver:
         wanted = -(1.0 - SPEED_FRACTION) * x[self._speeds] / self._rollout.step - drift
         rows = gain * self._half / self._scales[:, None]
         fraction = np.linalg.lstsq(rows, wanted / self._scales, rcond=1e-10)[0]
-        largest = max(np.abs(fraction).max(initial=0.0) / INPUT_FRACTION, 1.0)
+        # 0.95: fraction of the input range for braking; the correction may need the rest
+        largest = max(np.abs(fraction).max(initial=0.0) / 0.95, 1.0)
         return np.asarray(self._middle + self._half * fraction / largest)

@@ -11,8 +11,6 @@ from kinolab.steering.cyclic_coordinates import cyclic_coordinates
 from kinolab.steering.maneuver import Maneuver
 
 ARRIVAL_TOLERANCE = 1e-9  # scaled error at which the end is reached
-MAX_ACTIVE_SET_CHANGES = 3  # rounds of fixing inputs at their limits, per correction
-MIN_STEP_FRACTION = 1 / 64  # smallest line-search step of a correction
 
 
 class TerminalCorrection:
@@ -71,7 +69,7 @@ class TerminalCorrection:
         change, fraction = self._change(u, x, error), 1.0
         if change is None:
             return None
-        while fraction >= MIN_STEP_FRACTION:
+        while fraction >= 1 / 64:  # smallest line-search step of a correction
             tried = np.clip(u + fraction * change, self._lower, self._upper)
             states = self._rollout.follow(x0, tried)
             if states is not None:
@@ -95,7 +93,7 @@ class TerminalCorrection:
         clearance = np.stack([self._lower - u, self._upper - u]) / self._range
         below, above = clearance[0].ravel(), clearance[1].ravel()
         free = np.ones(u.size, dtype=bool)
-        for _ in range(MAX_ACTIVE_SET_CHANGES):
+        for _ in range(3):  # rounds of fixing inputs at their limits, per correction
             left = error - rows @ total
             step, *_ = np.linalg.lstsq(rows[:, free], left, rcond=1e-10)
             wanted = total.copy()

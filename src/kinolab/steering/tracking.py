@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-import scipy
 
 from kinolab.numerics.arrays import Array
+from kinolab.numerics.riccati import NotStabilisableError, dlqr
 from kinolab.problem import PlanningTask
 from kinolab.simulation.rollout import Rollout
 from kinolab.steering.cyclic_coordinates import cyclic_coordinates
@@ -45,12 +45,11 @@ class TrackingLaw:
         A, B = self._rollout.linearise(np.stack([x, x]), u[None])
         keep = np.flatnonzero(self._matters)
         a, b = A[0][np.ix_(keep, keep)], B[0][keep]
-        try:
-            P = scipy.linalg.solve_discrete_are(a, b, self._Q[np.ix_(keep, keep)], self._R)
-        except (np.linalg.LinAlgError, ValueError):
-            return None
         K = np.zeros((len(u), len(x)))
-        K[:, keep] = np.linalg.solve(self._R + b.T @ P @ b, b.T @ P @ a)
+        try:
+            K[:, keep] = dlqr(a, b, self._Q[np.ix_(keep, keep)], self._R)
+        except NotStabilisableError:
+            return None
         if np.abs(np.linalg.eigvals(a - b @ K[:, keep])).max() >= 1.0:
             return None
         return K

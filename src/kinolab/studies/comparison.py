@@ -26,8 +26,7 @@ from kinolab.studies.ompl_benchmark import configuration, placed
 
 CONFIDENCE = 0.95
 SIGNIFICANT = 0.05
-MOST_COMPARED = 12  # planners of one scenario; more make a table that nobody reads
-RESAMPLES = 2000
+MOST_COMPARED = 12  # planners of one scenario; more make a table or figure that nobody reads
 
 
 @dataclass(frozen=True)
@@ -202,7 +201,7 @@ def _ratio(one: Array, two: Array) -> Interval:
         return Interval(math.nan, math.nan, math.nan)
     generator = np.random.default_rng(1)
     drawn = [
-        np.median(values[generator.integers(0, len(values), (RESAMPLES, len(values)))], axis=1)
+        np.median(values[generator.integers(0, len(values), (2000, len(values)))], axis=1)
         for values in (np.minimum(one, 1e300), np.minimum(two, 1e300))
     ]
     with np.errstate(over="ignore"):

@@ -24,11 +24,7 @@ from kinolab.studies.problem_files import ProblemFiles
 if TYPE_CHECKING:
     from distributed import Client
 
-LOCAL = "local:"
-CLOSE_SECONDS = 10.0  # [s] for a cluster to end
-HURRY_SECONDS = 0.2  # [s] the same after Ctrl-C; the rest ends with this process
 CONNECT_SECONDS = 4.0  # [s] for a scheduler to answer, and again to take a client
-PATIENCE = 10.0  # [s] without a scheduler before it is given up
 SETTINGS = {  # of Dask, for clusters on this computer: what watches workers takes their processors
     "distributed.scheduler.allowed-failures": 50,  # with one order; the engine counts anew
     "distributed.scheduler.http.routes": ["distributed.http.health"],  # no pages about the study,
@@ -74,8 +70,8 @@ class DaskEngine(AbstractEngine):
         import dask
 
         dask.config.set(SETTINGS)
-        if address.startswith(LOCAL):
-            count = address.removeprefix(LOCAL)
+        if address.startswith("local:"):
+            count = address.removeprefix("local:")
             if not (re.fullmatch("[0-9]{1,4}", count) and 0 < int(count) <= 1000):
                 what = f"{address!r} is no cluster."
                 raise InputError([Mistake(WHERE, what, "Write local:8, for 8 workers.")])
@@ -139,7 +135,7 @@ class DaskEngine(AbstractEngine):
             self._gone = None
             return
         self._gone = self._gone or time.monotonic()
-        if time.monotonic() > self._gone + PATIENCE:
+        if time.monotonic() > self._gone + 10.0:  # [s] without a scheduler before it is given up
             raise EngineLostError("Dask's scheduler is gone. What was answered is kept.")
 
     def lost(self, error: BaseException) -> bool:
@@ -153,7 +149,8 @@ class DaskEngine(AbstractEngine):
         """Leave the cluster; end it if it is this process's own."""
         leaving = threading.Thread(target=self._leave, daemon=True)
         leaving.start()
-        leaving.join(HURRY_SECONDS if self.hurried else CLOSE_SECONDS)
+        # 10 [s] for a cluster to end, 0.2 after Ctrl-C: the rest ends with this process
+        leaving.join(0.2 if self.hurried else 10.0)
 
     def _leave(self) -> None:
         with suppress(Exception):  # a scheduler that is gone need not be left

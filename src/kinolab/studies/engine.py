@@ -19,9 +19,7 @@ from kinolab.studies.orders import Answer, WorkOrder, failure
 from kinolab.studies.problem_files import ProblemFiles
 from kinolab.studies.worker_process import WorkerLostError, answer_of, work
 
-AHEAD = 3  # orders per worker that are on their way or done
 TRIES = 10  # of one order whose workers are lost
-POLL = 0.1  # [s] between looks at the token
 
 
 class EngineLostError(KinolabError):
@@ -81,13 +79,15 @@ class AbstractEngine(ABC):
         coming = ((order, 1) for order in orders)
         while not stop():
             self.require()
-            room = max(0, AHEAD * self.workers - len(open_now))
+            # 3 orders per worker that are on their way or done
+            room = max(0, 3 * self.workers - len(open_now))
             lost = [again.popleft() for _ in range(min(room, len(again)))]
             for order, tried in [*lost, *islice(coming, room - len(lost))]:
                 open_now[self.executor.submit(self.work, order)] = order, tried
             if not open_now:
                 return
-            for future in wait(open_now, POLL, FIRST_COMPLETED).done:
+            # 0.1 [s] between looks at the token
+            for future in wait(open_now, 0.1, FIRST_COMPLETED).done:
                 order, tried = open_now.pop(future)
                 error = WorkerLostError("cancelled") if future.cancelled() else future.exception()
                 if error is None:

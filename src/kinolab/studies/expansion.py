@@ -22,8 +22,6 @@ from kinolab.search.plugins import seen_from
 from kinolab.studies.problem_files import SCENARIO, ProblemFiles, files_of
 from kinolab.studies.study_file import Case, NamedPlanner, Range, Sobol, Study
 
-MOST_RUNS = 1_000_000
-
 
 @dataclass(frozen=True)
 class RunSpec:
@@ -92,9 +90,9 @@ def expanded(study: Study, root: Path) -> StudyRuns:
     Raises:
         InputError: With every mistake in scenarios, planners and settings.
     """
-    if (count := run_count(study)) > MOST_RUNS:
+    if (count := run_count(study)) > 1_000_000:
         what = f"it has {count} runs."
-        raise InputError([Mistake(study.path.name, what, f"At most {MOST_RUNS} are made.")])
+        raise InputError([Mistake(study.path.name, what, "At most 1000000 are made.")])
     mistakes: list[Mistake] = []
     packed: dict[str, ProblemFiles] = {}
     meanings: dict[tuple[object, ...], tuple[object, ...]] = {}

@@ -22,9 +22,6 @@ from kinolab.problem import PlanningTask
 from kinolab.search import Budget
 from kinolab.studies.problem_files import SCENARIO
 
-COMPILE_SECONDS = 60.0  # [s] of processor time in which all loops of a planner are compiled
-KEPT_PROBLEMS = 4  # by each process, so that the seeds of one need not load it again
-
 Answer = dict[str, Any]
 
 
@@ -83,7 +80,8 @@ class SearchOrder(WorkOrder):
     @property
     def rehearsal(self) -> WorkOrder | None:
         """A search of one iteration; it, too, ends where its planner heeds no limit."""
-        cpu = None if self.cpu_limit is None else max(self.cpu_limit, COMPILE_SECONDS)
+        # 60.0 [s] of processor time in which all loops of a planner are compiled
+        cpu = None if self.cpu_limit is None else max(self.cpu_limit, 60.0)
         return replace(self, iterations=1, improve=False, check=False, cpu_limit=cpu)
 
     def prepare(self, folder: Path) -> None:
@@ -168,7 +166,7 @@ class SearchOrder(WorkOrder):
             return check_run(Path(folder)).passed
 
 
-@lru_cache(maxsize=KEPT_PROBLEMS)
+@lru_cache(maxsize=4)  # by each process, so that the seeds of one need not load it again
 def _problem(folder: Path, overrides: tuple[str, ...]) -> PlanningTask:
     from kinolab.loading import load
 

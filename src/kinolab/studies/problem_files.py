@@ -18,7 +18,6 @@ from kinolab.runs.assets import assets_of, portable_scenario
 from kinolab.scenario import write_scenario
 
 SCENARIO = "scenario.toml"
-LOG = logging.getLogger("kinolab")
 
 
 @dataclass(frozen=True)
@@ -75,7 +74,7 @@ class ProblemFiles:
                 write_whole(draft / name, content)
             if os.path.lexists(folder):
                 told = "warning: %s is of another content than its name says; it is replaced."
-                LOG.warning(told, printable(str(folder)))
+                logging.getLogger("kinolab").warning(told, printable(str(folder)))
                 folder.rename(Path(beside, "replaced"))
             draft.rename(folder)
 

@@ -9,7 +9,9 @@ import math
 import re
 from collections import Counter, defaultdict
 from collections.abc import Iterator, Sequence
+from importlib.resources import files
 from pathlib import Path
+from string import Template
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -36,24 +38,8 @@ if TYPE_CHECKING:
 
 PAGE, TEXT = "report.html", "report.md"
 INK = "#7a7a7a"  # readable on white and on black
-MOST_DRAWN = 12  # planners in one figure
 LONGEST_LABEL = 80  # characters, for which a figure has room
-MOST_MESSAGES = 5  # that are quoted
-WIDE = 20.0  # a positive range whose ends differ by more has a logarithmic axis
 METADATA = ("Creator", "Date", "Format", "Type")  # that Matplotlib writes unless they are None
-STYLE = """
-:root { color-scheme: light dark; }
-body { font: 16px/1.5 system-ui, sans-serif; max-width: 76rem; margin: 2rem auto; }
-body { padding: 0 1rem; }
-table { border-collapse: collapse; display: block; overflow-x: auto; }
-table { font-variant-numeric: tabular-nums; font-size: .85rem; }
-th, td { padding: .25rem .5rem; border-bottom: 1px solid #8884; }
-th, td { text-align: left; white-space: nowrap; }
-figure { margin: 1rem 0; } figure svg { max-width: 100%; min-width: 36rem; height: auto; }
-figure { overflow-x: auto; }
-figcaption, .note { color: #7a7a7a; }
-.warning { border-left: 4px solid #d62728; padding-left: .8rem; }
-"""
 LEGEND = (
     "*solved*: runs with a verified plan, and the 95 % interval of their share (Wilson). "
     "*search*: median processor time of a search with its 95 % interval (order statistics); a run "
@@ -128,14 +114,8 @@ def page_of(
             body += [_html(comparison_table(compared)), f'<p class="note">{_inline(COMPARED)}</p>']
         elif len(own) > MOST_COMPARED:
             body.append(f'<p class="note">{TOO_MANY}</p>')
-    return (
-        '<!doctype html>\n<html lang="en"><head><meta charset="utf-8">\n'
-        '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
-        '<meta http-equiv="Content-Security-Policy" content="default-src \'none\'; '
-        "style-src 'unsafe-inline'; base-uri 'none'; form-action 'none'\">\n"
-        f"<title>{_escaped(study.title)}</title><style>{STYLE}</style></head>\n"
-        "<body>\n" + "\n".join(body) + "\n</body></html>\n"
-    )
+    page = files("kinolab.studies").joinpath(PAGE).read_text("utf-8")
+    return Template(page).substitute(title=_escaped(study.title), body="\n".join(body))
 
 
 def sentences(study: Study, rows: Sequence[Row]) -> Iterator[str]:
@@ -201,7 +181,7 @@ def _messages(rows: Sequence[Row]) -> Iterator[str]:
         for row in rows
         if row["status"] in ("error", "crashed", "killed", "out_of_memory") and row["message"]
     )
-    for (status, text), count in said.most_common(MOST_MESSAGES):
+    for (status, text), count in said.most_common(5):  # that are quoted
         yield f"{status} ({count}): {text}"
 
 
@@ -317,15 +297,15 @@ def _inline(text: str) -> str:
 
 def _figures(groups: Sequence[Group], title: str) -> Iterator[str]:
     """Yield figures as HTML: solved over time, times and durations, and swept settings."""
-    drawn = groups[:MOST_DRAWN]
+    drawn = groups[:MOST_COMPARED]
     yield _figure_html(
         _over_time(drawn),
         f"{title}: share of runs solved over the processor time of the search, and box plots of "
         "search times and of durations of the motions (solved runs; boxes are quartiles, whiskers "
         "reach to 1.5 times their distance).",
     )
-    if len(groups) > MOST_DRAWN:
-        yield f'<p class="note">The first {MOST_DRAWN} of {len(groups)} planners are drawn.</p>'
+    if len(groups) > MOST_COMPARED:
+        yield f'<p class="note">The first {MOST_COMPARED} of {len(groups)} planners are drawn.</p>'
     for key in _swept_numbers(groups):
         yield _figure_html(
             _against(groups, key), f"{title}: search time of each run against {key}."
@@ -414,7 +394,8 @@ def _against(groups: Sequence[Group], key: str) -> Figure:
     if rows:
         _log(axes, "y")
         swept = [row[2] for row in rows]
-        if min(swept) > 0.0 and max(swept) > WIDE * min(swept):
+        # 20.0: a positive range whose ends differ by more has a logarithmic axis
+        if min(swept) > 0.0 and max(swept) > 20.0 * min(swept):
             _log(axes, "x")
     axes.set(xlabel=_label(key), ylabel="search [s]")
     if rows:

@@ -24,7 +24,6 @@ from kinolab.studies.journal import ROWS, Journal, read_rows
 from kinolab.studies.orders import Answer, SearchOrder, as_told
 from kinolab.studies.study_file import Study
 
-SCENARIOS = "scenarios"  # folder of the files that runs are made from
 STUDY = "study.toml"
 NAMES = tuple(column.name for column in COLUMNS)
 
@@ -77,7 +76,7 @@ class StudyFolder:
         self.study, self.folder = study, folder
         new = not folder.exists()
         earlier = _earlier(folder, resume)
-        self.root = folder / SCENARIOS
+        self.root = folder / "scenarios"  # folder of the files that runs are made from
         try:
             self.runs: StudyRuns = expanded(study, self.root)
         except InputError:

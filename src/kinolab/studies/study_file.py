@@ -25,11 +25,7 @@ from kinolab.scenario.load import toml_document
 from kinolab.scenario.locations import fields_of, model_in
 from kinolab.scenario.toml_text import key_text, shown
 
-MOST_SEEDS = 1_000_000
-MOST_SEED = 2**63 - 1  # the largest that tables hold
-MOST_POINTS = 65_536  # of a Sobol sequence
-MOST_KEYS = 64  # that are swept by one sequence or grid
-MOST_TOLD = 100  # mistakes; more are not read
+LARGEST_SEED = 2**63 - 1  # the largest that tables hold
 NAMED_ELSEWHERE = {  # keys of a scenario that a study names by keys of its own
     "planner.name": "List planners under planners.",
     "planner.seed": "Give seeds.",
@@ -75,7 +71,7 @@ class Limits(Table):
 
     search: Positive | None = None
     """Processor time of a search, in s, above 0; else the scenario's limit."""
-    iterations: Annotated[int, Field(gt=0, le=MOST_SEED)] | None = None
+    iterations: Annotated[int, Field(gt=0, le=LARGEST_SEED)] | None = None
     """Iterations of a search, 1 or more; else the scenario's limit."""
     cpu: Positive | None = None
     """Processor time of a run, in s, above 0; it ends there."""
@@ -109,11 +105,11 @@ class Range(Table):
 class Sobol(Table):
     """``[sobol]``: points of a Sobol sequence in the ranges of several keys."""
 
-    points: int = Field(gt=0, le=MOST_POINTS)
+    points: int = Field(gt=0, le=65_536)  # of a Sobol sequence
     """How many; a power of 2 is best."""
     seed: int = Field(default=1, ge=0)
     """Of the scrambling."""
-    ranges: dict[str, Range] = Field(min_length=1, max_length=MOST_KEYS)
+    ranges: dict[str, Range] = Field(min_length=1, max_length=64)
     """By key, { from = …, to = … }."""
 
 
@@ -136,12 +132,10 @@ class Case(Table):
     planners: list[str | NamedPlanner] | None = Field(default=None, min_length=1)
     """Names or { name, label, settings }; else the scenario's own."""
     seeds: (
-        Annotated[int, Field(gt=0, le=MOST_SEEDS)]
-        | Annotated[list[Annotated[int, Field(ge=0, le=MOST_SEED)]], Field(min_length=1)]
+        Annotated[int, Field(gt=0, le=1_000_000)]
+        | Annotated[list[Annotated[int, Field(ge=0, le=LARGEST_SEED)]], Field(min_length=1)]
         | None
-    ) = Field(
-        default=None, description=f"How many, from 1 on, up to {MOST_SEEDS}, or a list; else 1."
-    )
+    ) = Field(default=None, description="How many, from 1 on, up to 1000000, or a list; else 1.")
     improve: bool | None = None
     """true or false: whether motions are made exact and shorter; else false."""
     check: bool | None = None
@@ -149,7 +143,7 @@ class Case(Table):
     settings: dict[str, Value] | None = None
     """Values by a scenario's dotted keys."""
     sweep: dict[str, Annotated[list[Value], Field(min_length=1)]] | None = Field(
-        default=None, max_length=MOST_KEYS
+        default=None, max_length=64
     )
     """Lists of values by dotted key; all combinations are run."""
     sobol: Sobol | None = None
@@ -202,9 +196,9 @@ def read_study(path: Path) -> Study:
         mistakes += [_mistake(line, path) for line in _told(error)]
     mistakes += _misplaced(document, path)
     told = list(dict.fromkeys(mistakes))
-    if len(told) > MOST_TOLD:
+    if len(told) > 100:  # more are not read
         rest = Mistake(path.name, "there are more mistakes than these.", "Mend these first.")
-        told = [*told[:MOST_TOLD], rest]
+        told = [*told[:100], rest]
     if told:
         raise InputError(told)
     return study

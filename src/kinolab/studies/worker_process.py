@@ -21,8 +21,6 @@ from kinolab.concurrency.process_worker import WorkerProcess
 from kinolab.studies.hardware import computer
 from kinolab.studies.orders import Answer, WorkOrder, failure, peak_memory
 
-PERIOD = 0.05  # [s] between looks at a run that has limits
-
 
 class WorkerLostError(Exception):
     """A process has ended before it answered."""
@@ -92,8 +90,9 @@ def _forked(order: WorkOrder, folder: Path, connection: Connection) -> Answer | 
     answer, exceeded = None, ""
     with ours:
         while True:
+            # 0.05 [s] between looks at a run that has limits
             ready = wait(
-                [ours, connection], PERIOD if order.cpu_limit or order.memory_limit else None
+                [ours, connection], 0.05 if order.cpu_limit or order.memory_limit else None
             )
             if ours in ready:
                 with suppress(EOFError, OSError):

@@ -24,16 +24,10 @@ SIZES = {  # what the three numbers of a size are
     "cylinder": "Radius and length [m] (the first two)",
     "mesh": "Scale along x, y and z",
 }
-SAME_TURN = 1e-6  # of the product of two attitudes, from 1: the gizmo was only moved
 NONE = "(none)"
 SNAPS = {"off": 0.0, "0.05 m": 0.05, "0.1 m": 0.1, "0.25 m": 0.25, "0.5 m": 0.5}
 LEAST = 0.01  # [m] of an edge that is drawn with the mouse
 WALL_HEIGHT = 0.5  # [m]
-NEW_HEIGHT = 0.25  # [m] of the middle of a new obstacle: it stands on the ground
-APART = 0.8  # [m] between rings of places that are tried
-FREE = 0.6  # [m] from the middle of another obstacle at which a new one is put
-GREY = (185, 198, 214)
-PLAIN = (1.0, 0.0, 0.0, 0.0)
 
 
 class BuildPanel:
@@ -68,7 +62,7 @@ class BuildPanel:
             )
             self._size = self._vector("Size [m]", self._sized)
             self._words = gui.add_markdown("")
-            self._color = on_hand(session, gui.add_rgb("Colour", GREY), self._paint)
+            self._color = on_hand(session, gui.add_rgb("Colour", (185, 198, 214)), self._paint)
             both = gui.add_button_group("", ("Duplicate", "Delete"))
             both.on_click(lambda event: session.attempt(lambda: self._do(event.target.value)))
         self._gizmo = Gizmo(session, "/gizmo/move", self._moved)
@@ -174,7 +168,7 @@ class BuildPanel:
         kind = KINDS[what]
         size = edits.NEW_SIZES[kind]
         x, y = self._free_place()
-        z = NEW_HEIGHT
+        z = 0.25  # [m] of the middle of a new obstacle: it stands on the ground
         changes = edits.add_obstacle(values, kind, size, [x, y, z])
         self._session.edit(f"add a {what.lower()}", changes)
         self._take_last()
@@ -211,8 +205,10 @@ class BuildPanel:
         taken = np.array([_place(entry)[0][:2] for entry in self._entries]).reshape(-1, 2)
         for ring in range(20):
             for angle in np.linspace(0.0, 2.0 * np.pi, max(6 * ring, 1), endpoint=False):
-                place = middle + APART * ring * np.array([np.cos(angle), np.sin(angle)])
-                if not len(taken) or np.abs(taken - place).max(axis=1).min() > FREE:
+                # 0.8 [m] between rings of places that are tried
+                place = middle + 0.8 * ring * np.array([np.cos(angle), np.sin(angle)])
+                # 0.6 [m] from the middle of another obstacle at which a new one is put
+                if not len(taken) or np.abs(taken - place).max(axis=1).min() > 0.6:
                     return float(place[0]), float(place[1])
         return float(middle[0]), float(middle[1])
 
@@ -224,7 +220,8 @@ class BuildPanel:
         self._session.scene.move_obstacle(number, place, wxyz)
         if over:
             before, rpy = _place(self._entries[number])
-            turned = np.abs(np.abs(_wxyz(rpy) @ wxyz) - 1.0) > SAME_TURN
+            # 1e-6 of the product of two attitudes, from 1: the gizmo was only moved
+            turned = np.abs(np.abs(_wxyz(rpy) @ wxyz) - 1.0) > 1e-6
             turn = edits.tidy(rpy_of(wxyz, snap=bool(snap)) if turned else rpy)
             moved = np.abs(place - before).max() > 0.5 * snap if snap else True
             keys = {"position": edits.tidy(place)} if moved and not turned else {}
@@ -280,13 +277,13 @@ def _place(entry: dict[str, Any]) -> tuple[list[float], list[float]]:
     return _three(entry.get("position")), _three(entry.get("rpy"))
 
 
-def _three(value: Any, default: float = 0.0) -> list[float]:
+def _three(value: Any) -> list[float]:
     good = (
         isinstance(value, list)
         and len(value) == 3
         and all(isinstance(v, int | float) for v in value)
     )
-    return [float(v) for v in value] if good else [default] * 3
+    return [float(v) for v in value] if good else [0.0] * 3
 
 
 def _size(entry: dict[str, Any]) -> list[float]:

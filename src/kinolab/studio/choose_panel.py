@@ -16,10 +16,7 @@ from kinolab.studio.page_inputs import on_hand, show
 from kinolab.studio.session import Session
 
 OWN = "(of its own file)"
-RANGE = 4.0  # of a parameter: a slider goes from a quarter of its value to four times
 UNBOUNDED = "The workspace's limits; equal ones are none."
-STEPS = 200  # of a slider
-COSTS = ("time", "effort", "energy")
 
 
 class ChoosePanel:
@@ -67,7 +64,7 @@ class ChoosePanel:
                 kind: on_hand(
                     session, gui.add_number(kind, 0.0, min=0.0, step=0.1), lambda _: self._weigh()
                 )
-                for kind in COSTS
+                for kind in ("time", "effort", "energy")
             }
         session.listen(self._listen)
 
@@ -119,8 +116,9 @@ class ChoosePanel:
 
         handle: Any
         if value > 0.0:
-            low, high = value / RANGE, value * RANGE
-            step = float(f"{(high - low) / STEPS:.1g}")
+            # A parameter's slider goes from a quarter of its value to four times
+            low, high = value / 4.0, value * 4.0
+            step = float(f"{(high - low) / 200:.1g}")  # of a slider
             handle = gui.add_slider(label, min(low, value), high, step, value)
         else:
             handle = gui.add_number(label, value)

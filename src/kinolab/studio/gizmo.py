@@ -14,8 +14,6 @@ from kinolab.studio.session import Session
 
 Moved = Callable[[Array, Array, bool], Any]  # place (3,), turn w, x, y, z, and whether it is over
 TURNS = math.radians(15.0)  # to which gizmos snap while places snap, too
-SIZE = 0.12  # of a gizmo, relative to the scene
-LARGEST = 1.2  # times the size of what it moves
 
 
 class Gizmo:
@@ -74,4 +72,5 @@ def rpy_of(wxyz: Array, *, snap: bool = False) -> list[float]:
 
 def size_in(session: Session, own: float) -> float:
     """Return how large the gizmo of a thing of a size is, in [m]."""
-    return max(LARGEST * own, SIZE * session.scene.size)
+    # 1.2 times the size of what it moves, and not too small for the scene
+    return max(1.2 * own, 0.12 * session.scene.size)

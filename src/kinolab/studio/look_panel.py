@@ -17,8 +17,6 @@ from kinolab.studio.session import Session
 VIEWS: dict[str, View] = {
     "All": "perspective", "Top": "top", "Front": "front", "Side": "side",
 }  # fmt: skip
-SETTLED = 1.5  # [s] after which a page that opens has its layout
-PERIOD = 1.0 / 20.0  # [s] between two looks after a machine that is followed
 
 
 class LookPanel:
@@ -68,8 +66,9 @@ class LookPanel:
         """Show all of it to a tab that opens, and again once its panels have their place."""
         if self._seen is not None:
             self._look(client, "All")
+            # 1.5 [s] after which a page that opens has its layout
             again = threading.Timer(
-                SETTLED, self._session.attempt, [partial(self._look, client, "All")]
+                1.5, self._session.attempt, [partial(self._look, client, "All")]
             )
             again.daemon = True
             again.start()
@@ -98,7 +97,7 @@ class LookPanel:
         """Move all cameras with the machine, until nobody wants it any more."""
         before = self._session.scene.place
         while self._follow.value and not self._over:
-            time.sleep(PERIOD)
+            time.sleep(1.0 / 20.0)  # [s] between two looks after a machine that is followed
             now = self._session.scene.place
             if np.abs(now - before).max() > 0.0:
                 for client in self._session.server.get_clients().values():

@@ -10,7 +10,7 @@ from kinolab import systems
 from kinolab.errors import InputError, Mistake
 from kinolab.scenario import builtin_scenarios
 from kinolab.studio.core.chosen_folder import ChosenFolder
-from kinolab.studio.core.edits import EMPTY
+from kinolab.studio.core.edits import empty
 from kinolab.studio.guarded_server import guarded_server
 from kinolab.studio.session import Session
 from kinolab.studio.studio_page import StudioPage
@@ -47,7 +47,7 @@ def _places(scenario: str | None, folder: Path | None) -> tuple[ChosenFolder, Pa
     if scenario is None or scenario in systems.names():
         chosen, machine = ChosenFolder((folder or Path()).resolve()), scenario or MACHINE
         path = _free(chosen, scenario or NAME)
-        return chosen, path, EMPTY.format(title=path.stem.replace("_", " "), machine=machine)
+        return chosen, path, empty(path.stem.replace("_", " "), machine)
     if scenario in builtin_scenarios():
         chosen = ChosenFolder((folder or Path()).resolve())
         return chosen, chosen.copy_builtin(scenario), ""
@@ -59,7 +59,7 @@ def _places(scenario: str | None, folder: Path | None) -> tuple[ChosenFolder, Pa
     chosen = ChosenFolder((folder or given.parent).resolve())
     path = chosen.path(given.resolve().as_posix())
     title = given.stem.replace("_", " ")
-    return chosen, path, "" if path.exists() else EMPTY.format(title=title, machine=MACHINE)
+    return chosen, path, "" if path.exists() else empty(title, MACHINE)
 
 
 def _free(folder: ChosenFolder, name: str) -> Path:

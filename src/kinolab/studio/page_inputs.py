@@ -7,8 +7,6 @@ from typing import Any
 
 from kinolab.studio.session import Session
 
-APART = 1e-9  # values that differ less are the same
-
 # What an input said when the work with it was done: while it says something newer, somebody is
 # typing, and nothing that is older is shown in it.
 _settled: dict[str, Any] = {}  # by the name that viser gives an input
@@ -47,4 +45,5 @@ def show(handle: Any, value: Any) -> None:
 def _same(a: Any, b: Any) -> bool:
     if isinstance(a, tuple):
         return len(a) == len(b) and all(map(_same, a, b))
-    return abs(a - b) <= APART if isinstance(a, float) else bool(a == b)
+    # 1e-9: values that differ less are the same
+    return abs(a - b) <= 1e-9 if isinstance(a, float) else bool(a == b)

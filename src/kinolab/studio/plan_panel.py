@@ -26,12 +26,8 @@ from kinolab.studio.page_inputs import on_hand, on_press, show
 from kinolab.studio.session import Session
 
 FRAME = 1.0 / 30.0  # [s] between two poses while a plan is played
-LONGER = 4.0  # times as long a search, or as much work, as before
-MORE_WORK = 10.0  # [s] of further work on a plan
-PLOTTED = 4  # groups of quantities
 COLORS = ("#3a6ea5", "#c8553d", "#2f8f5b", "#8a5fb0", "#b98d2f", "#4b9aa5", "#a0527a", "#666666")
 READY = "Getting ready: what a planner needs is compiled once, for all later searches."
-MOST_POINTS = 400  # of a curve in a plot
 
 
 class PlanPanel:
@@ -102,7 +98,7 @@ class PlanPanel:
         if not going_on:
             self._show_plan(None)
         problem = self._problem = meaning.problem
-        improve = MORE_WORK if going_on else None
+        improve = 10.0 if going_on else None  # [s] of further work on a plan
         self._search = SearchProcess(
             problem,
             lambda message: self._session.attempt(lambda: self._heard(problem, message)),
@@ -181,8 +177,8 @@ class PlanPanel:
         """Draw the quantities that page and film plot."""
         assert plan.trajectory is not None
         motion, gui = unwrapped(problem, plan.trajectory), self._session.server.gui
-        rows = np.unique(np.linspace(0, len(motion.t) - 1, MOST_POINTS).astype(int))
-        for series in told(problem, motion)[:PLOTTED]:
+        rows = np.unique(np.linspace(0, len(motion.t) - 1, 400).astype(int))  # of a curve in a plot
+        for series in told(problem, motion)[:4]:  # groups of quantities
             which = range(len(series.names)) if series.first is None else series.first
             values = series.values[np.minimum(rows, len(series.values) - 1)]
             labels = [
@@ -236,7 +232,8 @@ class PlanPanel:
         gui, session, plan = self._session.server.gui, self._session, ended.plan
         if plan is None or plan.status == "solved" or plan.interrupted:
             return
-        seconds = round(LONGER * session.meaning.problem.scenario.planner.time_limit, 1)  # type: ignore[union-attr]
+        # 4 times as long a search, or as much work, as before
+        seconds = round(4.0 * session.meaning.problem.scenario.planner.time_limit, 1)  # type: ignore[union-attr]
         self._reasons.visible = True
         with self._reasons:
             text = gui.add_markdown("\n".join(f"- {sentence}" for sentence in ended.sentences))

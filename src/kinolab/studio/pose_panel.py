@@ -21,7 +21,6 @@ from kinolab.studio.page_inputs import on_hand, show
 from kinolab.studio.scene_nodes import wxyz_of
 from kinolab.studio.session import Session
 
-STEPS = 500  # of a slider
 ENDS = {"Start": "start", "Goal": "goal"}
 SEVERAL = "This scenario has several goals: change them in its text, under File."
 
@@ -115,7 +114,7 @@ class PosePanel:
         low, high = problem.sampling_bounds[k].tolist()
         value = float(self._state()[k])
         ends = min(low, value), max(high, value)
-        step = 10.0 ** math.floor(math.log10(max(ends[1] - ends[0], 1e-6) / STEPS))
+        step = 10.0 ** math.floor(math.log10(max(ends[1] - ends[0], 1e-6) / 500))  # of a slider
         row = gui.add_folder(None)
         self._parts.append(row)
         with row:

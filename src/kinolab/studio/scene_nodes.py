@@ -32,16 +32,11 @@ from kinolab.show.scene.still import GOAL, PATH, Still, goal_ball, set_up
 from kinolab.trajectory import Trajectory
 from kinolab.world.obstacle import rotation
 
-MOST_NODES = 100  # obstacles with a node each; with machine, goal and gizmo below 300 calls
-LARGE = 20_000  # triangles of a mesh that is drawn coarser from afar
 NEAR, COARSE = 0.25, 0.1  # of the scene's size: from where on; and of its triangles: how many
 SKY, SUN = 2.4, 1.7  # intensities of light from above, and from the front
 RING = 0.02  # height of a goal region on the ground, relative to its radius
-CIRCLE = 48  # corners of it
 ALARM = (220, 30, 30)  # what touches
-GHOST = 0.35  # opacity of the machine at the goal
 REGION = 0.3  # opacity of regions and cones
-MOST_BRANCHES = 20_000  # edges of a search graph that are drawn, the newest ones
 
 
 class SceneNodes:
@@ -139,7 +134,8 @@ class SceneNodes:
         if segments is None or not len(segments):
             self.remove("/plan/tree")
         else:
-            self._lines("/plan/tree", segments[-MOST_BRANCHES:], (150, 160, 175), 1.0)
+            # 20_000 edges of a search graph that are drawn, the newest ones
+            self._lines("/plan/tree", segments[-20_000:], (150, 160, 175), 1.0)
 
     def camera(self, view: View, size: tuple[int, int] = (800, 600)) -> Camera:
         """Return the nearest camera that sees all of it, in a picture of a size in [pixel]."""
@@ -168,7 +164,8 @@ class SceneNodes:
         assert self._still is not None
         meshes = dict(zip((o.name for o in scene.obstacles), self._still.obstacles, strict=True))
         entries = problem.scenario.world.obstacle
-        if len(entries) > MOST_NODES:
+        # 100 obstacles with a node each; with machine, goal and gizmo below 300 calls
+        if len(entries) > 100:
             key = (problem.scenario.world.model_dump(), scene.setting)
             self._mesh("/world/all", join(list(meshes.values())), key=key)
             return ["/world/all"]
@@ -212,7 +209,8 @@ class SceneNodes:
         goal, words = scene.goal, list[tuple[str, Array]]()
         if isinstance(goal, Ghost):
             shown = [m for m in goal.placed(self._still.machine) if len(m.faces)]
-            names += self._solid("/goal/machine", join(shown), green, GHOST)
+            # 0.35: opacity of the machine at the goal
+            names += self._solid("/goal/machine", join(shown), green, 0.35)
             words.append((GOAL_WORD, self._top(goal.table, scene)))
         points = [*([goal] if isinstance(goal, GoalMarker) else []), *scene.points]
         for k, marker in enumerate(points):
@@ -271,7 +269,8 @@ class SceneNodes:
         """Show a mesh in its colours; say whether it had to be sent."""
         if not self._changed(name, key):
             return False
-        if len(mesh.faces) < LARGE or (mesh.colors != mesh.colors[:1]).any():
+        # 20_000 triangles of a mesh that is drawn coarser from afar
+        if len(mesh.faces) < 20_000 or (mesh.colors != mesh.colors[:1]).any():
             glb = Glb()
             add_mesh(glb, None, "mesh", mesh)
             self.nodes[name] = self._scene.add_glb(
@@ -316,7 +315,8 @@ class SceneNodes:
 
 def _ring(marker: GoalMarker) -> SurfaceMesh:
     """Return a flat disk for a goal region on the ground."""
-    made = trimesh.creation.cylinder(marker.radius, RING * marker.radius, sections=CIRCLE)
+    # 48 corners of it
+    made = trimesh.creation.cylinder(marker.radius, RING * marker.radius, sections=48)
     x, y, _ = marker.position
     ball = goal_ball(marker)
     points = made.vertices + np.array([x, y, RING * marker.radius])

@@ -17,8 +17,6 @@ from kinolab.studio.plan_panel import PlanPanel
 from kinolab.studio.pose_panel import PosePanel
 from kinolab.studio.session import Session
 
-MOST_TOLD = 10  # mistakes
-WIDTH = 400.0  # [pixel] of the panels
 KEYS: dict[str, HotkeyKey] = {"Undo": "Z", "Redo": "Y", "Save": "S"}  # with Ctrl or Cmd
 
 
@@ -57,7 +55,7 @@ class StudioPage:
             command = gui.add_command(name, hotkey=key, modifier="cmd/ctrl")
             command.on_trigger(partial(_triggered, session, done[name]))
         gui.main_panel.dock_right()
-        gui.main_panel.set_width(WIDTH)
+        gui.main_panel.set_width(400.0)  # [pixel] of the panels
         session.listen(self._listen)
         session.begin()
 
@@ -73,8 +71,8 @@ class StudioPage:
         self._title.content = f"**{title}**" if title else ""
         steps = [f"undo: {text.last}"] * bool(text.last) + [f"redo: {text.next}"] * bool(text.next)
         self._steps.content = f"*{', '.join(steps)}*" if steps else "*nothing to undo*"
-        told = [f"- {mistake}" for mistake in meaning.mistakes[:MOST_TOLD]]
-        if more := len(meaning.mistakes) - MOST_TOLD:
+        told = [f"- {mistake}" for mistake in meaning.mistakes[:10]]
+        if more := len(meaning.mistakes) - 10:
             told += [f"- and {more} more."] if more > 0 else []
         if meaning.stale:
             told = ["**This cannot be understood yet; the last good scene is shown.**", "", *told]

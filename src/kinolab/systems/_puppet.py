@@ -31,8 +31,6 @@ Triple: TypeAlias = tuple[float, float, float]
 SIDES = (("l", 1), ("r", -1))  # left is +y: the puppet looks along +x
 ARM, LEG = 1.5, 2.0  # [m] length of each link of an arm and of a leg
 NECK, SHOULDER, HIP = 2.2, (0.0, 1.2, 1.2), (0.0, 0.6, -1.5)  # [m] from the torso's centre
-TORSO_HOOK = (0.0, 1.0, 1.5)  # [m] the left one
-FASTEST = 10.0  # [rad/s] of a joint
 SKIN, RED, GOLD = (0.93, 0.76, 0.62), (0.75, 0.16, 0.18), (0.9, 0.72, 0.3)
 BLUE, BROWN, DARK, WHITE = (0.2, 0.3, 0.55), (0.36, 0.22, 0.14), (0.12, 0.12, 0.14), (1.0, 1.0, 1.0)
 
@@ -67,12 +65,13 @@ def puppet_body() -> PuppetBody:
     torso = move(x, y, z) @ orient(rotation("R", speed=5.0))
     bodies, joints, hooks = _trunk(torso), [], {}
     for side, sign in SIDES:
-        hooks[f"shoulder_{side}"] = torso @ move(*_mirrored(TORSO_HOOK, sign))
+        # The left hook [m].
+        hooks[f"shoulder_{side}"] = torso @ move(*_mirrored((0.0, 1.0, 1.5), sign))
     for limb, root, reach in (("arm", SHOULDER, ARM), ("leg", HIP, LEG)):
         for side, sign in SIDES:
             name = f"{limb}_{side}"
             swing, spread, twist, bend = (
-                angle(f"{name}_{motion}", speed=FASTEST)
+                angle(f"{name}_{motion}", speed=10.0)  # [rad/s] of a joint
                 for motion in ("swing", "spread", "twist", "bend")
             )
             upper = torso @ move(*_mirrored(root, sign)) @ rot_y(swing) @ rot_x(spread)

@@ -7,8 +7,6 @@ import math
 from kinolab.dynamics import Disk
 from kinolab.dynamics.language.shapes import Scalar
 
-RIM = 0.2  # thickness of the outer disk, relative to the whole
-
 
 def leaning_wheel(radius: Scalar, thickness: Scalar, lean: float) -> tuple[Disk, Disk]:
     """Return a wheel about the y axis that rolls on the middle of its tread and may lean.
@@ -21,8 +19,9 @@ def leaning_wheel(radius: Scalar, thickness: Scalar, lean: float) -> tuple[Disk,
         thickness: Width of the wheel, in [m].
         lean: Largest angle to the vertical in [rad].
     """
+    # 0.2: thickness of the outer disk, relative to the whole
     rim, tread = (
         Disk(radius - across / 2 * math.tan(lean), thickness=across, axis="y")
-        for across in (RIM * thickness, thickness)
+        for across in (0.2 * thickness, thickness)
     )
     return rim, tread

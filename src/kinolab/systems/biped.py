@@ -23,7 +23,6 @@ from kinolab.dynamics import (
 )
 
 THIGH, SHANK, SOLE = 0.45, 0.45, 0.06  # [m] of legs and round soles
-WIDTH = 0.2  # [m] from hip to hip
 TRUNK, NECK, HEAD = 0.45, 0.62, 0.11  # [m] length, and height and radius of the head
 RED, BLUE, SKIN, DARK = (0.8, 0.3, 0.2), (0.25, 0.35, 0.6), (0.9, 0.75, 0.6), (0.25, 0.25, 0.28)
 
@@ -47,7 +46,7 @@ def biped() -> System:
         Body("head", torso @ move(0, 0, NECK), shape=Sphere(HEAD), color=SKIN),
     ]
     inputs, feet = [Rate("bend", on=rate(lean), limit=0.6)], {}
-    for side, y in (("left", WIDTH / 2), ("right", -WIDTH / 2)):
+    for side, y in (("left", 0.2 / 2), ("right", -0.2 / 2)):  # [m] from hip to hip
         hip, knee = angle(f"hip_{side}", -0.9, 1.6), angle(f"knee_{side}", -2.2, 0.0)
         thigh = torso @ move(0, y, 0) @ rot_y(-hip)
         shank = thigh @ move(0, 0, -THIGH) @ rot_y(-knee)

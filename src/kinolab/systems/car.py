@@ -22,8 +22,6 @@ from kinolab.dynamics import (
     zero,
 )
 
-TRACK = 1.5  # [m] between left and right wheels
-
 
 def car() -> System:
     """A car: one torque drives the rear axle, another one turns the steered wheels.
@@ -41,7 +39,7 @@ def car() -> System:
     x, y, psi = length("x"), length("y"), angle("psi")  # middle of the rear axle, heading
     delta = angle("delta", -0.6, 0.6, speed=0.8)  # steering angle
     phi = angle("phi", speed=10.0)  # rotation of the rear wheels
-    sides = (TRACK / 2, -TRACK / 2)
+    sides = (1.5 / 2, -1.5 / 2)  # [m] between left and right wheels
     wheels = [Disk(R, thickness=0.2, axis="y", at=(0, side, 0)) for side in sides]
     rear = move(x, y, R) @ rot_z(psi)
     front = rear @ move(L) @ rot_z(delta)

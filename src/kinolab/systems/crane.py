@@ -32,7 +32,6 @@ from kinolab.dynamics import (
 
 HEIGHT = 9.0  # [m] of the rails above the floor
 SPAN = 14.0  # [m] between the rails
-RUNWAY = 6.0  # [m] height of the two trolleys above the floor
 
 
 def crane() -> System:
@@ -143,7 +142,7 @@ def _crane(name: str, m: Parameter, g: Parameter, c_s: Parameter) -> dict[str, A
     x = length(f"x_{name}", 0.5, 11.5, speed=1.5)
     l = length(f"l_{name}", 1.0, 5.5, speed=1.0)  # noqa: E741  # the rope's length
     s = angle(f"sway_{name}", -0.6, 0.6, speed=1.5)
-    rail = move(x, 0, RUNWAY)
+    rail = move(x, 0, 6.0)  # [m] height of the two trolleys above the floor
     rope = rail @ rot_y(-s)  # hangs straight down at s = 0 and swings towards +x
     trolley = Body(f"trolley_{name}", rail, mass=20.0, shape=Box(0.8, 0.6, 0.2))
     load = Body(f"load_{name}", rope @ move(0, 0, -l), mass=m, shape=Box(0.6, 0.6, 0.6))

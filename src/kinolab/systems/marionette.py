@@ -28,8 +28,6 @@ from kinolab.systems._puppet import BROWN, GOLD, SIDES, puppet_body
 SPINDLES = {"shoulder": (0.0, 1.0), "hand": (2.0, 1.6), "knee": (5.0, 0.8)}  # [m] left, on the bar
 LENGTHS = {"shoulder": (13.4, 13.4), "hand": (15.4, 15.5), "knee": (18.6, 18.6)}  # [m] left, right
 LIFTS = {"hand": (-1.0, 5.0), "knee": (-0.6, 2.0)}  # [m] by which strings may be reeled in
-REELING = 1.0  # [m/s] at most
-LEAD = 0.388  # [m] by which the strings of hands and knees draw the torso ahead of the bar
 STRIDE, LIFT = 1.6, 0.4  # [m] of a step: along the stage, and by which its knee is lifted
 HAND, BEND = (0.0, 3.0), (0.0, 1.0)  # [m] by which strings of hands and knees are reeled in
 REEL = 0.25  # [m] radius
@@ -58,7 +56,7 @@ def marionette() -> System:
     bar_x, bar_y = length("bar_x", speed=1.5), length("bar_y", speed=1.5)
     bar = move(bar_x, bar_y, parameter("H", 14.0, "m"))
     lifts = {
-        f"{part}_{side}": length(f"lift_{part}_{side}", *LIFTS[part], speed=REELING)
+        f"{part}_{side}": length(f"lift_{part}_{side}", *LIFTS[part], speed=1.0)  # [m/s] at most
         for part in LIFTS
         for side, _ in SIDES
     }
@@ -99,9 +97,10 @@ def _puppeteer(
     rocking = LIFT * sin(pi * pushes[0].on / STRIDE)
     aims = {name: hand.symbol for name, hand in hands.items()}
     aims |= {f"knee_{side}": bend.symbol + sign * rocking for side, sign in SIDES}
+    # 0.388 [m] by which the strings of hands and knees draw the torso ahead of the bar
     law: dict[str, Expr] = {
         push.name: _carry(push.on, place, speed.symbol, lead)
-        for push, place, speed, lead in zip(pushes, torso[:2], speeds, (LEAD, 0.0), strict=True)
+        for push, place, speed, lead in zip(pushes, torso[:2], speeds, (0.388, 0.0), strict=True)
     }
     law |= {reels[name].name: _servo(reels[name].on, aim, name) for name, aim in aims.items()}
     return Feedback([*speeds, *hands.values(), bend], law)

@@ -31,7 +31,6 @@ LEAN = 0.8  # [rad] at most
 SPEED, LEANS = (5.0, 12.0), 0.4  # [m/s], [rad] limits of the rider's references
 BASE, AHEAD, HEIGHT = 1.4, 0.7, 0.65  # [m] of the shapes; the dynamics use b, c and p
 WHEEL, TYRE = 0.3, 0.14  # [m] radius of the shapes (where it rolls, R) and width
-RAKE = 0.4  # [rad] of the drawn fork; the model's steering axis is upright
 RED, LEATHER = (0.78, 0.1, 0.12), (0.2, 0.25, 0.4)
 RUBBER, STEEL = (0.13, 0.13, 0.15), (0.6, 0.62, 0.65)
 FRAME = (  # tank, seat and fairing, about the centre of mass
@@ -86,7 +85,8 @@ def motorcycle() -> System:
     front = rear @ move(b) @ rot_z(delta)
     plane = rear @ rot_x(alpha)
     hub, front_hub = (track @ rot_x(alpha) @ move(0, 0, R) for track in (rear, front))
-    head = plane @ move(b, 0, R) @ rot_y(-RAKE) @ rot_z(delta)
+    # 0.4 [rad] of the drawn fork; the model's steering axis is upright
+    head = plane @ move(b, 0, R) @ rot_y(-0.4) @ rot_z(delta)
     saddle = plane @ move(AHEAD - 0.2, 0, HEIGHT + 0.2) @ rot_y(0.6)
     tyre = leaning_wheel(R, TYRE, LEAN)
     frame = Body("frame", plane @ move(c, 0, p), mass=m, shape=FRAME, color=RED)

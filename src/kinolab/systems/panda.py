@@ -39,7 +39,6 @@ JOINTS = (
     (-0.0175, 3.7525, 2.61, 12.0),
     (-2.8973, 2.8973, 2.61, 12.0),
 )
-QUICKNESS = 10.0  # [1/s] with which joints take on the speeds that are asked for
 # Of each link: mass in [kg], centre of mass in [m], and about it Ixx, Iyy, Izz, Ixy, Ixz, Iyz in
 # [kg m^2], all in the axes of its joint.
 LINKS = (
@@ -69,7 +68,6 @@ SHAPES: tuple[tuple[Shape, ...], ...] = (  # around the robot's own surface, to 
     (Capsule(0.045, 0.1, at=(0, 0, 0.035)), Capsule(0.045, 0.02, at=(0.045, 0.045, 0.08))),
 )
 BASE = (Cylinder(0.08, 0.14, at=(0, 0, 0.07)), Box(0.12, 0.14, 0.1, at=(-0.09, 0, 0.05)))
-GRIP = 0.1034  # [m] from the hand's flange to between the finger tips
 PITCH = pi / 4  # of the can between the fingers: the hand comes from above
 WHITE, DARK, RED = (0.93, 0.93, 0.92), (0.25, 0.26, 0.28), (0.75, 0.13, 0.11)
 
@@ -119,7 +117,8 @@ def panda() -> System:
         Reference(f"{c.name}_set", limit=v, unit="rad/s")
         for c, (_, _, v, _) in zip(q, JOINTS, strict=True)
     ]
-    wanted = [QUICKNESS * (r.symbol - rate(c)) for r, c in zip(set_points, q, strict=True)]
+    # 10.0 [1/s] with which joints take on the speeds that are asked for
+    wanted = [10.0 * (r.symbol - rate(c)) for r, c in zip(set_points, q, strict=True)]
     torques = _torques(frames, [b for b in bodies if b.mass != 0], wanted, g)
     law = {f"tau{k + 1}": torque for k, torque in enumerate(torques)}
     return System(
@@ -182,7 +181,8 @@ def _can(flange: Frame) -> Body:
     across, along = m * (3 * radius**2 + height**2) / 12, m * radius**2 / 2
     return Body(
         "can",
-        flange @ move(0, 0, GRIP) @ rot_y(PITCH),
+        # 0.1034 [m] from the hand's flange to between the finger tips
+        flange @ move(0, 0, 0.1034) @ rot_y(PITCH),
         mass=m,
         inertia=(along, across, across),
         shape=Cylinder(radius, height, axis="x"),

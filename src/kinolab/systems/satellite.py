@@ -28,11 +28,6 @@ from kinolab.dynamics import (
 )
 from kinolab.dynamics.language.shapes import AxisName
 
-MOMENTS = (10.0, 12.0, 8.0)  # [kg m^2] of the whole satellite with its wheels locked
-FASTEST = 418.9  # [rad/s], 4000 turns a minute
-STRONGEST = 0.1  # [N m]
-TURNED = 1000.0  # [rad] scale: rotation of a wheel in a manoeuvre
-SMOOTHING = 0.1  # [rad/s] of dry friction in a bearing
 GOLD, BLUE, DARK, GREY = (0.87, 0.69, 0.3), (0.16, 0.27, 0.52), (0.2, 0.22, 0.26), (0.6, 0.62, 0.65)
 
 TURNS = {"x": rot_x, "y": rot_y, "z": rot_z}
@@ -82,9 +77,10 @@ def _satellite_with(name: str, wheels: Sequence[AxisName]) -> System:
     A wheel's transverse moment of inertia is half its axial one. Failed wheels are part of the bus.
     """
     bus, I_w = orient(rotation("R", speed=0.1)), parameter("I_w", 0.01, "kg m^2")
+    # Moments [kg m^2] of the whole satellite with its wheels locked
     moments = [
         parameter(f"J_{axis}", J, "kg m^2") - sum(I_w if w == axis else I_w / 2 for w in wheels)
-        for axis, J in zip("xyz", MOMENTS, strict=True)
+        for axis, J in zip("xyz", (10.0, 12.0, 8.0), strict=True)
     ]
     hull = Body("bus", bus, inertia=tuple(moments), shape=Box(1.0, 1.0, 1.2), color=GOLD)
     outfit = [  # whose inertia is included in the bus's
@@ -92,7 +88,8 @@ def _satellite_with(name: str, wheels: Sequence[AxisName]) -> System:
         Body("solar panels", bus, shape=WINGS, color=BLUE),
         Body("antenna", bus, shape=DISH, color=GREY),
     ]
-    angles = {axis: angle(f"wheel_{axis}", speed=FASTEST, scale=TURNED) for axis in wheels}
+    # At most 4000 turns a minute; a wheel turns by about 1000 rad in a manoeuvre.
+    angles = {axis: angle(f"wheel_{axis}", speed=418.9, scale=1000.0) for axis in wheels}
     turning = {axis: _wheel(bus, axis, q, I_w) for axis, q in angles.items()}
     return System(
         name,
@@ -102,7 +99,7 @@ def _satellite_with(name: str, wheels: Sequence[AxisName]) -> System:
                 f"tau_{axis}",
                 on=wheel,
                 about=getattr(bus, axis),
-                limit=STRONGEST,
+                limit=0.1,  # [N m]
                 reacts_on=hull,
             )
             for axis, wheel in turning.items()
@@ -120,4 +117,5 @@ def _wheel(bus: Frame, axis: AxisName, q: Coordinate, I_w: Parameter) -> Body:
 def _bearing(q: Coordinate) -> tuple[Viscous, Coulomb]:
     """Friction between a wheel and the bus; zero by default."""
     viscous, dry = parameter("c", 0.0, "N m s/rad"), parameter("tau_c", 0.0, "N m")
-    return Viscous(rate(q), viscous), Coulomb(rate(q), dry, SMOOTHING)
+    # 0.1 [rad/s] of dry friction in a bearing
+    return Viscous(rate(q), viscous), Coulomb(rate(q), dry, 0.1)

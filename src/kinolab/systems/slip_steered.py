@@ -24,7 +24,6 @@ from kinolab.dynamics import (
     velocity,
 )
 
-WIDTH = 0.11  # [m] of the wheels
 RUBBER, STEEL = (0.13, 0.13, 0.15), (0.35, 0.37, 0.4)
 
 
@@ -98,7 +97,7 @@ def _wheel(name: str, hub: Frame, r: Expr, I_w: Expr) -> Body:
         name,
         hub,
         inertia=(I_w / 2, I_w, I_w / 2),
-        shape=Disk(r, thickness=WIDTH, axis="y"),
+        shape=Disk(r, thickness=0.11, axis="y"),  # [m] of the wheels
         touches_ground=True,
         color=RUBBER,
     )

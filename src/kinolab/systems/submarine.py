@@ -30,7 +30,6 @@ from kinolab.dynamics import (
 )
 from kinolab.errors import InputError, Mistake
 
-ROUND = 1e-6  # relative difference of squared semi-axes below which a section is a circle
 SLENDERNESS = 5.0  # half length over radius of the hull
 HALF_LENGTH = 1.0  # [m] of the shape; the dynamics use the parameter a
 RADIUS = HALF_LENGTH / SLENDERNESS  # [m] of the shape
@@ -124,7 +123,8 @@ def added_mass_coefficients(
 def _turning(y: float, z: float, beta: float, gamma: float) -> float:
     """Return the coefficient about an axis with squared transverse semi-axes y and z."""
     gap, total = y - z, y + z
-    if abs(gap) < ROUND * total:  # the coefficient is of third order in the gap
+    # 1e-6 relative difference of squared semi-axes below which a section is a circle
+    if abs(gap) < 1e-6 * total:  # the coefficient is of third order in the gap
         return 0.0
     slope = (gamma - beta) / gap
     return gap**2 * slope / (total * (2 - total * slope))

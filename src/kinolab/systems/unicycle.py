@@ -31,7 +31,6 @@ from kinolab.systems._wheels import leaning_wheel
 LEAN = 0.6  # [rad] at most, to the side and ahead
 WHEEL, HEIGHT, TOP = 0.1, 0.14, 0.26  # [m] of the shapes; the dynamics use R, h and l
 HULL = (0.09, 0.07, 0.06)  # [m] edges of the body
-RING = 0.075  # [m] radius of the reaction wheel
 SPEED, LEANS = (0.0, 1.5), 0.2  # [m/s], [rad] limits of its references
 BODY = (  # a box, a fork down to the axle, two arms up to the reaction wheel
     Box(*HULL),
@@ -87,7 +86,7 @@ def unicycle() -> System:
         pitched @ move(0, 0, l) @ rot_x(gamma),
         mass=m_r,
         inertia=(I_r, I_r / 2, I_r / 2),
-        shape=Disk(RING, thickness=0.016, axis="x"),
+        shape=Disk(0.075, thickness=0.016, axis="x"),  # [m] radius of the reaction wheel
     )
     first, second = m_w * R + m_b * (R + h) + m_r * (R + l), m_b * h + m_r * l  # moments of mass
     masses, (I_x, I_y, _) = m_w + m_b + m_r, _cuboid(m_b)

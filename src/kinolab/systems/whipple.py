@@ -36,8 +36,6 @@ from kinolab.dynamics import (
 from kinolab.systems._wheels import leaning_wheel
 
 LEAN, TURN = 0.8, 0.8  # [rad] of the frame and of the handlebar at most
-FRONT = 1.1  # [rad] largest lean of the front wheel, steered about a tilted axis
-TYRE = 0.03  # [m]
 BLUE, CLOTH = (0.1, 0.3, 0.6), (0.55, 0.2, 0.2)
 STEEL, RUBBER = (0.6, 0.6, 0.6), (0.13, 0.13, 0.15)
 FORK = (  # with the handlebar, along the steering axis
@@ -144,7 +142,8 @@ def _wheel(
         frame,
         mass=parameter(f"m_{letter}", mass, "kg"),
         inertia=(I_xx, I_yy, I_xx),
-        shape=leaning_wheel(radius, TYRE, FRONT),
+        # of a tyre of 3 cm, leaning by 1.1 rad at most: it is steered about a tilted axis
+        shape=leaning_wheel(radius, 0.03, 1.1),
         touches_ground=True,
         color=RUBBER,
     )

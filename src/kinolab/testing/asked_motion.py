@@ -21,10 +21,7 @@ from kinolab.testing.chapters import THREE_DIGITS
 from kinolab.testing.judging import WrongAnswerError
 
 SPAN, STEPS = 0.5, 10  # [s] of each motion, and into how many it is divided
-STATES = 3  # at random, besides the start
 PUSH = 0.5  # of an input's limit; of one without a limit in its unit
-SLIGHT = 0.01  # of the largest change of a coordinate in its scale: less of others is not compared
-NO_MOTION = 1e-4  # of a coordinate's scale: a machine that moves less stays where it is
 
 
 @dataclass(frozen=True)
@@ -89,7 +86,7 @@ def _trials(asked: PlanningTask) -> Iterator[Trial]:
     """Yield what is tried: let go, pushed by each input, in motion under all of them."""
     model = asked.model
     generator, idle = np.random.default_rng(5), model.null_control()
-    moving = np.vstack([asked.start, random_states(model)[:STATES]])
+    moving = np.vstack([asked.start, random_states(model)[:3]])  # at random, besides the start
     resting = moving.copy()
     resting[:, model.speeds] = 0.0
     for x in resting:
@@ -132,7 +129,9 @@ def _difference(
     sizes, units = asked.scales[there], state_units(asked.model)
     changes, dues = (moved - moved[0]) / sizes, (right - right[0]) / sizes
     largest = np.abs(dues).max(axis=0)
-    slight = max(SLIGHT * float(largest.max(initial=0.0)), NO_MOTION)
+    # 0.01 of the largest change of a coordinate in its scale: less of others is not compared
+    # 1e-4 of a coordinate's scale: a machine that moves less stays where it is
+    slight = max(0.01 * float(largest.max(initial=0.0)), 1e-4)
     excess = np.abs(changes - dues) / (THREE_DIGITS * np.maximum(largest, slight))
     k, i = divmod(int(excess.argmax()), len(names))
     if not excess[k, i] <= 1.0:

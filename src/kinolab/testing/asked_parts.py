@@ -78,8 +78,8 @@ def _masses(asked: PlanningTask, given: PlanningTask) -> Iterator[WrongAnswerErr
 def _heavy(task: PlanningTask) -> dict[str, tuple[float, float]]:
     system, told = task.system, {}
     for body in system.bodies:
-        tensor = np.array([system.number(entry) for entry in body.inertia_matrix]).reshape(3, 3)
-        told[body.name] = system.number(body.mass), float(np.linalg.eigvalsh(tensor)[-1])
+        largest = float(np.linalg.eigvalsh(system.inertia_of(body))[-1])
+        told[body.name] = system.number(body.mass), largest
     return told
 
 
@@ -117,8 +117,7 @@ def _tensor(task: PlanningTask, name: str, pose: Array) -> Array:
     """Return a body's inertia along the world's axes, shape (3, 3), in a pose (3, 4)."""
     system, turn = task.system, pose[:, :3]
     body = next(one for one in system.bodies if one.name == name)
-    tensor = np.array([system.number(entry) for entry in body.inertia_matrix]).reshape(3, 3)
-    return np.asarray(turn @ tensor @ turn.T)
+    return np.asarray(turn @ system.inertia_of(body) @ turn.T)
 
 
 def _differ(due: Array, own: Array) -> bool:

@@ -10,13 +10,11 @@ from pkgutil import iter_modules
 from typing import Any
 
 from kinolab.arguments import require_fit
-from kinolab.errors import InputError, Mistake
+from kinolab.errors import InputError, Mistake, counted
 from kinolab.testing import chapters
 from kinolab.testing.judging import Exercise, WrongAnswerError
 
 RECORD = "KINOLAB_GRADES"  # environment: the address at which a grader judges answers
-SHOW_DUE = "KINOLAB_DUE"  # environment: reasons say what would be right
-MUST_BE_RIGHT = "KINOLAB_SOLUTIONS"  # environment: wrong answers are errors, as in the book
 
 
 @dataclass(frozen=True)
@@ -45,7 +43,7 @@ class Mark:
         """Say it in words."""
         if self.reason:
             return f"{self.exercise}: not yet: {self.due or self.reason}"
-        return f"{self.exercise}: right, {self.points} point{'' if self.points == 1 else 's'}"
+        return f"{self.exercise}: right, {counted(self.points, 'point')}"
 
 
 def check(exercise: str, answer: Any) -> Mark:
@@ -72,8 +70,10 @@ def check(exercise: str, answer: Any) -> Mark:
         mark = Mark(**mark_from_afar(grader, exercise, answer))
     else:
         mark = judged(known[exercise], answer)
-        mark = mark if os.environ.get(SHOW_DUE) else replace(mark, due="")
-    if os.environ.get(MUST_BE_RIGHT) and not mark:
+        # With this variable, reasons say what would be right
+        mark = mark if os.environ.get("KINOLAB_DUE") else replace(mark, due="")
+    # With this variable, wrong answers are errors, as in the book
+    if os.environ.get("KINOLAB_SOLUTIONS") and not mark:
         raise AssertionError(repr(mark))
     return mark
 

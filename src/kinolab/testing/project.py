@@ -21,9 +21,7 @@ from kinolab.verification import Certificate, verify
 
 RIGHT, RICH, SOLVED, PROVED, NEAR = 4, 2, 3, 2, 1  # points of a project
 SOUND, MOVES = "nothing is wrong with the machine", "it moves as was asked"
-RICHER = "more than the rolling disk"
 PLAN_FOUND, PROOF, CENTRE = "a plan is found", "it is proved", "it ends in the goal's centre"
-CENTRE_WIDTH = 1e-3  # in SI units
 
 Told = Callable[[str], None]
 
@@ -52,7 +50,7 @@ def project_report(what: str, against: str | None, due: bool, told: Told) -> Rep
     poor = "it generalises it in no way." if not faults else "that counts for a right machine."
     machine = (
         _part(SOUND if asked is None else MOVES, RIGHT, not faults, f"{'; '.join(faults)}."),
-        _part(RICHER, RICH, richer, poor),
+        _part("more than the rolling disk", RICH, richer, poor),
     )
     try:
         return Report(what, (*machine, *_planned(load(what), asked, told)))
@@ -122,7 +120,7 @@ def _planned(problem: PlanningTask, asked: PlanningTask | None, told: Told) -> I
     off = [
         f"{one.name} is off by {one.error:.3g}{f' {one.unit}' if one.unit else ''}"
         for one in (goal_entries(task, motion.x[-1]) if motion else ())
-        if one.error > CENTRE_WIDTH
+        if one.error > 1e-3  # in SI units
     ]
     near = plan.status == "solved" and not off
     yield _part(CENTRE, NEAR, near, "; ".join(off) or "there is no plan.")

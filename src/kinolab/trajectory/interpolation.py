@@ -8,8 +8,6 @@ import numpy as np
 
 from kinolab.numerics.arrays import Array
 
-UNIT = 1e-6  # by which the length of a stored unit quaternion may differ from 1
-
 
 def states_at(t: Array, x: Array, names: Sequence[str], times: Array) -> Array:
     """Return the states at times within a motion, shape (m, nx).
@@ -49,5 +47,6 @@ def _quaternions(x: Array, names: Sequence[str]) -> Iterator[slice]:
         stem = names[i].removesuffix("_x")
         if tuple(names[i : i + 4]) == tuple(f"{stem}_{axis}" for axis in "xyzw"):
             entries = slice(i, i + 4)
-            if (np.abs(np.linalg.norm(x[:, entries], axis=1) - 1) < UNIT).all():
+            # 1e-6: by which the length of a stored unit quaternion may differ from 1
+            if (np.abs(np.linalg.norm(x[:, entries], axis=1) - 1) < 1e-6).all():
                 yield entries

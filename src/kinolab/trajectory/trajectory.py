@@ -23,7 +23,6 @@ from kinolab.trajectory.interpolation import states_at
 from kinolab.untrusted import text_file, why
 
 MOST_TOLD = 10  # mistakes of a file
-MOST_KNOTS = 100_000  # of a motion that is read: steps of 10 ms for a quarter of an hour
 
 
 class Moment(NamedTuple):
@@ -278,8 +277,8 @@ def _rows(lines: Iterable[list[str]], width: int) -> list[list[str]]:
     rows: list[list[str]] = []
     others = 0
     for row in lines:
-        if len(rows) == MOST_KNOTS:
-            raise csv.Error(f"it has more than {MOST_KNOTS} knots")
+        if len(rows) == 100_000:  # steps of 10 ms for a quarter of an hour
+            raise csv.Error("it has more than 100000 knots")
         rows.append(row)
         others += len(row) != width
         if others == MOST_TOLD:

@@ -36,7 +36,6 @@ from kinolab.trajopt.single_shooting import end_by_single_shooting
 from kinolab.trajopt.sqp.restoration import make_knots_exact
 
 SLOWER = 1.2  # times as many steps, for a motion too quick to end in the goal's centre
-HELD_STEPS = 12  # that a machine has for its last way into the goal's centre, standing if need be
 
 
 def make_exact(
@@ -85,7 +84,8 @@ def _after_last_transition(
 
 def _held(problem: PlanningTask, piece: Trajectory) -> Trajectory:
     """Return a short motion that stands still at its end for some steps, if the machine can."""
-    model, missing = problem.model, HELD_STEPS - len(piece.u)
+    # 12 steps that a machine has for its last way into the goal's centre, standing if need be
+    model, missing = problem.model, 12 - len(piece.u)
     idle = model.null_control()
     if missing <= 0 or np.abs(model.f(piece.x[-1], idle)).max() > 0.0:
         return piece

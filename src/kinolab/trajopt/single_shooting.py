@@ -28,8 +28,6 @@ from kinolab.trajopt.nlp.goal_constraint import GoalConstraint
 from kinolab.trajopt.nlp.problem import TrajectoryProblem
 from kinolab.trajopt.options import END
 
-ROUNDING = 1e-12  # of half an input's range: no room is a little room
-
 
 def end_by_single_shooting(
     problem: PlanningTask, trajectory: Trajectory, cancelled: Callable[[], bool]
@@ -140,7 +138,8 @@ class _Tail:
         rows = [self.inputs[blocks == k] for k in range(END.blocks)]
         low = [((lower - own) / half).max(axis=0, initial=-2.0) for own in rows]
         high = [((upper - own) / half).min(axis=0, initial=2.0) for own in rows]
-        return np.concatenate(low) - ROUNDING, np.concatenate(high) + ROUNDING
+        # 1e-12 of half an input's range: no room is a little room
+        return np.concatenate(low) - 1e-12, np.concatenate(high) + 1e-12
 
     def _moved(self, change: Array) -> Array:
         """Return inputs that differ by a change (blocks nu,), in half ranges, within limits."""

@@ -18,8 +18,6 @@ from kinolab.dynamics.analysis.equilibrium import equilibrium
 from kinolab.dynamics.language.inputs import bounds_of
 from kinolab.numerics.arrays import Array
 
-ROUNDING = 1e-9  # allowed violation of an input limit
-
 
 @dataclass(frozen=True)
 class AtRest:
@@ -87,7 +85,8 @@ def held_state(model: Model, starts: Iterable[Array]) -> tuple[Array, Array] | N
         found = equilibrium(model, start, polish=True)
         if found is not None:
             u = found[1]
-            if (lower - ROUNDING <= u).all() and (u <= upper + ROUNDING).all():
+            # 1e-9: allowed violation of an input limit
+            if (lower - 1e-9 <= u).all() and (u <= upper + 1e-9).all():
                 return found
     return None
 

@@ -10,8 +10,6 @@ from kinolab.dynamics.derivation.derivation import is_kinematic
 from kinolab.numerics.arrays import Array
 
 MOVED = 0.3  # of a coordinate's scale: any other place of it serves as well
-SAME = 1e-12  # relative change of an energy that is rounding
-ALONG = ("x", "y", "z")
 
 
 def conserved_momenta(system: System) -> tuple[str, ...]:
@@ -68,15 +66,16 @@ def cyclic_coordinates_of(system: System) -> tuple[str, ...]:
         return np.hstack([kinetic, np.asarray(model.energy(x)[1]).reshape(-1, 1)])
 
     size = max(float(np.abs(energies(states)).max()), 1e-300)
+    # A relative change of an energy by 1e-12 is rounding.
     return tuple(
         c.name
         for k, c in enumerate(system.coordinates)
-        if change_by(energies, states, k, MOVED * model.state_scales[k]) <= SAME * size
+        if change_by(energies, states, k, MOVED * model.state_scales[k]) <= 1e-12 * size
     )
 
 
 def _named(name: str, kept: Array) -> str:
-    axes = [axis for axis, one in zip(ALONG, kept, strict=True) if one]
+    axes = [axis for axis, one in zip(("x", "y", "z"), kept, strict=True) if one]
     return name if len(axes) == 3 else f"{name} along {' and '.join(axes)}"
 
 
@@ -92,7 +91,7 @@ def _momenta(system: System, model: Model, x: Array) -> Array:
     angular = np.cross(places - centre, linear)
     for row, k in enumerate(located):
         body, turn = system.bodies[k], poses[k, :, :3]
-        inertia = np.array([system.number(e) for e in body.inertia_matrix]).reshape(3, 3)
+        inertia = system.inertia_of(body)
         hat = turn.T @ rates[k, :, :3]
         angular[row] += turn @ inertia @ np.array([hat[2, 1], hat[0, 2], hat[1, 0]])
     return np.stack([linear, angular])

@@ -11,9 +11,7 @@ from kinolab.dynamics.analysis.fields.linear_controllability import LinearContro
 from kinolab.dynamics.analysis.fields.small_time import SmallTime, SmallTimeVerdict
 from kinolab.dynamics.lagrange.printing import one_line
 from kinolab.dynamics.language.inputs import bounds_of
-
-ROUNDING = 1e-9  # of a state or input: smaller deviations are not reported
-MAX_NAMED = 4  # directions or values that a sentence names; more are counted
+from kinolab.errors import a_few, counted, row_of
 
 
 def sentences(found: Description) -> Iterator[str]:
@@ -35,8 +33,8 @@ def _configurations(found: Description) -> Iterator[str]:
     growth = ", ".join(map(str, closure.growth))
     yield (
         f"The motions that the constraints allow have the growth vector ({growth}): their brackets "
-        f"of up to {_fields(len(closure.growth))} span {closure.leaf} of the {closure.dimension} "
-        "dimensions of the configuration space."
+        f"of up to {counted(len(closure.growth), 'field')} span {closure.leaf} of the "
+        f"{closure.dimension} dimensions of the configuration space."
     )
     if found.pushes == found.freedom:
         one, each = "the only motion", f"each of the {found.freedom} independent motions"
@@ -83,15 +81,13 @@ def _place(rest: AtRest) -> str:
     """Name an equilibrium by the values that differ from the default."""
     values = rest.state | rest.held
     usual = {name: 1.0 if name in rest.upright else 0.0 for name in values}
+    # 1e-9 of a state or input: smaller deviations are not reported
     named = [
-        f"{name} = {value:.4g}"
-        for name, value in values.items()
-        if abs(value - usual[name]) > ROUNDING
+        f"{name} = {value:.4g}" for name, value in values.items() if abs(value - usual[name]) > 1e-9
     ]
     if not named:
         return "rest, all states and inputs 0"
-    more = f" and {len(named) - MAX_NAMED} more" if len(named) > MAX_NAMED else ""
-    return f"rest at {', '.join(named[:MAX_NAMED])}{more}"
+    return f"rest at {a_few(named)}"
 
 
 def _linear(linear: LinearControllability) -> str:
@@ -99,27 +95,21 @@ def _linear(linear: LinearControllability) -> str:
         return (
             f"the linearisation is controllable ({linear.rank} of {linear.dimension} dimensions)."
         )
-    lost, more = list(linear.directions[:MAX_NAMED]), len(linear.directions) - MAX_NAMED
+    lost, more = list(linear.directions[:4]), len(linear.directions) - 4
     if more > 0:
         lost.append(f"{more} more")
-    head, last = ", ".join(lost[:-1]), lost[-1]
-    named = f"{head} or {last}" if head else last
     decays = "the rest decays by itself" if linear.stabilisable else "not all of that decays"
     return (
         f"the linearisation reaches {linear.rank} of {linear.dimension} dimensions. No input "
-        f"affects {named}, and {decays}."
+        f"affects {row_of(lost, 'or')}, and {decays}."
     )
 
 
 def _decided_by(verdict: SmallTimeVerdict) -> str:
     if verdict.outcome in (SmallTime.DRIFTLESS, SmallTime.BRACKETS):
-        return f" Brackets of up to {_fields(verdict.degree)} settle it."
+        return f" Brackets of up to {counted(verdict.degree, 'field')} settle it."
     if verdict.outcome is SmallTime.UNFINISHED:
-        return f" Those of up to {_fields(verdict.degree)} do not settle it."
+        return f" Those of up to {counted(verdict.degree, 'field')} do not settle it."
     if verdict.obstacle is not None:
         return f" The bad bracket {word_text(verdict.obstacle)} is not compensated."
     return ""
-
-
-def _fields(count: int) -> str:
-    return "1 field" if count == 1 else f"{count} fields"

@@ -9,9 +9,7 @@ from kinolab.dynamics import System
 from kinolab.dynamics.analysis.decoupling_fields import decoupling_fields
 from kinolab.dynamics.analysis.fields.growth_vectors import filtration
 from kinolab.dynamics.language.inputs import bounds_of
-from kinolab.errors import InputError
-
-MAX_NAMED = 4  # fields that a sentence names; more are counted
+from kinolab.errors import InputError, a_few, counted
 
 
 @dataclass(frozen=True)
@@ -47,14 +45,9 @@ class Decoupling:
         if not self.moved:
             yield "It has no decoupling vector field: no direction that it can follow at any speed."
             return
-        count = len(self.moved)
-        named = [
-            f"{name} (moves {', '.join(moved)})"
-            for name, moved in [*self.moved.items()][:MAX_NAMED]
-        ]
-        more = f" and {count - MAX_NAMED} more" if count > MAX_NAMED else ""
-        fields = "1 decoupling vector field" if count == 1 else f"{count} decoupling vector fields"
-        yield f"It has {fields}: {'; '.join(named)}{more}. {self._followed()}"
+        fields = counted(len(self.moved), "decoupling vector field")
+        named = (f"{name} (moves {', '.join(moved)})" for name, moved in self.moved.items())
+        yield f"It has {fields}: {a_few(named, between='; ')}. {self._followed()}"
         growth, whole = ", ".join(map(str, self.growth)), self.dimension
         reached = f"Their brackets span ({growth}) of {whole} dimensions of the configuration space"
         if self.growth[-1] < whole:

@@ -12,7 +12,6 @@ from kinolab.analyze.describe.conserved import (
     momenta_of,
 )
 from kinolab.analyze.describe.decoupling import Decoupling, decoupling_of
-from kinolab.analyze.describe.flat_outputs import flat_outputs_of
 from kinolab.analyze.describe.generalisations import Generalisation, generalisations_of
 from kinolab.analyze.describe.sizes import BodySize, body_sizes
 from kinolab.analyze.describe.states import StateStorage, state_storage
@@ -25,12 +24,12 @@ from kinolab.dynamics.derivation.derivation import is_kinematic
 from kinolab.dynamics.derivation.singularity import singularity_of
 from kinolab.dynamics.derivation.symbol_table import SymbolTable
 from kinolab.dynamics.derivation.velocity_coordinates import constraint_rows, independent_rows
+from kinolab.dynamics.lagrange.printing import one_line
 from kinolab.dynamics.language.constraints import PositionConstraint
+from kinolab.dynamics.language.flatness import PlaneCurves
 from kinolab.dynamics.language.inputs import Input
 from kinolab.dynamics.machine_facts import MachineFacts
 from kinolab.errors import InputError
-
-SAME = 1e-9  # rounding of a potential energy, relative to its largest value
 
 
 @dataclass(frozen=True)
@@ -189,7 +188,8 @@ def _has_potential(model: Model, fields: VectorFields) -> bool:
         return False
     places = [[point[name] for name in model.state_names] for point in fields.points]
     energies = [model.energy(x)[1] for x in places]
-    return bool(max(energies) - min(energies) > SAME * max(map(abs, energies)))
+    # 1e-9: rounding of a potential energy, relative to its largest value
+    return bool(max(energies) - min(energies) > 1e-9 * max(map(abs, energies)))
 
 
 def _freedom(system: System, closure: InvolutiveClosure | None) -> int:
@@ -212,3 +212,26 @@ def _kinds(system: System, closure: InvolutiveClosure | None) -> Iterator[Constr
         if closure is not None and constraint.name in closure.redundant:
             kind = "repeats others"
         yield ConstraintKind(constraint.name, kind)
+
+
+def flat_outputs_of(system: System, *, pushed_everywhere: bool) -> tuple[str, ...]:
+    """Return the flat outputs that a machine says it has, or has because it is fully actuated.
+
+    Args:
+        system: The machine.
+        pushed_everywhere: Whether inputs push in as many directions as it has degrees of freedom.
+
+    Returns:
+        One text each; empty where none is known, which does not mean that there is none.
+
+    Source: Murray, Rathinam, Sluis, Differential flatness of mechanical control systems, 1995,
+    section 2.
+    """
+    if isinstance(system.flat, PlaneCurves):
+        point = f"{system.flat.x.name} and {system.flat.y.name}"
+        return (f"{point}, of a point that rolls along any smooth curve in the plane",)
+    if system.flat is not None:
+        return tuple(f"{name} = {one_line(value)}" for name, value in system.flat.outputs)
+    if system.constraints or system.states or not pushed_everywhere or not system.inputs:
+        return ()
+    return ("its coordinates, since inputs push along all of them",)

@@ -12,9 +12,9 @@ from kinolab.analyze.describe.sizes import BodySize
 from kinolab.dynamics.language.inputs import Input, bounds_of
 from kinolab.dynamics.machine_facts import CoordinateFacts
 from kinolab.dynamics.units import in_digits
+from kinolab.errors import LINE_WIDTH
 from kinolab.problem.warnings import machine_warnings
 
-LINE_WIDTH = 100  # characters per line
 SHOWN = {True: "yes", False: "no"}
 
 
@@ -35,9 +35,7 @@ def _lines(found: Description) -> Iterator[str]:
     if any(what != "rate of a coordinate" for _, what in found.velocities):
         yield from _group("velocities", found.velocities)
     if found.singular:
-        yield from wrap(
-            found.singular, LINE_WIDTH, initial_indent="    ", subsequent_indent="      "
-        )
+        yield from _wrapped(found.singular)
     yield from _group("bodies", [_body_row(body) for body in found.bodies])
     yield from _group("coordinates", [_coordinate_row(one) for one in found.machine.coordinates])
     yield from _group("constraints", [(c.name, c.kind) for c in found.constraints])
@@ -49,20 +47,19 @@ def _lines(found: Description) -> Iterator[str]:
     if said := [*machine_warnings(found.machine)]:
         yield "  warnings"
         for sentence in said:
-            yield from wrap(sentence, LINE_WIDTH, initial_indent="    ", subsequent_indent="      ")
+            yield from _wrapped(sentence)
     yield from _known(found)
     yield "  controllability"
     for sentence in sentences(found):
-        yield from wrap(sentence, LINE_WIDTH, initial_indent="    ", subsequent_indent="      ")
+        yield from _wrapped(sentence)
     yield "  generalisations of the upright rolling disk"
     for k, mode in enumerate(found.generalisations, 1):
         begin = f"    {k} {SHOWN[mode.shown]:3}  "
-        sentence = f"{mode.name}: {mode.why}"
-        yield from wrap(sentence, LINE_WIDTH, initial_indent=begin, subsequent_indent=" " * 11)
+        yield from _wrapped(f"{mode.name}: {mode.why}", begin, " " * 11)
     if found.left_out:
         yield "  left out"
         for sentence in found.left_out:
-            yield from wrap(sentence, LINE_WIDTH, initial_indent="    ", subsequent_indent="      ")
+            yield from _wrapped(sentence)
 
 
 def _parameters(found: Description) -> Iterator[str]:
@@ -89,8 +86,7 @@ def _known(found: Description) -> Iterator[str]:
         ("flat outputs", "; ".join(found.flat)),
     ):
         if told:
-            text = f"{title}: {told}"
-            yield from wrap(text, LINE_WIDTH, initial_indent="  ", subsequent_indent="    ")
+            yield from _wrapped(f"{title}: {told}", "  ")
 
 
 def _watched(found: Description) -> Iterator[str]:
@@ -99,7 +95,13 @@ def _watched(found: Description) -> Iterator[str]:
         return
     pairs = "; ".join(f"{a} and {b}" for a, b in found.watched)
     text = f"pairs that must not touch: {pairs or 'none; bodies may pass through each other'}"
-    yield from wrap(text, LINE_WIDTH, initial_indent="  ", subsequent_indent="    ")
+    yield from _wrapped(text, "  ")
+
+
+def _wrapped(text: str, first: str = "    ", others: str = "") -> list[str]:
+    """Break a text into lines; all but the first are indented further."""
+    others = others or f"{first}  "
+    return wrap(text, LINE_WIDTH, initial_indent=first, subsequent_indent=others)
 
 
 def _group(title: str, rows: Sequence[Sequence[str]]) -> Iterator[str]:

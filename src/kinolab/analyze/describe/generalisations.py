@@ -13,6 +13,7 @@ from kinolab.analyze.describe.topology import mechanisms
 from kinolab.dynamics import System
 from kinolab.dynamics.language.expressions import is_zero
 from kinolab.dynamics.language.mechanism_parts import dry_frictions
+from kinolab.errors import counted
 
 SIMPLEST = 2  # inputs and degrees of freedom of the upright rolling disk
 
@@ -49,7 +50,7 @@ def generalisations_of(
     apart = f"{parts} that no body, constraint or force joins" if parts > 1 else "one mechanism"
     return (
         _internal(system, freedom - pushes, freedom, potential),
-        Generalisation("more than two inputs", inputs > SIMPLEST, _counted(inputs, "input")),
+        Generalisation("more than two inputs", inputs > SIMPLEST, counted(inputs, "input")),
         Generalisation("more degrees of freedom", freedom > SIMPLEST, more),
         _feedback(system),
         Generalisation("several mechanisms", parts > 1, apart),
@@ -60,7 +61,7 @@ def generalisations_of(
 def _internal(system: System, left: int, freedom: int, potential: bool) -> Generalisation:
     lagging = [entry.name for entry in system.states if entry.velocity is None]
     facts = {
-        f"no input acts on {left} of {_counted(freedom, 'degree')} of freedom": left > 0,
+        f"no input acts on {left} of {counted(freedom, 'degree')} of freedom": left > 0,
         f"{', '.join(lagging)} with differential equations of their own": len(lagging) > 1,
         f"{', '.join(lagging)} with a differential equation of its own": len(lagging) == 1,
         "its potential energy depends on its configuration": potential,
@@ -87,10 +88,6 @@ def _transitions(system: System, switching: Sequence[str]) -> Generalisation:
     dry = sum(not is_zero(strength.subs(values)) for _, strength in dry_frictions(system))
     why = "the same equations hold everywhere"
     if dry:
-        why += f"; dry friction in {_counted(dry, 'place')} is regularised, without a state that "
+        why += f"; dry friction in {counted(dry, 'place')} is regularised, without a state that "
         why += "sticks"
     return Generalisation("state transitions", False, why)
-
-
-def _counted(count: int, noun: str) -> str:
-    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"

@@ -31,14 +31,14 @@ class BodySize:
 def body_sizes(system: System) -> tuple[BodySize, ...]:
     """Return masses and sizes of a machine's bodies, in its order."""
     return tuple(
-        BodySize(body.name, system.number(body.mass), _inertia(system, body), _extent(system, body))
+        BodySize(
+            body.name,
+            system.number(body.mass),
+            float(np.linalg.eigvalsh(system.inertia_of(body))[-1]),
+            _extent(system, body),
+        )
         for body in system.bodies
     )
-
-
-def _inertia(system: System, body: Body) -> float:
-    tensor = np.array([system.number(entry) for entry in body.inertia_matrix]).reshape(3, 3)
-    return float(np.linalg.eigvalsh(tensor)[-1])
 
 
 def _extent(system: System, body: Body) -> tuple[float, float, float] | None:

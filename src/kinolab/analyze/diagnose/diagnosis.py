@@ -47,8 +47,6 @@ if TYPE_CHECKING:
     from kinolab.analyze.diagnose.narrow_passage.passage import Passage
 
 
-MAX_NAMED = 4
-MIN_FRACTION = 0.01  # of all rejected motions: smaller sources are not named
 LONGER = 4  # times as long as the search that failed
 
 
@@ -62,11 +60,11 @@ def rejection_sentences(rejections: Mapping[str, Mapping[str, float]]) -> Iterat
         (fraction, cause, culprit)
         for cause, culprits in rejections.items()
         for culprit, fraction in culprits.items()
-        if fraction >= MIN_FRACTION
+        if fraction >= 0.01  # of all rejected motions: smaller sources are not named
     ]
     named = [
         f"{cause}, {culprit} ({fraction:.0%})"
-        for fraction, cause, culprit in sorted(shares, key=lambda entry: -entry[0])[:MAX_NAMED]
+        for fraction, cause, culprit in sorted(shares, key=lambda entry: -entry[0])[:4]
     ]
     if named:
         yield f"Motions were refused for: {'; '.join(named)}."

@@ -10,10 +10,7 @@ from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 from kinolab.world import feature_points
 
-RANDOM_STATES = 12  # random samples, in addition to those given
 FD_STEP = 1e-5  # [m] or [rad]
-ROUNDING = 1e-7  # [m] per unit: smaller displacements are rounding
-MIN_GOAL_MOTION = 0.01  # [m] per unit, for coordinates that only the goal depends on
 
 
 def motion_per_coordinate(problem: PlanningTask, states: Sequence[Array]) -> Array:
@@ -27,15 +24,17 @@ def motion_per_coordinate(problem: PlanningTask, states: Sequence[Array]) -> Arr
         states: Where it is evaluated, in addition to random configurations.
     """
     generator = np.random.default_rng(0)
-    samples = [*states, *(problem.sample(generator) for _ in range(RANDOM_STATES))]
+    # 12 random samples, in addition to those given
+    samples = [*states, *(problem.sample(generator) for _ in range(12))]
     far = np.zeros(problem.model.nx)
     for i in range(problem.model.nq):
         far[i] = max(_moved(problem, x, i) for x in samples)
     for part in problem.space.spheres:
         far[part.own] = far[part.own].max() / part.angles  # an angle turns an entry by half
-    far[far < ROUNDING] = 0.0
+    far[far < 1e-7] = 0.0  # [m] per unit: smaller displacements are rounding
     wanted = [i for i in problem.goal.entries if i < problem.model.nq]
-    far[wanted] = np.maximum(far[wanted], MIN_GOAL_MOTION)
+    # 0.01 [m] per unit, for coordinates that only the goal depends on
+    far[wanted] = np.maximum(far[wanted], 0.01)
     return far
 
 

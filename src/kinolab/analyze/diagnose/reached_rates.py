@@ -18,9 +18,6 @@ from kinolab.problem import PlanningTask
 
 RANDOM_STATES = 12  # random samples; a direction unreached at all of them is never reached
 RANK_TOLERANCE = 1e-7  # of the largest singular value: smaller ones count as zero
-# component of a unit vector beyond which it stands for one velocity alone
-SINGLE_VELOCITY_COMPONENT = 0.999
-MIN_COMPONENT = 1e-3  # smaller components are left out of a direction
 
 
 def unreached_directions(problem: PlanningTask) -> tuple[dict[str, float], ...]:
@@ -52,7 +49,7 @@ def unreached_directions(problem: PlanningTask) -> tuple[dict[str, float], ...]:
         {
             names[i]: float(value)
             for i, value in zip(rates, z, strict=True)
-            if abs(value) > MIN_COMPONENT
+            if abs(value) > 1e-3  # smaller components are left out of a direction
         }
         for z in missing.T
     )
@@ -62,7 +59,8 @@ def unreached_sentences(directions: Sequence[dict[str, float]]) -> Iterator[str]
     """Say which velocities no input changes."""
     for direction in directions:
         name = max(direction, key=lambda key: abs(direction[key]))
-        if abs(direction[name]) < SINGLE_VELOCITY_COMPONENT:
+        # 0.999: component of a unit vector beyond which it stands for one velocity alone
+        if abs(direction[name]) < 0.999:
             name = " ".join(f"{value:+.2g} {key}" for key, value in direction.items())
         yield f"No input ever changes {name}."
 

@@ -16,7 +16,6 @@ from kinolab.simulation.reference import resimulate
 from kinolab.solve import PlanResult, make_planner
 
 TRIAL_SECONDS = 2.0  # of one search
-MIN_SECONDS = 0.2  # [s] shortest search worth starting
 
 
 @dataclass(frozen=True)
@@ -60,7 +59,7 @@ def relaxation_trials(
     tried = []
     for change in relaxations(problem, planner):
         left = min(TRIAL_SECONDS, end - time.monotonic())
-        if left < MIN_SECONDS:
+        if left < 0.2:  # [s] shortest search worth starting
             break
         say(f"trying again {change.words}")
         begun = time.monotonic()

@@ -17,7 +17,6 @@ from kinolab.simulation import stiffness
 OBSTACLES = "obstacles"  # name of the change that leaves them out
 TOLERANCE_FACTOR = 3.0  # factor on the goal's tolerances
 INPUT_LIMIT_FACTOR = 2.0  # factor on the inputs' limits
-DURATION_FACTOR = 3  # factor on how long a control may last
 STEP_DIVISOR = 4  # by which a step is divided
 
 
@@ -61,7 +60,7 @@ def relaxations(problem: PlanningTask, planner: AbstractPlanner) -> Iterator[Rel
     yield Relaxation("limits", words, replace(problem, model=strong), {})
     longest = getattr(planner, "max_steps", None)
     if longest is not None:
-        longer = {"max_steps": DURATION_FACTOR * longest}
+        longer = {"max_steps": 3 * longest}  # factor on how long a control may last
         words = f"with {_options(longer)} instead of {longest}"
         yield Relaxation("longer controls", words, problem, longer)
     if problem.scenario.integration.truth == "continuous":

@@ -6,14 +6,12 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from kinolab.errors import a_few
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 from kinolab.problem.goal_entries import GoalEntry, goal_entries
 from kinolab.verification.clearance_margin import StateClearance, state_clearance
 from kinolab.world import CollisionChecker
-
-TIGHT_CLEARANCE = 0.05  # [m] below which clearance is reported
-MAX_NAMED = 3  # entries that a sentence names
 
 
 def largest_clearance(
@@ -31,7 +29,8 @@ def clearance_sentences(start: StateClearance, goal: StateClearance | None) -> I
     if start == goal:
         return
     for where, clearance in (("at the start", start), ("in the goal, at best", goal)):
-        if clearance is not None and clearance.clearance < TIGHT_CLEARANCE:
+        # 0.05 [m] below which clearance is reported
+        if clearance is not None and clearance.clearance < 0.05:
             yield f"There is little clearance {where}: {clearance}."
 
 
@@ -46,15 +45,14 @@ def approach_sentences(entries: Sequence[GoalEntry], *, moved: bool) -> Iterator
     reached = [entry.name for entry in entries if entry.reached]
     if not missed:
         return
-    more = f" and {len(missed) - MAX_NAMED} more" if len(missed) > MAX_NAMED else ""
     kept = f"; it reaches {', '.join(reached)}" if reached else ""
     approach = "The nearest approach" if moved else "Nothing came nearer than the start, which"
-    yield f"{approach} misses {', '.join(map(str, missed[:MAX_NAMED]))}{more}{kept}."
+    yield f"{approach} misses {a_few(missed, 3)}{kept}."
 
 
 def unmet_sentences(problem: PlanningTask, nearest: Array) -> Iterator[str]:
     """Say that no state meets the goal, and what the nearest one, shape (nx,), misses."""
     missed = [entry for entry in goal_entries(problem, nearest) if not entry.reached]
     if missed:
-        shown = ", ".join(map(str, missed[:MAX_NAMED]))
+        shown = ", ".join(map(str, missed[:3]))
         yield f"The machine has no configuration in the goal: the nearest one misses {shown}."

@@ -11,7 +11,6 @@ from kinolab.problem import PlanningTask
 from kinolab.problem.goal_entries import GoalEntry, goal_entries
 
 MOTIONS, STEPS = 12, 100  # at random; a coordinate that stays in all of them is held
-ROUNDING = 1e-9  # of its scale
 
 
 def unmoved_goals(problem: PlanningTask) -> tuple[GoalEntry, ...]:
@@ -34,7 +33,7 @@ def unmoved_goals(problem: PlanningTask) -> tuple[GoalEntry, ...]:
         except KinolabError:
             return ()  # it cannot be said where it leads
         largest = np.maximum(largest, np.abs(x - problem.start).max(axis=0))
-    still = largest <= ROUNDING * problem.scales
+    still = largest <= 1e-9 * problem.scales  # of its scale
     return tuple(entry for entry in missed if still[names.index(entry.name)])
 
 

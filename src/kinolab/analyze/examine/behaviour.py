@@ -22,13 +22,12 @@ from kinolab.dynamics.language.mechanism_parts import (
 )
 from kinolab.dynamics.language.quantities import written
 from kinolab.dynamics.units import in_digits
-from kinolab.errors import KinolabError
+from kinolab.errors import KinolabError, counted, row_of
 from kinolab.numerics.arrays import Array
 
 LET_GO = 0.5  # [s]
 STEPS = 500  # of that
 SEEN = 1e-3  # [m] or [rad]: less is called rest
-ASIDE = 0.1  # of the span of coordinates: beside rest
 MOST = 3  # inputs, bodies and names that sentences name; more are counted
 
 
@@ -52,10 +51,10 @@ def _freedoms(subject: Subject) -> Iterator[str]:
         freedom = model.nv
     follows = [name for k, name in enumerate(model.rate_names) if k not in model.independent]
     inputs = len(subject.system.inputs)
-    told = f"It has {_counted(len(subject.system.coordinates), 'coordinate')}"
+    told = f"It has {counted(len(subject.system.coordinates), 'coordinate')}"
     turning = len(subject.turning)
-    told += f" ({_counted(turning, 'rotation')} about every axis among them), " if turning else ", "
-    told += f"{_counted(freedom, 'degree')} of freedom and {_counted(inputs, 'input')}"
+    told += f" ({counted(turning, 'rotation')} about every axis among them), " if turning else ", "
+    told += f"{counted(freedom, 'degree')} of freedom and {counted(inputs, 'input')}"
     if model.velocity_names:
         told += (
             f"; {_listed(model.velocity_names)} {'are states' if model.nv > 1 else 'is a state'}"
@@ -83,7 +82,8 @@ def _let_go(subject: Subject) -> Iterator[str]:
     if is_kinematic(subject.system):
         yield "It is kinematic: its inputs are velocities, and without them it stays where it is."
         return
-    aside = subject.moved(dict.fromkeys(subject.plain, ASIDE))
+    # 0.1 of the span of coordinates: beside rest
+    aside = subject.moved(dict.fromkeys(subject.plain, 0.1))
     begun = [f"{c} = {aside[k]:.3g}" for c, k in subject.plain.items() if abs(aside[k]) > SEEN]
     beside = f"Let go at {_listed(begun)}"
     for x, begin in ((subject.rest, "Let go at rest"), (aside, beside)):
@@ -134,7 +134,7 @@ def _inputs(subject: Subject) -> Iterator[str]:
     if len(inputs) > MOST:
         more = ", ".join(entry.name for entry in inputs[MOST : 3 * MOST])
         more += ", …" * (len(inputs) > 3 * MOST)
-        yield f"And {_counted(len(inputs) - MOST, 'further input')}: {more}."
+        yield f"And {counted(len(inputs) - MOST, 'further input')}: {more}."
 
 
 def _acts(subject: Subject, entry: Input) -> str:
@@ -256,13 +256,9 @@ def _span(low: float, first: str, high: float, last: str, unit: str) -> str:
     return f"{in_digits(low)} {unit} ({first}) to {in_digits(high)} {unit} ({last})"
 
 
-def _counted(count: int, noun: str) -> str:
-    return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
-
-
 def _listed(names: Iterable[object], more: str = "others") -> str:
     """Join names: ``a, b and c``; those beyond ``2 MOST`` are counted."""
-    words: Sequence[str] = [str(name) for name in names]
+    words: Sequence[object] = list(names)
     if len(words) > 2 * MOST:
         words = [*words[: 2 * MOST - 1], f"{len(words) - 2 * MOST + 1} {more}"]
-    return " and ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)
+    return row_of(words)

@@ -19,8 +19,6 @@ from kinolab.dynamics.language.mechanism_parts import (
 from kinolab.dynamics.language.quantities import written
 from kinolab.numerics.arrays import Array
 
-ALIKE = 0.05  # relative: velocities of dampers are often written for small angles
-
 
 def dampers(subject: Subject) -> Iterator[Remark]:
     """Yield the dampers whose velocity is a spring's change of length but for signs of its terms.
@@ -62,4 +60,5 @@ def _slopes(subject: Subject, velocity: sympy.Expr, x: Array) -> Array:
 
 
 def _alike(one: Array, other: Array) -> bool:
-    return bool(np.abs(one - other).max() <= ALIKE * np.abs(other).max())
+    # 0.05, relative: velocities of dampers are often written for small angles
+    return bool(np.abs(one - other).max() <= 0.05 * np.abs(other).max())

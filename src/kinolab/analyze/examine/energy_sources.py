@@ -34,9 +34,6 @@ from kinolab.dynamics.language.symbols import (
 )
 from kinolab.simulation.stability import random_states
 
-SEEN = 1e-6  # one minus the cosine between two powers, over many states: rounding, and no more
-ROUNDING = 1e-9  # of the largest power of a force: a smaller one counts as zero
-
 
 def energy_sources(subject: Subject) -> Iterator[Remark]:
     """Yield the forces whose work is positive though the machine's inputs are zero.
@@ -177,7 +174,8 @@ def _other_motion(subject: Subject) -> Iterator[Remark]:
             [powers(*x[: model.nq], *v) for x, v in zip(states, moving, strict=True)]
         ).T
         cosine = abs(one @ other) / max(float(np.linalg.norm(one) * np.linalg.norm(other)), 1e-300)
-        if cosine < 1 - SEEN:
+        # 1e-6: one minus the cosine between two powers, over many states: rounding, and no more
+        if cosine < 1 - 1e-6:
             felt = " and ".join(sorted(str(s) for s in voltage.free_symbols & set(rates)))
             pushed = " and ".join(sorted(str(s) for s in power.free_symbols & set(rates)))
             what = f"{entry.name} pushes along {pushed}, and feels {felt}, by the same "
@@ -221,7 +219,8 @@ def _found(
     largest = max(np.abs(there).max(), np.abs(back).max())
     if not (np.isfinite(largest) and largest > 0):
         return
-    if float(np.minimum(there, back).max() / largest) > ROUNDING:
+    # 1e-9 of the largest power of a force: a smaller one counts as zero
+    if float(np.minimum(there, back).max() / largest) > 1e-9:
         most = float(np.maximum(there, back).max())
         what = (
             f"The {effort} feeds in up to {most:.3g} W while all inputs are 0, whichever way the "

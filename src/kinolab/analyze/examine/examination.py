@@ -43,12 +43,11 @@ from kinolab.analyze.examine.shapes.touching_bodies import contacts, standing
 from kinolab.analyze.examine.shapes.twins import required, twins
 from kinolab.analyze.examine.units_agree import units_agree
 from kinolab.dynamics import System
+from kinolab.errors import LINE_WIDTH, counted
 from kinolab.loading.well_posed import unlimited_sentences
 from kinolab.scenario.schema import IntegrationSection
 from kinolab.simulation.held_law import stiff_law, wrong_law
 from kinolab.simulation.stability import fastest_rate, step_too_long
-
-LINE_WIDTH = 100  # characters per line
 
 
 @dataclass(frozen=True)
@@ -87,7 +86,7 @@ class Examination:
             return f"{self.name}: nothing to remark, and the laws of mechanics hold."
         counts = {"remark": len(self.remarks), "broken law": len(self.broken)}
         counts["expectation in vain"] = len(self.unused)
-        told = [f"{n} {what}{'s' * (n > 1)}" for what, n in counts.items() if n]
+        told = [counted(n, what) for what, n in counts.items() if n]
         titles = "; ".join((*(r.title for r in self.remarks), *(law.law for law in self.broken)))
         return f"{self.name}: {', '.join(told)}{': ' * bool(titles)}{titles}."
 

@@ -30,8 +30,6 @@ from kinolab.simulation.stability import random_states
 
 FD_STEP = 1e-5  # of a second, along the rates; the error of central differences is its square
 COMPONENTS = ("force", "torque")  # of a wrench, along the axes of its body
-TURNED = 0.05  # relative, of the change of components by an angle: of small angles, or of others
-SAME = 1e-6  # relative: a thousand times that error
 
 
 def forces_twice(subject: Subject) -> Iterator[Remark]:
@@ -82,7 +80,9 @@ def turned_twice(subject: Subject) -> Iterator[Remark]:
                 force, slope = np.array(both, dtype=float).T
                 turned = np.cross(spin[:, k], force)
                 gap = np.abs(slope - turned).max()
-                if np.abs(turned).max() > 0 and gap <= TURNED * np.abs(turned).max():
+                # 0.05: relative, of the change of components by an angle: of small angles, or of
+                # others
+                if np.abs(turned).max() > 0 and gap <= 0.05 * np.abs(turned).max():
                     what = f"{c} turns its components, which are along the axes of "
                     what += f"{on.name}: these turn by {c} already, so that it turns twice "
                     what += f"as far. Take the components along the axes of {on.name}."
@@ -118,7 +118,8 @@ def _same(subject: Subject, forces: Array, own: Array) -> Iterator[tuple[int, st
         for column, coordinate in enumerate(subject.plain):
             size = np.abs(force[:, column]).max()
             gap = np.abs(forces[:, column] - force[:, column]).max()
-            if size > SAME * np.abs(own).max(initial=0.0) and gap <= SAME * size:
+            # 1e-6, relative: a thousand times that error
+            if size > 1e-6 * np.abs(own).max(initial=0.0) and gap <= 1e-6 * size:
                 yield k, coordinate.name
 
 
@@ -166,8 +167,7 @@ def _own_forces(subject: Subject, states: Array, q_dots: Array) -> tuple[Array, 
         turns = subject.poses(x)[:, :, :3]
         for k, body in enumerate(system.bodies):
             mass = system.number(body.mass)
-            moments = np.array([system.number(e) for e in body.inertia_matrix]).reshape(3, 3)
-            moments = turns[k] @ moments @ turns[k].T
+            moments = turns[k] @ system.inertia_of(body) @ turns[k].T
             left = (ahead[k] - behind[k]) @ q_dot / (2 * FD_STEP)
             spin = here[k, 3:] @ q_dot
             load = np.append(mass * left[:3], moments @ left[3:] + np.cross(spin, moments @ spin))

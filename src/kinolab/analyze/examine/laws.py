@@ -21,9 +21,6 @@ from kinolab.errors import KinolabError, NoDynamicsError
 from kinolab.scenario.schema import IntegrationSection
 from kinolab.simulation.stability import fastest_rate, random_states, step_too_long
 
-DURATION = 2.0  # [s] of the energy-balance run
-SHORTENINGS = 8  # times that a run into a singularity is halved
-
 
 def laws(system: System, integration: IntegrationSection | None = None) -> Iterator[LawCheck]:
     """Yield the results of checking the laws of mechanics on a machine.
@@ -141,8 +138,9 @@ def _energy(model: Model, x: NDArray[np.float64], u: NDArray[np.float64]) -> Law
     within.terminal = True  # type: ignore[attr-defined]  # laws need hold within the limits only
     law = "energy changes by the work of inputs and friction"
     # Where velocities are singular somewhere, a run may end, though the laws hold.
-    shorter = SHORTENINGS if singularity_of(model.system) else 0
-    for duration in DURATION * 0.5 ** np.arange(shorter + 1):
+    # 8 times that a run into a singularity is halved
+    shorter = 8 if singularity_of(model.system) else 0
+    for duration in 2.0 * 0.5 ** np.arange(shorter + 1):  # [s] of the energy-balance run
         try:
             run = solve_ivp(
                 change,

@@ -18,8 +18,6 @@ from kinolab.dynamics.language.mechanism_parts import atoms_of, energies_in, loa
 from kinolab.dynamics.language.quantities import written
 from kinolab.dynamics.language.symbols import RateSymbol
 
-STILL = 1e-9  # relative to how fast a body's origin moves
-
 
 def unheeded(system: System, file: Path | None) -> Iterator[Remark]:
     """Yield the parameters that a machine's function declares and that stand nowhere in it."""
@@ -78,8 +76,9 @@ def _carried(subject: Subject, body: Body) -> bool:
     x = subject.rest
     origin = subject.poses(x)[subject.place_of(body)][:, 3]
     size = np.abs(subject.slip(body, None, origin, x)).max(initial=0.0)
+    # 1e-9 relative to how fast a body's origin moves
     return any(
-        np.abs(subject.slip(body, base, origin, x)).max() <= STILL * size
+        np.abs(subject.slip(body, base, origin, x)).max() <= 1e-9 * size
         for base in subject.carriers(body)
         if not is_zero(base.mass)
     )

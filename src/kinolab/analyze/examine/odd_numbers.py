@@ -31,13 +31,8 @@ from kinolab.world.geometry import placement, sizes, triangles
 # body whose moments are typed in: a wrong unit there is a factor of 1e4 (kg cm^2) at least.
 LARGEST_INERTIA, LARGEST_TYPED = 1.01, 100.0
 THIN = 0.25  # of the largest r^2: about such an axis, moments are often rounded up
-SMALLEST_INERTIA = 1e-3  # a sphere of a third of the radius has 0.04
 DENSEST = 22_590.0  # [kg/m^3] osmium; CRC Handbook of Chemistry and Physics
-# A mass in g, or one of three lengths in mm, is a factor of 1e3; shapes may leave parts out.
-TOO_DENSE = 5 * DENSEST
 AIR = 1.2  # [kg/m^3] at 20 °C
-LIGHTEST = 0.1 * AIR  # boxes around propellers hold little else than air
-LARGEST = 100.0  # [m] of a body: what is longer was hardly meant in m
 ROUNDING = 1e-9
 SLACK = 0.01  # relative: numbers in files have three digits
 WEAKEST, STRONGEST = 0.1, 30.0  # [m/s^2] moons and planets: Ceres has 0.28, Jupiter 24.8
@@ -49,7 +44,6 @@ BURSTING = 500.0
 # Of moments to those of the body's mass spread over its shapes: shapes are rough, so that they may
 # be twice as large or small, and are of another order where only that brings them so near.
 FITS, MISFITS = 2.0, 4.0
-FAR = 10.0  # in reaches of a body, of where a force acts on it: mm for m is a factor of 1e3
 
 
 def odd_numbers(subject: Subject) -> Iterator[Remark]:
@@ -82,8 +76,7 @@ def _inertia(subject: Subject, body: Body) -> Iterator[Remark]:
     A single number for all axes counts where the shape is widest: it may be meant for one of them.
     """
     mass = subject.system.number(body.mass)
-    moments = np.array([subject.system.number(e) for e in body.inertia_matrix]).reshape(3, 3)
-    own, axes = np.linalg.eigh(moments)
+    own, axes = np.linalg.eigh(subject.system.inertia_of(body))
     points = _whole(subject, body)
     if not (mass > 0 and own[-1] > 0 and len(points)):
         return  # a point mass, or a wheel whose mass counts elsewhere
@@ -102,16 +95,14 @@ def _inertia(subject: Subject, body: Body) -> Iterator[Remark]:
     size = "large"
     if shares[k] <= allowed[k]:
         k, size = int(np.argmax(own)), "small"
-        if own[k] >= SMALLEST_INERTIA * mass * widest:
+        if own[k] >= 1e-3 * mass * widest:  # a sphere of a third of the radius has 0.04
             return
     along = max(zip(np.abs(axes[:, k]), "xyz", strict=True))[1]
     what = (
         f"It is {in_digits(own[k])} kg m^2 about its {along} axis, and {in_digits(mass)} kg within "
-    )
-    what += (
         f"{math.sqrt(reaches[k]):.3g} m of that have {'at most' if size == 'large' else 'about'} "
+        f"{in_digits(mass * reaches[k])} kg m^2: "
     )
-    what += f"{in_digits(mass * reaches[k])} kg m^2: "
     if derived and size == "large":
         what += (
             "is it that about the centre of mass, are its moments in the order x, y, z, and are "
@@ -144,7 +135,8 @@ def _points(subject: Subject) -> Iterator[Remark]:
         if body is None or not reach or at is None:
             continue
         away = math.hypot(*map(subject.system.number, at))
-        if away > FAR * reach:
+        # 10 reaches of a body, from where a force acts on it: mm for m is a factor of 1e3
+        if away > 10.0 * reach:
             what = f"The {effort} acts {away:.3g} m away from its centre of mass, and its shape "
             what += f"goes {reach:.3g} m far: is at= in m and not in mm or cm?"
             part = (type(effort).__name__, "")
@@ -159,7 +151,7 @@ def _order(subject: Subject, body: Body) -> Iterator[Remark]:
     belong to a body whose shape leaves parts out; if they fit in another order they are swapped.
     """
     system, corners = subject.system, _corners(subject, body)
-    moments = np.array([system.number(entry) for entry in body.inertia_matrix]).reshape(3, 3)
+    moments = system.inertia_of(body)
     if not corners or np.any(moments - np.diag(np.diag(moments))):
         return
     far = np.abs(np.vstack(corners)).max(axis=0) ** 2
@@ -271,13 +263,14 @@ def _density(subject: Subject, body: Body) -> Iterator[Remark]:
         return
     density = mass / volume
     told = f"{in_digits(mass)} kg in {volume:.3g} m^3 are {in_digits(density)} kg/m^3"
-    if density > TOO_DENSE:
+    # A mass in g, or one of three lengths in mm, is a factor of 1e3; shapes may leave parts out.
+    if density > 5 * DENSEST:
         what = (
             f"{told}, and osmium, the densest metal, has {DENSEST:.5g}: is its mass in kg and not "
         )
         what += f"in g ({in_digits(mass / 1e3)} kg), are its sizes in m?"
         yield Remark("mass too large", body.name, what, ("Body", body.name))
-    elif density < LIGHTEST:
+    elif density < 0.1 * AIR:  # boxes around propellers hold little else than air
         what = f"{told}, far less than air ({AIR:g}): are its sizes in m and not in mm or cm, is "
         what += "its mass in kg?"
         yield Remark("mass too small", body.name, what, ("Body", body.name))
@@ -295,7 +288,7 @@ def _length(subject: Subject, body: Body) -> Iterator[Remark]:
     if not (corners and subject.moving(body.frame)):
         return  # what stands still may be a floor
     largest = float(np.ptp(np.vstack(corners), axis=0).max())
-    if largest > LARGEST:
+    if largest > 100.0:  # [m] of a body: what is longer was hardly meant in m
         what = f"Its shape is {largest:.5g} m long: lengths are in m, not in mm or cm."
         yield Remark("size too large", body.name, what, ("Body", body.name))
 

@@ -20,7 +20,6 @@ from kinolab.simulation.stability import random_states
 
 ALONG = 1e-6  # relative, of rounding in velocities
 SEEN = 1e-3  # from which two directions are different: one minus the cosine
-NOTHING = 1e-12  # of the largest effect of an input: rounding of a sum that vanishes
 SHARES = (0.3, -0.2, 0.45)  # of the spans of coordinates, where axes are looked at
 
 
@@ -257,7 +256,8 @@ def without_effect(subject: Subject) -> Iterator[Remark]:
     for k, entry in enumerate(subject.system.inputs):
         on, base = getattr(entry, "on", None), getattr(entry, "reacts_on", None)
         axis = getattr(entry, "about", None) or getattr(entry, "along", None)
-        idle = effects and all(np.abs(e[:, k]).max() <= NOTHING * most for e in effects)
+        # 1e-12 of the largest effect of an input: rounding of a sum that vanishes
+        idle = effects and all(np.abs(e[:, k]).max() <= 1e-12 * most for e in effects)
         if not (idle and isinstance(on, Body) and isinstance(axis, Axis)):
             continue
         if base == on:

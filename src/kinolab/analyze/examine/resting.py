@@ -19,24 +19,16 @@ from kinolab.dynamics.derivation.derivation import is_kinematic
 from kinolab.dynamics.language.constraints import VelocityConstraint
 from kinolab.dynamics.language.expressions import is_zero
 from kinolab.dynamics.units import control_units, state_units
-from kinolab.errors import KinolabError
+from kinolab.errors import KinolabError, row_of
 from kinolab.numerics.arrays import Array
 from kinolab.simulation.stability import random_states
 
 Mass: TypeAlias = Callable[[Model, Array], Array]
 
-UNIT = 100.0  # times its limit: an input beyond that has one in another unit, a factor of 1000
-STEPS = 40  # of Newton's method within limits
-HALVINGS = 6  # of a step that leads away
 STEP = 1e-6  # of a coordinate, of differences of the mass matrix
 ROUNDING = 1e-12  # [kg] or [kg m^2]
-SHORTEST = 1e-3  # in scales of coordinates and halves of inputs' ranges: of a step
 HELD = 1e-6  # of a state's scale per second: slower counts as held
-NEARLY = 1e-3  # of the same, within limits: the search for it may end before it is held
-SEEN = 0.02  # of the largest acceleration: smaller ones are not told
-GROWS = 0.05  # [1/s] of a deviation: slower may be rounding of double zeros
 DOWN = (0.0, 0.0, -1.0)
-MOST = 3  # bodies and limits that a sentence names
 
 
 def without_rest(subject: Subject) -> Iterator[Remark]:
@@ -53,7 +45,7 @@ def without_rest(subject: Subject) -> Iterator[Remark]:
     found = []
     for start in (subject.rest, *random_states(model)):
         z, left = _settled(subject, np.append(start, model.null_control()), box)
-        if left <= NEARLY:
+        if left <= 1e-3:  # of the same, within limits: the search for it may end before it is held
             return
         found += [(left, z)] if np.isfinite(left) else []
     free = np.full_like(box, np.inf) * (-1, 1)
@@ -63,7 +55,8 @@ def without_rest(subject: Subject) -> Iterator[Remark]:
         for _, z in sorted(found, key=lambda entry: entry[0]):
             held, left = _settled(subject, z, wider, growth)
             beyond = np.abs(held) / np.maximum(np.abs(box).max(axis=1), ROUNDING)
-            if left <= HELD and (growth == 1.0 or beyond[model.nx :].max(initial=0.0) >= UNIT):
+            # An input beyond 100 times its limit has one in another unit, a factor of 1000
+            if left <= HELD and (growth == 1.0 or beyond[model.nx :].max(initial=0.0) >= 100.0):
                 yield _restless(subject, found, held, box)
                 return
 
@@ -103,14 +96,15 @@ def _descended(
         units = scales.copy()
         units[model.speeds] *= np.maximum(np.diag(mass(model, z[: model.nq])), ROUNDING)
         left = _unbalanced(model, z, mass) / units
-        for _ in range(STEPS):
-            if np.abs(left).max(initial=0.0) <= HELD**2 or radius < SHORTEST:
+        for _ in range(40):  # of Newton's method within limits
+            # 1e-3 in scales of coordinates and halves of inputs' ranges: of a step
+            if np.abs(left).max(initial=0.0) <= HELD**2 or radius < 1e-3:
                 break
             rows = _slopes(model, z, mass)[:, moves]
             room = (box - z[:, None])[moves] / sizes[:, None]
             ends = np.clip(room, -radius, radius) + np.array([-1e-12, 1e-12])  # it may be at one
             step = lsq_linear(rows * sizes / units[:, None], -left, ends.T).x * sizes
-            for k in range(HALVINGS):
+            for k in range(6):  # of a step that leads away
                 tried = z.copy()
                 tried[moves] += step / 2**k
                 tried[: model.nx] = model.project(tried[: model.nx])
@@ -176,7 +170,7 @@ def _restless(
     gravity = system.gravity
     pull = f" against gravity toward {direction_of(gravity)}" if gravity else ""
     what = f"Within the limits of its coordinates and inputs nothing holds it{pull}: at best, "
-    what += f"{_listed(moving)}. It would rest with {_listed(beyond)}. "
+    what += f"{row_of(moving[:3])}. It would rest with {row_of(beyond[:3])}. "
     if gravity is not None and gravity.down != DOWN and _rests_below(subject):
         what += 'With gravity toward "-z" it would rest within them.'
     elif short := [e for e in system.efforts if is_zero(getattr(e, "length", 1))]:
@@ -218,12 +212,8 @@ def _moving_off(subject: Subject, x: Array, u: Array) -> list[str]:
         told.append((fast, f"{body.name} {verb} with {fast:.2g} m/s^2"))
         told.append((turn * 1e-3, f"{body.name} turns with {turn:.2g} rad/s^2"))
     told.sort(key=lambda entry: -entry[0])
-    return [what for size, what in told if size > SEEN * told[0][0]]
-
-
-def _listed(told: list[str]) -> str:
-    kept = told[:MOST]
-    return " and ".join([", ".join(kept[:-1]), kept[-1]] if len(kept) > 1 else kept)
+    # 0.02 of the largest acceleration: smaller ones are not told
+    return [what for size, what in told if size > 0.02 * told[0][0]]
 
 
 def overturned(subject: Subject) -> Iterator[Remark]:
@@ -242,7 +232,7 @@ def overturned(subject: Subject) -> Iterator[Remark]:
     except KinolabError:
         return  # it does not rest there
     fastest = max((mode.real for mode in found.modes), default=0.0)
-    if fastest > GROWS:
+    if fastest > 0.05:  # [1/s] of a deviation: slower may be rounding of double zeros
         modes, ways = np.linalg.eig(model.jacobian(subject.rest, model.null_control())[0])
         way = np.abs(ways[:, np.argmin(np.abs(modes - fastest))]) / model.state_scales
         name = model.state_names[int(np.argmax(way[: model.nq]))]
@@ -273,12 +263,10 @@ def pushed_down(subject: Subject) -> Iterator[Remark]:
         entry = system.inputs[k]
         what = (
             "As it stands at rest, no input can push it up, and this one pushes it down: it hovers "
-        )
-        what += (
             "upside down only. Is its force along an axis that points down, as z does where x is "
+            "north and y east? Here gravity goes along "
+            f"{direction_of(system.gravity)}."
         )
-        what += "north and y east? Here gravity goes along "
-        what += f"{direction_of(system.gravity)}."
         yield Remark("pushes down", entry.name, what, (type(entry).__name__, entry.name))
 
 

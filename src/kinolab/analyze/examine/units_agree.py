@@ -31,7 +31,6 @@ from kinolab.dynamics.language.symbols import (
 Dimension: TypeAlias = tuple[Fraction, ...]  # exponents of m, kg, s and A
 Stated: TypeAlias = tuple[tuple[str, str], str, Any, str]  # part, about, expression, unit due
 
-BASES = ("m", "kg", "s", "A")
 NONE: Dimension = (Fraction(0),) * 4
 # BIPM, The International System of Units, 9th ed., 2019, tables 2 and 4.
 UNITS = {
@@ -183,5 +182,5 @@ def _text(dimension: Dimension) -> str:
             extra = tuple(power * e for e in UNITS.get(more.strip(" /"), NONE))
             if dimension == tuple(map(sum, zip(exponents, extra, strict=True))):
                 return "no unit" if not any(dimension) else f"{name}{more}"
-    powers = [(name, e) for name, e in zip(BASES, dimension, strict=True) if e]
+    powers = [(name, e) for name, e in zip(("m", "kg", "s", "A"), dimension, strict=True) if e]
     return " ".join(name if e == 1 else f"{name}^{e}" for name, e in powers)

@@ -14,11 +14,6 @@ from kinolab.errors import InputError, Mistake, unknown_name
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 
-MAX_FRACTION = 1.0  # above it a mass could be negative
-SHARES = ("parameters", "noise", "disturbance")
-GRAVITY = "g"  # what everybody calls it, also where it is written in a force of one's own
-MAX_DRAWS = 100  # of parameters, until they are valid: moments of inertia must be consistent
-
 
 @dataclass(frozen=True)
 class Conditions:
@@ -50,12 +45,12 @@ class Conditions:
 
     def __post_init__(self) -> None:
         """Reject invalid fractions."""
-        told = {f"--{name}": getattr(self, name) for name in SHARES}
+        told = {f"--{name}": getattr(self, name) for name in ("parameters", "noise", "disturbance")}
         told |= {f"--vary {name}": share for name, share in self.vary.items()}
         mistakes = [
-            Mistake(where, f"{value:g} is no share.", f"Give 0 or more, below {MAX_FRACTION:g}.")
+            Mistake(where, f"{value:g} is no share.", "Give 0 or more, below 1.")
             for where, value in told.items()
-            if not 0.0 <= value < MAX_FRACTION
+            if not 0.0 <= value < 1.0  # above it a mass could be negative
         ]
         for name in (name for name in self.vary if name in self.keep):
             what = f"{name} is also given to --vary."
@@ -125,7 +120,8 @@ class Conditions:
                 machine.
         """
         meant = self.varied(system)
-        for _ in range(MAX_DRAWS - 1):
+        # 100 draws of parameters, until they are valid: moments of inertia must be consistent
+        for _ in range(100 - 1):
             try:
                 return self._drawn(meant, generator)
             except InputError:
@@ -163,5 +159,6 @@ def kept_by_default(system: Mechanism) -> tuple[str, ...]:
     """Return the parameters that nobody builds: the strength of gravity, and the machine's own."""
     strength = () if system.gravity is None else (system.gravity.strength,)
     weight = {entry.name for entry in strength if isinstance(entry, Parameter)}
-    kept = {GRAVITY, *weight, *system.keep}
+    # "g" is what everybody calls it, also where it is written in a force of one's own
+    kept = {"g", *weight, *system.keep}
     return tuple(name for name in system.parameter_values if name in kept)

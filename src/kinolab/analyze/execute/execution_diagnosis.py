@@ -15,14 +15,7 @@ from kinolab.analyze.execute.failure_trials import (
     failure_trials,
     most_wanted,
 )
-from kinolab.errors import EndpointError
-
-MOST_GROUPS = 2  # that are looked into, the most frequent ones
-DEEPEST = 0.2  # [m] by which the machine is made slimmer at most, to see how much room is missing
-ROOM = 1.5  # factor on the room that was missing in the runs that were looked at
-NOTABLE = 0.05  # share of the steps in which an input is at its limit
-MOST_FACTOR = 2.0  # on the goal's tolerance, up to which it is called too tight
-MOST_NAMED = 3  # changes that help
+from kinolab.errors import EndpointError, row_of
 
 
 @dataclass(frozen=True)
@@ -52,7 +45,7 @@ def diagnose_execution(
         say: Receives progress messages.
     """
     sentences, trials = list[str](), dict[str, tuple[FailureTrial, ...]]()
-    groups = execution.failures[:MOST_GROUPS]
+    groups = execution.failures[:2]  # that are looked into, the most frequent ones
     for group in groups:
         seconds = TRIAL_SECONDS / len(groups)
         tried = failure_trials(executor, execution, group, seconds=seconds, say=say)
@@ -108,7 +101,7 @@ ORDER = ("built", "parameter", "noise", "disturbance", "tracked", "gains", "limi
 
 
 def _results(trials: Sequence[FailureTrial]) -> str:
-    first, *rest = trials[:MOST_NAMED]
+    first, *rest = trials[:3]  # changes that help
     more = "".join(f", {t.reached} of {t.made} {t.words}" for t in rest)
     return f"{first.reached} of {first.made} reach the goal {first.words}{more}"
 
@@ -118,7 +111,7 @@ def _advice(group: FailureGroup, best: FailureTrial, alike: Sequence[str]) -> It
     name, first = best.name, group.first
     decides = f"{name} is what decides: know it"
     if len(alike) > 1:
-        decides = f"{', '.join(alike[:-1])} and {alike[-1]} decide alike: know them"
+        decides = f"{row_of(alike)} decide alike: know them"
     if best.what == "parameter" and first.outcome == "collided" and first.at_start:
         yield (
             f"So {name} moves the machine into it before anything else does: a shape whose size is "
@@ -144,7 +137,7 @@ def _advice(group: FailureGroup, best: FailureTrial, alike: Sequence[str]) -> It
 def shortages(execution: Execution, group: FailureGroup) -> Iterator[str]:
     """Say of which input the plan leaves too little to correct with."""
     for name, share in list(most_wanted(execution, group).items())[:1]:
-        if share >= NOTABLE:
+        if share >= 0.05:  # share of the steps in which an input is at its limit
             yield (
                 f"In {share:.0%} of the steps the feedback wants more of {name} than there is: "
                 f"plan with less of it ([bounds] {name}), or give the machine more."
@@ -166,7 +159,7 @@ def _more_room(executor: Executor, execution: Execution, group: FailureGroup) ->
     elif first.outcome == "missed" and not first.slip:
         alike = [r.excess for r in execution.runs if r.failure and r.failure.kind == first.kind]
         factor = math.ceil(20 * max(alike, default=math.inf) / executor.monitor.enough) / 20
-        if factor <= MOST_FACTOR:
+        if factor <= 2.0:  # on the goal's tolerance, up to which it is called too tight
             yield f"All of them would be within {factor:g} times the goal's tolerance."
 
 
@@ -175,7 +168,8 @@ def _clearance(executor: Executor, execution: Execution, group: FailureGroup) ->
     depths, passing = list[float](), 0
     for k in failed_runs(execution, group):
         built, motion = executor.motion(k)
-        depths.append(executor.monitor.depth(motion.x, built, DEEPEST))
+        # 0.2 [m] by which the machine is made slimmer at most, to see how much room is missing
+        depths.append(executor.monitor.depth(motion.x, built, 0.2))
         passing += motion.failure is None
     missing = max(depths)
     if not math.isfinite(missing) or 2 * passing <= len(depths):
@@ -188,7 +182,8 @@ def _clearance(executor: Executor, execution: Execution, group: FailureGroup) ->
     obstacles = {obstacle.name for obstacle in problem.world.obstacles}
     if obstacles.isdisjoint(group.first.bodies):
         return
-    room = math.ceil(1000 * (problem.scenario.world.clearance + ROOM * missing)) / 1000  # mm
+    # 1.5: factor on the room that was missing in the runs that were looked at
+    room = math.ceil(1000 * (problem.scenario.world.clearance + 1.5 * missing)) / 1000  # mm
     roomy = replace(problem, world=replace(problem.world, clearance=room))
     try:
         roomy.check_endpoints()

@@ -14,8 +14,6 @@ from kinolab.analyze.execute.execution_diagnosis import ExecutionDiagnosis, shor
 from kinolab.dynamics.units import state_units
 from kinolab.problem import PlanningTask
 
-MOST_GROUPS = 6  # of failures that the summary names
-
 
 def execution_to_json(
     problem: PlanningTask, execution: Execution, diagnosis: ExecutionDiagnosis | None = None
@@ -66,9 +64,8 @@ def summary_lines(
     yield f"{execution.reached} of {execution.total} runs reached the goal"
     yield f"  {varied_text(problem, execution.conditions)}"
     groups = execution.failures
-    yield from (f"  {group}" for group in groups[:MOST_GROUPS])
-    if len(groups) > MOST_GROUPS:
-        rest = sum(group.count for group in groups[MOST_GROUPS:])
+    yield from (f"  {group}" for group in groups[:6])
+    if rest := sum(group.count for group in groups[6:]):
         yield f"  {rest} failed otherwise: see `why` in execution.csv"
     far, run = execution.farthest
     if far.amount > 0:

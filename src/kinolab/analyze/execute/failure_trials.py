@@ -14,8 +14,6 @@ from kinolab.analyze.execute.failure import FailureGroup
 from kinolab.analyze.execute.tracker import Tracker
 from kinolab.errors import KinolabError
 
-FEW = 6  # runs of a group that are made again with each change
-MOST_PARAMETERS = 8  # that are kept, one at a time: those in which failed runs differ most
 STIFFER, STRONGER = 4.0, 2.0  # factors on how stiff the gains, and how strong the inputs are
 TRIAL_SECONDS = 15.0  # for all changes together, as a diagnosis of a search takes
 
@@ -90,7 +88,8 @@ def failure_trials(
 def failed_runs(execution: Execution, group: FailureGroup) -> list[int]:
     """Return the numbers of the first runs that failed alike, from 0."""
     alike = (k for k, run in enumerate(execution.runs) if _alike(run, group))
-    return [k for _, k in zip(range(FEW), alike, strict=False)] or [group.run]
+    # 6 runs of a group that are made again with each change
+    return [k for _, k in zip(range(6), alike, strict=False)] or [group.run]
 
 
 def _alike(run: ExecutionRun, group: FailureGroup) -> bool:
@@ -154,7 +153,8 @@ def _suspects(execution: Execution, group: FailureGroup, shares: dict[str, float
             abs(np.mean(mine) - np.mean(theirs)) / (shares[name] * np.ptp(mine + theirs) + 1e-300)
         )
 
-    return sorted(shares, key=lambda name: -apart(name))[:MOST_PARAMETERS]
+    # Eight are kept, one at a time: those in which failed runs differ most
+    return sorted(shares, key=lambda name: -apart(name))[:8]
 
 
 def most_wanted(execution: Execution, group: FailureGroup) -> dict[str, float]:

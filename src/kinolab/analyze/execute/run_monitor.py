@@ -17,8 +17,6 @@ from kinolab.problem import PlanningTask
 from kinolab.problem.goal_entries import GoalEntry, goal_entries
 from kinolab.world import NO_ENDS, CollisionChecker
 
-BETWEEN = " – "  # the names of a pair that touches
-MOST_NAMED = 3  # entries of the goal, or pairs, that a sentence names
 VERBS = {
     "touches": "touches",
     "inside": "is inside",
@@ -87,7 +85,8 @@ class RunMonitor:
         if not free(most):
             return np.inf
         little = 0.0
-        while most - little > max(DEPTH_TOLERANCE, DEPTH_TOLERANCE * most):
+        # 1e-4 [m], and share: a depth is told to a percent or so
+        while most - little > max(1e-4, 1e-4 * most):
             middle = (little + most) / 2
             little, most = (little, middle) if free(middle) else (middle, most)
         return most
@@ -110,7 +109,7 @@ class RunMonitor:
         ]
         outside = [e for e in entries if not e.reached] or entries[:1]
         outside.sort(key=lambda entry: not self._is_mode(entry))  # no other entry says as much
-        detail = ", ".join(self._entry_text(entry) for entry in outside[:MOST_NAMED])
+        detail = ", ".join(self._entry_text(entry) for entry in outside[:3])
         return Failure("missed", self._entry_name(outside[0]), f"at best {detail}", t, step)
 
     def slip(self, x: Array, t: Array) -> str:
@@ -154,7 +153,7 @@ class RunMonitor:
     def _strayed(self, k: int, t: float, left: list[tuple[str, float, float, float]]) -> Failure:
         """Return what left the workspace, or which axis came into a forbidden cone."""
         causes, details, bodies = [], [], []
-        for name, value, lower, upper in left[:MOST_NAMED]:
+        for name, value, lower, upper in left[:3]:
             bodies.append(name.partition(" of ")[2])
             if name.startswith("the axis of"):
                 causes.append(f"{name} looked into the forbidden cone")
@@ -191,9 +190,6 @@ class RunMonitor:
         return self._problem if same else built
 
 
-DEPTH_TOLERANCE = 1e-4  # [m], and share: a depth is told to a percent or so
-
-
 def _begins(modes: NDArray[np.intp]) -> list[int]:
     """Return where each mode of a motion begins, of its modes at every step (n,)."""
     return [0, *(np.flatnonzero(np.diff(modes)) + 1).tolist()]
@@ -207,8 +203,9 @@ def _collided(
     off: dict[str, float],
 ) -> Failure:
     """Return who touches whom at the first pose that collides."""
-    contacts = checker.contacts(*at)[:MOST_NAMED]
-    pairs = [f"{c.body}{BETWEEN}{c.obstacle or 'nowhere'}" for c in contacts]
+    contacts = checker.contacts(*at)[:3]
+    # The names of a pair that touches.
+    pairs = [f"{c.body} – {c.obstacle or 'nowhere'}" for c in contacts]
     told = [f"{c.body} {VERBS.get(c.kind, 'touches')} {c.obstacle}".rstrip() for c in contacts]
     bodies = tuple(dict.fromkeys(name for c in contacts for name in (c.body, c.obstacle)))
     apart = max((off.get(body, 0.0) for body in bodies), default=0.0)

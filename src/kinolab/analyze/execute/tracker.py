@@ -20,9 +20,6 @@ from kinolab.steering.cyclic_coordinates import cyclic_coordinates
 from kinolab.trajectory import Trajectory
 
 LARGE_DEVIATION = 0.2  # of one over a state's weight in [metric]: a large deviation
-LARGE_CORRECTION = 0.25  # of the range between an input's limits: a large correction
-HOLD_STEPS = 1000  # steps after the plan over which its end is held
-TERMINAL_WEIGHT = 10.0  # weight of a deviation at the plan's end, relative to one along it
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,8 +72,10 @@ class Tracker:
         A, B = table[:, :, :nx], table[:, :, nx : nx + model.nu]
         weights = tracked_weights(problem, asked)
         Q = np.diag((weights / large) ** 2)
-        R = np.diag((LARGE_CORRECTION * np.ptp(model.control_bounds, axis=1)) ** -2.0)
-        gains = [*tvlqr(A[:-1], B[:-1], Q, R, TERMINAL_WEIGHT * Q), _staying(A[-1], B[-1], Q, R)]
+        # 0.25 of the range between an input's limits: a large correction
+        R = np.diag((0.25 * np.ptp(model.control_bounds, axis=1)) ** -2.0)
+        # 10.0: weight of a deviation at the plan's end, relative to one along it
+        gains = [*tvlqr(A[:-1], B[:-1], Q, R, 10.0 * Q), _staying(A[-1], B[-1], Q, R)]
         return cls(problem, x, u, np.array(gains), model.control_bounds, weights)
 
     def planned(self, k: int) -> Array:
@@ -137,6 +136,6 @@ def _staying(A: Array, B: Array, Q: Array, R: Array) -> Array:
     The algebraic Riccati equation has no solution if an uncontrollable mode does not decay: the
     norm of a quaternion, the angular momentum of a satellite.
     """
-    n, (nx, nu) = HOLD_STEPS, B.shape
+    n, (nx, nu) = 1000, B.shape  # steps after the plan over which its end is held
     always, inputs = np.broadcast_to(A, (n, nx, nx)), np.broadcast_to(B, (n, nx, nu))
     return np.asarray(tvlqr(always, inputs, Q, R, Q)[0])

@@ -16,9 +16,6 @@ from kinolab.cli.progress import Progress
 from kinolab.cli.terminal import say
 from kinolab.errors import InputError, Mistake
 
-NOTEBOOK = ".ipynb"
-REQUIREMENTS = "kinolab[course]\n"  # for Binder and Colab
-
 
 @click.command("course")
 @click.argument("folder", type=PATH, default=Path("course"))
@@ -67,11 +64,12 @@ def write_course(folder: Path) -> list[tuple[Path, bool]]:
     contents = {
         entry.name: entry.read_text(encoding="utf-8")
         for entry in sorted(files("kinolab.cli.course").iterdir(), key=lambda entry: entry.name)
-        if entry.name.endswith(NOTEBOOK)
+        if entry.name.endswith(".ipynb")
     }
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        for name, text in {**contents, "requirements.txt": REQUIREMENTS}.items():
+        # The requirements are for Binder and Colab.
+        for name, text in {**contents, "requirements.txt": "kinolab[course]\n"}.items():
             path = folder / name
             written.append((path, not path.exists()))
             if not path.exists():

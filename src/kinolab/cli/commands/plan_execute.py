@@ -14,7 +14,6 @@ from kinolab.cli.interrupts import INTERRUPTS
 from kinolab.cli.progress import Progress
 from kinolab.cli.terminal import echo_json, escaped, say
 
-FEW = 500  # runs for which it is not worth to start other processes
 SHARE: dict[str, Any] = {"type": float, "metavar": "SHARE", "default": 0.0, "show_default": True}
 
 
@@ -145,7 +144,8 @@ def command(
         execution = execute_many(
             run,
             conditions,
-            make if dask or jobs or runs > FEW else None,
+            # 500 runs for which it is not worth to start other processes
+            make if dask or jobs or runs > 500 else None,
             runs=runs,
             seed=seed,
             large=large,

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from kinolab.cli.common import (
-    MAX_JOBS,
+    JOBS,
     NAMED,
     PATH,
     as_typed,
@@ -54,7 +54,7 @@ if TYPE_CHECKING:
 )
 @click.option(
     "--jobs",
-    type=click.IntRange(1, MAX_JOBS),
+    type=JOBS,
     default=1,
     metavar="N",
     help="Run N searches at once, each with its own seed; the first plan wins.",

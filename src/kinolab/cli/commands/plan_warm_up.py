@@ -6,7 +6,7 @@ import time
 
 import click
 
-from kinolab.cli.common import MAX_JOBS, quiet_option
+from kinolab.cli.common import JOBS, quiet_option
 from kinolab.cli.progress import Progress
 from kinolab.cli.terminal import say
 
@@ -14,7 +14,7 @@ from kinolab.cli.terminal import say
 @click.command("warm-up")
 @click.option(
     "--jobs",
-    type=click.IntRange(1, MAX_JOBS),
+    type=JOBS,
     metavar="N",
     help="Processes at most; default: as many as there are processors.",
 )

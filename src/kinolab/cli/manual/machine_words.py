@@ -11,12 +11,10 @@ from typing import Any, get_args
 import kinolab.dynamics
 from kinolab.cli.manual.docstrings import markdown, members_of, signature
 from kinolab.cli.manual.sections import ManualSection, anchors_of, sections_of, source_of
+from kinolab.errors import LINE_WIDTH
 
 SOURCE = "machines.md"
 CONTENTS = "## Coordinates and parameters"  # the groups of words are listed before the first one
-LINE = 100  # characters
-MAX_MEMBERS = 16  # of a class that are listed here; of more the reference tells
-ARGUMENTS = ("Args:", "Attributes:")
 
 
 def page() -> str:
@@ -58,14 +56,18 @@ def facts(word: str) -> Iterator[str]:
     if inspect.isclass(thing) or inspect.isfunction(thing):
         if not isinstance(thing, EnumMeta):  # its types are left to the docstring
             text = f"`{signature(word, thing, inside=True)}`"
-            yield text if len(text) <= LINE + 2 else fill(text, LINE, subsequent_indent="  ")
+            yield (
+                text
+                if len(text) <= LINE_WIDTH + 2
+                else fill(text, LINE_WIDTH, subsequent_indent="  ")
+            )
         yield markdown(docstring(thing))
     elif get_args(thing):
         *others, last = (f"`{kind.__name__}`" for kind in get_args(thing))
         yield f"{', '.join(others)} or {last}."
     if inspect.isclass(thing):
         members = members_of(thing)
-        if len(members) > MAX_MEMBERS:
+        if len(members) > 16:  # of a class that are listed here; of more the reference tells
             (link,) = anchors_of([word])
             yield f"Its methods are in [the reference](reference.md{link})."
         elif members:
@@ -75,7 +77,7 @@ def facts(word: str) -> Iterator[str]:
 def docstring(thing: Any) -> str:
     """Return a docstring, of a class with the arguments of the class that it extends."""
     own = inspect.getdoc(thing) or ""
-    if not inspect.isclass(thing) or any(f"\n{head}" in own for head in ARGUMENTS):
+    if not inspect.isclass(thing) or any(f"\n{head}" in own for head in ("Args:", "Attributes:")):
         return own
     for base in thing.__mro__[1:]:
         inherited = inspect.cleandoc(base.__doc__ or "")

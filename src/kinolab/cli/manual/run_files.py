@@ -8,14 +8,13 @@ from importlib.resources import files
 
 from kinolab.cli.manual.sections import sections_of, source_of, table
 
-SOURCE = "files.md"
 ATTRIBUTES = re.compile(r"^\{attributes of kinolab\.([\w.]+)\.(\w+)\}$", re.MULTILINE)
 ENTRY = re.compile(r"^    (\w+): (.*(?:\n     .*)*)", re.MULTILINE)
 
 
 def page() -> str:
     """Return the page on the files of a run."""
-    text = ATTRIBUTES.sub(lambda found: attributes(found[1], found[2]), source_of(SOURCE))
+    text = ATTRIBUTES.sub(lambda found: attributes(found[1], found[2]), source_of("files.md"))
     return "\n".join(map(str, sections_of(text)))
 
 

@@ -10,13 +10,12 @@ from kinolab.scenario.toml_text import value_text
 from kinolab.studies import study_file
 from kinolab.studies.columns import COLUMNS, KINDS
 
-SOURCE = "benchmarking.md"
 KEYS = re.compile(r"^\{keys of (\w+)\}$", re.MULTILINE)
 
 
 def page() -> str:
     """Return the page on studies."""
-    text = KEYS.sub(lambda found: keys_of_table(found[1]), source_of(SOURCE))
+    text = KEYS.sub(lambda found: keys_of_table(found[1]), source_of("benchmarking.md"))
     rows = [
         (f"`{one.name}`", KINDS[one.kind], "yes" if one.timed else "", one.meaning)
         for one in COLUMNS

@@ -1,1 +1,1 @@
-"""Machines and scenarios that ``plan new`` writes, to start from; ``{name}`` is the machine's."""
+"""Machines (``.txt``) and scenarios that ``plan new`` writes; ``{name}`` is the machine's."""

@@ -22,7 +22,6 @@ if TYPE_CHECKING:
 CONSTRAINT_TOLERANCE = 1e-9  # [m/s] or [rad/s], of loops [m] or [rad]; allows for rounding only
 # of the scales: perturbation of the initial guesses
 PERTURBATION_SCALES = (0.0, *(8 * (0.3, 1.0, 2.0)))
-NEWTON_STEPS = 10  # of Newton's method, after the optimisation
 
 
 @dataclass(frozen=True)
@@ -186,7 +185,7 @@ class _LoopClosure:
 
     def _closed(self, q: Array) -> Array:
         """Refine a configuration by least-norm Newton steps."""
-        for _ in range(NEWTON_STEPS):
+        for _ in range(10):  # of Newton's method, after the optimisation
             rows = self._rows(q) * self._scales
             q = q - self._scales * (np.linalg.pinv(rows, rcond=1e-12) @ self._missing(q))
         return q

@@ -33,9 +33,7 @@ from kinolab.dynamics.language.mechanism_parts import imposed_velocities, tangen
 from kinolab.errors import InputError, Mistake
 from kinolab.numerics.arrays import Array
 
-SAMPLES = 6  # random configurations at which an identity is checked
 SAME = 1e-8  # of the terms of a sum: it is zero up to rounding
-NOTHING = 1e-3  # in SI units at unit speed: terms below it may be rounding themselves
 FULL_RANK = 1e-6  # of the largest singular value of the inputs' effect
 
 
@@ -135,7 +133,8 @@ class _Decoupling:
             *(entry.velocity for entry in derivation.quasi),
             *(rates[i] for i in derivation.independent),
         )
-        self._points = list(islice(_configurations(system, whole), SAMPLES))
+        # 6 random configurations at which an identity is checked
+        self._points = list(islice(_configurations(system, whole), 6))
         self._effect = self._effects()
         at_points = self._evaluated([node for row in self._effect for node in row])
         at_points = at_points.reshape(len(self._points), self._count, -1)
@@ -391,7 +390,8 @@ class _Decoupling:
             for terms in sums:
                 values = np.array(self._tape.evaluate(terms, point))
                 size = np.abs(values).max(initial=0.0)
-                if abs(values.sum()) > SAME * max(size, NOTHING):
+                # 1e-3 in SI units at unit speed: terms below it may be rounding themselves
+                if abs(values.sum()) > SAME * max(size, 1e-3):
                     return False
         return True
 

@@ -9,10 +9,6 @@ from kinolab.dynamics.model import Model
 from kinolab.errors import SingularError
 from kinolab.numerics.arrays import Array
 
-EQUILIBRIUM_TOLERANCE = 1e-10  # of a state's scale per second
-NEWTON_STEPS = 50  # at most, of Newton's method
-CLOSURE_STEPS = 20  # at most, towards loop closure
-
 
 def equilibrium(
     model: Model,
@@ -20,7 +16,7 @@ def equilibrium(
     *,
     scales: Array | None = None,
     movable: NDArray[np.bool_] | None = None,
-    rounds: int = NEWTON_STEPS,
+    rounds: int = 50,  # at most, of Newton's method
     drawn_back: int = 0,
     polish: bool = False,
 ) -> tuple[Array, Array] | None:
@@ -58,7 +54,8 @@ def equilibrium(
         if not np.isfinite(left).all():
             return None
         before, motion = motion, float(np.abs(left).max(initial=0.0))
-        if motion <= EQUILIBRIUM_TOLERANCE and (motion >= before / 2 or not polish):
+        # 1e-10 of a state's scale per second
+        if motion <= 1e-10 and (motion >= before / 2 or not polish):
             return x, u
         rows = np.hstack(model.jacobian(x, u)) * sizes / scales[:, None]
         back = np.zeros(len(sizes))
@@ -73,7 +70,7 @@ def _beginning(model: Model, near: Array) -> Array:
     """Return a state at rest with closed loops, and the inputs nearest to 0 within limits."""
     x = np.array(near, dtype=float)
     x[model.speeds] = 0.0
-    for _ in range(CLOSURE_STEPS if model.projects else 0):
+    for _ in range(20 if model.projects else 0):  # at most, towards loop closure
         before, x = x, model.project(x)
         if (x == before).all():
             break

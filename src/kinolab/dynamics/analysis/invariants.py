@@ -11,8 +11,6 @@ from kinolab.dynamics.model import Model
 from kinolab.numerics.arrays import Array
 
 RANDOM_STATES = 8
-FD_STEP = 1e-5  # of the time in which a state changes by its scale
-TOLERANCE = 1e-7  # relative, of derivatives by finite differences
 
 
 def change_by(function: Callable[[Array], Array], states: Array, entry: int, shift: float) -> float:
@@ -47,8 +45,10 @@ def steady(model: Model, parts: Callable[[Array], Array]) -> NDArray[np.bool_]:
     sizes: Array | float = 1e-300
     for x in states:
         rate = model.f(x, generator.uniform(lower, upper))
-        step = FD_STEP / max(1.0, float(np.abs(rate / model.state_scales).max()))
+        # 1e-5 of the time in which a state changes by its scale
+        step = 1e-5 / max(1.0, float(np.abs(rate / model.state_scales).max()))
         changes = (parts(x + step * rate) - parts(x - step * rate)) / (2.0 * step)
         largest = np.maximum(largest, np.abs(changes.sum(axis=2)))
         sizes = np.maximum(sizes, np.abs(changes).sum(axis=(1, 2))[:, None])
-    return np.asarray(largest <= TOLERANCE * np.asarray(sizes))
+    # 1e-7, relative, of derivatives by finite differences
+    return np.asarray(largest <= 1e-7 * np.asarray(sizes))

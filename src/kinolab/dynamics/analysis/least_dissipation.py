@@ -34,9 +34,6 @@ from kinolab.dynamics.language.mechanism_parts import (
 from kinolab.errors import InputError, Mistake, UnknownNameError
 from kinolab.numerics.arrays import Array
 
-SOFTENING = 1e-8  # of the largest slip: the last eps
-CONSISTENCY = 1e-9  # of the given velocities: what constraints may leave of them, rounding only
-
 
 @checked
 @dataclass(frozen=True)
@@ -140,7 +137,8 @@ def _velocities(
     rows = np.vstack([constraints, np.eye(len(rates))[list(given)]])
     wanted = np.concatenate([np.zeros(len(constraints)), list(given.values())])
     known = np.linalg.lstsq(rows, wanted, rcond=None)[0]
-    slack = CONSISTENCY * float(np.linalg.norm(wanted))
+    # 1e-9 of the given velocities: what constraints may leave of them, rounding only
+    slack = 1e-9 * float(np.linalg.norm(wanted))
     if not np.allclose(rows @ known, wanted, rtol=0, atol=slack):
         what = "its constraints forbid the given rates."
         raise InputError([Mistake(f"system {system.name!r}", what)])
@@ -156,7 +154,8 @@ def _least(A: Array, p: Array, grips: Array) -> tuple[Array, Array]:
         grips: Shape (n,).
     """
     z, size = np.zeros(A.shape[2]), float(np.abs(p).max()) or 1.0
-    for eps in size * np.geomspace(1.0, SOFTENING, 28):  # from one to the next by about a half
+    # 1e-8 of the largest slip: the last eps
+    for eps in size * np.geomspace(1.0, 1e-8, 28):  # from one to the next by about a half
         z = scipy.optimize.root(_slopes, z, (eps, A, p, grips), "lm", jac=True, tol=1e-14).x
     s = A @ z - p
     forces = (grips / np.sqrt((s**2).sum(axis=1) + eps**2))[:, None] * s

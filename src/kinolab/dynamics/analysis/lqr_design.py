@@ -27,11 +27,6 @@ from kinolab.numerics.riccati import lqr
 
 AnySystem = TypeVar("AnySystem", bound=Mechanism)
 
-FD_STEP = 1e-6  # of a state's scale, for finite differences of Jacobians
-ROUNDING = 1e-12  # relative to a polynomial's values; smaller coefficients are dropped
-# fraction of the rates that may depend on untracked states: finite-difference error only
-UNTRACKED_TOLERANCE = 1e-6
-
 
 def lqr_design(model: Model, regulator: Regulator) -> Feedback:
     """Design the feedback law of a regulator.
@@ -95,7 +90,7 @@ def _slopes(model: Model, watched: StateFunctions, at: Trim) -> Array:
     slopes = watched.derivative(at.x) @ model.jacobian(at.x, at.u)[0]
     for i, scale in enumerate(model.state_scales):
         h = np.zeros(model.nx)
-        h[i] = FD_STEP * scale
+        h[i] = 1e-6 * scale  # of a state's scale, for finite differences of Jacobians
         change = watched.derivative(at.x + h) - watched.derivative(at.x - h)
         slopes[:, i] += change @ rate / (2 * h[i])
     return slopes
@@ -185,7 +180,8 @@ class _Design:
     def _at(self, place: tuple[int, ...], at: Trim) -> tuple[Array, Array, Array]:
         """Return inputs, tracked values and gain at one equilibrium."""
         A, B, hidden = linearised(self._model, self._watched, at)
-        if hidden > UNTRACKED_TOLERANCE:
+        # The error of finite differences is all that may depend on untracked states.
+        if hidden > 1e-6:
             what = f"a share of {hidden:.2g} of the tracked rates rests on what is not tracked."
             raise InputError([Mistake(self._where, what, "Track what decides them, too.")])
         try:
@@ -227,7 +223,8 @@ def _power_series(table: Array) -> Array:
     """
     points = chebyshev.chebpts1(len(table))
     series = np.linalg.solve(np.vander(points, increasing=True), table).astype(np.float64)
-    series[np.abs(series) < ROUNDING * np.abs(table).max(axis=0)] = 0.0
+    # 1e-12 relative to a polynomial's values; smaller coefficients are dropped
+    series[np.abs(series) < 1e-12 * np.abs(table).max(axis=0)] = 0.0
     return series
 
 

@@ -23,10 +23,6 @@ from kinolab.dynamics.model import Model
 from kinolab.errors import InputError, KinolabError, Mistake
 from kinolab.numerics.arrays import Array
 
-NEWTON_STEPS = 3  # after the least-squares solve
-RESIDUAL_TOLERANCE = 1e-8  # of the residual: steady expressions may change this much per second
-FD_STEP = 1e-6  # of a state's scale, for finite differences of the residual
-
 
 class NoTrimError(KinolabError):
     """No trim was found for the given conditions."""
@@ -145,12 +141,12 @@ class _TrimSolver:
     def from_guess(self, guess: Trim) -> Trim:
         """Solve until the residual is zero up to rounding."""
         z = self._near(np.concatenate([guess.x, guess.u]))
-        for _ in range(NEWTON_STEPS):
+        for _ in range(3):  # after the least-squares solve
             slopes = self._derivative(z) * self._scales
             step = np.linalg.lstsq(slopes, -self._residual(z), rcond=1e-10)[0]
             z = self._landed(z + self._scales * step)
         left = np.abs(self._residual(z)).max(initial=0.0)
-        if not left < RESIDUAL_TOLERANCE:
+        if not left < 1e-8:  # of the residual: steady expressions may change this much per second
             where = f"system {self._model.system.name!r}"
             raise NoTrimError(f"{where}: no equilibrium was found; {left:.3g} is left")
         return Trim(z[: self._model.nx], z[self._model.nx :])
@@ -178,6 +174,6 @@ class _TrimSolver:
         columns = []
         for k, scale in enumerate(self._scales):
             h = np.zeros(len(z))
-            h[k] = FD_STEP * scale
+            h[k] = 1e-6 * scale  # of a state's scale, for finite differences of the residual
             columns.append((self._residual(z + h) - self._residual(z - h)) / (2 * h[k]))
         return np.stack(columns, axis=1)

@@ -24,7 +24,6 @@ MOST_OPERATIONS = 150_000
 # To allocate registers takes 13 s for 25 488 operations, and grows with the square of their number:
 # beyond a minute code is compiled without, 60 times as quickly; it runs 2 to 5 times as long.
 MOST_IN_REGISTERS = 50_000
-MOST_IN_LANES = 4000  # operations of the equations of motion: longer ones take long to compile
 
 
 def derivations_of(system: Mechanism) -> list[Derivation]:
@@ -60,7 +59,8 @@ def derived_code(
     facts = _facts(d)
     _require_compilable(system, facts["operations"])
     doing(f"compiling equations of motion of {facts['operations']} operations")
-    lanes = law is None and facts["operations"] <= MOST_IN_LANES
+    # 4000 operations of the equations of motion: longer ones take long to compile
+    lanes = law is None and facts["operations"] <= 4000
     facts["lanes"], text = lanes, emit_module(d, lanes=lanes)
     keep((ModeFormulas.of(d),))
     if law is not None:

@@ -31,8 +31,6 @@ from kinolab.dynamics.derivation.derivation import Derivation
 from kinolab.dynamics.derivation.expression_graph import ExpressionGraph, Node
 
 INTRINSICS = ("sin", "cos", "exp", "log", "sqrt", "fabs", "floor")
-LIBRARY = ("tan", "tanh", "atan")
-SHARED = "%p"  # the argument that is the same in all lanes
 BINARY = {"add": "fadd", "sub": "fsub", "mul": "fmul", "div": "fdiv"}
 
 
@@ -125,7 +123,8 @@ def _compute(
                 registers[node] = routine.constant(operation.value)
             case "variable":
                 array, index = where[node]
-                load = routine.load_shared if array == SHARED else routine.load
+                # "%p" is the argument that is the same in all lanes.
+                load = routine.load_shared if array == "%p" else routine.load
                 registers[node] = load(array, index)
             case "neg":
                 registers[node] = routine.neg(operands[0])
@@ -190,7 +189,7 @@ def declarations() -> list[str]:
         found += [f"declare {number} @{intrinsic(name, lanes)}({number})" for name in INTRINSICS]
         found.append(f"declare {number} @{intrinsic('maxnum', lanes)}({number}, {number})")
     found.append("declare i1 @llvm.expect.i1(i1, i1)")
-    return [*found, *(f"declare double @{name}(double)" for name in LIBRARY)]
+    return [*found, *(f"declare double @{name}(double)" for name in ("tan", "tanh", "atan"))]
 
 
 def emit_jacobian(

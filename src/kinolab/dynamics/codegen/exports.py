@@ -10,6 +10,7 @@ from kinolab.dynamics.derivation.cancellation import Cancellation
 from kinolab.dynamics.derivation.derivation import Derivation
 from kinolab.dynamics.derivation.expression_graph import ExpressionGraph, Node
 
+OPERATORS = {"add": "+", "sub": "-", "mul": "*", "div": "/"}  # of C and of JavaScript
 STATE_ONLY = ("frames", "cables", "mass_matrix", "project")
 
 

@@ -32,9 +32,6 @@ from kinolab.dynamics.codegen.llvm import Register, Routine, literal
 from kinolab.dynamics.codegen.trigonometry import NAME
 from kinolab.dynamics.mode_derivations import ModeDerivation
 
-HALVINGS = 48  # of a step, to locate a transition: 1 s to 4e-15 s
-MINIMUM_HALVINGS = 24  # of a step, to find where a guard is least: 1 s to 6e-8 s
-MAX_SWITCHES = 64  # in one step; more are called chattering
 DEFINED = re.compile(r"^define (?:internal )?(\w+|\{.*?\}) @(\w+)\(([^)]*)\)", re.MULTILINE)
 LOOPS = ("rows_at", "rows_under", "rows_between")
 SHARED = (*LOOPS, "difference", "retract", NAME)  # know no modes
@@ -200,7 +197,7 @@ class _Step:
         routine, begin, end = self._routine, self._begin, self._end
         routine.put("double", self._rest, "%h")
         routine.copy("%x", begin, self._states)
-        with routine.loop(0, MAX_SWITCHES):
+        with routine.loop(0, 64):  # in one step; more are called chattering
             with routine.when(self._left(begin, self._here)):
                 self._note(routine.call("@reset", begin, "%u", "%p", end))
                 routine.copy(end, begin, self._states)
@@ -267,7 +264,7 @@ class _Step:
         """Shorten ``high``, at which a transition takes place, to the first such instant."""
         routine = self._routine
         routine.put("double", self._low, literal(0.0))
-        with routine.loop(0, HALVINGS):
+        with routine.loop(0, 48):  # halvings of a step, to locate a transition: 1 s to 4e-15 s
             middle = self._halve()
             self._flow(middle, self._end)
             self._narrow(self._left(self._end, self._seen), middle)
@@ -278,7 +275,8 @@ class _Step:
         routine = self._routine
         found, length = routine.cell("i1", "false"), routine.get("double", self._high)
         routine.put("double", self._low, literal(0.0))
-        with routine.loop(0, MINIMUM_HALVINGS), routine.when(self._not(routine.get("i1", found))):
+        # 24 halvings of a step, to find where a guard is least: 1 s to 6e-8 s
+        with routine.loop(0, 24), routine.when(self._not(routine.get("i1", found))):
             middle = self._halve()
             self._flow(middle, self._between)
             over = self._left(self._between, self._seen)

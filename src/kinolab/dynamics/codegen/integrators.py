@@ -16,7 +16,6 @@ from kinolab.numerics.manifolds.state_parts import UnitSphere, spheres_of
 if TYPE_CHECKING:  # what derives a machine: one that is in the cache needs none of it
     from kinolab.dynamics.derivation.derivation import Derivation
 
-SMALL_TURN = 1e-8  # [rad^2] of half a turn, squared: sin(a)/a is 1 - a^2/6 to rounding
 
 POINTERS = [("ptr", "x"), ("ptr", "u"), ("ptr", "p")]
 LANES = 4  # results at once: as many as the widest registers of most processors have room for
@@ -119,7 +118,8 @@ def _turn(
     squared = routine.mul(routine.mul(h, h), square)
     turn = routine.intrinsic("sqrt", squared)
     sine, cosine = sine_and_cosine(routine, turn)
-    small = routine.compare("olt", squared, routine.constant(SMALL_TURN))
+    # 1e-8 [rad^2] of half a turn, squared: sin(a)/a is 1 - a^2/6 to rounding
+    small = routine.compare("olt", squared, routine.constant(1e-8))
     series = routine.sub(routine.constant(1.0), routine.div(squared, routine.constant(6.0)))
     ratio = routine.select(small, series, routine.div(sine, turn))
     fraction = routine.mul(h, ratio)

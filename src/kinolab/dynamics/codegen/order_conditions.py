@@ -26,9 +26,7 @@ from kinolab.numerics.arrays import Array
 HIGHEST = (
     14  # the highest order of a published table: Feagin, Neural Parallel Sci. Comput. 20, 2012
 )
-SLACK = 1e-9  # of a condition: what is left where coefficients have nine digits
 
-EPSILON = sys.float_info.epsilon
 
 Rows = Sequence[Sequence[float]]
 
@@ -69,8 +67,9 @@ def order_of(b: Sequence[float], a: Rows, c: Rows, gamma: float, highest: int) -
                 phi = phi * (son.alone if len(sons) == 1 else son.beside)
             density = nodes * int(np.prod([son.density for son in sons], dtype=object))
             value, size = np.einsum("ki,ki->k", weights, phi)
-            rounding = 2 * nodes * EPSILON * size  # of a product of fewer factors
-            if not abs(value - 1 / density) <= SLACK / density + rounding < math.inf:
+            rounding = 2 * nodes * sys.float_info.epsilon * size  # of a product of fewer factors
+            # 1e-9 of a condition: what is left where coefficients have nine digits
+            if not abs(value - 1 / density) <= 1e-9 / density + rounding < math.inf:
                 return nodes - 1
             alone, beside = (np.einsum("kij,kj->ki", table, phi) for table in (beta, alpha))
             found.append(_RootedTree(nodes, density, alone, beside))

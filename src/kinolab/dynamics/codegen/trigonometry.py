@@ -20,7 +20,6 @@ NAME = "sine_and_cosine"  # of the function that computes both
 HALF_PI = (1.57079632673412561417e0, 6.07710050630396597660e-11, 2.02226624879595063154e-21)
 PER_HALF_PI = 6.36619772367581382433e-1
 LARGEST = 2.0**20  # [rad]
-ROUNDER = 1.5 * 2.0**52  # what a number is added to has the nearest integer in its lowest bits
 # sin r = r + r^3 (s0 + s1 r^2 + ...), cos r = 1 - r^2/2 + r^4 (c0 + c1 r^2 + ...)
 SINE = (
     -1.66666666666666324348e-1,
@@ -76,7 +75,8 @@ def emit_sine_and_cosine(lanes: int) -> str:
 
 def _reduced(routine: Routine, angle: Register) -> tuple[Register, Register]:
     """Return an angle's quadrant, whose two lowest bits count, and what is left of it in [rad]."""
-    rounder = routine.constant(ROUNDER)
+    # 1.5 * 2.0**52: what a number is added to has the nearest integer in its lowest bits
+    rounder = routine.constant(1.5 * 2.0**52)
     rounded = routine.add(routine.mul(angle, routine.constant(PER_HALF_PI)), rounder)
     quadrant = routine.line(f"bitcast {routine.number} {rounded} to {_bits(routine)}")
     turns = routine.line(f"fsub {routine.number} {rounded}, {rounder}")

@@ -18,9 +18,6 @@ Polynomial: TypeAlias = Mapping[Monomial, float]
 InTurn: TypeAlias = dict[tuple[int, int], Node]  # of cos^i sin^j of one angle, with j = 0 or 1
 
 MAX_TERMS = 12  # of a polynomial; a node with more is an indeterminate in those above it
-MAX_POWER = 8  # power of one node
-# fraction of the terms summed, below which a coefficient is rounding
-CANCELLATION_TOLERANCE = 1e-13
 
 
 class Cancellation:
@@ -92,17 +89,15 @@ class Cancellation:
             turned = self._without_square(monomial)
             if turned is not None:
                 rest, cosine = turned
-                if any(power > MAX_POWER for _, power in rest) or len(terms) > 4 * MAX_TERMS:
+                # 8 is the largest power of one node.
+                if any(power > 8 for _, power in rest) or len(terms) > 4 * MAX_TERMS:
                     return None
                 terms += [(rest, factor), (_times(rest, ((cosine, 2),)), -factor)]
                 continue
             found[monomial] = found.get(monomial, 0.0) + factor
             sizes[monomial] = max(sizes.get(monomial, 0.0), abs(factor))
-        left = {
-            m: factor
-            for m, factor in found.items()
-            if abs(factor) > CANCELLATION_TOLERANCE * sizes[m]
-        }
+        # 1e-13 of the terms summed, below which a coefficient is rounding
+        left = {m: factor for m, factor in found.items() if abs(factor) > 1e-13 * sizes[m]}
         return left if len(left) <= MAX_TERMS else None
 
     def _without_square(self, monomial: Monomial) -> tuple[Monomial, Node] | None:

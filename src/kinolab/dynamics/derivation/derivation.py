@@ -52,9 +52,6 @@ from kinolab.dynamics.language.symbols import ForceSymbol
 from kinolab.errors import InputError, Mistake
 from kinolab.numerics.manifolds.state_parts import Part, completed, spheres_of
 
-# fraction of a coordinate's own inertia that remains when the others move along
-MASS_TOLERANCE = 1e-12
-REGULARISATION = 1e-8  # relative to the constraints' compliance; makes redundant ones solvable
 # The same for accelerations, of each row's own compliance: above its rounding, and small beside the
 # ratio of masses, the share that a heavy part has in the compliance of a light one.
 ROW_REGULARISATION = 1e-12
@@ -336,7 +333,8 @@ class _Derivation:
         tape, size = self.tape, len(A)
         G = [[tape.dot(row, other) for other in A] for row in A]
         trace = tape.sum(G[i][i] for i in range(size))
-        trifle = tape.mul(tape.constant(REGULARISATION), trace)
+        # 1e-8 relative to the constraints' compliance; makes redundant ones solvable
+        trifle = tape.mul(tape.constant(1e-8), trace)
         firm = [
             [tape.add(G[i][j], trifle) if i == j else G[i][j] for j in range(size)]
             for i in range(size)
@@ -502,7 +500,8 @@ def _massless_motion(M: np.ndarray) -> list[int]:
     own = np.sqrt(np.maximum(np.diag(M), 0.0))
     own = np.where(own > 0, own, 1.0)
     eigenvalues, vectors = np.linalg.eigh(M / np.outer(own, own))
-    if eigenvalues[0] > MASS_TOLERANCE:
+    # 1e-12 of a coordinate's own inertia that remains when the others move along
+    if eigenvalues[0] > 1e-12:
         return []
     return [int(i) for i in np.flatnonzero(np.abs(vectors[:, 0]) > 0.1)]
 

@@ -34,7 +34,6 @@ ARITHMETIC: dict[str, Callable[..., Any]] = {
     **{"add": operator.add, "sub": operator.sub, "mul": operator.mul},
     **{"div": operator.truediv, "neg": operator.neg},
 }
-MAX_EXPANDED_POWER = 64  # exponent up to which a power is expanded into products
 
 
 class Operation(NamedTuple):
@@ -192,11 +191,9 @@ class ExpressionGraph:
         """Return a to a constant power, by products, roots and reciprocals where possible."""
         if exponent < 0:
             return self.div(self.one, self.power(a, -exponent))
-        if exponent == int(exponent) and exponent <= MAX_EXPANDED_POWER:
-            return self._integer_power(a, int(exponent))
-        if 2 * exponent == int(2 * exponent) and exponent <= MAX_EXPANDED_POWER:
+        if 2 * exponent == int(2 * exponent) and exponent <= 64:
             whole = self._integer_power(a, int(exponent))
-            return self.mul(whole, self.unary("sqrt", a))
+            return whole if exponent == int(exponent) else self.mul(whole, self.unary("sqrt", a))
         return self.unary("exp", self.mul(self.constant(exponent), self.unary("log", a)))
 
     def sum(self, nodes: Iterable[Node]) -> Node:

@@ -18,12 +18,6 @@ from kinolab.dynamics.derivation.symbol_table import SymbolTable, sampled_values
 from kinolab.dynamics.language.symbols import Coordinate
 from kinolab.numerics.arrays import Array
 
-CONFIGURATIONS = 256  # at which determinants are compared
-SINGULAR = 1e-4  # of a determinant over the product of its rows' norms
-DIPS = 4  # smallest determinants from which a minimum is sought
-FLAT = 0.5  # smallest over median of a determinant that has no dips to look into
-BISECTIONS = 60
-
 
 @dataclass(frozen=True)
 class SampledConstraints:
@@ -43,7 +37,7 @@ class SampledConstraints:
     @classmethod
     def of(cls, binding: SymbolTable) -> SampledConstraints:
         """Sample configurations; the same machine always gives the same ones."""
-        rows = list(sampled_values(binding.system, CONFIGURATIONS))
+        rows = list(sampled_values(binding.system, 256))  # at which determinants are compared
         names = tuple(rows[0])
         values = np.array([[row[name] for name in names] for row in rows])
         limits = np.stack([values.min(axis=0), values.max(axis=0)], axis=1)
@@ -91,11 +85,13 @@ class SampledConstraints:
         if sizes[least] < 0 < sizes[most]:
             return self._named(self._between(rows, dependent, found[least], found[most]))
         order = np.argsort(np.abs(sizes))
-        if abs(sizes[order[0]]) > FLAT * np.median(np.abs(sizes)):
+        # 0.5: smallest over median of a determinant that has no dips to look into
+        if abs(sizes[order[0]]) > 0.5 * np.median(np.abs(sizes)):
             return None
-        for k in order[:DIPS]:
+        for k in order[:4]:  # smallest determinants from which a minimum is sought
             dip = self._dip(rows, dependent, found[k])
-            if abs(self.determinants(rows, dependent, dip[None])[0]) < SINGULAR:
+            # 1e-4 of a determinant over the product of its rows' norms
+            if abs(self.determinants(rows, dependent, dip[None])[0]) < 1e-4:
                 return self._named(dip)
         return None
 
@@ -103,7 +99,7 @@ class SampledConstraints:
         self, rows: Sequence[Sequence[Node]], dependent: Sequence[int], a: Array, b: Array
     ) -> Array:
         """Bisect between configurations whose determinants have opposite signs, a's negative."""
-        for _ in range(BISECTIONS):
+        for _ in range(60):
             middle = (a + b) / 2
             if self.determinants(rows, dependent, middle[None])[0] < 0:
                 a = middle

@@ -13,8 +13,7 @@ from kinolab.dynamics.derivation.velocity_choice import singular_configuration
 from kinolab.dynamics.derivation.velocity_coordinates import velocity_coordinates
 from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.language.mechanism_parts import imposed_velocities
-
-SHOWN = 1e-6  # of a coordinate; a smaller one is not worth a word
+from kinolab.errors import row_of
 
 
 @dataclass(frozen=True)
@@ -34,8 +33,10 @@ class Singularity:
     @property
     def sentence(self) -> str:
         """What is wrong, where, and what would help."""
-        place = ", ".join(f"{name} = {x:.4g}" for name, x in self.at.items() if abs(x) > SHOWN)
-        subject, verb = _listed(self.velocities)
+        # 1e-6 of a coordinate; a smaller one is not worth a word
+        place = ", ".join(f"{name} = {x:.4g}" for name, x in self.at.items() if abs(x) > 1e-6)
+        subject = row_of(self.velocities)
+        verb = "do" if len(self.velocities) > 1 else "does"
         where = f" at {place}" if place else " where every coordinate is 0"
         return f"{subject} {verb} not determine the motion{where}. {self.cure}"
 
@@ -91,10 +92,3 @@ def condition_number(system: Mechanism, values: Mapping[str, float]) -> float:
     size = np.linalg.norm(binding.tape.evaluate(whole, dict(values)))
     smallest = np.linalg.svd(matrix, compute_uv=False)[-1]
     return float(size / max(smallest, 1e-300))
-
-
-def _listed(names: tuple[str, ...]) -> tuple[str, str]:
-    """Return names as the subject of a sentence, and its verb."""
-    if len(names) < 2:
-        return "".join(names), "does"
-    return f"{', '.join(names[:-1])} and {names[-1]}", "do"

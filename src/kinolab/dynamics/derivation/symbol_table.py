@@ -23,7 +23,6 @@ from kinolab.dynamics.language.symbols import Coordinate
 from kinolab.errors import InputError, Mistake
 from kinolab.numerics.manifolds.state_parts import spheres_of
 
-RANDOM_STATES = 12  # more never changed a choice
 SOME_VELOCITY = "State a velocity, such as V.y or rate(x)."
 
 
@@ -115,7 +114,8 @@ class SymbolTable:
         return dict(zip(self.tangent, velocities, strict=True))
 
 
-def sampled_values(system: Mechanism, count: int = RANDOM_STATES) -> Iterator[dict[str, float]]:
+# More than 12 never changed a choice.
+def sampled_values(system: Mechanism, count: int = 12) -> Iterator[dict[str, float]]:
     """Yield values of all symbols by name: the rest position first, then random ones in limits.
 
     For decisions made once, which must be reproducible: the same machine always gives the same

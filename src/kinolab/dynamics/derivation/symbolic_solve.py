@@ -15,11 +15,6 @@ from kinolab.dynamics.derivation.expression_graph import ExpressionGraph, Node
 
 Matrix: TypeAlias = Sequence[Sequence[Node]]
 
-PIVOT_FLOOR = 1e-12  # relative to the diagonal; a smaller pivot has lost all its digits
-MAX_COFACTOR_SIZE = 6  # up to which cofactors take fewer operations than elimination
-MIN_IMPLICIT_SIZE = 8  # from which a factorisation is too long to be differentiated itself
-SINGULAR_FLOOR = 1e-8  # relative to the rows' norms; a smaller determinant counts as singular
-
 
 @dataclass
 class Guards:
@@ -74,7 +69,7 @@ def solve_definite(
     known = len(tape.operations)
     lower, pivots = _factor(tape, M, guards)
     solved = [_substitute(tape, lower, pivots, column) for column in columns]
-    if len(M) >= MIN_IMPLICIT_SIZE:
+    if len(M) >= 8:  # from which a factorisation is too long to be differentiated itself
         for column, x in zip(columns, solved, strict=True):
             # What was there before, such as b where M is 1, is part of the equations itself.
             found = (node for node in x if node >= known)
@@ -103,7 +98,7 @@ def solve_square(
         return _solve_without(tape, A, columns, guards, rows or A, given)
     if not A:
         return [[] for _ in columns]
-    if size <= MAX_COFACTOR_SIZE:
+    if size <= 6:  # up to which cofactors take fewer operations than elimination
         return _solve_by_cofactors(tape, A, columns, guards, rows or A)
     transposed = list(zip(*A, strict=True))
     normal = [[tape.dot(a, b) for b in transposed] for a in transposed]
@@ -160,7 +155,8 @@ def _factor(
         squares = (tape.mul(tape.mul(lower[j][k], lower[j][k]), pivots[k]) for k in range(j))
         pivot = tape.sub(M[j][j], tape.sum(squares))
         pivots.append(pivot)
-        floor = tape.mul(tape.constant(PIVOT_FLOOR), M[j][j])
+        # 1e-12 relative to the diagonal; a smaller pivot has lost all its digits
+        floor = tape.mul(tape.constant(1e-12), M[j][j])
         guards.require(tape, tape.sub(pivot, floor) if j else pivot)
         for i in range(j + 1, size):
             products = (tape.mul(tape.mul(lower[i][k], lower[j][k]), pivots[k]) for k in range(j))
@@ -214,7 +210,8 @@ def _solve_by_cofactors(
     for row in source:
         bound = tape.mul(bound, tape.dot(row, row))
     square = tape.mul(determinant, determinant)
-    guards.require(tape, tape.sub(square, tape.mul(tape.constant(SINGULAR_FLOOR**2), bound)))
+    # 1e-8 relative to the rows' norms; a smaller determinant counts as singular
+    guards.require(tape, tape.sub(square, tape.mul(tape.constant(1e-8**2), bound)))
     return [
         [
             tape.div(tape.dot((cofactors[i][j] for i in range(size)), column), determinant)

@@ -32,9 +32,7 @@ from kinolab.numerics.arrays import Array
 
 MIN_PIVOT = 1e-6  # smallest singular value of a usable choice, relative to the rows' norm
 MAX_CHOICES = 5000  # above which the choice is greedy instead of optimal
-MAX_TRIED = 40  # choices with quasi-velocities that are examined for singular configurations
 SAME = 1e-9  # rounding of a direction
-CLEARLY = 0.3  # by which the mean logarithm of a determinant must grow
 
 
 @dataclass(frozen=True)
@@ -235,7 +233,8 @@ def _quasi(
     places = replace(places, values=places.values[usable])
     held = held[usable]
     directions = list(_directions(places, held))
-    best, merit = None, _merit(held, rates) + CLEARLY
+    # 0.3, by which the mean logarithm of a determinant must grow
+    best, merit = None, _merit(held, rates) + 0.3
     for count in range(1, held.shape[2] - held.shape[1] + 1):
         for chosen, dependent in _ranked(held, free, directions, count):
             whole = np.concatenate([held, *(c.values for c in chosen)], axis=1)
@@ -268,7 +267,8 @@ def _ranked(
             order = round(evenness, 3), round(margin, 6), -len(found)
             found.append((order, chosen, dependent))
     found.sort(key=lambda entry: entry[0], reverse=True)
-    return [(chosen, dependent) for _, chosen, dependent in found[:MAX_TRIED]]
+    # 40 choices with quasi-velocities that are examined for singular configurations
+    return [(chosen, dependent) for _, chosen, dependent in found[:40]]
 
 
 def _merit(covectors: Array, dependent: Sequence[int]) -> float:

@@ -26,9 +26,6 @@ from kinolab.dynamics.language.mechanism_parts import (
 from kinolab.dynamics.language.quasi_velocities import QuasiVelocity
 from kinolab.errors import InputError, Mistake
 
-NEWTON_STEPS = 50  # towards a configuration that satisfies the loop closure
-CLOSURE_TOLERANCE = 1e-10  # [m] or [rad], of such a configuration
-
 
 @dataclass(frozen=True)
 class ConstraintRow:
@@ -218,9 +215,9 @@ def _close(
     """Project a configuration onto the constraints by least-norm Newton steps."""
     if not gaps:
         return True
-    for _ in range(NEWTON_STEPS):
+    for _ in range(50):  # towards a configuration that satisfies the loop closure
         gap = np.array(binding.tape.evaluate(gaps, values))
-        if np.abs(gap).max() < CLOSURE_TOLERANCE:
+        if np.abs(gap).max() < 1e-10:  # [m] or [rad], of such a configuration
             return True
         matrix = np.reshape(binding.tape.evaluate(slopes, values), (len(gaps), len(names)))
         move = np.linalg.lstsq(matrix, gap, rcond=None)[0]

@@ -30,7 +30,6 @@ from kinolab.numerics.arrays import Array
 
 RESIDUAL_TOLERANCE = 1e-8  # relative residual of a covector
 TWIST = 6
-MOMENT_LENGTH = 100.0  # [m]; of equivalent wrenches the one with less force is taken, for
 # others add reactions implicit in the coordinates, such as the ground's support
 
 
@@ -142,7 +141,8 @@ def _may_lie_on_ground(J: Array, w: Array, position: Array) -> bool:
 
 
 def _wrench(J: Array, w: Array) -> Array:
-    weights = np.array([1.0] * 3 + [MOMENT_LENGTH] * 3)
+    # 100.0 [m]; of equivalent wrenches the one with less force is taken, for
+    weights = np.array([1.0] * 3 + [100.0] * 3)
     wrench: Array = weights * np.linalg.lstsq(J.T * weights, w, rcond=None)[0]
     return wrench
 

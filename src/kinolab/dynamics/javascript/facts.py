@@ -16,8 +16,6 @@ from kinolab.dynamics.units import state_units
 from kinolab.numerics.arrays import finite_or_none
 from kinolab.numerics.manifolds.state_parts import spheres_of
 
-SLIDER_FACTOR = 4.0  # ratio of a slider's ends to the parameter's value
-
 
 def facts_of(model: Model, derivation: Derivation) -> dict[str, Any]:
     """Return a machine's metadata as plain data; infinite limits are None."""
@@ -50,7 +48,8 @@ def as_json(data: Mapping[str, Any]) -> str:
 
 def _parameter(system: Mechanism, name: str, unit: str) -> dict[str, Any]:
     value = system.parameter_values[name]
-    ends = sorted((value / SLIDER_FACTOR, value * SLIDER_FACTOR)) if value else (-1.0, 1.0)
+    # 4.0: ratio of a slider's ends to the parameter's value
+    ends = sorted((value / 4.0, value * 4.0)) if value else (-1.0, 1.0)
     return {"name": name, "unit": unit, "value": value, "lower": ends[0], "upper": ends[1]}
 
 

@@ -9,14 +9,11 @@ import math
 from collections import Counter
 from collections.abc import Mapping, Sequence
 
-from kinolab.dynamics.codegen.exports import Function
+from kinolab.dynamics.codegen.exports import OPERATORS, Function
 from kinolab.dynamics.derivation.expression_graph import ExpressionGraph, Node, Operation
 
 SINGULAR = 1  # status where a guard fails; a non-finite result has status 2
-MAX_EXPRESSION_LENGTH = 160  # characters; a longer node becomes a constant
 
-OPERATORS = {"add": "+", "sub": "-", "mul": "*", "div": "/"}
-OWN = ("fmax", "sign")  # defined in the runtime: Math treats NaN differently
 BUILT_IN = {"fabs": "Math.abs"}
 
 
@@ -61,7 +58,8 @@ class _Body:
                 case _:
                     operands = [self.text[operand] for operand in operation.operands]
                     self.text[node] = expression = _expression(operation, operands)
-                    if uses[node] > 1 or len(expression) > MAX_EXPRESSION_LENGTH:
+                    # 160 characters; a longer node becomes a constant
+                    if uses[node] > 1 or len(expression) > 160:
                         self._name(node, f"v{node}", expression)
 
     def _name(self, node: Node, name: str, expression: str) -> None:
@@ -83,7 +81,8 @@ def _expression(operation: Operation, operands: Sequence[str]) -> str:
         return f"({operands[0]} {OPERATORS[name]} {operands[1]})"
     if name == "neg":
         return f"(-{operands[0]})"
-    called = name if name in OWN else BUILT_IN.get(name, f"Math.{name}")
+    # These are defined in the runtime: Math treats NaN differently
+    called = name if name in ("fmax", "sign") else BUILT_IN.get(name, f"Math.{name}")
     return f"{called}({', '.join(operands)})"
 
 

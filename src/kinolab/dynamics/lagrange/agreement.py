@@ -13,9 +13,6 @@ from kinolab.dynamics.lagrange.printing import one_line
 from kinolab.dynamics.language.quasi_velocities import QuasiAcceleration
 from kinolab.dynamics.language.symbols import Acceleration, ForceSymbol, TurnAcceleration
 
-RANDOM_POINTS = 8  # at which a difference that SymPy cannot simplify is evaluated
-ROUNDING = 1e-9  # relative size below which such a difference counts as zero
-
 
 @dataclass(frozen=True)
 class Agreement:
@@ -158,9 +155,10 @@ def _vanishes(expression: sympy.Expr) -> bool:
         return bool(expression == 0)
     function = sympy.lambdify(symbols, [expression, *sympy.Add.make_args(expression)])
     generator = np.random.default_rng(0)
-    for _ in range(RANDOM_POINTS):
+    for _ in range(8):  # at which a difference that SymPy cannot simplify is evaluated
         total, *terms = function(*generator.uniform(0.5, 1.5, len(symbols)))
-        if abs(total) > ROUNDING * max(map(abs, terms)):
+        # 1e-9 relative size below which such a difference counts as zero
+        if abs(total) > 1e-9 * max(map(abs, terms)):
             return False
     return True
 

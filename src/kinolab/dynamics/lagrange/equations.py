@@ -38,7 +38,7 @@ from kinolab.dynamics.language.quasi_velocities import (
     QuasiVelocitySymbol,
 )
 from kinolab.dynamics.language.symbols import Acceleration, Parameter, TurnAcceleration, TurnRate
-from kinolab.errors import InputError, Mistake
+from kinolab.errors import LINE_WIDTH, InputError, Mistake
 
 # [s] of CPU time after which no further equation is simplified
 SIMPLIFICATION_SECONDS = 4.0
@@ -46,9 +46,7 @@ MAX_SIMPLIFIED = 1000  # symbols, numbers and operations of one side worth print
 # Symbols, numbers and operations of T written out: the arm of seven joints has 17 179 and takes
 # 23 s of CPU time, a chain of twelve 91 212, with equations far longer than are printed.
 MAX_ENERGY = 30_000
-WIDTH = 100  # characters of a line, combining dots included
 CONTINUED = "    "  # indentation of a continuation line
-MAX_ELIMINATED = 3  # constraints whose elimination stays readable
 MAX_EXPANDED_TERMS = 1_000_000  # intermediate terms of an expansion; a submarine has 65 620
 
 
@@ -284,7 +282,8 @@ class _LagrangeDerivation:
         """Project the balance onto the allowed motions, if the result stays short."""
         from kinolab.dynamics.derivation.derivation import derive
 
-        if not 0 < w.rows <= MAX_ELIMINATED or self.system.velocities == "all":
+        # 3 constraints, whose elimination stays readable
+        if not 0 < w.rows <= 3 or self.system.velocities == "all":
             return ()
         derivation = derive(self.system)
         independent, quasi = derivation.independent, derivation.quasi
@@ -442,7 +441,7 @@ def _text(equations: Equations) -> Iterator[str]:
 def _lines(left: str, right: sympy.Expr, indent: str) -> Iterator[str]:
     """Yield the lines of an equation, broken before signs."""
     line = f"{indent}{left} = {_line(right)}"
-    while len(line) > WIDTH and (place := _break(line, len(indent) + len(CONTINUED))):
+    while len(line) > LINE_WIDTH and (place := _break(line, len(indent) + len(CONTINUED))):
         yield line[:place]
         line = f"{indent}{CONTINUED}{line[place + 1 :]}"
     yield line
@@ -451,11 +450,11 @@ def _lines(left: str, right: sympy.Expr, indent: str) -> Iterator[str]:
 def _break(line: str, first: int) -> int:
     """Return the best line break: late, in as few brackets as possible; 0 if none."""
     places = [found.start() for found in re.finditer(" [-+=] ", line) if found.start() > first]
-    cancelled = [place for place in places if WIDTH / 2 < place <= WIDTH]
+    cancelled = [place for place in places if LINE_WIDTH / 2 < place <= LINE_WIDTH]
     depths = {place: line.count("(", 0, place) - line.count(")", 0, place) for place in cancelled}
     if cancelled:
         return max(cancelled, key=lambda place: (-depths[place], place))
-    return min(places, key=lambda place: abs(place - WIDTH), default=0)
+    return min(places, key=lambda place: abs(place - LINE_WIDTH), default=0)
 
 
 def _line(expression: sympy.Expr) -> str:

@@ -24,9 +24,6 @@ import numpy as np
 from kinolab.dynamics.lagrange.hyper_dual import Evaluation, HyperDual, Instruction
 from kinolab.numerics.arrays import Array
 
-REFINEMENTS = 3  # of solutions, by what they leave of the right-hand side
-EQUILIBRATIONS = 12  # each halves the decades that a largest entry is away from 1
-
 
 @dataclass(frozen=True)
 class VelocityRow:
@@ -245,7 +242,7 @@ def _solved(A: Array, b: Array) -> Array:
     rows, columns = _equilibration(A)
     scaled, found = rows[:, :, None] * A * columns[:, None, :], np.zeros((len(b), A.shape[2]))
     for k in range(len(b)):
-        for _ in range(REFINEMENTS):
+        for _ in range(3):  # of solutions, by what they leave of the right-hand side
             missing = rows[k] * (b[k] - A[k] @ found[k])
             found[k] += columns[k] * np.linalg.lstsq(scaled[k], missing, rcond=None)[0]
     x[sound] = found
@@ -259,7 +256,7 @@ def _equilibration(A: Array) -> tuple[Array, Array]:
     RAL-TR-2001-034, 2001.
     """
     rows, columns = np.ones(A.shape[:2]), np.ones((len(A), A.shape[2]))
-    for _ in range(EQUILIBRATIONS):
+    for _ in range(12):  # each halves the decades that a largest entry is away from 1
         sizes = np.abs(rows[:, :, None] * A * columns[:, None, :])
         tallest, widest = sizes.max(axis=2, initial=0.0), sizes.max(axis=1, initial=0.0)
         rows /= np.sqrt(np.where(tallest > 0, tallest, 1.0))

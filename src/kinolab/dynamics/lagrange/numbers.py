@@ -13,11 +13,6 @@ import sympy
 
 from kinolab.dynamics.lagrange.terms import fraction
 
-# largest denominator of a fraction printed as such, tenths excepted
-MAX_DENOMINATOR = 12
-# the same for fractions that do not come from decimals, as in energies
-MAX_BINARY_DENOMINATOR = 64
-
 Family: TypeAlias = tuple[int, int]  # odd parts of numerator and denominator
 Families: TypeAlias = dict[Family, bool]  # whether they are written as decimals
 
@@ -25,9 +20,9 @@ Families: TypeAlias = dict[Family, bool]  # whether they are written as decimals
 def short_number(value: Fraction) -> sympy.Expr:
     """Return a number for printing: a short fraction, or a decimal where it came from one."""
     bottom = value.denominator
-    if (bottom <= MAX_DENOMINATOR and bottom != 10) or (
-        bottom <= MAX_BINARY_DENOMINATOR and (bottom % 5 or not bottom % 3)
-    ):
+    # 12: largest denominator of a fraction printed as such, tenths excepted
+    # 64: the same for fractions that do not come from decimals, as in energies
+    if (bottom <= 12 and bottom != 10) or (bottom <= 64 and (bottom % 5 or not bottom % 3)):
         return sympy.Rational(value.numerator, bottom)
     return sympy.Float(float(value))
 

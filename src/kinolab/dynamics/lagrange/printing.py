@@ -26,7 +26,6 @@ GREEK = (
 )
 SUBSCRIPTS = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")
 SUPERSCRIPTS = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
-PLACES = 6  # significant digits printed of a float
 DIGITS = "0123456789"
 DOT = "\u0307"
 DOTS = {1: DOT, 2: "\u0308"}
@@ -80,7 +79,7 @@ class _Printer(_OrderedFactors, StrPrinter):  # type: ignore[misc]
     _print_MachineSymbol = _print_Symbol  # noqa: N815
 
     def _print_Float(self, expression: sympy.Float) -> str:
-        return f"{float(expression):.{PLACES}g}"
+        return f"{float(expression):.6g}"  # significant digits printed of a float
 
     def _print_RateSymbol(self, expression: RateSymbol) -> str:
         return _dotted(expression.coordinate.name, 1)

@@ -21,9 +21,6 @@ Monomial: TypeAlias = frozenset[tuple[sympy.Expr, int]]  # (base, nonzero power)
 Terms: TypeAlias = dict[Monomial, Fraction]
 
 ONE: Monomial = frozenset()
-MAX_TERMS = 1200  # of a sum, intermediate or final
-MAX_PRODUCTS = 40_000  # terms of a product of two sums
-MAX_ANGLE_MULTIPLE = 3  # whose sine is expanded in sin and cos of the angle
 
 
 class TooLongError(Exception):
@@ -119,11 +116,12 @@ class Expander:
     def _product(self, factors: Iterable[Terms]) -> Terms:
         made = constant(Fraction(1))
         for factor in factors:
-            if len(made) * len(factor) > MAX_PRODUCTS or time.thread_time() > self._deadline:
+            # 40_000 terms of a product of two sums
+            if len(made) * len(factor) > 40_000 or time.thread_time() > self._deadline:
                 raise TooLongError
             pairs = ((_times(m, n), a * b) for m, a in made.items() for n, b in factor.items())
             made = reduced(pairs)
-            if len(made) > MAX_TERMS:
+            if len(made) > 1200:  # of a sum, intermediate or final
                 raise TooLongError
         return made
 
@@ -197,7 +195,8 @@ def _parted(angle: sympy.Expr) -> tuple[sympy.Expr, sympy.Expr]:
         first = min(angle.args, key=str)
         return first, angle - first
     number, one = angle.as_coeff_Mul()
-    if number.is_Integer and 2 <= abs(number) <= MAX_ANGLE_MULTIPLE:
+    # Multiples up to 3, whose sine is expanded in sin and cos of the angle
+    if number.is_Integer and 2 <= abs(number) <= 3:
         return one * sympy.sign(number), angle - one * sympy.sign(number)
     return angle, sympy.Integer(0)
 

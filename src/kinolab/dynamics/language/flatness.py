@@ -20,8 +20,6 @@ from kinolab.dynamics.language.expressions import exact
 from kinolab.dynamics.language.frames import Number
 from kinolab.dynamics.language.symbols import Coordinate, MachineSymbol
 
-MAX_ORDERS = 3  # derivative orders of an output in a flat map: 0 to 2, as curves provide
-
 
 class OutputSymbol(MachineSymbol):
     """A flat output, or one of its derivatives."""
@@ -99,4 +97,5 @@ def output_symbols(outputs: Iterable[str]) -> Iterator[OutputSymbol]:
     """Yield the output symbols that expressions may use besides the machine's own."""
     yield CURVATURE
     for name in outputs:
-        yield from (output(name, order) for order in range(MAX_ORDERS))
+        # 3 derivative orders of an output in a flat map: 0 to 2, as curves provide
+        yield from (output(name, order) for order in range(3))

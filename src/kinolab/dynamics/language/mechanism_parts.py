@@ -10,6 +10,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Literal, NamedTuple, TypeAlias
 
+import numpy as np
 import sympy
 
 from kinolab.dynamics.language.bodies import Body, Cable
@@ -35,6 +36,7 @@ from kinolab.dynamics.language.symbols import (
 )
 from kinolab.dynamics.language.words import LoweredWord, primitives_of
 from kinolab.errors import InputError, Mistake
+from kinolab.numerics.arrays import Array
 from kinolab.numerics.manifolds.state_parts import Part
 
 AnyCoordinate: TypeAlias = Coordinate | Attitude
@@ -99,6 +101,10 @@ class MechanismParts:
         known = (entry for entry in stated.atoms(Parameter) if entry.name in values)
         named = [(entry, values[entry.name]) for entry in known]
         return float(stated.subs(named) if named else stated)
+
+    def inertia_of(self, body: Body) -> Array:
+        """Return a body's inertia about its centre of mass, in its axes, in [kg m^2], (3, 3)."""
+        return np.array([self.number(entry) for entry in body.inertia_matrix]).reshape(3, 3)
 
     @property
     def down(self) -> tuple[float, float, float] | None:

@@ -44,8 +44,6 @@ from kinolab.dynamics.language.symbols import (
 from kinolab.dynamics.language.words import primitives_of, require_hashable
 from kinolab.errors import InputError, Mistake, flaw_of, is_broken, printable, unknown_name
 
-SHOWN = 60  # characters of a name that is refused
-MAX_DEGREE = 8  # of gain-scheduling polynomials
 TRIANGLE_TOLERANCE = 1e-9  # relative rounding allowed in eigenvalues of inertias
 
 
@@ -179,7 +177,7 @@ def _naming(system: MechanismParts) -> Iterator[Mistake]:
         if isinstance(text, str) and is_broken(text):
             yield Mistake(f"{printable(text)!r}", "this is no Unicode text.", "Write it in UTF-8.")
         elif isinstance(text, str) and (flaw := flaw_of(text)):
-            where = f"{printable(text[:SHOWN])!r}"
+            where = f"{printable(text[:60])!r}"  # characters of a name that is refused
             yield Mistake(where, f"this name {flaw}.", "Give a shorter or plainer one.")
     for entry in named:
         if not entry.name.isidentifier():
@@ -427,9 +425,8 @@ def _regulator(system: MechanismParts, regulator: Regulator, where: str) -> Iter
             remedy = "It must be positive."
             yield Mistake(where, f"what counts as large for {what} is {size:g}.", remedy)
     for name, degree in regulator.schedule:
-        if not 0 <= degree <= MAX_DEGREE:
-            remedy = f"Take 0 to {MAX_DEGREE}."
-            yield Mistake(where, f"the degree in {name} is {degree}.", remedy)
+        if not 0 <= degree <= 8:
+            yield Mistake(where, f"the degree in {name} is {degree}.", "Take 0 to 8.")
 
 
 def _shape(system: MechanismParts, body: Body, shape: Shape) -> Iterator[Mistake]:

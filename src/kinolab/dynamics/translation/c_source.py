@@ -9,10 +9,12 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from importlib.resources import files
+from string import Template
 
 import numpy as np
 
-from kinolab.dynamics.codegen.exports import Function, tangent_of
+from kinolab.dynamics.codegen.exports import OPERATORS, Function, tangent_of
 from kinolab.dynamics.codegen.methods import RK4
 from kinolab.dynamics.derivation.expression_graph import ExpressionGraph, Node, Operation
 from kinolab.dynamics.model import Model
@@ -20,11 +22,7 @@ from kinolab.dynamics.translation.translated import translated
 from kinolab.errors import NoDynamicsError
 from kinolab.numerics.arrays import Array
 
-OPERATORS = {"add": "+", "sub": "-", "mul": "*", "div": "/"}
 OWN = ("project", "tangent")  # functions that are called in the file alone
-SAMPLES = 5  # states of the test
-NEWTON_STEPS = 8  # onto closed loops, from anywhere
-AGREE = 1e-12  # relative, of the test
 STEP = 0.01  # [s] of the test
 
 
@@ -53,44 +51,27 @@ def c_source(model: Model) -> dict[str, str]:
 
 
 def _header(name: str, model: Model, functions: Sequence[Function]) -> str:
-    guard, defaults = f"{name.upper()}_H", dict(model.machine.parameters)
-    signatures = [f"{_signature(name, function)};" for function in functions]
-    return "\n".join(
-        [
-            f"/* Equations of motion of {name}, derived by kinolab. Units are SI. */",
-            f"#ifndef {guard}",
-            f"#define {guard}",
-            "",
-            *(
-                f"#define {name.upper()}_{what} {count}"
-                for what, count in (
-                    ("NX", model.nx),
-                    ("NU", model.nu),
-                    ("NP", len(model.parameter_names)),
-                    *((f.name.upper(), len(f.outputs)) for f in functions if f.name != "f"),
-                )
-            ),
-            "",
-            "/* x: " + ", ".join(model.state_names),
-            "   u: " + ", ".join(model.control_names),
-            "   p: " + ", ".join(f"{k} = {defaults[k]!r}" for k in model.parameter_names),
-            "   A function returns 0; 1 where the state is singular; 2 where a result is not",
-            "   finite. The Jacobian of f has a column for each x, then one for each u; the mass",
-            f"   matrix is that of {', '.join(model.rate_names)}. */",
-            "#ifdef __cplusplus",
-            'extern "C" {',
-            "#endif",
-            f"extern const double {name}_p[];  /* default parameters */",
-            *signatures,
-            f"{_step_signature(name)};",
-            "#ifdef __cplusplus",
-            "}",
-            "#endif",
-            "",
-            f"#endif /* {guard} */",
-            "",
-        ]
+    defaults = dict(model.machine.parameters)
+    sizes = {"NX": model.nx, "NU": model.nu, "NP": len(model.parameter_names)}
+    sizes |= {f.name.upper(): len(f.outputs) for f in functions if f.name != "f"}
+    signatures = [*(_signature(name, function) for function in functions), _step_signature(name)]
+    return _filled(
+        "machine.h",
+        name=name,
+        upper=name.upper(),
+        sizes="\n".join(f"#define {name.upper()}_{what} {count}" for what, count in sizes.items()),
+        states=", ".join(model.state_names),
+        inputs=", ".join(model.control_names),
+        parameters=", ".join(f"{k} = {defaults[k]!r}" for k in model.parameter_names),
+        rates=", ".join(model.rate_names),
+        signatures="\n".join(f"{signature};" for signature in signatures),
     )
+
+
+def _filled(template: str, **values: object) -> str:
+    """Return a file of the folder ``c`` with values in place of names after ``$``."""
+    text = files("kinolab.dynamics.translation").joinpath("c", template).read_text("utf-8")
+    return Template(text).substitute(values)
 
 
 def _signature(name: str, function: Function) -> str:
@@ -108,39 +89,26 @@ def _step_signature(name: str) -> str:
 def _source(
     name: str, model: Model, graph: ExpressionGraph, functions: Mapping[str, Function]
 ) -> str:
+    """Return the functions; the step is Runge and Kutta's, as kinolab makes it."""
     defaults = dict(model.machine.parameters)
-    numbers = ", ".join(number(defaults[key]) for key in model.parameter_names) or "0.0"
     pieces = [
-        f'#include "{name}.h"',
-        "#include <math.h>",
-        "#include <stddef.h>",
-        "",
-        f"const double {name}_p[] = {{{numbers}}};",
-        "",
-        HELPERS,
+        f"{'static ' if key in OWN else ''}{_function(name, graph, function)}"
+        for key, function in functions.items()
     ]
-    for key, function in functions.items():
-        kind = "static " if key in OWN else ""
-        pieces.append(kind + _function(name, graph, function))
-    pieces.append(_jacobian(name, model.nx, model.nu))
-    pieces.append(_step(name, model.nx, projects="project" in functions))
-    return "\n".join(pieces)
-
-
-HELPERS = """static int all_finite(const double values[], size_t count) {
-    int found = 1;
-    for (size_t i = 0; i < count; ++i) {
-        if (!isfinite(values[i])) {
-            found = 0;
-        }
-    }
-    return found;
-}
-
-static inline double sign(double value) {
-    return (double)((value > 0.0) - (value < 0.0));
-}
-"""
+    landing = "projected.c" if "project" in functions else "unprojected.c"
+    return _filled(
+        "machine.c",
+        name=name,
+        numbers=", ".join(number(defaults[key]) for key in model.parameter_names) or "0.0",
+        functions="\n".join(pieces),
+        nx=model.nx,
+        columns=model.nx + model.nu,
+        step=_step_signature(name),
+        stages=RK4.stages,
+        fractions=", ".join(number(sum(row)) for row in RK4.a),  # each stage rests on the last one
+        weights=", ".join(map(number, RK4.b)),
+        landing=_filled(landing, name=name).rstrip("\n"),
+    )
 
 
 def _function(name: str, graph: ExpressionGraph, function: Function) -> str:
@@ -184,81 +152,14 @@ def number(value: float) -> str:
     return f"({text})" if value < 0 else text
 
 
-def _jacobian(name: str, nx: int, nu: int) -> str:
-    """Return all derivatives of f, a call of its tangent for each column."""
-    arguments = "const double x[], const double u[], const double p[], double out[]"
-    return f"""int {name}_jacobian({arguments}) {{
-    enum {{ N = {nx}, COLUMNS = {nx + nu} }};
-    double along[COLUMNS] = {{0.0}};
-    int status = 0;
-    for (size_t k = 0; (k < COLUMNS) && (status == 0); ++k) {{
-        along[k] = 1.0;
-        status = {name}_tangent(x, u, p, along, along + N, out + (k * N));
-        along[k] = 0.0;
-    }}
-    return status;
-}}
-"""
-
-
-def _step(name: str, nx: int, *, projects: bool) -> str:
-    """Return a step of Runge and Kutta's method, as kinolab makes it."""
-    landing = (
-        [
-            "if (status == 0) {",
-            f"    status = {name}_project(total, p, at);",
-            "}",
-            "if (status == 0) { /* the second Newton step reaches rounding */",
-            f"    status = {name}_project(at, p, out);",
-            "}",
-        ]
-        if projects
-        else [
-            "for (size_t i = 0; i < N; ++i) {",
-            "    out[i] = total[i];",
-            "}",
-            "if ((status == 0) && !all_finite(out, N)) {",
-            "    status = 2;",
-            "}",
-        ]
-    )
-    fractions = ", ".join(number(sum(row)) for row in RK4.a)  # each stage rests on the last one
-    weights = ", ".join(map(number, RK4.b))
-    lines = [
-        f"enum {{ N = {nx} }};",
-        f"static const double fractions[{RK4.stages}] = {{{fractions}}};",
-        f"static const double weights[{RK4.stages}] = {{{weights}}};",
-        "double at[N];",
-        "double slope[N] = {0.0};",
-        "double total[N];",
-        "int status = 0;",
-        "for (size_t i = 0; i < N; ++i) {",
-        "    total[i] = x[i];",
-        "}",
-        f"for (size_t stage = 0; (stage < {RK4.stages}U) && (status == 0); ++stage) {{",
-        "    for (size_t i = 0; i < N; ++i) {",
-        "        at[i] = x[i] + (h * fractions[stage]) * slope[i];",
-        "    }",
-        f"    status = {name}_f(at, u, p, slope);",
-        "    for (size_t i = 0; i < N; ++i) {",
-        "        total[i] = total[i] + (h * weights[stage]) * slope[i];",
-        "    }",
-        "}",
-        *landing,
-        "return status;",
-    ]
-    inside = "\n".join(f"    {line}" for line in lines)
-    return f"{_step_signature(name)} {{\n{inside}\n}}\n"
-
-
 def _test(name: str, model: Model) -> str:
     """Return a program that compares the functions with results of kinolab's machine code."""
     generator = np.random.default_rng(0)
     low, high = np.clip(model.state_bounds, -1.0, 1.0).T
     checks: list[str] = []
-    for k in range(SAMPLES):
+    for k in range(5):  # states of the test
         x: Array = generator.uniform(low, np.maximum(high, low + 1e-6))
-        for _ in range(NEWTON_STEPS):
+        for _ in range(8):  # onto closed loops, from anywhere
             x = model.project(x)
         u = np.asarray(generator.uniform(*model.control_bounds.T))
         checks += [
@@ -277,39 +178,7 @@ def _test(name: str, model: Model) -> str:
             "    }",
         ]
     size = max(model.nx * (model.nx + model.nu), model.nt**2, model.frames(model.rest()).size)
-    return "\n".join(
-        [
-            f'#include "{name}.h"',
-            "#include <math.h>",
-            "#include <stdio.h>",
-            "",
-            "static int failures = 0;",
-            "",
-            "static void compare(int status, const double found[], const double wanted[],",
-            "                    int count, const char *what) {",
-            "    double largest = 1.0;",
-            "    for (int i = 0; i < count; ++i) {",
-            "        largest = fmax(largest, fabs(wanted[i]));",
-            "    }",
-            "    for (int i = 0; i < count; ++i) {",
-            "        const double gap = fabs(found[i] - wanted[i]);",
-            f"        if ((status != 0) || !(gap <= {AGREE!r} * largest)) {{",
-            '            (void)printf("%s, entry %d: %.17g, not %.17g\\n", what, i, found[i],',
-            "                         wanted[i]);",
-            "            failures = failures + 1;",
-            "        }",
-            "    }",
-            "}",
-            "",
-            "int main(void) {",
-            f"    double out[{size}];",
-            *checks,
-            '    (void)printf("%d differences\\n", failures);',
-            "    return (failures == 0) ? 0 : 1;",
-            "}",
-            "",
-        ]
-    )
+    return _filled("machine_test.c", name=name, size=size, checks="\n".join(checks))
 
 
 def _columns(model: Model, x: Array, u: Array) -> Array:

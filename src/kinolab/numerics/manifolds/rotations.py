@@ -7,8 +7,6 @@ from numpy.typing import ArrayLike
 
 from kinolab.numerics.arrays import Array
 
-SMALL_ANGLE = 1e-8  # [rad]; below it an arc is a straight line to 1e-16
-
 
 def unit(vector: ArrayLike) -> Array:
     """Return a quaternion or another vector scaled to unit length, of the same shape."""
@@ -79,7 +77,7 @@ def slerp(start: Array, end: Array, fraction: Array) -> Array:
     near = np.where(together, end, -end)
     half = turn_between(start, near)[..., None] / 2  # at most a right angle
     part, sine = np.asarray(fraction)[..., None], np.sin(half)
-    small = sine < SMALL_ANGLE
+    small = sine < 1e-8  # [rad]; below it an arc is a straight line to 1e-16
     divided = np.where(small, 1.0, sine)
     a = np.where(small, 1.0 - part, np.sin((1.0 - part) * half) / divided)
     b = np.where(small, part, np.sin(part * half) / divided)

@@ -17,8 +17,6 @@ from numpy.typing import ArrayLike
 from kinolab.numerics.arrays import Array, Integers
 from kinolab.numerics.manifolds.rotations import multiply, turn_between, unit, unit_rows
 
-INVERSE = np.array([-1.0, -1.0, -1.0, 1.0])  # times a unit quaternion
-
 
 @dataclass(frozen=True)
 class Part:
@@ -130,7 +128,8 @@ class Rotations(UnitSphere):
 
     def offset(self, target: ArrayLike, value: Array) -> Array:
         """Return twice the vector part of the turn from a target."""
-        turn = multiply(INVERSE * np.asarray(target), value)
+        # times a unit quaternion
+        turn = multiply(np.array([-1.0, -1.0, -1.0, 1.0]) * np.asarray(target), value)
         vector: Array = 2 * np.copysign(1.0, turn[3]) * turn[:3]
         return vector
 

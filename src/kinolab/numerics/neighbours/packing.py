@@ -29,9 +29,7 @@ from kinolab.numerics.neighbours.r_tree import (
 from kinolab.numerics.neighbours.selection import partition_median
 from kinolab.numerics.simd import FAR
 
-MOST = LEAF_SIZE - 1  # points of a leaf, which leaves room for rounding
 CHILDREN = 11  # most children of a group, about
-SAMPLES = 64  # least number of points that tell which side of many is the widest
 
 
 @kernel
@@ -76,7 +74,8 @@ def divide(tree, order, group, layer, leaves):  # type: ignore[no-untyped-def]
     first, last = np.int64(tree.children[group, 0]), np.int64(tree.children[group, 1])
     count = -(-((last - first) // FILL) // leaves)
     if layer == 0:
-        count = max(count, -(-(last - first) // MOST))
+        # One point less than a leaf has leaves room for rounding.
+        count = max(count, -(-(last - first) // (LEAF_SIZE - 1)))
     parts[0, 0], parts[0, 1], parts[0, 2], left = first, last, count, 1
     while left > 0:
         left -= 1
@@ -104,7 +103,8 @@ def widest_side(points, order, first, last):  # type: ignore[no-untyped-def]
     widest, extent = 0, -FAR
     for i in range(points.shape[1]):
         low, high = FAR, -FAR
-        for k in range(first, last, max((last - first) // SAMPLES, 1)):
+        # 64, the least number of points that tell which side of many is the widest
+        for k in range(first, last, max((last - first) // 64, 1)):
             value = points[order[k], i]
             low, high = min(low, value), max(high, value)
         if high - low > extent:

@@ -37,9 +37,6 @@ from kinolab.robots.loop_closures import OPEN, STILL
 from kinolab.store import Kind, code_in
 
 STATES = 2  # one tells any two machines apart, but for those that agree there by chance
-AGREE = 1e-9  # of the sizes of the terms
-# Of the largest sizes: positions are rounded beside all of a robot, which of a light part is more.
-ROUNDING = 1e-14
 SAME = 10 * STILL  # [m/rad] and the like, of directions: what is still is left out of constraints
 REMEDY = "This is a mistake in kinolab; please report it, with the file."
 # Files that agreed are kept: MuJoCo and Pinocchio take longer to import than most files to be read.
@@ -176,7 +173,8 @@ class _Comparison:
             v = np.array([state[name] for name in own.rates])
             forces, sizes = self._theirs.forces(self._at(state), S @ v, S @ a)
             theirs, sizes = S.T @ forces, np.abs(S).T @ sizes
-            allowed = AGREE * sizes + ROUNDING * sizes.max(initial=0.0)
+            # Positions are rounded beside all of a robot, which of a light part is more.
+            allowed = 1e-9 * sizes + 1e-14 * sizes.max(initial=0.0)
             allowed += self._neglected * (np.abs(S @ a).sum() + np.abs(S @ v).sum() ** 2)
             with np.errstate(divide="ignore", invalid="ignore"):
                 shares = np.abs(ours - theirs) / allowed

@@ -14,7 +14,6 @@ import numpy as np
 from kinolab.numerics.arrays import Array
 from kinolab.robots.compared.second_engine import AbstractSecondEngine, Held
 
-LEFT_OUT = ("CONTACT", "LIMIT", "FRICTIONLOSS", "ACTUATION")  # by flags of <option>
 WIDTHS = {"FREE": (7, 6), "BALL": (4, 3), "SLIDE": (1, 1), "HINGE": (1, 1)}  # qpos, rates
 
 
@@ -32,7 +31,7 @@ class MujocoEngine(AbstractSecondEngine):
     def __init__(self, mujoco: Any, model: Any, joints: Sequence[str]) -> None:
         model.opt.enableflags = 0  # one lets trees sleep that should move
         model.jnt_actgravcomp[:] = 0  # what bears weight is passive, whatever takes its force
-        for flag in LEFT_OUT:
+        for flag in ("CONTACT", "LIMIT", "FRICTIONLOSS", "ACTUATION"):  # by flags of <option>
             model.opt.disableflags |= int(getattr(mujoco.mjtDisableBit, f"mjDSBL_{flag}"))
         self._mujoco, self._model, self._data = mujoco, model, mujoco.MjData(model)
         self._positions: dict[str, slice] = {}

@@ -13,9 +13,6 @@ import numpy as np
 from kinolab.numerics.arrays import Array
 from kinolab.robots.compared.second_engine import AbstractSecondEngine, Held
 
-ROOT = "root_joint"  # what Pinocchio calls the joint of a root that moves freely
-NO_JOINT = "universe"
-
 
 class PinocchioEngine(AbstractSecondEngine):
     """Pinocchio's model of a URDF file. Joints that follow others move by themselves in it.
@@ -34,10 +31,11 @@ class PinocchioEngine(AbstractSecondEngine):
         self._model = pinocchio.buildModelFromXML(text, *root)
         self._data = self._model.createData()
         named = zip(self._model.names, self._model.joints, strict=True)
+        # "root_joint" and "universe" are what Pinocchio calls the joint of a root that moves freely
         self._joints = {
-            free if name == ROOT and free is not None else str(name): joint
+            free if name == "root_joint" and free is not None else str(name): joint
             for name, joint in named
-            if name != NO_JOINT
+            if name != "universe"
         }
         self.rates = {n: slice(j.idx_v, j.idx_v + j.nv) for n, j in self._joints.items()}
 

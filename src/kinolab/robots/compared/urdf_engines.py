@@ -22,7 +22,6 @@ from kinolab.robots.compared.second_engine import AbstractSecondEngine
 
 STDERR = 2
 BASE = "base"  # the joint of a root that moves freely
-GROUND = "world"  # as MuJoCo calls it
 # [kg] and [kg m^2] of what has none: the least that MuJoCo takes, which is none again afterwards
 LEAST = 2e-15
 READING = {
@@ -102,8 +101,8 @@ def _in_mujoco(xml: Any, document: Any, *, floating: bool) -> MujocoEngine | Non
         children = {child.get("link") for child in document.iter("child")}
         root = next(one for one in document.iter("link") if one.get("name") not in children)
         joint = xml.SubElement(document, "joint", name=BASE, type="floating")
-        xml.SubElement(document, "link", name=GROUND)
-        xml.SubElement(joint, "parent", link=GROUND)
+        xml.SubElement(document, "link", name="world")  # as MuJoCo calls it
+        xml.SubElement(joint, "parent", link="world")
         xml.SubElement(joint, "child", link=root.get("name"))
     with quiet(mujoco):
         try:

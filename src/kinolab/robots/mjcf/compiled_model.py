@@ -15,8 +15,9 @@ from kinolab.files import is_file
 from kinolab.lazy import library_of
 from kinolab.numerics.arrays import Array
 from kinolab.robots.compared.mujoco_engine import MujocoEngine, quiet
-from kinolab.robots.kinematic_tree import MOST_BYTES, MOST_LINKS
 from kinolab.robots.mjcf.mjcf_fields import apply_flags, disabled, not_finite
+from kinolab.robots.tree_mistakes import MOST_LINKS
+from kinolab.untrusted import MOST_BYTES, refuse_many
 
 WORLD_BODY = 0
 
@@ -97,8 +98,7 @@ def _compiled(mujoco: Any, path: Path) -> Any:
             model = mujoco.MjModel.from_xml_path(str(path))
         except Exception as error:  # of its compiler, of several kinds
             raise InputError([Mistake(path.name, _why_not_read(path, error))]) from error
-    if model.nbody > MOST_LINKS:
-        raise InputError([Mistake(path.name, f"it has more than {MOST_LINKS} bodies.")])
+    refuse_many(model.nbody, MOST_LINKS, "bodies", path.name)
     return model
 
 

@@ -141,7 +141,6 @@ CONSTRAINTS = ("EQUALITY", "FRICTIONLOSS", "LIMIT")  # of the flag "constraint"
 OTHER_FLAGS = """CONSTRAINT CONTACT ACTUATION WARMSTART FILTERPARENT REFSAFE SENSOR MIDPHASE
     EULERDAMP AUTORESET NATIVECCD ISLAND MULTICCD"""  # applied elsewhere, or without effect
 ENABLING = "OVERRIDE ENERGY FWDINV INVDISCRETE SLEEP DIAGEXACT IPC SPECULATIVE"  # without effect
-MOST_SHOWN = 3  # elements of which one message tells
 
 
 def disabled(mujoco: Any, model: Any) -> set[str]:
@@ -225,7 +224,7 @@ def _told(
     why = why or next(reasons, "has no counterpart")
     if name.endswith("_limited"):  # it is more telling to show the range
         rows = _rows(model, name.replace("_limited", "_range"))
-    for k in islice(np.flatnonzero(wrong).tolist(), MOST_SHOWN):
+    for k in islice(np.flatnonzero(wrong).tolist(), 3):  # elements of which one message tells
         values = " ".join(f"{float(value):g}" for value in rows[k][:6])
         if prefix == "opt":
             yield f"option {attribute} is {values}, which {why}."

@@ -26,7 +26,6 @@ from kinolab.world.meshes.mesh_reading import AXES, refusal
 from kinolab.world.obstacle import UPRIGHT, rotation
 
 COLLADA = ".dae"
-ASSUMED_UP = "y"  # in COLLADA, of files that do not say
 # How assimp turns what stands upright, with z up, by the axis that is up in the file.
 TURNED: dict[str, tuple[float, float, float]] = {
     "x": (-math.pi / 2, math.pi, 0.0),
@@ -101,7 +100,7 @@ class PlacedMesh:
     @property
     def _up(self) -> str:
         declared = int(self._mesh.declared[1])
-        return AXES[declared] if declared >= 0 else ASSUMED_UP
+        return AXES[declared] if declared >= 0 else "y"  # in COLLADA, of files that do not say
 
     @property
     def _unit(self) -> float:

@@ -16,9 +16,6 @@ import numpy as np
 from kinolab.lazy import library_of
 from kinolab.numerics.arrays import Array
 
-ALIKE = 1e-5  # of normals and textures that are one to assimp
-ALIKE_PLACES = 1e-6  # of the size of a part: places that are one but for rounding
-
 
 def mean_of_triangles(triangles: Array) -> Array:
     """Return the mean (3,) of the corners of triangles (n, 3, 3) that give no normals."""
@@ -64,8 +61,10 @@ def _looks(part: object) -> Iterator[Array]:
 
 def _distinct(places: Array, looks: Sequence[Array]) -> Array:
     """Return the places (n, 3) of corners that differ in place or look."""
-    least = ALIKE_PLACES * float(np.linalg.norm(np.ptp(places, axis=0))) or 1.0
-    rows = np.hstack([places / least, *(look / ALIKE for look in looks)])
+    # 1e-6 of the size of a part: places that are one but for rounding
+    least = 1e-6 * float(np.linalg.norm(np.ptp(places, axis=0))) or 1.0
+    # 1e-5 of normals and textures that are one to assimp
+    rows = np.hstack([places / least, *(look / 1e-5 for look in looks)])
     return np.asarray(places, dtype=np.float64)[
         np.unique(np.round(rows), axis=0, return_index=True)[1]
     ]

@@ -29,18 +29,10 @@ from kinolab.scenario.values import MOST_PARTS
 from kinolab.store import Kind, pack_arrays, unpack_arrays
 from kinolab.world.shape_surfaces import Faces
 
-LOG = logging.getLogger("kinolab")
-MOST_TRIANGLES = 100_000  # of a mesh that is divided, which takes minutes
-LONG = 5_000  # triangles that are divided in half a minute or so
-CONCAVITY = 0.05  # of CoACD: a part's largest distance from its hull, as a share of its size
 EFFORT = {  # of CoACD's tree search, a third of its own, which takes minutes
     **{"mcts_nodes": 10, "mcts_iterations": 60, "mcts_max_depth": 2},
     **{"resolution": 1000, "preprocess_resolution": 30},
 }
-FINE = 16  # pieces of triangles are shorter than this part of the mesh's size
-MOST_PIECES = 500_000
-WORTHWHILE = 0.03  # of the volume of all solids, by which a cut must reduce it
-CUTS = (0.25, 0.5, 0.75)  # where a part is tried to be cut, along its solid's axes
 BATCH = 20_000  # points at once
 
 
@@ -79,8 +71,8 @@ def check_parts(convex_parts: int | None, where: str) -> None:
 
 def _kept_parts(vertices: Array, faces: Faces, most: int, where: str) -> list[Array]:
     """Return points (n, 3) around each part, from disk where they are there."""
-    if len(faces) > MOST_TRIANGLES:
-        what = f"it has {len(faces)} triangles, of which at most {MOST_TRIANGLES} can be divided."
+    if len(faces) > 100_000:  # which takes minutes
+        what = f"it has {len(faces)} triangles, of which at most 100000 can be divided."
         raise InputError([Mistake(where, what, "Simplify it, or leave convex_parts out.")])
     points = np.ascontiguousarray(vertices, dtype=np.float64)
     corners = np.ascontiguousarray(faces, dtype=np.int64)
@@ -101,9 +93,9 @@ PARTS = Kind("parts", _pack, _unpack, (Path(__file__).parent,), most=2**26)
 
 
 def _parts(vertices: Array, faces: Faces, most: int, where: str) -> list[Array]:
-    if len(faces) > LONG:
+    if len(faces) > 5_000:  # triangles that are divided in half a minute or so
         told = "%s: dividing %d triangles into convex parts, once; it may take a minute."
-        LOG.warning(told, where, len(faces))
+        logging.getLogger("kinolab").warning(told, where, len(faces))
     doing(f"dividing {where} into convex parts")
     hulls = _decomposed(vertices, faces, most)
     pieces = _pieces(vertices[faces])
@@ -120,19 +112,21 @@ def _decomposed(vertices: Array, faces: Faces, most: int) -> list[Array]:
     library = library_of("convex", "coacd", "meshes are divided by CoACD")
     library.set_log_level("error")
     mesh = library.Mesh(vertices, faces.astype(np.int32))
-    found = library.run_coacd(mesh, CONCAVITY, max_convex_hull=most, seed=0, **EFFORT)
+    # 0.05 of CoACD: a part's largest distance from its hull, as a share of its size
+    found = library.run_coacd(mesh, 0.05, max_convex_hull=most, seed=0, **EFFORT)
     hulls = [np.asarray(points, dtype=float).reshape(-1, 3) for points, _ in found]
     return [hull for hull in hulls if len(hull)] or [vertices]
 
 
 def _pieces(triangles: Array) -> Array:
     """Return triangles (m, 3, 3), the long ones divided into four, again and again."""
-    longest = float(np.ptp(triangles.reshape(-1, 3), axis=0).max()) / FINE
+    # Pieces of triangles are shorter than a 16th of the mesh's size.
+    longest = float(np.ptp(triangles.reshape(-1, 3), axis=0).max()) / 16
     done: list[Array] = []
     while len(triangles):
         edges = np.linalg.norm(triangles - np.roll(triangles, 1, axis=1), axis=2).max(axis=1)
         long = edges > longest
-        if 4 * int(long.sum()) > MOST_PIECES:
+        if 4 * int(long.sum()) > 500_000:
             break
         done.append(triangles[~long])
         (a, b, c) = np.moveaxis(triangles[long], 1, 0)
@@ -176,7 +170,8 @@ def _cut(parts: list[Array], most: int) -> list[Array]:
     """Cut parts in two where that makes the solids around them clearly smaller."""
     cuts = [_best_cut(k, points) for k, points in enumerate(parts)]
     while len(parts) < most:
-        enough = WORTHWHILE * sum(volume(enclosing_shape(points)) for points in parts)
+        # 0.03 of the volume of all solids, by which a cut must reduce it
+        enough = 0.03 * sum(volume(enclosing_shape(points)) for points in parts)
         best = max(cuts, key=lambda cut: cut.gain)
         if best.gain < enough:
             break
@@ -198,7 +193,7 @@ def _best_cut(part: int, points: Array) -> _Cut:
     for axis in whole.pose[:3, :3].T:
         along = points @ axis
         low, high = along.min(), along.max()
-        for share in CUTS:
+        for share in (0.25, 0.5, 0.75):  # where a part is tried to be cut, along its solid's axes
             height = along - (low + share * (high - low))
             halves = _halves(points, edges, height)
             gain = volume(whole) - sum(volume(enclosing_shape(half)) for half in halves)

@@ -17,11 +17,6 @@ from kinolab.robots.kinematic_tree import PlacedShape
 from kinolab.robots.solids.enclosing import enclosing_shape, principal_axes
 
 MOST_SOLIDS = 24  # each is asked about in every pose
-LEAST_SAVING = 0.01  # of the volume of all solids, by every further one
-DEPTH = 6  # of cuts within cuts
-CUTS = 9  # places of a cut along each axis, between the ends
-MOST_CORNERS = 12  # coordinates of corners that are tried as such; more are taken evenly
-MOST_LOOKED_AT = 1000  # triangles that say where to cut; all are cut there
 
 
 @dataclass
@@ -65,12 +60,13 @@ def enclosing_solids(
         most: Solids that are returned at most.
     """
     triangles = np.concatenate([triangles, np.repeat(within[:, None], 3, axis=1)])
-    whole = _cut_up(triangles, padding, DEPTH)
+    whole = _cut_up(triangles, padding, 6)  # of cuts within cuts
     while cut := whole.cut_pieces():
         weakest = min(cut, key=_Piece.saving)
         leaves = whole.leaves()
         volume = sum(leaf.volume for leaf in leaves)
-        if len(leaves) <= most and weakest.saving() > LEAST_SAVING * volume:
+        # 0.01 of the volume of all solids, by every further one
+        if len(leaves) <= most and weakest.saving() > 0.01 * volume:
             break
         weakest.halves = ()
     return [enclosing_shape(leaf.triangles.reshape(-1, 3)) for leaf in whole.leaves()]
@@ -97,7 +93,8 @@ def _best_cut(
     That is where the boxes around both halves are smallest together; of cuts that save nothing, it
     is the one through the middle of the longest side.
     """
-    looked_at = triangles[:: 1 + len(triangles) // MOST_LOOKED_AT]
+    # 1000 triangles that say where to cut; all are cut there
+    looked_at = triangles[:: 1 + len(triangles) // 1000]
     turned = turns[-1]
     corners = (looked_at @ turned).reshape(-1, 3)
     longest = int(np.ptp(corners, axis=0).argmax())
@@ -129,8 +126,9 @@ def _places(coordinates: Array, real: NDArray[np.bool_]) -> Array:
     """
     low, high = coordinates.min(), coordinates.max()
     distinct = np.unique(np.round([low, *coordinates[real].reshape(-1), high], 9))
-    even = np.linspace(low, high, CUTS + 2)
-    return (distinct if len(distinct) <= MOST_CORNERS else even)[1:-1]
+    even = np.linspace(low, high, 9 + 2)  # places of a cut along each axis, between the ends
+    # 12 coordinates of corners that are tried as such; more are taken evenly
+    return (distinct if len(distinct) <= 12 else even)[1:-1]
 
 
 def _cut(triangles: Array, axis: int, at: float) -> tuple[Array, Array]:

@@ -11,10 +11,6 @@ from kinolab.robots.kinematic_tree import PlacedShape
 from kinolab.robots.solids.enclosing_solids import enclosing_solids
 from kinolab.world.geometry import triangles as triangles_of
 
-SPACING = 0.01  # of points on surfaces, as a share of the mesh's size
-PADDINGS = (0.02, 0.01)  # that are tried, as shares of it
-MOST_ACROSS = 50  # points along an edge
-
 
 def closest_solids(triangles: Array, within: Array) -> tuple[list[PlacedShape], float]:
     """Return solids around triangles, and how far they stand out: of several tries the least.
@@ -24,7 +20,8 @@ def closest_solids(triangles: Array, within: Array) -> tuple[list[PlacedShape], 
         within: Points inside the mesh, shape (m, 3), in [m].
     """
     size = float(np.linalg.norm(np.ptp(triangles.reshape(-1, 3), axis=0)))
-    tries = [enclosing_solids(triangles, within, share * size) for share in PADDINGS]
+    # Paddings that are tried, as shares of it.
+    tries = [enclosing_solids(triangles, within, share * size) for share in (0.02, 0.01)]
     found = [(solids, overhang(triangles, within, solids)) for solids in tries]
     return min(found, key=lambda pair: pair[1])
 
@@ -42,7 +39,8 @@ def overhang(triangles: Array, within: Array, solids: Sequence[PlacedShape]) -> 
     """
     from scipy.spatial import KDTree  # late: only what is enclosed asks
 
-    spacing = SPACING * float(np.linalg.norm(np.ptp(triangles.reshape(-1, 3), axis=0)))
+    # 0.01 of points on surfaces, as a share of the mesh's size
+    spacing = 0.01 * float(np.linalg.norm(np.ptp(triangles.reshape(-1, 3), axis=0)))
     near = KDTree(np.concatenate([*_points_on(triangles, spacing), within]))
     farthest = 0.0
     for solid in solids:
@@ -61,7 +59,7 @@ def overhang(triangles: Array, within: Array, solids: Sequence[PlacedShape]) -> 
 def _points_on(triangles: Array, spacing: float) -> Iterator[Array]:
     """Yield points (m, 3) on triangles (n, 3, 3), about so far from each other."""
     edges = np.linalg.norm(triangles - np.roll(triangles, 1, axis=1), axis=2).max(axis=1)
-    across = np.clip(np.ceil(edges / spacing), 1, MOST_ACROSS).astype(int)
+    across = np.clip(np.ceil(edges / spacing), 1, 50).astype(int)  # points along an edge
     for count in np.unique(across):
         i, j = (part.reshape(-1) for part in np.mgrid[: count + 1, : count + 1])
         first, second = (part[i + j <= count] / count for part in (i, j))

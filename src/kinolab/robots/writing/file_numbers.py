@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 
-DIGITS = 14  # of a number that differs from a shorter one by rounding
 FAR = 1e6  # [m], [rad], or per second: a limit that is none, where a file must give one
 
 
@@ -16,7 +15,7 @@ def numbers(values: Iterable[float]) -> str:
 
 def rounded(value: float) -> float:
     """Return a number that is off by a rounding error as what was meant, any other as it is."""
-    near = float(f"{value:.{DIGITS}g}")
+    near = float(f"{value:.14g}")  # of a number that differs from a shorter one by rounding
     return near if abs(near - value) <= 4e-16 * abs(value) else value
 
 

@@ -33,7 +33,6 @@ from kinolab.robots.kinematic_tree import pose_of
 from kinolab.robots.writing.file_numbers import rounded
 from kinolab.robots.writing.frame_chains import FrameChains
 
-POSITIONS = 6  # of the machine, in which forces are compared
 SAME = 1e-11  # relative: what differs less, differs by rounding
 
 
@@ -133,5 +132,6 @@ class InputPushes:
 
     def _in_positions(self, nodes: Sequence[Node]) -> Array:
         """Return values of nodes in some positions of the machine, shape (positions, nodes)."""
-        values = islice(sampled_values(self._system, POSITIONS + 1), 1, None)
+        # 6 positions of the machine, in which forces are compared
+        values = islice(sampled_values(self._system, 6 + 1), 1, None)
         return np.array([self._tape.evaluate(nodes, each) for each in values])

@@ -18,7 +18,6 @@ from kinolab.robots.actuation.actuators import Motor, Thruster
 from kinolab.robots.writing.frame_chains import FrameChains
 from kinolab.robots.writing.input_pushes import InputPushes
 
-SAME = 1e-11  # relative: what differs less, differs by rounding
 SMOOTHING = 0.01  # [m/s] or [rad/s] of Coulomb friction, where a file does not say it
 
 
@@ -134,7 +133,8 @@ class _Efforts:
         if strength is None or pace is None:
             return False
         smoothed = self._factors[c] / abs(pace)
-        if abs(smoothed - SMOOTHING) > SAME * SMOOTHING:
+        # 1e-11, relative: what differs less, differs by rounding
+        if abs(smoothed - SMOOTHING) > 1e-11 * SMOOTHING:
             what = f"it is smoothed by {smoothed:g}, and that of files by {SMOOTHING:g}."
             self._cannot(effort, what, f"Give it smoothing={SMOOTHING * own:g}.")
         else:

@@ -27,7 +27,6 @@ from kinolab.robots.writing.file_numbers import limits, numbers
 from kinolab.robots.writing.machine_tree import WORLD_LINK, MachineTree, machine_tree
 
 LEAST = 1e-14  # [kg] and [kg m^2]: what MuJoCo demands of all that moves is 1e-15
-ROUNDING = 1e-14  # relative, of MuJoCo's principal moments
 KINDS = {"revolute": "hinge", "prismatic": "slide", "ball": "ball"}
 GEOMS = {
     ShapeKind.BOX: ("box", (0, 1, 2)),
@@ -216,7 +215,8 @@ class _Writer:
         if np.array_equal(inertia, np.diag(np.diag(inertia))) and a + b >= c:
             return inertia
         least, middle, largest = np.linalg.eigvalsh(inertia).tolist()
-        lacking = largest - least - middle + ROUNDING * largest
+        # 1e-14, relative, of MuJoCo's principal moments
+        lacking = largest - least - middle + 1e-14 * largest
         balanced: Array = inertia + max(lacking, 0.0) * np.eye(3)
         return balanced
 

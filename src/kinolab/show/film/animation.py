@@ -17,10 +17,6 @@ from kinolab.show.film.staging.script_writing import motion_script
 from kinolab.show.scene.camera import View
 from kinolab.trajectory import Trajectory
 
-CODECS = ("libx264", "h264", "mpeg4")  # the first available
-QUALITY = "18"  # x264 CRF, visually lossless
-LAST_FRAME_SECONDS = 1.0  # [s] for which the last frame is shown
-
 
 def animate(problem: PlanningTask, trajectory: Trajectory) -> bytes:
     """Return the trajectory as an animated GIF."""
@@ -75,18 +71,19 @@ def mp4(film: Film, fps: float) -> bytes:
     with av.open(out, "w", format="mp4") as container:
         stream = container.add_stream(_codec(av), rate=Fraction(fps).limit_denominator(1001))
         stream.width, stream.height, stream.pix_fmt = *size, "yuv420p"
-        stream.options = {"crf": QUALITY, "preset": "medium"}
+        stream.options = {"crf": "18", "preset": "medium"}  # x264 CRF, visually lossless
         image = None
         for image in film.frames():
             container.mux(stream.encode(_frame(av, image)))
-        for _ in range(round(LAST_FRAME_SECONDS * fps)):
+        for _ in range(round(1.0 * fps)):  # [s] for which the last frame is shown
             container.mux(stream.encode(_frame(av, image)))
         container.mux(stream.encode())
     return out.getvalue()
 
 
 def _codec(av: Any) -> str:
-    return next(name for name in CODECS if name in av.codecs_available)
+    # the first available
+    return next(name for name in ("libx264", "h264", "mpeg4") if name in av.codecs_available)
 
 
 def _frame(av: Any, image: Any) -> Any:

@@ -18,8 +18,6 @@ from kinolab.concurrency.submitting import submitted
 T = TypeVar("T")
 R = TypeVar("R")
 
-NICENESS = 10  # of Linux: a tenth of the time of what else runs on a processor
-
 
 @dataclass(frozen=True)
 class Share:
@@ -82,4 +80,5 @@ class Crew:
 def _let_others_first() -> None:
     if sys.platform == "linux":  # elsewhere it would be the whole process, and for good
         with suppress(OSError):
-            os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), NICENESS)
+            # Niceness 10 of Linux: a tenth of the time of what else runs on a processor
+            os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), 10)

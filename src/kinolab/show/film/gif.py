@@ -22,9 +22,6 @@ Corner: TypeAlias = tuple[int, int]  # the upper left one of a part of a picture
 Run: TypeAlias = tuple[slice, list[Image.Image]]  # frames that follow each other, as indices
 
 UNCHANGED = 255  # transparent index, which no colour has: shows the previous frame
-KEEP = 1  # GIF's disposal method: the next frame is drawn over this one
-LAST_DELAY = 100  # [1/100 s] for which the last frame is shown before the loop restarts
-PALETTE_FRAMES = 8  # frames from which the palette is chosen
 
 
 def gif_parts(film: Film, share: Callable[[], Share] = everything) -> Iterator[bytes]:
@@ -35,7 +32,8 @@ def gif_parts(film: Film, share: Callable[[], Share] = everything) -> Iterator[b
         share: What may be taken of the computer, which changes no byte.
     """
     with Crew(share) as crew:
-        sampled = np.unique(np.linspace(0, len(film) - 1, PALETTE_FRAMES).astype(int)).tolist()
+        # 8 frames from which the palette is chosen
+        sampled = np.unique(np.linspace(0, len(film) - 1, 8).astype(int)).tolist()
         palette = crew.do(shared_palette, list(crew.in_order(film.frame, sampled)))
         loop = {"loop": 0}  # forever
         yield b"".join(getheader(palette.resize(film.script.size), info=loop)[0])
@@ -64,7 +62,8 @@ def indexed(image: Bytes, palette: Image.Image) -> Image.Image:
 
 def _blocks(film: Film, palette: Image.Image, crew: Crew) -> Iterator[bytes]:
     """Frames as their differences from the ones before, several in a chunk."""
-    delays = [film.script.playback.delay] * (len(film) - 1) + [LAST_DELAY]
+    # 100 [1/100 s] for which the last frame is shown before the loop restarts
+    delays = [film.script.playback.delay] * (len(film) - 1) + [100]
 
     def drawn(run: slice) -> Run:
         return run, [indexed(image, palette) for image in film.shots(run)]
@@ -96,5 +95,6 @@ def change(after: Image.Image, before: Image.Image) -> tuple[Image.Image, Corner
 
 def _block(part: Image.Image, corner: Corner, delay: int) -> bytes:
     """A part of a picture, its upper left corner, and how long it is shown in [1/100 s]."""
-    options = {"duration": 10 * delay, "transparency": UNCHANGED, "disposal": KEEP}
+    # 1: GIF's disposal method: the next frame is drawn over this one
+    options = {"duration": 10 * delay, "transparency": UNCHANGED, "disposal": 1}
     return b"".join(getdata(part, corner, **options))

@@ -22,8 +22,6 @@ from kinolab.show.scene.models.ball import Color
 
 FLOAT, UINT = 5126, 5125
 VERTICES, INDICES = 34962, 34963
-MODES = {2: 1, 3: 4}  # lines and triangles, by vertices of each
-WIDTHS = {1: "SCALAR", 3: "VEC3", 4: "VEC4"}
 
 
 class Glb:
@@ -79,7 +77,8 @@ class Glb:
         """Return triangles, shape (m, 3), or segments, shape (m, 2), between stored vertices."""
         indices = self._accessor(rows.astype(np.uint32).reshape(-1, 1), UINT, INDICES, {})
         parts = {"attributes": {"POSITION": points}, "indices": indices, "material": material}
-        return {**parts, "mode": MODES[rows.shape[1]]}
+        # Lines and triangles, by the vertices of each.
+        return {**parts, "mode": {2: 1, 3: 4}[rows.shape[1]]}
 
     def animate(self, node: int, what: str, times: Array, values: Array) -> None:
         """Animate ``translation``, ``rotation`` or ``scale`` of a node by keys (nk, 3 or 4).
@@ -133,7 +132,7 @@ class Glb:
         self._blob += data
         use = {} if target is None else {"target": target}
         where = {"bufferView": self._add("bufferViews", view | use)}
-        shape = {"count": len(table), "type": WIDTHS[table.shape[1]]}
+        shape = {"count": len(table), "type": {1: "SCALAR", 3: "VEC3", 4: "VEC4"}[table.shape[1]]}
         return self._add("accessors", {**where, "componentType": kind, **shape, **extent})
 
 

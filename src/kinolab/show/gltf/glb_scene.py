@@ -23,11 +23,7 @@ from kinolab.show.scene.picture import Floor, Ghost
 from kinolab.show.scene.still import GOAL, INK, PATH, START, extent, goal_ball
 from kinolab.world.geometry import triangles
 
-MARK_HEIGHT = 2e-4  # of the ground's longer side: how far marks lie above it
 GHOST_OPACITY = 0.4  # of start, goal and cones
-CABLE_RADIUS_FRACTION = 0.002  # least radius of a cable, relative to the scene's size
-ROTOR_KEY_ANGLE = 1.0  # [rad] between two keys of a rotor
-MAX_PATH_POINTS = 1000
 
 
 def glb_scene(content: Content) -> bytes:
@@ -55,7 +51,7 @@ def glb_scene(content: Content) -> bytes:
         add_mesh(glb, root, f"goal point {k + 1}", goal_ball(point), GHOST_OPACITY)
     _add_path(glb, root, content)
     if content.keys.ends is not None:
-        thinnest = CABLE_RADIUS_FRACTION * still.size
+        thinnest = 0.002 * still.size  # least radius of a cable, relative to the scene's size
         _add_cables(glb, root, content.keys.ends, np.fmax(picture.radii, thinnest))
     return glb.to_bytes()
 
@@ -88,7 +84,8 @@ def _add_floor(glb: Glb, root: int, floor: Floor | None, colors: SceneColors) ->
         return
     add_mesh(glb, root, "floor", floor_top(floor.low, floor.high, colors))
     for k, area in enumerate(marked_areas(floor.low, floor.high, colors)):
-        height = MARK_HEIGHT * float(np.max(floor.high - floor.low))
+        # 2e-4 of the ground's longer side: how far marks lie above it
+        height = 2e-4 * float(np.max(floor.high - floor.low))
         lifted = area.vertices + np.array([0.0, 0.0, height])
         add_mesh(glb, root, f"mark {k + 1}", replace(area, vertices=lifted))
 
@@ -124,7 +121,8 @@ def _add_machine(glb: Glb, root: int, content: Content, machine: Sequence[Surfac
 
 def _whirl(glb: Glb, node: int, speed: float, times: Array) -> None:
     begin, end = times[0], times[-1]
-    t = np.linspace(begin, end, int(np.ceil(abs(speed) * (end - begin) / ROTOR_KEY_ANGLE)) + 2)
+    # 1.0 [rad] between two keys of a rotor
+    t = np.linspace(begin, end, int(np.ceil(abs(speed) * (end - begin) / 1.0)) + 2)
     half = 0.5 * speed * (t - begin)
     zero = np.zeros_like(t)
     glb.animate(node, "rotation", t, np.stack([zero, zero, np.sin(half), np.cos(half)], axis=1))
@@ -134,8 +132,8 @@ def _add_path(glb: Glb, root: int, content: Content) -> None:
     place = content.keys.places[0]
     if content.picture.path is None or len(place.times) < 2:
         return
-    line = evaluated(place, np.linspace(place.times[0], place.times[-1], MAX_PATH_POINTS))
-    ends = np.stack([np.arange(MAX_PATH_POINTS - 1), np.arange(1, MAX_PATH_POINTS)], axis=1)
+    line = evaluated(place, np.linspace(place.times[0], place.times[-1], 1000))
+    ends = np.stack([np.arange(len(line) - 1), np.arange(1, len(line))], axis=1)
     paint = glb.material(_color([c / 255.0 for c in PATH]))
     glb.node("path", root, mesh=glb.mesh("path", [glb.primitive(glb.points(line), ends, paint)]))
 

@@ -10,22 +10,19 @@ import numpy as np
 
 from kinolab.numerics.arrays import Array, finite_or_none
 from kinolab.show.page.follow import follow_track
-from kinolab.show.page.meshes import mesh_data
 from kinolab.show.page.pack import Pack, Place
 from kinolab.show.scene.captions import captions
 from kinolab.show.scene.content import Content, Curve, Keys, Series
 from kinolab.show.scene.frame_axes import axis_length
 from kinolab.show.scene.models.cone import cone_mesh
 from kinolab.show.scene.models.ground import grid_step, marked_areas, marked_lines
-from kinolab.show.scene.models.surface_mesh import is_room, join
+from kinolab.show.scene.models.surface_mesh import SurfaceMesh, by_color, is_room, join
 from kinolab.show.scene.picture import Floor, Ghost, GoalMarker, Picture
 from kinolab.show.scene.problem_picture import WORLD
 from kinolab.show.scene.still import GOAL, START, Extent, Still, extent
 
-FORMAT = 1  # version of the data; the page's modules always match it
 TEXTS = ("status", "message", "planner")
 NUMBERS = ("seed", "iterations", "cost", "duration", "goal_distance")
-NO_KEYS = Keys((), ())
 LARGEST = sys.float_info.max  # JSON has larger ones
 
 
@@ -35,7 +32,7 @@ def page_data(content: Content) -> tuple[dict[str, Any], str]:
     seen, driving = extent(content), content.driving
     still, angles = seen.still, seen.still.outlook.angles
     data = {
-        "format": FORMAT,
+        "format": 1,  # version of the data; the page's modules always match it
         "title": content.title,
         "name": content.name,
         "machine": content.machine,
@@ -54,7 +51,7 @@ def page_data(content: Content) -> tuple[dict[str, Any], str]:
             "names": [WORLD, *content.joints, *(body.name for body in picture.bodies)],
             "length": axis_length(still.reach, still.size, _frames(content)),
             "shown": picture.frames is not None,
-            "joints": _moving(keys.joints or NO_KEYS, pack),
+            "joints": _moving(keys.joints or Keys((), ()), pack),
         },
         "bodies": [
             {"name": body.name, "whirl": body.whirl, "mesh": mesh_data(mesh, pack)}
@@ -229,3 +226,14 @@ def _number(value: object) -> int | float | None:
 
 def _listed(value: object) -> Sequence[Any]:
     return value if isinstance(value, list | tuple) else ()
+
+
+def mesh_data(mesh: SurfaceMesh, pack: Pack) -> dict[str, Any]:
+    """Return a mesh as the page's ``meshes.js`` reads it."""
+    faces, groups = by_color(mesh)
+    return {
+        "vertices": pack.add(mesh.vertices, "f4"),
+        "faces": pack.indices(faces),
+        "edges": pack.indices(mesh.ends[mesh.creases]),
+        "colors": [{"rgb": rgb, "first": first, "count": count} for rgb, first, count in groups],
+    }

@@ -17,8 +17,6 @@ from kinolab.show.page.data import page_data
 from kinolab.show.scene.content import Content, Driving
 
 LIBRARY = "three.min.js"
-FOLDERS = ("", "drive")  # of modules; their names are unique
-STYLES = ("page.css", "drive/drive.css")
 POLICY = re.compile(r'<meta http-equiv="Content-Security-Policy" content="([^"]*)">')
 HASH = re.compile(r"'sha256-[A-Za-z0-9+/]{43}='")
 
@@ -30,7 +28,7 @@ def page_html(content: Content) -> str:
     runs nothing else, whatever a text on the page contains.
     """
     data, pack = page_data(content)
-    style = "\n".join(_source(name) for name in STYLES)
+    style = "\n".join(_source(name) for name in ("page.css", "drive/drive.css"))
     script = _inside_script(bundle(_modules(content.driving), "main"))
     return filled(
         _source("page.html"),
@@ -83,7 +81,7 @@ def _modules(driving: Driving | None = None) -> dict[str, str]:
     machine = "null" if driving is None else driving.code
     return {"driven_machine": f"export const driven_machine = {machine};"} | {
         entry.name.removesuffix(".js"): entry.read_text(encoding="utf-8")
-        for folder in FOLDERS
+        for folder in ("", "drive")  # of modules; their names are unique
         for entry in files(__package__).joinpath(folder).iterdir()
         if entry.name.endswith(".js") and entry.name != LIBRARY
     }

@@ -15,12 +15,8 @@ from kinolab.show.scene.models.surface_mesh import SurfaceMesh, is_room
 from kinolab.show.scene.picture import Picture
 from kinolab.show.scene.viewpoint import MANY
 
-MOMENTS = 25  # of a motion at which the camera's place is chosen
 AZIMUTHS = np.radians(-32.0 + 30.0 * np.arange(12))  # the first one where all are free
 ELEVATIONS = (0.62, 1.0, 1.35)  # [rad], the usual one first
-ROOM = 3.6  # radii of the machine in the picture, as the page has it
-STEEPER = 0.6  # [rad] of turning that one would rather do than look from higher above
-NEAR = 0.15  # of the distance to the camera, from the machine: what is so close hides little
 
 
 def follow_track(
@@ -35,12 +31,14 @@ def follow_track(
         motion: Poses of the bodies, shape (nt, nb, 12).
         reach: How far the machine reaches from the middle of its bodies, in [m].
     """
-    rows = np.unique(np.linspace(0, len(times) - 1, min(MOMENTS, len(times))).astype(int))
+    # 25 moments of a motion at which the camera's place is chosen
+    rows = np.unique(np.linspace(0, len(times) - 1, min(25, len(times))).astype(int))
     middles = motion[rows][:, :, 3::4].mean(axis=1)
     looks = [(float(a), e) for e, a in product(ELEVATIONS, AZIMUTHS)]
     up = np.asarray(picture.up, dtype=np.float64) / np.linalg.norm(picture.up)
     directions = to_viewer(up, *np.array(looks).T[..., None])
-    rays = ROOM * reach / np.tan(WIDE / 2.0) * directions
+    # 3.6 radii of the machine in the picture, as the page has it
+    rays = 3.6 * reach / np.tan(WIDE / 2.0) * directions
     # In larger worlds the camera keeps its side.
     walls = _Walls.of(obstacles) if sum(len(m.faces) for m in obstacles) <= MANY else None
     chosen, before = [], looks[0]
@@ -64,7 +62,8 @@ def _nearest_free(
 
     def effort(k: int) -> float:
         turn = abs(np.angle(np.exp(1j * (looks[k][0] - before[0]))))
-        return float(turn + STEEPER * ELEVATIONS.index(looks[k][1]))
+        # 0.6 [rad] of turning that one would rather do than look from higher above
+        return float(turn + 0.6 * ELEVATIONS.index(looks[k][1]))
 
     order = sorted(range(len(looks)), key=effort)
     free = next((k for k in order if not walls.cross(middle, rays[k])), None)
@@ -108,5 +107,6 @@ class _Walls:
             inverse = 1.0 / np.sum(p * b, axis=1)
             u, v = np.sum(p * s, axis=1) * inverse, (q @ ray) * inverse
             t = np.sum(q * c, axis=1) * inverse
-            hit = (u >= 0.0) & (v >= 0.0) & (u + v <= 1.0) & (t > NEAR) & (t < 1.0)
+            # 0.15 of the distance to the camera, from the machine: what is so close hides little
+            hit = (u >= 0.0) & (v >= 0.0) & (u + v <= 1.0) & (t > 0.15) & (t < 1.0)
         return bool((hit & (~self.room[near] | (np.cross(b, c) @ ray > 0.0))).any())

@@ -12,7 +12,6 @@ from numpy.typing import ArrayLike
 Place: TypeAlias = dict[str, Any]
 
 TYPES = {"f4": "<f4", "f8": "<f8", "u2": "<u2", "u4": "<u4"}
-ALIGNMENT = 8  # bytes, as typed arrays require
 
 
 class Pack:
@@ -32,7 +31,7 @@ class Pack:
         content = np.ascontiguousarray(array, dtype=TYPES[type_])
         place = {"at": self._size, "count": int(content.size), "type": type_}
         data = content.tobytes()
-        self._parts.append(data + bytes(-len(data) % ALIGNMENT))
+        self._parts.append(data + bytes(-len(data) % 8))  # bytes, as typed arrays require
         self._size += len(self._parts[-1])
         return place
 

@@ -24,9 +24,7 @@ if TYPE_CHECKING:
 
 
 CELLS = 100  # of the grid along each axis
-SLICES = 6  # states of the plan from which the other coordinates are taken
 PLOT, FLATTEST = 0.7, 0.15  # height over width: of a plot, and minimum of a map
-MARGIN_FRACTION = 0.15  # relative to the extent of plan and search
 
 
 def configuration_plane(
@@ -107,7 +105,7 @@ def _span(
     shown = [trajectory.x[:, column], problem.start[None, column]]
     shown += [] if graph is None else [graph.x[:, column]]
     low, high = np.concatenate(shown).min(), np.concatenate(shown).max()
-    room = MARGIN_FRACTION * max(high - low, 1e-3)
+    room = 0.15 * max(high - low, 1e-3)  # relative to the extent of plan and search
     lower, upper = problem.bounds[column]
     return float(max(low - room, lower)), float(min(high + room, upper))
 
@@ -121,7 +119,8 @@ def _occupied(
     """Return the fraction of the plan's states with which each cell collides, (CELLS, CELLS)."""
     middles = (np.arange(CELLS) + 0.5) / CELLS
     across, up = (low + (high - low) * middles for low, high in spans)
-    places = np.linspace(0, len(trajectory.x) - 1, min(SLICES, len(trajectory.x))).astype(int)
+    # 6 states of the plan from which the other coordinates are taken
+    places = np.linspace(0, len(trajectory.x) - 1, min(6, len(trajectory.x))).astype(int)
     found, collides = np.zeros((CELLS, CELLS)), problem.checker().collides
     for x in trajectory.x[places]:
         states = np.repeat(x[None], CELLS * CELLS, axis=0)

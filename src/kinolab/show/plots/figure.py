@@ -13,7 +13,6 @@ Format: TypeAlias = Literal["svg", "png"]
 
 PLAN, START, GOAL, LIMIT = "#2a7de1", "#2ca02c", "#d62728", "#9a9a9a"
 WIDTH = 7.0  # inches, which fit a page
-RESOLUTION = 150  # dots per inch of a PNG
 STYLE: dict[Any, Any] = {
     "svg.hashsalt": "kinolab",  # the same plan gives the same file
     "svg.fonttype": "none",  # text stays text, which can be searched and edited
@@ -57,7 +56,7 @@ def written(figure: Figure, form: Format) -> bytes:
     out = io.BytesIO()
     undated = {"Date": None} if form == "svg" else {}
     with rc_context(STYLE):
-        figure.savefig(out, format=form, dpi=RESOLUTION, metadata=undated)
+        figure.savefig(out, format=form, dpi=150, metadata=undated)  # dots per inch of a PNG
     return out.getvalue()
 
 

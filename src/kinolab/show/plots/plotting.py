@@ -24,10 +24,6 @@ from kinolab.show.plots.configuration_plane import configuration_plane
 from kinolab.show.plots.figure import Format, written
 from kinolab.show.plots.timelines import inputs_over_time, states_over_time
 
-LARGEST = 1e150  # magnitude that can be drawn; larger numbers overflow when squared
-PORTRAITS_PER_ROW = 3  # per row
-HEIGHT = 2.2  # inches of each
-
 
 def plots(
     problem: PlanningTask,
@@ -69,13 +65,14 @@ def _check_size(trajectory: Trajectory) -> None:
     """Reject numbers too large for axes; line 1 of a plan's file is its header."""
     t, x, u = trajectory.t[:, None], trajectory.x, trajectory.u
     columns = {("t",): t, trajectory.state_names: x, trajectory.control_names: u}
+    # 1e150: magnitude that can be drawn; larger numbers overflow when squared
     mistakes = [
         Mistake(
             f"trajectory.csv line {row + 2} column {names[column]}",
             f"{table[row, column]:g} is too large to be drawn.",
         )
         for names, table in columns.items()
-        for row, column in np.argwhere(np.abs(table) > LARGEST)
+        for row, column in np.argwhere(np.abs(table) > 1e150)
     ]
     if mistakes:
         raise InputError(mistakes[:10])
@@ -86,9 +83,9 @@ def phase_portraits(problem: PlanningTask, trajectory: Trajectory, title: str) -
     pairs = _pairs(problem)
     if not pairs:
         return None
-    across = min(len(pairs), PORTRAITS_PER_ROW)
+    across = min(len(pairs), 3)  # per row
     rows = math.ceil(len(pairs) / across)
-    figure, table = figure_of(rows, across, (WIDTH, 0.5 + HEIGHT * rows), title)
+    figure, table = figure_of(rows, across, (WIDTH, 0.5 + 2.2 * rows), title)  # inches of each
     names, units = trajectory.state_names, state_units(problem.model)
     for axes, (place, rate) in zip(table, pairs, strict=False):
         q, v = trajectory.x[:, place], trajectory.x[:, rate]

@@ -19,11 +19,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-HEIGHT = 1.5  # inches of each plot
-SCALE_RATIO = 8.0  # largest ratio of sizes in one plot
-LIMIT_DISTANCE = 0.5  # of a plot's height: farther limits are not drawn
-
-
 @dataclass(frozen=True)
 class Line:
     """A quantity over time.
@@ -63,7 +58,7 @@ def _lines(part: Block, bounds: Array) -> Iterator[Line]:
 
 def _drawn(lines: list[Line], t: Array, title: str) -> Figure:
     groups = _together(lines)
-    size = (WIDTH, 0.5 + HEIGHT * len(groups))
+    size = (WIDTH, 0.5 + 1.5 * len(groups))  # inches of each plot
     figure, axes = figure_of(len(groups), 1, size, title)
     for own, group in zip(axes, groups, strict=True):
         _draw(own, group, t)
@@ -88,7 +83,8 @@ def _together(lines: list[Line]) -> list[list[Line]]:
 
 def _fit(line: Line, other: Line) -> bool:
     sizes = sorted(float(np.abs(entry.values).max(initial=0.0)) for entry in (line, other))
-    return line.unit == other.unit and sizes[1] <= SCALE_RATIO * sizes[0]
+    # 8.0: largest ratio of sizes in one plot
+    return line.unit == other.unit and sizes[1] <= 8.0 * sizes[0]
 
 
 def _draw(axes: Axes, lines: list[Line], t: Array) -> None:
@@ -98,7 +94,7 @@ def _draw(axes: Axes, lines: list[Line], t: Array) -> None:
         else:
             axes.stairs(line.values, t, label=line.name, linewidth=1.2, baseline=None)
     low, high = axes.get_ylim()
-    room = LIMIT_DISTANCE * (high - low)
+    room = 0.5 * (high - low)  # of a plot's height: farther limits are not drawn
     for limit in sorted({limit for line in lines for limit in line.limits}):
         if low - room <= limit <= high + room:
             axes.axhline(limit, color=LIMIT, linewidth=0.8, linestyle="--", zorder=0)

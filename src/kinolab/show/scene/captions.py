@@ -14,7 +14,6 @@ from kinolab.show.scene.picture import Ghost, GoalMarker
 from kinolab.show.scene.still import Still
 
 START_WORD, GOAL_WORD, TARGET_WORD, AVOID_WORD = "start", "goal", "target", "keep out"
-LARGE = 0.3  # of the scene's size: a machine that is larger has its word where it moves most
 
 
 @dataclass(frozen=True)
@@ -62,7 +61,8 @@ def _place(
     """
     up = np.asarray(still.picture.up, dtype=np.float64) / np.linalg.norm(still.picture.up)
     bodies, points = _bodies(still.machine, ghost)
-    if np.ptp(points, axis=0).max() > LARGE * still.size and len(points):
+    # 0.3 of the scene's size: a machine that is larger has its word where it moves most
+    if np.ptp(points, axis=0).max() > 0.3 * still.size and len(points):
         if isinstance(other, Ghost):
             moved = np.linalg.norm(points - _bodies(still.machine, other)[1], axis=1)
             x, y, z = points[moved.argmax()].tolist()

@@ -14,11 +14,6 @@ from kinolab.problem.time_steps import covering_steps
 from kinolab.show.scene.content import Driving
 from kinolab.trajectory import Trajectory
 
-MAX_HOLD_TIME = 1 / 30  # [s]; longer holds make keys respond late
-RESPONSE_TIME = 1.5  # [s] in which a key drives the first speed to its limit
-# of the range to a limit, if inputs are velocities or set points themselves
-SETPOINT_FRACTION = 0.5
-
 
 def driving_of(problem: PlanningTask, trajectory: Trajectory) -> Driving:
     """Return the machine as JavaScript, with its steps and start states.
@@ -52,7 +47,8 @@ def driven_step(problem: PlanningTask) -> float:
     closed = problem.model.plant is not problem.model
     if closed or problem.scenario.integration.truth == "discrete":
         return problem.step
-    return problem.step / covering_steps(problem.step, MAX_HOLD_TIME)
+    # 1 / 30 [s]; longer holds make keys respond late
+    return problem.step / covering_steps(problem.step, 1 / 30)
 
 
 def _idle(problem: PlanningTask) -> Array:
@@ -71,7 +67,8 @@ def _hands(problem: PlanningTask, model: Model, idle: Array | None) -> dict[str,
 
 def _usual(problem: PlanningTask, model: Model, idle: Array) -> Array:
     """Return input fractions in (0, 1], shape (nu,), at which a person can drive."""
-    shares = np.full(model.nu, SETPOINT_FRACTION)
+    # 0.5 of the range to a limit, if inputs are velocities or set points themselves
+    shares = np.full(model.nu, 0.5)
     if model.plant is not model or not len(model.speeds):
         return shares
     _, slopes = model.jacobian(problem.start, idle)
@@ -79,5 +76,6 @@ def _usual(problem: PlanningTask, model: Model, idle: Array) -> Array:
     paces = np.abs(slopes[model.speeds]) * paths / problem.scales[model.speeds, None]  # [1/s]
     fastest = paces.max(axis=0)
     moved = fastest > 0.0
-    shares[moved] = np.minimum(1.0, 1.0 / (RESPONSE_TIME * fastest[moved]))
+    # 1.5 [s] in which a key drives the first speed to its limit
+    shares[moved] = np.minimum(1.0, 1.0 / (1.5 * fastest[moved]))
     return shares

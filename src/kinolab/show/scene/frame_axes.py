@@ -10,7 +10,6 @@ import numpy as np
 from kinolab.numerics.arrays import Array
 from kinolab.show.scene.models.surface_mesh import SurfaceMesh
 
-LENGTH = 0.4  # of axes, in geometric means of the sizes of a machine and its world
 LEAST = 1e-3  # [m] of a machine's reach: one without shapes has none
 
 
@@ -32,7 +31,8 @@ def axis_length(reach: float, size: float, frames: int) -> float:
         size: Of all that is seen, in [m].
         frames: How many there are: the axes of all of them cover the same part of a picture.
     """
-    return LENGTH * math.sqrt(reach * size / max(frames, 1))
+    # 0.4 of axes, in geometric means of the sizes of a machine and its world
+    return 0.4 * math.sqrt(reach * size / max(frames, 1))
 
 
 def axes_of(poses: Array, length: float) -> Array:

@@ -13,9 +13,6 @@ from kinolab.show.scene.picture import Ghost, GoalMarker
 from kinolab.world import BodyGeometry
 from kinolab.world.geometry import frame_in_world
 
-NUDGE = 0.1  # of the scales: how far free coordinates are moved, to see what moves with them
-SAME = 1e-9  # [m] and of unit vectors; what moves less stays where it is
-
 
 def goal_mark(problem: PlanningTask, x: Array) -> GoalMarker | Ghost | None:
     """Return the goal's marker: a ball or ring, or the machine at the goal; None if undefined.
@@ -62,7 +59,8 @@ def _point(pose: Array) -> Array:
 def _decided(problem: PlanningTask, state: Array, free: Sequence[int]) -> NDArray[np.bool_]:
     """Return which bodies cover the same space whatever the free entries of a state are."""
     moved = np.repeat(state[None], len(free), axis=0)
-    moved[range(len(free)), free] += NUDGE * problem.scales[list(free)]
+    # 0.1 of the scales: how far free coordinates are moved, to see what moves with them
+    moved[range(len(free)), free] += 0.1 * problem.scales[list(free)]
     rows = problem.model.frames(np.concatenate([state[None], moved]))
     return np.array([_still(body, rows[:, k]) for k, body in enumerate(problem.bodies)])
 
@@ -73,6 +71,7 @@ def _still(body: BodyGeometry, poses: Array) -> bool:
     parts = [(shape.symmetric, *frame_in_world(shape, rows)) for shape in body.shapes]
     for symmetric, axes, centre in parts or [("", rows[..., :3], rows[..., 3])]:
         kept = {"": axes, "z": axes[..., 2]}.get(symmetric, centre)
-        if any(float(np.abs(each - each[0]).max()) > SAME for each in (kept, centre)):
+        # 1e-9 [m] and of unit vectors; what moves less stays where it is
+        if any(float(np.abs(each - each[0]).max()) > 1e-9 for each in (kept, centre)):
             return False
     return True

@@ -16,11 +16,6 @@ from kinolab.trajectory import Trajectory
 
 Marks: TypeAlias = NDArray[np.bool_]
 
-CURVE_TOLERANCE = 2e-5  # [m], [rad] between curve and motion; a page guarantees five times as much
-MAX_TURN = 1.0  # [rad] between two keys: a cubic of quaternions cannot count whole turns
-MAX_HALVINGS = 12  # per segment
-SHARES = (0.25, 0.5)  # of a segment, where curve and motion are compared
-SUBSTEPS = 8  # of the integrator per segment, or part of one
 # A ``np.recarray`` of segments: ``begin`` and ``end`` in [s], the states ``x`` and ``y`` there, of
 # shape (nx,), and the inputs ``u`` held between them, of shape (nu,).
 Branches: TypeAlias = Any
@@ -52,7 +47,7 @@ def _refined(paths: BranchPaths, pieces: Branches) -> tuple[Branches, Marks]:
     count = len(tracks(paths.model, pieces.x[:1], np.zeros_like(pieces.x[:1])))
     keys: Marks = np.ones((len(pieces), count), dtype=bool)
     asked, done = keys, []
-    for left in reversed(range(MAX_HALVINGS)):
+    for left in reversed(range(12)):  # per segment
         far: Marks = asked & _leaves(paths, pieces) & (left > 0)
         stay: Marks = ~np.asarray(far.any(axis=1))
         done.append((pieces[stay], keys[stay]))
@@ -74,14 +69,16 @@ def _leaves(paths: BranchPaths, pieces: Branches) -> Marks:
     begins, ends = _both_ends(paths, pieces)
     far = np.zeros((len(pieces), len(begins)), dtype=bool)
     step = (pieces.end - pieces.begin)[:, None]
-    for fraction in SHARES:
+    for fraction in (0.25, 0.5):  # of a segment, where curve and motion are compared
         x = paths.state(pieces, fraction)
         middles = tracks(paths.model, x, np.zeros_like(x))
         for k, (a, end, middle) in enumerate(zip(begins, ends, middles, strict=True)):
             b = end.toward(a)
             curve = hermite(a.values, a.rates, b.values, b.rates, step, np.array(fraction))
-            far[:, k] |= middle.apart(curve) > CURVE_TOLERANCE
-            far[:, k] |= a.turning * step[:, 0] > MAX_TURN
+            # 2e-5 [m], [rad] between curve and motion; a page guarantees five times as much
+            far[:, k] |= middle.apart(curve) > 2e-5
+            # 1.0 [rad] between two keys: a cubic of quaternions cannot count whole turns
+            far[:, k] |= a.turning * step[:, 0] > 1.0
     return far
 
 
@@ -142,7 +139,8 @@ class BranchPaths:
         if self._straight:
             return self.model.space.unit(pieces.x + fraction * (pieces.y - pieces.x))
         spans = fraction * (pieces.end - pieces.begin)
-        return self.model.step(pieces.x, pieces.u, spans, method=self._method, substeps=SUBSTEPS)
+        # 8 steps of the integrator per segment, or part of one
+        return self.model.step(pieces.x, pieces.u, spans, method=self._method, substeps=8)
 
     def rates(self, pieces: Branches) -> tuple[Array, Array]:
         """Return the state rates at the beginning and at the end, shape (n, nx) each."""

@@ -21,10 +21,6 @@ from kinolab.show.scene.models.surface_mesh import SurfaceMesh, is_room, joined,
 if TYPE_CHECKING:
     from kinolab.dynamics.machine_facts import BodyGeometry
 
-LAYERS = 2  # times that the colours of a single piece come, from its foot to its top
-WAVES = 0.35  # of a layer's thickness: how far its border goes up and down
-LEVEL = 0.72  # z of the normal of what is a floor and not a wall: it has the first colour
-
 
 @dataclass(frozen=True, eq=False)
 class Ghost:
@@ -215,9 +211,12 @@ def _layers(mesh: SurfaceMesh, colors: Array) -> Array:
     corners = mesh.vertices[mesh.faces]
     middle = 0.5 * (corners.min(axis=1) + corners.max(axis=1))  # the two halves of a quad agree
     low, high = mesh.vertices[:, 2].min(), mesh.vertices[:, 2].max()
-    thickness = max(float(high - low), 1e-9) / (LAYERS * len(colors))
+    # The colours of a single piece come twice, from its foot to its top
+    thickness = max(float(high - low), 1e-9) / (2 * len(colors))
     wave = np.sin(0.9 * middle[:, 0] / thickness) + np.sin(0.7 * middle[:, 1] / thickness + 1.0)
-    height = (middle[:, 2] - low) / thickness + 0.5 * WAVES * wave
+    # 0.35 of a layer's thickness: how far its border goes up and down
+    height = (middle[:, 2] - low) / thickness + 0.5 * 0.35 * wave
     layer = np.clip(np.floor(height), 0, None).astype(int) % len(colors)
-    layer[mesh.normals[:, 2] > LEVEL] = 0
+    # 0.72: z of the normal of what is a floor and not a wall: it has the first colour
+    layer[mesh.normals[:, 2] > 0.72] = 0
     return np.asarray(colors[layer])

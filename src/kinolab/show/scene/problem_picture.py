@@ -16,10 +16,7 @@ from kinolab.show.scene.picture import Frames, Ghost, GoalMarker, Picture, Surfa
 from kinolab.world.geometry import triangles
 
 RENDERED: tuple[Any, ...] = ("view", "azimuth", "elevation", "follow", "cut", "setting")
-REST = 1e-6  # [m]; a body that goes less turns in its place
 WORLD = "world"  # name of its frame
-ROLLING = 1.01  # of a body's reach: as high is its origin at most while it touches the ground
-CONE_LENGTH = 1.25  # of cones, relative to the machine's radius
 
 
 def _surfaces(problem: PlanningTask) -> list[Surface]:
@@ -92,7 +89,8 @@ def path_body(problem: PlanningTask, poses: np.ndarray) -> int:
         problem: The machine.
         poses: Along the way, shape (nt, nb, 12).
     """
-    goes = np.ptp(poses[..., 3::4], axis=0).max(axis=-1) > REST
+    # 1e-6 [m]; a body that goes less turns in its place
+    goes = np.ptp(poses[..., 3::4], axis=0).max(axis=-1) > 1e-6
     order = [problem.leading, *problem.moving.tolist()]
     seen = [k for k in order if problem.bodies[k].shapes or problem.bodies[k].drawn]
     return next((k for k in seen if goes[k]), problem.leading)
@@ -101,7 +99,8 @@ def path_body(problem: PlanningTask, poses: np.ndarray) -> int:
 def _rolls(problem: PlanningTask, body: int, path: np.ndarray) -> bool:
     """Whether a path (n, 3) of a body is a track: it is never higher than the body itself."""
     reach = max(map(_reach, problem.bodies[body].shapes), default=0.0)
-    return bool(path[:, 2].max(initial=0.0) <= ROLLING * reach)
+    # 1.01 of a body's reach: as high is its origin at most while it touches the ground
+    return bool(path[:, 2].max(initial=0.0) <= 1.01 * reach)
 
 
 def _reach(shape: Shape) -> float:
@@ -112,7 +111,8 @@ def _reach(shape: Shape) -> float:
 def _cones(problem: PlanningTask, poses: np.ndarray) -> Iterator[Cone]:
     """Yield goal and keep-out cones, with apexes at the start of their bodies."""
     reaches = [_reach(shape) for body in problem.bodies for shape in body.shapes]
-    length = CONE_LENGTH * max(reaches, default=1.0)  # of the machine's radius about its bodies
+    # 1.25 of cones, relative to the machine's radius
+    length = 1.25 * max(reaches, default=1.0)  # of the machine's radius about its bodies
     for target in problem.goal.directions:
         apex = _place(poses[target.body])
         yield Cone(apex, target.target, target.tolerance, length, forbidden=False)

@@ -29,10 +29,8 @@ from kinolab.trajectory import Trajectory
 
 Shown: TypeAlias = PlanResult | Trajectory | Run | None
 
-POSED = "The machine by itself. Move it by its sliders."
 UNPLANNED = "A motion by itself: kinolab.verify says whether it solves the problem."
 UNLIMITED = (-math.inf, math.inf, "")
-SHOWN = 3  # states that are plotted at first: those that the goal names, before others
 
 
 def told(problem: PlanningTask, trajectory: Trajectory) -> list[Series]:
@@ -43,7 +41,8 @@ def told(problem: PlanningTask, trajectory: Trajectory) -> list[Series]:
     wanted = [states.names[i] for i in sorted(problem.goal.indices) if i not in rates]
     angles = _angles(problem, trajectory)
     wanted += [name for i, name in enumerate(states.names) if i not in rates and name not in wanted]
-    first = () if angles else tuple(map(states.names.index, wanted[:SHOWN])) or None
+    # 3 states that are plotted at first: those that the goal names, before others
+    first = () if angles else tuple(map(states.names.index, wanted[:3])) or None
     found = [_series(states, problem.bounds, ruled | set(problem.scenario.world.bounds))]
     for part in held if len(trajectory.u) else ():
         source = model.plant if part.name == "u" else model
@@ -162,7 +161,7 @@ def readiness(problem: PlanningTask) -> dict[str, Any]:
     A problem without a goal is a machine by itself.
     """
     if not problem.asks:
-        return {"status": "machine", "message": POSED}
+        return {"status": "machine", "message": "The machine by itself. Move it by its sliders."}
     try:
         problem.check_endpoints()
     except EndpointError as error:

@@ -12,7 +12,6 @@ from kinolab.show.scene.camera import Camera
 from kinolab.show.scene.models.surface_mesh import Indices, normals
 
 NEARER = 2e-3  # fraction of a point's depth by which a face must be nearer to hide it
-SQUARE = (1, 1)  # [pixel]: of a picture in which only places matter
 SEEN = -1
 
 
@@ -41,13 +40,14 @@ class Screens:
             camera: From where one looks; all faces and points are in front of it.
             points: Shape (n, 3), in [m].
         """
-        seen = camera.project(self.vertices, SQUARE).astype(np.float32)
+        # (1, 1) [pixel] is a picture in which only places matter
+        seen = camera.project(self.vertices, (1, 1)).astype(np.float32)
         corners = seen[self.faces]
         a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
         low, high = (pick(pick(a, b), c) for pick in (np.minimum, np.maximum))
         near = np.where(self._turned_away(camera), np.inf, low[:, 2])
         found = np.full(len(points), SEEN, dtype=np.int64)
-        for k, (x, y, depth) in enumerate(camera.project(points, SQUARE)):
+        for k, (x, y, depth) in enumerate(camera.project(points, (1, 1))):
             over = (low[:, 0] <= x) & (high[:, 0] >= x) & (low[:, 1] <= y) & (high[:, 1] >= y)
             faces = np.flatnonzero(over & (near < depth * (1.0 - NEARER)))
             depths = _depths(corners[faces].astype(np.float64), x, y)

@@ -14,17 +14,11 @@ from kinolab.show.scene.models.surface_mesh import SurfaceMesh, flat_patches, is
 from kinolab.show.scene.picture import Ghost, GoalMarker, Picture
 from kinolab.show.scene.sight import SEEN, Screens
 
-AZIMUTHS = np.radians([18, -55, 55, -110, 110, 162])  # besides the usual one
 STEEPER = np.radians([45.0, 72.0])  # elevations that are tried where walls stand close
 MOMENTS, BODIES = 16, 3  # of the way, and of a machine at each of them
-ENOUGH = 0.9  # fraction seen from the usual direction with which nothing else is tried
 FEW, MOST = 5000, 0.97  # faces of a small world, where trying takes no time; what is enough there
 FILLING = 0.15  # what a picture that is filled is worth, in fractions of the way
-GAIN = 0.04  # fraction that another direction must show besides
-ALL = 0.995  # fraction that is seen where nothing hides the machine for long
 OPEN = 0.75  # fraction of the way that one wants to see; else what hides it is made translucent
-LARGE = 2e-3  # of all surface: smaller patches hide little, and are left alone
-PEELS = 8  # layers of walls that are made translucent at most
 DIRECTIONS = 100  # in which the scene's outermost points are looked for
 MANY = 400_000  # faces: in larger worlds the usual direction is taken
 SIZE = (800, 600)  # [pixel] of the picture in which directions are compared
@@ -47,7 +41,7 @@ class Outlook:
     @property
     def hides(self) -> bool:
         """Whether the machine is hidden somewhere, and is to show through."""
-        return self.seen < ALL
+        return self.seen < 0.995  # fraction that is seen where nothing hides the machine for long
 
 
 def outlook(
@@ -73,12 +67,14 @@ def outlook(
     screens = Screens(whole.vertices, whole.faces, one_sided)
     sight = _Sight(picture, cloud, screens, *watched)
     best, most = usual, sight.fraction(usual)
-    if picture.view == "perspective" and most < (MOST if count < FEW else ENOUGH):
+    # 0.9: fraction seen from the usual direction with which nothing else is tried
+    if picture.view == "perspective" and most < (MOST if count < FEW else 0.9):
         sight = replace(sight, cloud=_outermost(cloud))
         worth = most + FILLING * sight.filled(usual)
         for angles in _others(picture, usual):
             seen = sight.fraction(angles)
-            if seen + FILLING * sight.filled(angles) > worth + GAIN:
+            # 0.04: fraction that another direction must show besides
+            if seen + FILLING * sight.filled(angles) > worth + 0.04:
                 best, most, worth = angles, seen, seen + FILLING * sight.filled(angles)
     if most >= OPEN:
         return Outlook(best, most, nothing)
@@ -124,7 +120,7 @@ def _others(picture: Picture, usual: Angles) -> list[Angles]:
     """Other directions, those near the usual one first."""
     azimuths = [usual.azimuth]
     if picture.azimuth is None:
-        azimuths += AZIMUTHS.tolist()
+        azimuths += np.radians([18, -55, 55, -110, 110, 162]).tolist()  # besides the usual one
     elevations = [usual.elevation]
     if picture.elevation is None:
         elevations += [each for each in STEEPER.tolist() if each > usual.elevation + 0.1]
@@ -160,9 +156,10 @@ def _goal(picture: Picture, bodies: NDArray[np.int64]) -> Array:
 def _opened(sight: _Sight, angles: Angles, whole: SurfaceMesh) -> NDArray[np.bool_]:
     """Which faces are made translucent so that one sees the way: large flat ones, as a whole."""
     patches, areas = flat_patches(whole)
-    large = areas[patches] > LARGE * areas.sum()
+    # 2e-3 of all surface: smaller patches hide little, and are left alone
+    large = areas[patches] > 2e-3 * areas.sum()
     veiled = np.zeros(len(patches), dtype=bool)
-    for _ in range(PEELS):
+    for _ in range(8):  # layers of walls that are made translucent at most
         left = np.flatnonzero(~veiled)
         hiding = replace(sight, screens=sight.screens.part(left)).hiding(angles)
         found = left[np.unique(hiding[hiding != SEEN])]

@@ -20,10 +20,6 @@ from kinolab.show.page.gallery import Card, gallery_html
 from kinolab.show.scene.problem_picture import picture
 from kinolab.show.scene.scenes import content_of
 
-POSTER = (480, 360)  # pixels
-POSTER_TIME = 0.5  # of the motion, shown on a poster
-MAX_FILM_BYTES = 2_000_000  # largest animation that is embedded
-
 
 def gallery_of(
     folders: Sequence[Path], title: str, told: Callable[[Path], None] = lambda _: None
@@ -75,7 +71,7 @@ def _film(folder: Path) -> bytes:
     if path.is_symlink():  # to a picture that is not theirs to show
         return b""
     try:
-        content = bytes(read_ordinary(path, MAX_FILM_BYTES))
+        content = bytes(read_ordinary(path, 2_000_000))  # largest animation that is embedded
     except OSError:
         return b""
     return content if content.startswith(b"GIF8") else b""
@@ -85,8 +81,9 @@ def _poster(run: Run) -> bytes:
     """Render the machine in the middle of its motion, as PNG."""
     problem, trajectory = run.problem, run.trajectory
     shown, poses = picture(problem, trajectory.x), problem.model.frames(trajectory.x)
-    film = staged(write_script(shown, trajectory.t, poses, size=POSTER))
+    film = staged(write_script(shown, trajectory.t, poses, size=(480, 360)))  # pixels
     out = io.BytesIO()
-    image = np.ascontiguousarray(film.frame(int(POSTER_TIME * (len(film) - 1))))
+    # 0.5 of the motion, shown on a poster
+    image = np.ascontiguousarray(film.frame(int(0.5 * (len(film) - 1))))
     Image.fromarray(image).save(out, "PNG")
     return out.getvalue()

@@ -31,11 +31,10 @@ from kinolab.show.scene.scenes import branches, content_of
 from kinolab.trajectory import Trajectory
 
 HOST = "127.0.0.1"
-PHASES = ("search", "verify", "optimise", "draw")  # in the order in which they come first
-EVENTS, PLAN = "events", "plan"  # addresses, seen from the page
 CLIENTS = 16  # most at once; a browser takes two or three
 REQUEST_SECONDS = 10.0  # [s] for a client to send its request
-ANSWER_SECONDS = 60.0  # [s] for a client to take an answer, as over a slow tunnel
+PHASES = ("search", "verify", "optimise", "draw")  # in the order in which they come first
+EVENTS, PLAN = "events", "plan"  # addresses, seen from the page
 HEADERS = {  # of every answer
     "Cache-Control": "no-store",
     "Content-Security-Policy": "base-uri 'none'; form-action 'none'; frame-ancestors 'none'",
@@ -45,10 +44,7 @@ HEADERS = {  # of every answer
     "X-Content-Type-Options": "nosniff",
     "X-Frame-Options": "DENY",
 }
-# [s] without events, after which a comment line detects closed connections
-HEARTBEAT_SECONDS = 5.0
 FETCH_SECONDS = 10.0  # [s] for a page to fetch the finished one
-ARRIVAL_SECONDS = 20.0  # [s] for a browser that was just started to connect
 
 
 class LivePage:
@@ -115,7 +111,8 @@ class LivePage:
             expected: Whether a browser may still have to connect.
         """
         if expected:
-            self._news.wait_for(lambda: self._news.came > 0, ARRIVAL_SECONDS)
+            # 20.0 [s] for a browser that was just started to connect
+            self._news.wait_for(lambda: self._news.came > 0, 20.0)
         if page is not None:
             self._pages[PLAN] = page
         self._news.tell("end", PLAN if page is not None else "")
@@ -155,7 +152,8 @@ class _News:
     def since(self, number: int) -> tuple[int, list[tuple[str, str]]]:
         """Wait for events after a number; return the newest number, and (kind, text) in order."""
         with self._changed:
-            self._changed.wait_for(lambda: self._count > number, HEARTBEAT_SECONDS)
+            # 5 [s] without events, after which a comment line detects closed connections
+            self._changed.wait_for(lambda: self._count > number, 5.0)
             news = sorted((k, kind, text) for kind, (k, text) in self._newest.items() if k > number)
             return self._count, [(kind, text) for _, kind, text in news]
 
@@ -200,7 +198,7 @@ class _Server(ThreadingHTTPServer):
 
 class _Handler(BaseHTTPRequestHandler):
     server: _Server
-    timeout = ANSWER_SECONDS
+    timeout = 60.0  # [s] for a client to take an answer, as over a slow tunnel
     error_content_type = "text/plain; charset=utf-8"
     error_message_format = "%(code)d %(message)s\n"
 

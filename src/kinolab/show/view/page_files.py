@@ -15,8 +15,6 @@ from kinolab.show.scene.content import Content
 from kinolab.show.scene.scenes import Shown, content_of_plan
 from kinolab.solve import PlanResult
 
-FRAME_HEIGHT = 600  # pixels, in a notebook
-
 
 def views(content: Content) -> dict[str, bytes]:
     """Return ``scene.html`` and ``result.glb`` of a run, by their names."""
@@ -76,5 +74,5 @@ def notebook_frame(problem: PlanningTask, plan: PlanResult | None) -> str:
         plan: The result of planning; None shows the problem alone.
     """
     page = html.escape(page_html(content_of_plan(problem, plan)))
-    style = f"width: 100%; height: {FRAME_HEIGHT}px; border: 0"
+    style = "width: 100%; height: 600px; border: 0"  # pixels, in a notebook
     return f'<iframe sandbox="allow-scripts" style="{style}" srcdoc="{page}"></iframe>'

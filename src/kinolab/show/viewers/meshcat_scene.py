@@ -24,8 +24,6 @@ from kinolab.show.viewers.viewed_parts import (
 )
 
 ROOT = "kinolab"
-FIELD_OF_VIEW = math.radians(75.0)  # of MeshCat's camera
-FAR = 20.0  # of the camera's distance: what is farther away is not drawn
 
 
 @checked
@@ -80,12 +78,13 @@ def _look(view: Any, content: Content) -> None:
     pose[:3, :3] = np.stack([across, -toward, up / np.linalg.norm(up)])
     pose[:3, 3] = -pose[:3, :3] @ camera.target
     view[ROOT].set_transform(pose)
-    nearer = math.tan(camera.fov / 2.0) / math.tan(FIELD_OF_VIEW / 2.0)
+    nearer = math.tan(camera.fov / 2.0) / math.tan(math.radians(75.0) / 2.0)  # of MeshCat's camera
     away = nearer * (camera.position - camera.target)
     x, y, z = (pose[:3, :3] @ away).tolist()
     eye = view["/Cameras/default/rotated/<object>"]
     eye.set_property("position", [x, z, -y])  # y is up there
-    eye.set_property("far", FAR * float(np.linalg.norm(away)))
+    # 20.0 of the camera's distance: what is farther away is not drawn
+    eye.set_property("far", 20.0 * float(np.linalg.norm(away)))
     view["/Grid"].set_property("visible", False)  # it would cut through the scene
 
 

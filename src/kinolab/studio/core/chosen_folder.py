@@ -14,7 +14,6 @@ from kinolab.studio.core.edits import obstacles
 from kinolab.studio.core.scenario_text import ScenarioText
 
 SIZE_LIMIT = 32_000_000  # [bytes] of a file that is sent to the studio, or kept by it
-MOST_LISTED = 200  # files of one kind
 MESHES = "meshes"  # where meshes go that are sent to the studio
 
 
@@ -44,7 +43,7 @@ class ChosenFolder:
     def scenarios(self) -> list[str]:
         """Return the names of the scenarios in it."""
         found = sorted(path.name for path in self.root.glob("*.toml"))
-        return [name for name in found if not name.startswith(".")][:MOST_LISTED]
+        return [name for name in found if not name.startswith(".")][:200]
 
     def meshes(self) -> list[str]:
         """Return the mesh files in it and in its folders, as scenarios name them."""
@@ -54,7 +53,7 @@ class ChosenFolder:
             for path in self.root.glob(depth)
             if path.suffix.lower() in MESH_FORMATS and path.is_file()
         )
-        return found[:MOST_LISTED]
+        return found[:200]
 
     def keep_mesh(self, name: str, content: bytes) -> str:
         """Keep a mesh that was sent; return its name, as scenarios write it.

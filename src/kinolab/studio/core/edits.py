@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
+from importlib.resources import files
 from typing import Any
 
 from kinolab.scenario.rules import OBSTACLE_KINDS
@@ -23,29 +24,12 @@ NEW_SIZES: Mapping[str, Any] = {
     "sphere": 0.25,
     "cylinder": [0.25, 0.5],
 }  # [m]
-EMPTY = """\
-schema = 1
-title = "{title}"
 
-[system]
-name = "{machine}"
 
-[world]
-bounds = {{ x = [0.0, 5.0], y = [0.0, 4.0] }}  # [m]
-ground = "plane"
-
-[start]
-x = 0.5
-y = 0.5
-
-[goal]
-x = 4.5
-y = 3.5
-tolerance = 0.1
-
-[planner]
-time_limit = 30.0  # [s]
-"""
+def empty(title: str, machine: str) -> str:
+    """Return the text of a scenario of a machine in an empty world."""
+    text = files("kinolab.studio.core").joinpath("empty.toml").read_text("utf-8")
+    return text.replace("{title}", title).replace("{machine}", machine)
 
 
 def obstacles(values: Values) -> list[dict[str, Any]]:

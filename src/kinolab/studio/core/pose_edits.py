@@ -16,10 +16,7 @@ from kinolab.problem.goal import DirectionTarget, Goal, PointTarget
 from kinolab.problem.inverse_kinematics import reaching
 from kinolab.studio.core.edits import DIGITS
 
-ROUNDS = 3  # in which a body is led to its place and loops are closed again
-SAME = 1e-9  # of entries: what differs less was not moved
 LOOP_DIGITS = 12  # after the point, of machines whose loops must close to 1e-9
-TURNED = 1e-3  # of unit vectors: a gizmo that is turned less was only moved
 
 
 def with_entry(problem: PlanningTask, x: Array, name: str, value: float) -> Array:
@@ -43,7 +40,8 @@ def with_body_at(
     """
     directions: tuple[DirectionTarget, ...] = ()
     pose = problem.frames(x)[body].reshape(3, 4)
-    if turn is not None and np.abs(turn - pose[:, :3]).max() > TURNED:
+    # 1e-3 of unit vectors: a gizmo that is turned less was only moved
+    if turn is not None and np.abs(turn - pose[:, :3]).max() > 1e-3:
         axes = zip(np.eye(3)[:2].tolist(), turn.T[:2].tolist(), strict=True)
         directions = tuple(DirectionTarget(body, tuple(a), tuple(b), 1.0) for a, b in axes)
     point = PointTarget(body, (0.0, 0.0, 0.0), tuple(place.tolist()), 1.0)
@@ -53,7 +51,8 @@ def with_body_at(
     )
     scales, limits = problem.model.state_scales, problem.bounds
     state, still = x, np.zeros((1, 1, 3))
-    for _ in range(ROUNDS if problem.machine.closes_loops else 1):
+    # 3 rounds in which a body is led to its place and loops are closed again
+    for _ in range(3 if problem.machine.closes_loops else 1):
         led = reaching(problem.model, goal, state[None], still, scales=scales, limits=limits)[0]
         state = _closed(problem, led)
     return state
@@ -70,10 +69,11 @@ def written(problem: PlanningTask, before: Array, after: Array) -> dict[str, Any
     """Return the entries by which a state (nx,) differs from the one before, as one types them."""
     digits = LOOP_DIGITS if problem.machine.closes_loops else DIGITS
     old, new = start_table(problem.model, before), start_table(problem.model, after)
+    # 1e-9 of entries: what differs less was not moved
     changed = {
         name: value
         for name, value in new.items()
-        if np.abs(np.asarray(value) - np.asarray(old[name])).max() > SAME
+        if np.abs(np.asarray(value) - np.asarray(old[name])).max() > 1e-9
     }
     return {name: _rounded(value, digits) for name, value in changed.items()}
 

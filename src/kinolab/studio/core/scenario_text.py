@@ -21,7 +21,6 @@ from kinolab.scenario.issues import KeyPath
 from kinolab.scenario.load import toml_document
 from kinolab.scenario.toml_text import value_text
 
-MOST_KEPT = 2000  # edits that can be undone; each is a text of some kilobytes
 FEWER = "Draw the obstacles as one mesh."
 
 
@@ -104,7 +103,7 @@ class ScenarioText:
             return False
         if not (going_on and self.last == what):
             self._past.append((what, self.text))
-            del self._past[:-MOST_KEPT]
+            del self._past[:-2000]  # edits that can be undone; each is a text of some kilobytes
         self._future.clear()
         self.text = text
         return True

@@ -19,7 +19,6 @@ from kinolab.testing.judging import (
 )
 
 G, LENGTH = 9.81, 1.0  # [m/s^2], [m] of the rod
-TOLERANCE = 1e-6  # [m]
 HITCH, BAR = 0.5, 1.2  # [m] behind the car's axle, and of the trailer
 CARS = [(0.0, 0.0, 0.0, 0.0), (1.0, -2.0, 0.7, 0.4), (-3.0, 0.5, -2.0, 1.1), (2.0, 2.0, 1.6, -0.8)]
 
@@ -70,7 +69,7 @@ def _rod(answer: Any) -> None:
     x[[model.state_names.index(name) for name in ("alpha", "beta")]] = 0.3, 0.8
     middle = np.asarray(model.frames(x))[0].reshape(3, 4)[:, 3]
     along = np.array([sin(0.8) * cos(0.3), sin(0.8) * sin(0.3), cos(0.8)])
-    if not np.allclose(middle, -LENGTH / 2.0 * along, atol=TOLERANCE):
+    if not np.allclose(middle, -LENGTH / 2.0 * along, atol=1e-6):  # [m]
         own, due = (", ".join(f"{x:.4g}" for x in at) for at in (middle, -LENGTH / 2.0 * along))
         what = f"at alpha = 0.3, beta = 0.8 its centre of mass is at ({own})"
         raise WrongAnswerError(what, f"({due})")

@@ -15,7 +15,6 @@ CEILING = 2.0  # [m] above the floor
 FLOOR_KEEPS, CEILING_KEEPS = 0.9, 0.5  # of the speed of a ball
 THROWS = [(1.0, 0.0, 0.8), (1.0, 6.0, 0.3), (0.5, -3.0, 0.9), (1.5, 8.0, 1.2)]  # [m], [m/s], [s]
 STEP = 0.01  # [s]
-TOLERANCE = 1e-6  # [m], [m/s]
 
 
 def _way(h0: float, e: float) -> float:
@@ -54,7 +53,7 @@ def _between(answer: Any) -> None:
         except KinolabError as error:
             raise WrongAnswerError(f"{thrown}, it fails: {error}") from error
         due = np.array(_thrown(h, v, t))
-        if not (np.abs(state[:2] - due) <= TOLERANCE).all():
+        if not (np.abs(state[:2] - due) <= 1e-6).all():  # [m], [m/s]
             own, right = (f"at {one[0]:.4g} m with {one[1]:.4g} m/s" for one in (state, due))
             raise WrongAnswerError(f"{thrown}, after {t:g} s it is {own}", right)
 

@@ -15,7 +15,6 @@ from kinolab.testing.judging import (
     require_number,
 )
 
-THRUST = (0.0, 8.0)  # [N] of a rotor, least and most
 MASS, INERTIA, ARM, G = 0.8, 0.01, 0.2, 9.81  # [kg], [kg m^2], [m], [m/s^2]
 
 
@@ -32,7 +31,7 @@ def _drone(answer: Any) -> None:
     require_motion(answer, ["x", "z", "theta"], accelerations, inputs=2)
     model = require_model(answer)
     for name, (least, most) in zip(model.control_names, model.control_bounds, strict=True):
-        if (least, most) != THRUST:
+        if (least, most) != (0.0, 8.0):  # [N] of a rotor, least and most
             what = f"the limits of {name} are {least:g} and {most:g} N, not 0 and 8 N."
             raise WrongAnswerError(what)
 

@@ -22,8 +22,6 @@ from kinolab.problem import PlanningTask
 from kinolab.trajopt.options import GUESS
 from kinolab.world.geometry import core_radius_of, reach_of
 
-BRANCH_SECONDS = 4e-4  # [s] of work for a branch, as ``charge`` counts it, its checks apart
-
 
 def _any_length(paths: Array) -> NDArray[np.bool_]:
     return np.ones(paths.shape[:-2], dtype=bool)
@@ -85,7 +83,7 @@ class GeometricPaths:
         trees = [_Tree(start), _Tree(end)]
         for k in range(branches):
             raise_if_cancelled(self._stop)
-            charge(BRANCH_SECONDS)
+            charge(4e-4)  # [s] of work for a branch, as ``charge`` counts it, its checks apart
             here, there = trees[k % 2], trees[1 - k % 2]
             aim = there.x[0] if k < 2 else self._drawn(start, end, turning, within)
             reached = self._grown(here, aim, there.x[0], within)

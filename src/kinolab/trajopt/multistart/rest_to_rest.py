@@ -22,9 +22,7 @@ from kinolab.trajopt.multistart.allowed_velocities import velocity_directions
 from kinolab.trajopt.nlp.decision import Knots
 from kinolab.trajopt.options import TIMING
 
-UNLIMITED = 1e9  # magnitude of an input without limits
 SAMPLES = 16  # configurations of a leg between its ends and at them
-SHORT = 1e-6  # of a coordinate's scale: corners closer together are one
 
 
 def along_corners(problem: PlanningTask, path: Array) -> Knots | None:
@@ -36,7 +34,8 @@ def along_corners(problem: PlanningTask, path: Array) -> Knots | None:
     """
     nq, parts = problem.model.nq, []
     for begin, end in pairwise(path[:, :nq]):
-        if (np.abs(end - begin) <= SHORT * problem.scales[:nq]).all():
+        # 1e-6 of a coordinate's scale: corners closer together are one
+        if (np.abs(end - begin) <= 1e-6 * problem.scales[:nq]).all():
             continue
         part = _timed(problem, LegCurve.straight(problem, begin, end))
         if part is None:
@@ -152,7 +151,7 @@ def _allowed(
 
 def _within(u: Array, limits: Array, used: float) -> bool:
     """Say whether inputs (m, nu) use no more than a fraction of their limits (nu, 2)."""
-    weakest, strongest = np.clip(limits, -UNLIMITED, UNLIMITED).T
+    weakest, strongest = np.clip(limits, -1e9, 1e9).T  # magnitude of an input without limits
     half = (strongest - weakest) / 2 * used
     return bool((np.abs(u - (weakest + strongest) / 2) <= half).all())
 

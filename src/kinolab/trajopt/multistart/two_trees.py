@@ -32,8 +32,6 @@ from kinolab.trajopt.nlp.decision import Knots, resampled
 from kinolab.trajopt.options import GUESS
 from kinolab.trajopt.segments import segment_problem
 
-QUERY_SECONDS = 1e-5  # [s] of work to find a node's nearest one in the other tree
-
 
 def reversal(problem: PlanningTask) -> Array | None:
     """Return the signs s of inputs under which motions run backward, f(x, s u) = -f(x, u).
@@ -152,7 +150,7 @@ class TwoTrees:
             at = tree.nodes.x[: int(tree.nodes.size[0]), counted] * weights
             points.append(np.where(circular, np.mod(at, np.where(circular, periods, 1.0)), at))
         index = scipy.spatial.cKDTree(points[1], boxsize=periods)
-        charge(QUERY_SECONDS * len(points[0]))
+        charge(1e-5 * len(points[0]))  # [s] of work to find a node's nearest one in the other tree
         # Where all nodes are about as near, the nearest one would be looked for among all of them.
         gaps, nearest = index.query(points[0], eps=GUESS.pair_slack)
         steps = here.nodes.cost[: len(gaps)] + there.nodes.cost[nearest]

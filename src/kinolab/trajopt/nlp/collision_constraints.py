@@ -38,10 +38,8 @@ from kinolab.world.redundant_obstacles import without_redundant
 
 # Compiled in; the machine code is rebuilt when this file changes.
 FD_STEP = 1e-6  # finite difference of a coordinate, in its unit
-TOUCHING_GAP = 1e-12  # [m] signed distance below which shapes touch
 MAX_GAPS = 64  # distances kept per pose
 TRIANGLES_PER_SHAPE = 4  # nearest triangles kept per shape
-SAME_NORMAL_COSINE = 0.999  # cosine between normals above which only the nearer triangle is kept
 SAME_LEVEL = 1e-9  # [m] by which what is behind a plane may be before it
 GROUND, OWN = -2, -3  # in place of an obstacle's index
 
@@ -131,8 +129,9 @@ class CollisionConstraints:
 
     def free(self, x: Array) -> bool:
         """Say whether all states (m, nx) are collision-free."""
-        gaps = self._gaps(x, TOUCHING_GAP, derive=False)[1]  # includes some larger ones
-        return bool((gaps >= TOUCHING_GAP).all())
+        # 1e-12 [m] signed distance below which shapes touch
+        gaps = self._gaps(x, 1e-12, derive=False)[1]  # includes some larger ones
+        return bool((gaps >= 1e-12).all())
 
     def least(self, x: Array) -> float:
         """Return the smallest distance over states (m, nx) in [m], infinite where none is near."""
@@ -476,7 +475,8 @@ def kept(s, what, gap, level, n, first, count, found):  # type: ignore[no-untype
     here = -1
     for c in range(first, count):
         v = found.normal[c]
-        if n[0] * v[0] + n[1] * v[1] + n[2] * v[2] > SAME_NORMAL_COSINE:
+        # 0.999: cosine between normals above which only the nearer triangle is kept
+        if n[0] * v[0] + n[1] * v[1] + n[2] * v[2] > 0.999:
             here = c
     if here < 0 and count - first < TRIANGLES_PER_SHAPE and count < MAX_GAPS:
         here, count = count, count + 1

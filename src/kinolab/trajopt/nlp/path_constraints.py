@@ -20,8 +20,6 @@ from kinolab.problem import PlanningTask
 from kinolab.trajopt.nlp.decision import ONE_PHASE, Knots
 from kinolab.trajopt.options import NLP
 
-ROWS_AT_ONCE = 20_000  # states at which margins are evaluated in one call: some 10 MB of poses
-
 
 class PathConstraints:
     """Margins of all path constraints.
@@ -150,7 +148,8 @@ def central_differences(function: Callable[[Array], Array], z: Array, scales: Ar
     """
     steps = NLP.scaled_fd_step * scales
     varied = np.flatnonzero(steps)
-    at_once, slopes = max(1, ROWS_AT_ONCE // (2 * max(len(z), 1))), []
+    # 20_000 states at which margins are evaluated in one call: some 10 MB of poses
+    at_once, slopes = max(1, 20_000 // (2 * max(len(z), 1))), []
     for first in range(0, len(varied), at_once):
         shift = np.diag(steps)[varied[first : first + at_once], None]
         moved = np.stack([z + shift, z - shift])

@@ -39,7 +39,6 @@ from kinolab.trajopt.nlp.path_constraints import (
 from kinolab.trajopt.nlp.transitions import Transitions
 from kinolab.trajopt.options import NLP, SQP
 
-EFFORT = 1e-3  # weight of the mean square input, and of changes, relative to 1 for the cost
 Inequalities: TypeAlias = PathConstraints | CollisionConstraints  # along a trajectory
 
 
@@ -154,7 +153,8 @@ class TrajectoryProblem:
 
     def weights(self, knots: Knots) -> Weights:
         """Return weights by which the cost of a motion is 1, beside a little effort."""
-        entry, rest = self.problem.cost_entry, (EFFORT, EFFORT, SQP.violation_penalty)
+        # 1e-3: weight of the mean square input, and of changes, relative to 1 for the cost
+        entry, rest = self.problem.cost_entry, (1e-3, 1e-3, SQP.violation_penalty)
         if entry is None:
             return Weights(1 / knots.duration, *rest)
         return Weights(0.0, 0.0, *rest[1:], spent=1 / self.problem.cost_of(knots), entry=entry)

@@ -34,8 +34,6 @@ from kinolab.trajopt.segments import Segments, SlidingWindow, is_long
 from kinolab.trajopt.shortening.phases import phases_of, shortened_phases
 from kinolab.trajopt.sqp.restoration import make_knots_exact, restore_feasibility
 
-LONGER = 1.3  # times as long is the next guess, while motions that may take their time cost less
-
 
 def cheapened(
     problem: PlanningTask, trajectory: Trajectory, over: Callable[[], bool]
@@ -201,7 +199,8 @@ def _cheaper(task: TrajectoryProblem, knots: Knots, block: int = 1) -> Knots:
 def _slower(task: TrajectoryProblem, knots: Knots, block: int) -> Knots | None:
     """Return a motion with more knots on the same path that takes longer, if it may."""
     step, model = block * task.problem.step, task.problem.model
-    most = min(LONGER * knots.duration, most_time(task.problem))
+    # The next guess is 1.3 times as long, while motions that may take their time cost less
+    most = min(1.3 * knots.duration, most_time(task.problem))
     if most <= (1 + SHORT.min_round_gain) * knots.duration:
         return None
     count = max(covering_steps(most, step), len(knots.u))

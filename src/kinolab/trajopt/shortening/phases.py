@@ -34,8 +34,6 @@ from kinolab.trajopt.nlp.problem import TrajectoryProblem, most_time, usual_room
 from kinolab.trajopt.options import LOOSE, NLP, SHORT, SQP, TIGHT, StoppingTolerances
 from kinolab.trajopt.sqp.restoration import restore_feasibility
 
-HALVINGS = 52  # of a step, to locate a transition: to rounding
-
 
 def shortened_phases(
     problem: PlanningTask, phases: Sequence[Phase], spent: Callable[[], float]
@@ -229,7 +227,7 @@ def _until_transition(
     low, high, (y, number) = 0.0, span, after(span)
     if not number:
         return span, y, 0
-    for _ in range(HALVINGS):
+    for _ in range(52):  # halvings of a step, to locate a transition: to rounding
         middle = (low + high) / 2
         found = after(middle)
         if found[1]:

@@ -24,12 +24,9 @@ from kinolab.trajopt.nlp.path_constraints import LinearInequalities
 from kinolab.trajopt.options import SQP
 from kinolab.trajopt.sqp.subproblem import Step, Subproblem, TrustRegion
 
-USUAL_ITERATIONS = 15  # of PIQP, of which few programs need more than 25
 
-
-def program_seconds(
-    steps: int, variables: int, rows: int, iterations: int = USUAL_ITERATIONS
-) -> float:
+# 15 iterations of PIQP, of which few programs need more than 25
+def program_seconds(steps: int, variables: int, rows: int, iterations: int = 15) -> float:
     """Return the work of a quadratic program in [s].
 
     Args:

@@ -17,9 +17,6 @@ from kinolab.problem import PlanningTask
 from kinolab.world.geometry import half_extents, placement
 from kinolab.world.shrinking import MIN_THICKNESS
 
-RANDOM_STATES = 12  # at which distances are compared
-SAME = 1e-9  # [m]: distances that differ by less are the same
-
 
 @dataclass(frozen=True)
 class Attachment:
@@ -46,7 +43,8 @@ class Attachment:
 def attachments(problem: PlanningTask) -> tuple[Attachment, ...]:
     """Find the bodies that lie beside a larger one whatever the configuration is."""
     generator = np.random.default_rng(0)
-    states = [problem.start, *(problem.sample(generator) for _ in range(RANDOM_STATES))]
+    # 12 random states, at which distances are compared
+    states = [problem.start, *(problem.sample(generator) for _ in range(12))]
     count = len(problem.bodies)
     poses = np.array([problem.placement(x)[0] for x in states]).reshape(-1, count, 3, 4)
     widths = np.array([half_widths(body) for body in problem.bodies]).reshape(-1, 3)
@@ -68,7 +66,8 @@ def _beside(
             return None  # the rest is smaller
         apart = poses[:, k, :, 3] - poses[:, i, :, 3]
         along = np.einsum("ni,ni->n", apart, poses[:, i, :, axis])
-        steady = np.ptp(along) < SAME and np.ptp(np.linalg.norm(apart, axis=1)) < SAME
+        # 1e-9 [m]: distances that differ by less are the same
+        steady = np.ptp(along) < 1e-9 and np.ptp(np.linalg.norm(apart, axis=1)) < 1e-9
         if steady and abs(along[0]) > widths[i, axis]:
             return Attachment(i, axis, float(along[0]), float(widths[i, axis]))
     return None

@@ -31,13 +31,9 @@ from kinolab.problem import PlanningTask
 
 SLIMMER = {80: 1, 320: 6, 1280: 6}  # searches by quanta of shrinkage per side: 2, 8 and 32 cm
 SLIMMEST = max(SLIMMER)
-MAX_PATHS = 5  # that are widened: a shrunk machine may pass where a larger one never does
-MIN_PATHS = 3  # paths after which no smaller machine is tried
 MAX_CHECKS = 40_000  # collision checks per path search
-COARSE_RESOLUTION = 0.03  # [m] of motion between two collision checks, before the fine check
 ROUGH, FINE = (0.016, 12), (0.008, 150)  # spacing in [m] and patience of widening
 KNOWN_TO = 1e-3  # [m]: no width is stated more finely
-QUANTA_BEFORE_CONTACT = 8  # quanta by which the machine is enlarged to find what blocks it
 SIDES = [sign * axis for axis in np.eye(3) for sign in (1.0, -1.0)]
 
 
@@ -110,13 +106,14 @@ def find_passage(
         return Passage(open=True)
     paths: list[tuple[Array, int]] = []
     for slim, seeds_tried in SLIMMER.items():
-        if len(paths) < MIN_PATHS:
+        if len(paths) < 3:  # paths after which no smaller machine is tried
             say(f"looking for a way for its shape, {200 * slim * SHRINKAGE_QUANTUM:g} cm narrower")
             paths += search.paths(slim, seeds_tried)
     if not paths:
         return Passage(open=False, finished=not search.expired())
     say("squeezing the machine through")
-    path, slim = search.widened(paths[:MAX_PATHS])
+    # Five are widened: a shrunk machine may pass where a larger one never does
+    path, slim = search.widened(paths[:5])
     if slim == 0:
         return Passage(open=True)
     tight = search.tight(path, slim)
@@ -135,7 +132,8 @@ class _Search:
         self._fit = RequiredShrinkage(problem)
         self._bands = PathDeformation(problem, far)
         self._squeeze = PathWidening(self._bands, self._fit, self.expired)
-        self._space = Configurations(problem, far, COARSE_RESOLUTION)
+        # 0.03 [m] of motion between two collision checks, before the fine check
+        self._space = Configurations(problem, far, 0.03)
         self._start = np.clip(problem.start, *problem.bounds.T).tolist()
         free = [x.tolist() for x in goals if self._fit.fits(x, 0)]
         self._goals = free or [x.tolist() for x in goals]
@@ -185,7 +183,8 @@ class _Search:
 
     def touched(self, tight: Array, slim: int) -> tuple[str, ...]:
         """Name what a slightly too large machine touches on a path, most frequent first."""
-        shape, counts = self._fit.shape(max(slim - QUANTA_BEFORE_CONTACT, 0)), Counter[str]()
+        # 8 quanta by which the machine is enlarged to find what blocks it
+        shape, counts = self._fit.shape(max(slim - 8, 0)), Counter[str]()
         for x in tight.tolist():
             counts.update(shape.touches(x))
         return tuple(pair for pair, _ in counts.most_common())

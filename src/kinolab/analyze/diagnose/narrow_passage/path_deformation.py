@@ -10,11 +10,7 @@ from kinolab.dynamics.codegen.state_space import wrapped
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 
-TAPER_LENGTH = 0.1  # [m] from the path's ends over which deformations fade out
-WIDTHS = (0.03, 2.0)  # [m] of deformations, along the path
 SIZES = (2e-4, 0.3)  # [m] of deformations, across it
-COORDINATE_PROBABILITY = 0.6  # probability that a deformation involves a coordinate
-CONSTANT_PROBABILITY = 0.2  # probability that it makes a coordinate constant instead
 CONSTANT_ANGLE_PROBABILITY = 0.2  # probability that it makes an angle constant, at any value
 TURNS = (0.2, 2.0)  # [m] along the path over which it does
 
@@ -63,18 +59,19 @@ class PathDeformation:
 
     def deform(self, band: Array, marks: Array, k: int, draw: np.random.Generator) -> Array:
         """Return a random deformation around state k, in [m], shape (n, entries)."""
-        width = 10 ** draw.uniform(*np.log10(WIDTHS))
+        width = 10 ** draw.uniform(*np.log10((0.03, 2.0)))  # [m] of deformations, along the path
         size = 10 ** draw.uniform(*np.log10((SIZES[0], min(SIZES[1], width))))
         push = draw.normal(size=len(self.entries)) * size
         kind = draw.random()
         if kind < CONSTANT_ANGLE_PROBABILITY and self._angles:
             j, value = int(draw.choice(self._angles)), draw.uniform(-np.pi, np.pi)
             return self._flat(band, marks, k, 10 ** draw.uniform(*np.log10(TURNS)), j, value)
-        if kind < CONSTANT_ANGLE_PROBABILITY + CONSTANT_PROBABILITY:
+        # 0.2: probability that it makes a coordinate constant instead
+        if kind < CONSTANT_ANGLE_PROBABILITY + 0.2:
             j = int(draw.integers(len(self.entries)))
             value = band[k, self.entries[j]] + push[j] / self._reach[self.entries[j]]
             return self._flat(band, marks, k, width, j, value)
-        push *= draw.random(len(push)) < COORDINATE_PROBABILITY
+        push *= draw.random(len(push)) < 0.6  # probability that a deformation involves a coordinate
         fraction = np.exp(-(((marks - marks[k]) / width) ** 2)) * _taper(marks)
         return np.asarray(fraction[:, None] * push)
 
@@ -102,5 +99,6 @@ class PathDeformation:
 
 def _taper(marks: Array) -> Array:
     """Return the fraction of a deformation kept at each mark, 0 at the ends, shape (n,)."""
-    taper: Array = np.clip(np.minimum(marks, marks[-1] - marks) / TAPER_LENGTH, 0.0, 1.0)
+    # 0.1 [m] from the path's ends over which deformations fade out
+    taper: Array = np.clip(np.minimum(marks, marks[-1] - marks) / 0.1, 0.0, 1.0)
     return taper

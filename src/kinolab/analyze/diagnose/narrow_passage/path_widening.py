@@ -96,7 +96,6 @@ class RequiredShrinkage:
 
 
 RESOLUTION = 0.004  # [m] of motion between two collision checks
-MIN_DEFORMATION = 1e-4  # [m]: smaller displacements are dropped
 
 
 class PathWidening:
@@ -152,8 +151,8 @@ class PathWidening:
             shift = self._bands.deform(band, marks, k, self._draw)
             length = np.abs(shift).sum(axis=1)
             moved, looked = (
-                length > MIN_DEFORMATION,
-                length > np.maximum(clearance, MIN_DEFORMATION),
+                length > 1e-4,  # [m]: smaller displacements are dropped
+                length > np.maximum(clearance, 1e-4),
             )
             tried = self._bands.shifted(band, shift)
             now = self._now_blocked(tried[looked], blocked[looked], slim, aim)

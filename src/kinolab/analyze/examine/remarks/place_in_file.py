@@ -11,8 +11,6 @@ from pathlib import Path
 from kinolab.errors import KinolabError
 from kinolab.files import read_ordinary
 
-LONGEST = 1_000_000  # [bytes] of a file that is looked at
-
 
 def place_in(file: Path | None, part: tuple[str, str]) -> str:
     """Return where a part of a machine is made, ``ball_beam.py, line 22``; empty if unknown.
@@ -56,7 +54,8 @@ def _makes(function: ast.FunctionDef, system: str) -> bool:
 @lru_cache(maxsize=8)
 def _nodes(file: Path) -> tuple[ast.AST, ...]:
     try:
-        return tuple(ast.walk(ast.parse(read_ordinary(file, LONGEST))))
+        # 1_000_000 [bytes] of a file that is looked at
+        return tuple(ast.walk(ast.parse(read_ordinary(file, 1_000_000))))
     except (OSError, SyntaxError, ValueError, KinolabError):
         return ()
 

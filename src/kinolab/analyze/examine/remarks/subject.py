@@ -24,7 +24,6 @@ from kinolab.dynamics.language.quantities import Change, FrameSpeed, written
 from kinolab.errors import KinolabError
 from kinolab.numerics.arrays import Array
 
-PROJECTIONS = 20  # onto position constraints; each squares what is left
 SAMPLES = 12  # random velocities at a configuration
 UNLIMITED = 1e3  # sampled limit of a velocity or an input without one, in its unit
 
@@ -59,7 +58,7 @@ class Subject:
     def on_constraints(self, x: Array, **values: float) -> Array:
         """Return a state (nx,) moved onto the position constraints; the same where that fails."""
         try:
-            for _ in range(PROJECTIONS):
+            for _ in range(20):  # onto position constraints; each squares what is left
                 x = self.model.project(x, **values)
         except KinolabError:
             pass

@@ -18,8 +18,6 @@ from kinolab.world.geometry import frame_in_world, triangles
 
 ROUNDING = 1e-9  # relative, of velocities: compiled derivatives are exact
 SEEN = 1e-3  # share of a velocity from which it is another one
-SHARES = (0.3, -0.2, 0.45)  # of spans, by which what is carried is moved against what carries it
-SAMPLES = 41  # points of an axis, over the reach of a body
 SLENDER = (
     3.0  # length to width of a rod, of which m l^2 / 12 is short of m (l^2 + w^2) / 12 by 10 %
 )
@@ -53,7 +51,8 @@ def _left_behind(subject: Subject, body: Body, base: Body) -> Remark | None:
         return None
     there = subject.rest.copy()
     for k, c in enumerate(own):
-        there[subject.plain[c]] += SHARES[k % 3] * subject.span(c)
+        # Shares of spans, by which what is carried is moved against what carries it
+        there[subject.plain[c]] += (0.3, -0.2, 0.45)[k % 3] * subject.span(c)
     (gap, size), (further, faster) = (
         _carried(subject, body, base, x) for x in (subject.rest, there)
     )
@@ -154,7 +153,8 @@ def depth_of(subject: Subject, body: Body, axis: tuple[Array, Array], reach: flo
         reach: How far from that point in [m] it is looked for.
     """
     pose = subject.poses(subject.rest)[subject.place_of(body)]
-    along = np.linspace(-1, 1, SAMPLES) * (reach or 2 * reach_of(subject, body))
+    # 41 points of an axis, over the reach of a body
+    along = np.linspace(-1, 1, 41) * (reach or 2 * reach_of(subject, body))
     points = axis[0] + along[:, None] * axis[1]
     placed = [(s, *frame_in_world(s, pose)) for s in subject.system.resolved_shapes(body)]
     return max(float(s.depths((points - middle) @ axes).max()) for s, axes, middle in placed)
@@ -201,11 +201,9 @@ def _floats(
         return None
     what = (
         f"{body.name} turns with {coordinate} about a point of {base.name}, and ends {gap:.3g} m "
-    )
-    what += (
         f"away from it: nothing joins them. A uniform rod of {length:.3g} m has its middle half "
+        f"of that from its joint, and this one has it {gap + length / 2:.3g} m away."
     )
-    what += f"of that from its joint, and this one has it {gap + length / 2:.3g} m away."
     about = f"{body.name} and {base.name}"
     return Remark("away from its joint", about, what, ("Body", body.name))
 

@@ -14,7 +14,6 @@ from kinolab.dynamics.language.constraints import PositionConstraint
 from kinolab.dynamics.language.mechanism_parts import atoms_of
 
 SMALL, HALF, LARGE = 0.15, 0.5, 1.0  # shares of how far a coordinate may move
-SAME = 1e-9  # of velocities by coordinates: compiled derivatives are exact
 CHANGED = 1.05  # a parameter's value, relative to its own
 
 
@@ -56,8 +55,8 @@ def _opens(contact: TouchingBodies, coordinate: Coordinate) -> bool:
     subject, x = contact.subject, contact.subject.rest
     k = subject.plain[coordinate]
     turns = [subject.spin(body, x)[:, k] for body in contact.pair]
-    if np.abs(turns).max() > SAME:
-        return bool(np.allclose(turns[0], -turns[1], atol=SAME))
+    if np.abs(turns).max() > 1e-9:  # of velocities by coordinates: compiled derivatives are exact
+        return bool(np.allclose(turns[0], -turns[1], atol=1e-9))
     one, other = (subject.poses_by(x)[subject.place_of(b), :, 3, k] for b in contact.pair)
     alone = len({subject.moving(body.frame) for body in contact.pair}) == 1  # neither carries
     return bool(alone and one @ other < 0)

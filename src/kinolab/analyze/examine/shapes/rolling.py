@@ -31,9 +31,7 @@ WRONG = 0.02  # share of the spin's own slip from which a rolling wheel slips
 # its lowest point is off the axis that it is steered about, and constraints at that leave as much.
 ASIDE = 0.02
 NEAR = 0.1  # of the radius: shapes of wheels are trimmed by as much
-ACROSS = 0.3  # cosine up to which a wheel stands on its rim and not on its face
 ASKEW = "rolling along the wrong direction"
-CONFIGURATIONS = ((0.0, 0.0), (0.35, -0.2), (-0.3, 0.4))  # shares of spans, alternating
 
 
 @dataclass(frozen=True)
@@ -63,7 +61,7 @@ def slips(contact: TouchingBodies) -> Iterator[Remark]:
         plain = contact.subject.plain
         places = [
             contact.subject.moved({c: shares[i % 2] for i, c in enumerate(plain)}, turned=shares[0])
-            for shares in CONFIGURATIONS
+            for shares in ((0.0, 0.0), (0.35, -0.2), (-0.3, 0.4))  # shares of spans, alternating
         ]
         wheels = [_wheel(contact.subject, body, base, shape, x) for x in places]
         if not any(wheels[1:]):
@@ -98,11 +96,9 @@ def _aside(remark: Remark) -> Remark:
         return remark
     what = (
         f"Where {remark.part[1]!r} holds, {remark.about} rolls at rest and slips where the machine "
-    )
-    what += (
         "has turned: what is constrained is not the velocity along which it rolls. Take that of "
+        "a frame that is steered with it, V = velocity(frame), along its axis: V.x."
     )
-    what += "a frame that is steered with it, V = velocity(frame), along its axis: V.x."
     return replace(remark, kind=ASKEW, sentence=what)
 
 
@@ -131,7 +127,8 @@ def _wheel(subject: Subject, body: Body, base: Body | None, shape: Shape, x: Arr
         return None
     normal, height = away
     down = normal if ball else normal - (normal @ along) * along
-    if np.linalg.norm(down) < np.sqrt(1 - ACROSS**2) or height <= 0:
+    # 0.3: cosine up to which a wheel stands on its rim and not on its face
+    if np.linalg.norm(down) < np.sqrt(1 - 0.3**2) or height <= 0:
         return None
     down = down / np.linalg.norm(down)
     arm = height / float(down @ normal)

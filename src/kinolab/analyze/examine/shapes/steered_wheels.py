@@ -12,8 +12,6 @@ from kinolab.analyze.examine.shapes.carried import axis_of, depth_of, reach_of
 from kinolab.analyze.examine.shapes.rolling import round_shape
 from kinolab.dynamics import Body, Coordinate
 
-UPRIGHT = 0.3  # sine of the angle up to which an axis counts as upright: forks are raked
-
 
 def steering(subject: Subject) -> Iterator[Remark]:
     """Yield the wheels that are steered about an axis away from them, or to one side only."""
@@ -22,7 +20,8 @@ def steering(subject: Subject) -> Iterator[Remark]:
             continue
         for coordinate in _steered(subject, body):
             axis = axis_of(subject, body, coordinate)
-            if axis is None or np.linalg.norm(axis[1][:2]) > UPRIGHT:
+            # 0.3: sine of the angle up to which an axis counts as upright: forks are raked
+            if axis is None or np.linalg.norm(axis[1][:2]) > 0.3:
                 continue
             away = -depth_of(subject, body, axis)
             if away > 2 * reach_of(subject, body):

@@ -2,37 +2,15 @@
 
 from __future__ import annotations
 
+from importlib.resources import files
 from pathlib import Path
 
 import click
 
-from kinolab.cli.starters import (
-    starter_arm,
-    starter_flyer,
-    starter_hopper,
-    starter_pick_and_place,
-    starter_puck,
-    starter_segway,
-    starter_wheels,
-)
 from kinolab.cli.terminal import say
 from kinolab.errors import InputError, Mistake
 
-HEADING = """schema = 1
-title = "{title}"
-
-[system]
-file = "{name}.py:{name}"               # Python code that kinolab runs
-"""
-STARTERS = {
-    "puck": starter_puck,
-    "wheels": starter_wheels,
-    "arm": starter_arm,
-    "flyer": starter_flyer,
-    "segway": starter_segway,
-    "pick-and-place": starter_pick_and_place,
-    "hopper": starter_hopper,
-}
+STARTERS = ("puck", "wheels", "arm", "flyer", "segway", "pick-and-place", "hopper")
 
 
 @click.command("new")
@@ -70,16 +48,24 @@ def write_starter(name: str, folder: Path, kind: str = "puck") -> list[Path]:
     if not name.isidentifier():
         remedy = "Use letters, digits and underscores, beginning with a letter."
         raise InputError([Mistake(repr(name), "this cannot be the name of a machine.", remedy)])
-    starter = STARTERS[kind]
-    scenario = HEADING.replace("{title}", starter.TITLE) + starter.SCENARIO
-    files = {folder / f"{name}.py": starter.MACHINE, folder / f"{name}.toml": scenario}
+    written = {folder / f"{name}.{ending}": ending for ending in ("py", "toml")}
     existing = [
         Mistake(str(path), "this file exists already.", "Choose another name.")
-        for path in files
+        for path in written
         if path.exists()
     ]
     if existing:
         raise InputError(existing)
-    for path, text in files.items():
-        path.write_text(text.format(name=name), encoding="utf-8")
-    return list(files)
+    for path, ending in written.items():
+        path.write_text(_text(kind, ending).replace("{name}", name), encoding="utf-8")
+    return list(written)
+
+
+def _text(kind: str, ending: str) -> str:
+    """Return a text of ``cli/starters``; below the heading of wheels comes ``diff_drive``."""
+    name = f"{kind.replace('-', '_')}.{'txt' if ending == 'py' else ending}"
+    text = files("kinolab.cli.starters").joinpath(name).read_text(encoding="utf-8")
+    if name == "wheels.txt":
+        source = files("kinolab.systems").joinpath("diff_drive.py").read_text(encoding="utf-8")
+        text += source.partition("\n")[2].replace("diff_drive", "{name}")
+    return text

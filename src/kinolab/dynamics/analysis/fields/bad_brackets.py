@@ -15,8 +15,6 @@ import numpy as np
 from kinolab.dynamics.analysis.fields.bracket_filtration import Bracket, Word
 from kinolab.dynamics.analysis.fields.vector_fields import DRIFT
 
-MAX_INPUTS = 5  # whose permutations are tried; 120 of them
-
 
 def is_bad(word: Word) -> bool:
     """Return whether a bracket has an odd number of drifts and an even number of each input."""
@@ -36,7 +34,7 @@ def symmetrised(layer: Sequence[Bracket], inputs: Sequence[str]) -> list[Bracket
         inputs: Their names, in the order of the layers.
     """
     bad = {bracket.word: bracket for bracket in layer if is_bad(bracket.word)}
-    if len(inputs) > MAX_INPUTS:
+    if len(inputs) > 5:  # whose permutations are tried; 120 of them
         return list(bad.values())
     found, seen = [], set[Word]()
     for word in bad:

@@ -23,11 +23,6 @@ from kinolab.dynamics.analysis.jets.scalars import AbstractNumbers, Floats, Rati
 
 Word: TypeAlias = tuple[str, ...]  # (X_1, …, X_k) stands for [X_1, [X_2, … X_k]]
 
-ROUNDING = 1e-14  # of a component before cancellation; smaller ones count as 0
-# likewise; smaller components have few digits, and are not scaled up in rank decisions
-RANK_DIGITS = 1e-6
-FLOOR = 1e-2  # of a field's largest coefficient; lower bound on every coefficient's spread
-
 
 @dataclass(frozen=True, eq=False)
 class Bracket:
@@ -52,7 +47,8 @@ class Bracket:
     def size(self) -> Jet:
         """Effective magnitude of its components, shape (n,): larger where they mostly cancelled."""
         own = np.abs(self.vector)
-        return own if self.spread is None else np.maximum(own, RANK_DIGITS * self.spread[:, 0])
+        # Smaller components have few digits, and are not scaled up in rank decisions.
+        return own if self.spread is None else np.maximum(own, 1e-6 * self.spread[:, 0])
 
 
 @dataclass(frozen=True, eq=False)
@@ -156,7 +152,8 @@ def _base(name: str, jet: Jet) -> Bracket:
     if jet.dtype == object:
         return Bracket((name,), jet, None)
     size = np.abs(jet)
-    return Bracket((name,), jet, np.maximum(size, FLOOR * size.max(initial=0.0)))
+    # 1e-2 of a field's largest coefficient; lower bound on every coefficient's spread
+    return Bracket((name,), jet, np.maximum(size, 1e-2 * size.max(initial=0.0)))
 
 
 def _bracket(space: JetSpace, f: Bracket, g: Bracket) -> Bracket:
@@ -169,7 +166,8 @@ def _bracket(space: JetSpace, f: Bracket, g: Bracket) -> Bracket:
         return Bracket(word, made, None)
     fs, gs = (higher.lower(spread, space.order + 1) for spread in (f.spread, g.spread))
     spread = _along(space, higher, gs, fs) + _along(space, higher, fs, gs)
-    return Bracket(word, np.where(np.abs(made) > ROUNDING * spread, made, 0.0), spread)
+    # 1e-14 of a component before cancellation; smaller ones count as 0
+    return Bracket(word, np.where(np.abs(made) > 1e-14 * spread, made, 0.0), spread)
 
 
 def _along(space: JetSpace, higher: JetSpace, function: Jet, direction: Jet) -> Jet:

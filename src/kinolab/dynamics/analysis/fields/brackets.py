@@ -15,10 +15,6 @@ from kinolab.dynamics.language.expressions import exact
 from kinolab.dynamics.language.frames import Number
 from kinolab.errors import InputError, Mistake
 
-SIMPLIFICATION_SECONDS = 2.0  # [s] after which no further component is simplified
-MAX_SIMPLIFIED = 400  # symbols and operations of a component that SymPy simplifies quickly
-MAX_PRINTED = 20_000  # symbols and operations of a component that is printed
-
 
 @checked
 @final
@@ -50,7 +46,8 @@ class VectorField:
         """Evaluate the field at a point, shape (n, 1)."""
         return sympy.Matrix(self.components).subs(values)
 
-    def tidy(self, budget: float = SIMPLIFICATION_SECONDS) -> VectorField:
+    # 2.0 [s] after which no further component is simplified
+    def tidy(self, budget: float = 2.0) -> VectorField:
         """Simplify for reading; the budget in [s] is checked between components."""
         deadline = time.monotonic() + budget
         return VectorField(self.variables, [_tidied(c, deadline) for c in self.components])
@@ -59,7 +56,7 @@ class VectorField:
         lengths = map(written_length, self.components)
         written = (
             one_line(component)
-            if length <= MAX_PRINTED
+            if length <= 20_000  # symbols and operations of a component that is printed
             else f"an expression of length {length:.0e}"
             for component, length in zip(self.components, lengths, strict=True)
         )
@@ -86,7 +83,8 @@ def lie_bracket(f: VectorField, g: VectorField) -> VectorField:
 
 
 def _tidied(component: sympy.Expr, deadline: float) -> sympy.Expr:
-    if written_length(component) > MAX_SIMPLIFIED or time.monotonic() > deadline:
+    # 400 symbols and operations of a component that SymPy simplifies quickly
+    if written_length(component) > 400 or time.monotonic() > deadline:
         return component
     tried = sympy.trigsimp(sympy.cancel(sympy.expand(component)))
     return min(component, sympy.factor_terms(tried), key=lambda entry: entry.count_ops())

@@ -26,7 +26,6 @@ from kinolab.errors import InputError, Mistake
 MAX_DEGREE = 12  # of a bracket; growth vectors of the course's machines end much earlier
 MAX_WORK = 400_000_000  # multiplications per point, a few seconds
 KINKED = ("fabs", "sign", "fmax")
-KINK_TOLERANCE = 1e-9  # of an argument's distance to its kink
 
 
 @checked
@@ -213,4 +212,5 @@ def has_kink(fields: VectorFields, point: Mapping[str, Any]) -> bool:
         return False
     values = {name: float(value) for name, value in (dict(fields.values) | dict(point)).items()}
     gaps = [tape.sub(pair[0], pair[1]) if len(pair) > 1 else pair[0] for pair in kinks]
-    return min(map(abs, tape.evaluate(gaps, values))) < KINK_TOLERANCE
+    # 1e-9 of an argument's distance to its kink
+    return min(map(abs, tape.evaluate(gaps, values))) < 1e-9

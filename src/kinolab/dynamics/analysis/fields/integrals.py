@@ -16,7 +16,6 @@ from kinolab.dynamics.language.symbols import Coordinate, TurnRate
 Slopes: TypeAlias = Mapping[Coordinate, sympy.Expr]  # partial derivatives, by coordinate
 
 FACTOR_DIGITS = 9  # of a factor; further ones are rounding
-MAX_OPERATIONS = 200  # operations of a partial derivative that SymPy integrates quickly
 
 
 def integral_of(system: Mechanism, factors: Mapping[str, float]) -> sympy.Expr | None:
@@ -50,7 +49,8 @@ def _slopes(system: Mechanism, velocity: sympy.Expr) -> Slopes | None:
         factor = sympy.diff(velocity, symbol)
         if factor == 0:
             continue
-        if isinstance(symbol, TurnRate) or factor.count_ops() > MAX_OPERATIONS:
+        # 200 operations of a partial derivative that SymPy integrates quickly
+        if isinstance(symbol, TurnRate) or factor.count_ops() > 200:
             return None
         factor = sympy.trigsimp(sympy.expand(factor))
         if factor != 0:

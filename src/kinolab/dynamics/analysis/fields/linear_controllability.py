@@ -53,7 +53,6 @@ def reachable_subspace(A: Array, B: Array, tolerance: float = RANK_TOLERANCE) ->
 
 
 EQUILIBRIUM_TOLERANCE = 1e-6  # of a state's scale per second
-DECAY_RATE = 1e-6  # [1/s]; modes with real part below its negative count as decaying
 
 
 @checked
@@ -81,7 +80,8 @@ class LinearControllability:
     @property
     def stabilisable(self) -> bool:
         """Whether all uncontrollable modes decay (Hautus)."""
-        return all(mode.real < -DECAY_RATE for mode in self.modes)
+        # 1e-6 [1/s]; modes with real part below its negative count as decaying
+        return all(mode.real < -1e-6 for mode in self.modes)
 
 
 @checked

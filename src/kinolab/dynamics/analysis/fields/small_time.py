@@ -47,8 +47,6 @@ from kinolab.errors import InputError, Mistake
 from kinolab.numerics.arrays import Array
 
 SQUARE = 3  # fields in [g, [f, g]]
-ONE_WAY_TOLERANCE = 1e-6  # relative: what rounding may leave of a bracket that is in the span
-REST_TOLERANCE = 1e-7  # of the drift's components, relative to their terms
 
 
 class SmallTime(Enum):
@@ -174,7 +172,8 @@ def _not_made_up(
 def _rests(drift: Bracket) -> bool:
     if drift.spread is None:
         return not drift.vector.any()
-    return bool((np.abs(drift.vector) <= REST_TOLERANCE * drift.spread[:, 0].max()).all())
+    # 1e-7 of the drift's components, relative to their terms
+    return bool((np.abs(drift.vector) <= 1e-7 * drift.spread[:, 0].max()).all())
 
 
 def _reached(fields: VectorFields, layers: BracketFiltration) -> Array:
@@ -200,4 +199,5 @@ def _one_way(
     (bad,) = (bracket for bracket in list(layers)[SQUARE - 1] if bracket.word == found.obstacle)
     reached = _reached(fields, local)
     missed = bad.vector - reached @ (reached.T @ bad.vector)
-    return bool(np.linalg.norm(missed) > ONE_WAY_TOLERANCE * np.linalg.norm(bad.vector))
+    # 1e-6, relative: what rounding may leave of a bracket that is in the span
+    return bool(np.linalg.norm(missed) > 1e-6 * np.linalg.norm(bad.vector))

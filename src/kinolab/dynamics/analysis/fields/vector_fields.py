@@ -145,18 +145,14 @@ def first(samples: Iterator[dict[str, float]]) -> tuple[dict[str, float], ...]:
     return tuple(islice(samples, 1, 1 + REGULAR_SAMPLES))
 
 
-DIGITS = 4  # printed of a coefficient
-MIN_COEFFICIENT = 1e-6  # of the largest coefficient; smaller ones are not printed
-
-
 def combination_text(coefficients: Iterable[float], names: Iterable[str]) -> str:
     """Print a linear combination: ``theta_1 - 0.5 theta_2``."""
     terms = [(float(c), name) for c, name in zip(coefficients, names, strict=True)]
     largest = max((abs(c) for c, _ in terms), default=0.0)
     text = ""
     for c, name in terms:
-        if abs(c) > MIN_COEFFICIENT * largest:
-            size = f"{abs(c):.{DIGITS}g}"
+        if abs(c) > 1e-6 * largest:  # of the largest coefficient; smaller ones are not printed
+            size = f"{abs(c):.4g}"  # printed of a coefficient
             sign = ("-" if c < 0 else "") if not text else (" - " if c < 0 else " + ")
             text += sign + (name if size == "1" else f"{size} {name}")
     return text or "0"

@@ -13,7 +13,6 @@ from sympy.polys.matrices import DomainMatrix
 Vectors: TypeAlias = NDArray[Any]  # one per row, of floats or Fractions; shape (count, n)
 
 RANK_TOLERANCE = 1e-8  # of the largest singular value
-SCALING_ROUNDS = 4  # of alternating row and column scaling (equilibration)
 
 
 @dataclass(frozen=True)
@@ -69,7 +68,7 @@ def scales_of(sizes: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[
         Shapes (m, 1) and (1, n), all positive.
     """
     rows, columns = np.ones((len(sizes), 1)), np.ones((1, sizes.shape[1]))
-    for _ in range(SCALING_ROUNDS):
+    for _ in range(4):  # of alternating row and column scaling (equilibration)
         columns = columns * _positive((sizes / rows / columns).max(axis=0, keepdims=True))
         rows = rows * _positive((sizes / rows / columns).max(axis=1, keepdims=True))
     return rows, columns

@@ -31,12 +31,7 @@ OPERATIONS: dict[str, type] = {
     "max": sympy.Max,
 }
 CONSTANTS: dict[str, Any] = {"pi": sympy.pi, "E": sympy.E}
-MAX_DEPTH = 200  # of nesting; Python's stack overflows at about five times that
-MAX_CHOICES = 8  # terms of a maximum
-MAX_IRRATIONAL = 8  # numbers in a product
-MAX_BITS = 1024  # of numerators and denominators, which doubles do not reach either
 NOTHING_NAMED: Mapping[sympy.Basic, str] = {}
-MAX_DIGITS = 300  # of a power of numbers, near the range of a double
 
 
 def expression_to_tree(expression: Any, named: Mapping[sympy.Basic, str] = NOTHING_NAMED) -> Any:
@@ -90,7 +85,7 @@ def tree_to_expression(tree: Any, symbols: Mapping[str, sympy.Symbol], depth: in
     Raises:
         ValueError: If it has an unknown name or operation, or is nested too deeply.
     """
-    if depth > MAX_DEPTH:
+    if depth > 200:  # of nesting; Python's stack overflows at about five times that
         raise ValueError("an expression is nested too deeply")
     match tree:
         case bool() | None:
@@ -116,7 +111,8 @@ def tree_to_expression(tree: Any, symbols: Mapping[str, sympy.Symbol], depth: in
 
 def _real(made: Any) -> Any:
     """Reject what is no finite real number in double range: 1/0, sqrt(-1), NaN, 10^400."""
-    if made.is_Rational and max(made.p.bit_length(), made.q.bit_length()) > MAX_BITS:
+    # 1024 bits of numerators and denominators, which doubles do not reach either
+    if made.is_Rational and max(made.p.bit_length(), made.q.bit_length()) > 1024:
         raise ValueError("a number has too many digits")
     # Asked of numbers alone: for a long expression SymPy takes long to tell.
     if made.is_number and (
@@ -136,14 +132,15 @@ def _check_cost(name: str, arguments: list[Any]) -> None:
     looks for common factors, and a maximum of many terms, of which it compares each with each.
     """
     if name == "max":
-        if sum(len(a.args) if isinstance(a, sympy.Max) else 1 for a in arguments) > MAX_CHOICES:
-            raise ValueError(f"a maximum has more than {MAX_CHOICES} terms")
+        if sum(len(a.args) if isinstance(a, sympy.Max) else 1 for a in arguments) > 8:
+            raise ValueError("a maximum has more than 8 terms")
     elif name == "mul":
         factors = [f for a in arguments for f in sympy.Mul.make_args(a)]
-        if sum(f.is_number and not (f.is_Rational or f.is_Float) for f in factors) > MAX_IRRATIONAL:
-            raise ValueError(f"a product has more than {MAX_IRRATIONAL} irrational numbers")
+        if sum(f.is_number and not (f.is_Rational or f.is_Float) for f in factors) > 8:
+            raise ValueError("a product has more than 8 irrational numbers")
     elif name in ("exp", "pow") and all(argument.is_number for argument in arguments):
         powers = arguments if name == "pow" else [sympy.E, *arguments]
         base, exponent = (abs(float(argument)) for argument in powers)
-        if exponent * abs(math.log10(base or 1.0)) > MAX_DIGITS:
+        # 300 digits of a power of numbers, near the range of a double
+        if exponent * abs(math.log10(base or 1.0)) > 300:
             raise ValueError("a power is too large")

@@ -62,7 +62,6 @@ from kinolab.files import read_ordinary
 from kinolab.untrusted import json_of
 
 FORMAT, VERSION = "kinolab machine", 1
-MOST_MISTAKES = 20  # reported at most
 DAMAGED = (
     *(InputError, ArithmeticError, AttributeError, LookupError),
     *(RecursionError, TypeError, ValueError),
@@ -226,7 +225,7 @@ def _plain(text: str) -> Any:
     data = json_of(text)
     mistakes = list(size_mistakes(data))
     if mistakes:
-        raise InputError(mistakes[:MOST_MISTAKES])
+        raise InputError(mistakes[:20])
     return data
 
 
@@ -390,7 +389,7 @@ class _MachineReader:
             InputError: With every mistake.
         """
         if self.mistakes:
-            raise InputError(self.mistakes[:MOST_MISTAKES])
+            raise InputError(self.mistakes[:20])
 
     def _body(self, data: Mapping[str, Any], number: int) -> Any:
         entries = {name: data[name] for name in BODY}

@@ -12,12 +12,8 @@ from typing import Any
 from kinolab.errors import Mistake, is_broken
 
 MAX_FILE_BYTES = 2_000_000  # size of a file
-MAX_VALUES = 20_000  # in all expressions, records and lists
 MAX_EXPRESSION_TERMS = 5_000  # names, numbers and operations of one expression
 MAX_WRITTEN_OUT = 2_000_000  # the same, of a law whose parts are shared
-MAX_NESTED_POWERS = 4  # nesting depth of powers
-MAX_MAXIMA = 50  # in all expressions: of a maximum, each term is compared with each
-MAX_NESTED = 60  # nesting depth of operations
 MAX_ENTRIES: Mapping[str, int] = {"bodies": 200, "coordinates": 64}
 
 
@@ -42,12 +38,12 @@ def size_mistakes(data: Any) -> Iterator[Mistake]:
     broken = [text for text in _within(data) if isinstance(text, str) and is_broken(text)]
     for text in dict.fromkeys(broken):
         yield Mistake(f"{text!a}", "this is no Unicode text.", "Write it in UTF-8.")
-    if sum(1 for _ in _within(data)) > MAX_VALUES:
-        what = f"it holds more than {MAX_VALUES} values."
+    if sum(1 for _ in _within(data)) > 20_000:  # in all expressions, records and lists
+        what = "it holds more than 20000 values."
         yield Mistake("", what, "Take fewer bodies and shorter expressions.")
     maxima = sum(isinstance(value, list) and value[:1] == ["max"] for value in _within(data))
-    if maxima > MAX_MAXIMA:
-        yield Mistake("", f"it holds {maxima} maxima; {MAX_MAXIMA} are the most.", "Take fewer.")
+    if maxima > 50:  # in all expressions: of a maximum, each term is compared with each
+        yield Mistake("", f"it holds {maxima} maxima; 50 are the most.", "Take fewer.")
     for value in _within(data):
         if isinstance(value, dict) and "expression" in value:
             yield from _expression_mistakes(value["expression"])
@@ -59,11 +55,11 @@ def _expression_mistakes(tree: Any) -> Iterator[Mistake]:
     if count > MAX_EXPRESSION_TERMS:
         what = f"it has {count} names, numbers and operations; {MAX_EXPRESSION_TERMS} are the most."
         yield Mistake(shown, what, "Shorten it.")
-    elif _nested(tree, "pow") > MAX_NESTED_POWERS:
-        what = f"more than {MAX_NESTED_POWERS} powers are nested in it."
+    elif _nested(tree, "pow") > 4:  # nesting depth of powers
+        what = "more than 4 powers are nested in it."
         yield Mistake(shown, what, "Write powers of powers as one power.")
-    elif _nested(tree) > MAX_NESTED:
-        what = f"it is nested too deeply, more than {MAX_NESTED} operations within one another."
+    elif _nested(tree) > 60:  # nesting depth of operations
+        what = "it is nested too deeply, more than 60 operations within one another."
         yield Mistake(shown, what, "Write sums and products in one list.")
 
 

@@ -11,6 +11,7 @@ from kinolab.arguments import checked
 from kinolab.dynamics.language.shapes.packed_rows import packed, unpacked
 from kinolab.errors import InputError, Mistake
 from kinolab.numerics.arrays import Array
+from kinolab.untrusted import refuse_many
 
 MOST_DRAWN = 50_000  # triangles of a mesh that is drawn
 
@@ -36,9 +37,8 @@ class DrawnMesh:
         Raises:
             InputError: If they are not, or there are too many triangles.
         """
-        if len(self.corners) > 8 * MOST_DRAWN:  # 6 bytes of a triangle are 8 characters
-            what = f"it has more than {MOST_DRAWN} triangles."
-            raise InputError([Mistake("DrawnMesh corners", what, "Take fewer.")])
+        triangles = len(self.corners) // 8  # of 6 bytes, which are 8 characters
+        refuse_many(triangles, MOST_DRAWN, "triangles", "DrawnMesh corners", "Take fewer.")
         try:
             points, faces = self.vertices, self.faces
             sound = bool(np.isfinite(points).all()) and faces.max(initial=-1) < len(points)

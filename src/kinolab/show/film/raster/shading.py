@@ -19,7 +19,6 @@ from kinolab.show.film.raster.stroke import strokes
 from kinolab.show.scene.camera import Camera
 from kinolab.show.scene.models.surface_mesh import SurfaceMesh
 
-GROUND_TOLERANCE = 1e-6  # [m] below the ground: rounding
 EDGE_LEAD = 8e-4  # of the distance to the viewer: 2 cm in a room of 10 m
 
 
@@ -123,7 +122,7 @@ class Pen:
     def shadows_at_poses(self, mesh: SurfaceMesh) -> list[list[Array]]:
         """The same of a mesh at nf poses, whose vertices are of shape (nf, n, 3), pose by pose."""
         lowest = mesh.vertices[..., 2].min(axis=-1, initial=0.0)
-        whole = (lowest <= -GROUND_TOLERANCE) | (not mesh.is_closed)
+        whole = (lowest <= -1e-6) | (not mesh.is_closed)  # [m] below the ground: rounding
         lamps = self._lamps[:, None, :]
         places = self.at(shadow_points(mesh.vertices[:, None], lamps))
         lit = whole[:, None, None] | (self._lamps @ mesh.normals.swapaxes(-1, -2) > 0.0)

@@ -24,9 +24,7 @@ from kinolab.show.scene.still import GOAL, PATH, START, Still, goal_ball
 WALL_EDGE = 0.62  # of the colour of an obstacle's faces: how bright its edges are
 CONE_OPACITY, DARK_CONE_OPACITY = 0.3, 0.55  # of a cone, and of one before a dark sky
 GOAL_OPACITY = 0.35  # of a ball
-VEIL_OPACITY = 0.14  # of walls that hide the way
 EDGE_WIDTH, GRID_WIDTH, PATH_WIDTH, CABLE = 0.7, 0.9, 2.2, 1.6  # [pixel]
-CUT_WIDTH = 1.6  # [pixel] of the outline of a room, into which one looks
 
 
 def backdrop(still: Still, machine: Sequence[SurfaceMesh], pen: Pen) -> list[Layer]:
@@ -84,13 +82,14 @@ def _obstacles(still: Still, pen: Pen) -> Iterator[Layer]:
     solids = join([_shown(mesh, veiled) for mesh, veiled in parts if not is_room(mesh)])
     for mesh, veiled in rooms:
         yield Solid(pen.front_faces(_shown(mesh, veiled)))
-        yield Solid(pen.silhouette(mesh, CUT_WIDTH, 255.0 * WALL_EDGE * mesh.colors[0]))
+        # 1.6 [pixel] of the outline of a room, into which one looks
+        yield Solid(pen.silhouette(mesh, 1.6, 255.0 * WALL_EDGE * mesh.colors[0]))
     yield Solid(pen.faces(solids))
     yield Solid(pen.edges(solids, EDGE_WIDTH, 255.0 * WALL_EDGE * solids.colors))
     if still.floor is not None:
         yield Shadows(pen.shadows(solids))
     veils = [mesh.only(veiled) for mesh, veiled in parts if veiled.any()]
-    yield from (_veil(mesh, VEIL_OPACITY, pen) for mesh in veils)
+    yield from (_veil(mesh, 0.14, pen) for mesh in veils)  # of walls that hide the way
 
 
 def _shown(mesh: SurfaceMesh, veiled: NDArray[np.bool_]) -> SurfaceMesh:

@@ -20,7 +20,6 @@ AROUND_LEAD, LEAD = (
     0.98,
     1.0,
 )  # of 1 / depth: bodies that are less than twice as near as an axis do not hide it
-LINES = 4  # of names under each other, where several frames have the same origin
 
 
 def axes_at(pen: Pen, poses: Array, length: float) -> Facets:
@@ -48,7 +47,8 @@ def put_names(
     """
     line, taken = caption_size(len(image)) + 3, list[Box]()
     for name, (column, row, near) in zip(names, places, strict=True):
-        for k in range(LINES) if near > 0.0 else ():
+        # 4 lines of names under each other, where several frames have the same origin
+        for k in range(4) if near > 0.0 else ():
             tag = [part.moved(column, row + (k + 1) * line) for part in name_tag(name, len(image))]
             if not _inside(tag[1], image):
                 break

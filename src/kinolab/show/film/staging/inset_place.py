@@ -20,34 +20,30 @@ from kinolab.show.film.staging.stage import PAPER, Stage, nearest_pixel
 from kinolab.show.film.staging.text import heading
 from kinolab.show.scene.still import swept
 
-SMALL_FRACTION = 0.07  # of the picture's height: larger machines need no inset
-FILL_FRACTION = 0.45  # of the inset's height that the machine takes
-FOLLOW_FRACTION = 0.3  # of a whole picture's height that the machine takes that it goes with
 LEAST_MAGNIFICATION, MAX_MAGNIFICATION = 1.2, 12.0  # times; of a picture by itself, of any
-SIZES = (0.36, 0.3, 0.25)  # of the picture's height; the first that fits is taken
-ASPECT_RATIO = 4 / 3  # width for a height of one
-EDGE_MARGIN = 0.02  # of the picture's height: distance from the edge
-MAX_COVERED = 0.02  # fraction of a corner that may be occupied
 
 
 def build_inset(stage: Stage, script: Script) -> Inset | None:
     """Return the inset of a film; None if the machine is large enough, or no corner is free."""
     places, apparent = _apparent(stage, script)
-    if not 0.0 < apparent < SMALL_FRACTION * script.size[1]:
+    # 0.07 of the picture's height: larger machines need no inset
+    if not 0.0 < apparent < 0.07 * script.size[1]:
         return None
     scale = stage.pen.scale
     nearness = stage.canvas.nearness[scale // 2 :: scale, scale // 2 :: scale]
     box = next(_free_corners(nearness > 0.0, places.reshape(-1, 2)), None)
     if box is None:
         return None
-    times = min(FILL_FRACTION * (box[3] - box[1]) / apparent, MAX_MAGNIFICATION)
+    # 0.45 of the inset's height that the machine takes
+    times = min(0.45 * (box[3] - box[1]) / apparent, MAX_MAGNIFICATION)
     return _enlarged(stage, script, box, times)
 
 
 def whole_window(stage: Stage, script: Script) -> Inset | None:
     """Return a window as large as the picture that goes with the machine; None if it is large."""
     (_, apparent), tall = _apparent(stage, script), script.size[1]
-    times = min(FOLLOW_FRACTION * tall / apparent, MAX_MAGNIFICATION) if apparent > 0.0 else 1.0
+    # 0.3 of a whole picture's height that the machine takes that it goes with
+    times = min(0.3 * tall / apparent, MAX_MAGNIFICATION) if apparent > 0.0 else 1.0
     if times <= LEAST_MAGNIFICATION:
         return None
     return replace(_enlarged(stage, script, (0, 0, *script.size), times), framed=False)
@@ -86,14 +82,16 @@ def _free_corners(taken: NDArray[np.bool_], places: Array) -> Iterator[Box]:
         places: Columns and rows that the machine will cover, shape (n, 2).
     """
     height, width = taken.shape
-    edge, under = round(EDGE_MARGIN * height), heading(height)
-    for fraction in SIZES:
+    # 0.02 of the picture's height: distance from the edge
+    edge, under = round(0.02 * height), heading(height)
+    for fraction in (0.36, 0.3, 0.25):  # of the picture's height; the first that fits is taken
         tall = round(fraction * height)
-        wide = round(ASPECT_RATIO * tall)
+        wide = round((4 / 3) * tall)  # width for a height of one
         lefts, tops = (edge, width - edge - wide), (under, height - edge - tall)
         boxes = [(x, y, x + wide, y + tall) for y in tops for x in lefts]
         empty = sorted((float(taken[y:b, x:r].mean()), (x, y, r, b)) for x, y, r, b in boxes)
         for shown, (x, y, r, b) in empty:
             low, high = (x, y), (r, b)
-            if shown <= MAX_COVERED and not ((places > low) & (places < high)).all(axis=1).any():
+            # 0.02: fraction of a corner that may be occupied
+            if shown <= 0.02 and not ((places > low) & (places < high)).all(axis=1).any():
                 yield x, y, r, b

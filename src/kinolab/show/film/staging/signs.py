@@ -14,9 +14,6 @@ from kinolab.show.scene.camera import Camera
 from kinolab.show.scene.captions import captions
 from kinolab.show.scene.still import Still
 
-ABOVE = 0.012  # of the picture's height: how far above its thing a word stands
-SHIFTS = (0.0, 0.05, 0.1, -0.04)  # of the picture's height: where a word goes if it has no room
-BAR = 0.22  # of the picture's width: the longest scale bar
 NUMBERS = (5.0, 2.0, 1.0)  # of a scale bar's length, times a power of ten
 
 
@@ -44,8 +41,10 @@ def signs(still: Still, camera: Camera, size: tuple[int, int]) -> Signs:
     taken: list[Box] = [(0, 0, size[0], round(0.85 * heading(size[1])))]
     for each in captions(still):
         column, row, depth = camera.project(each.place, size)
-        for shift in SHIFTS if depth > 0.0 else ():
-            foot = float(row) + (shift - ABOVE) * size[1]
+        # Shifts, of the picture's height: where a word goes if it has no room
+        for shift in (0.0, 0.05, 0.1, -0.04) if depth > 0.0 else ():
+            # 0.012 of the picture's height: how far above its thing a word stands
+            foot = float(row) + (shift - 0.012) * size[1]
             made = caption(each.text, (float(column), foot), size)
             if made is not None and not any(made[1].meets(other) for other in taken):
                 taken.append(made[1].box)
@@ -63,7 +62,8 @@ def _scale_bar(still: Still, camera: Camera, size: tuple[int, int]) -> tuple[Wor
     if edge is None:
         return None
     ends, length = edge
-    step = _round_length(length * BAR * size[0] / max(abs(ends[1, 0] - ends[0, 0]), 1.0))
+    # 0.22 of the picture's width: the longest scale bar
+    step = _round_length(length * 0.22 * size[0] / max(abs(ends[1, 0] - ends[0, 0]), 1.0))
     text = f"{step:g} m"
     first = ends[0, :2]
     last = first + (ends[1, :2] - first) * min(step / length, 1.0)

@@ -32,15 +32,9 @@ from kinolab.show.scene.picture import Picture
 from kinolab.show.scene.still import INK, Still, set_up, swept
 
 PAPER = (250, 250, 248)  # behind the sky
-SUPERSAMPLING = 3  # small pixels per pixel and axis
 OUTLINE, CABLE = 0.8, 1.6  # [pixel]
-AMBIENT = 0.80  # the machine is shaded less than the walls, as colours distinguish its bodies
 REACHES = (2, 7)  # [pixel] of an 800 x 600 picture
 DIRECTIONS = ((1, 0), (0, 1), (1, 1), (1, -1))
-STRENGTH = 0.42  # how much darker the deepest corner is
-HOLLOW = 6e-3  # of 1 / depth: what counts as the deepest corner
-AHEAD = 0.03  # of 1 / depth: what is so much nearer stands before it, not beside it
-LEAST = 0.03  # darkness that one sees
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,7 +109,7 @@ def build_stage(picture: Picture, motion: Array, size: tuple[int, int]) -> Stage
     still, cloud = set_up(picture, motion)
     camera = frame_scene(cloud, picture.up, picture.view, size, angles=still.outlook.angles)
     up = np.asarray(picture.up, dtype=np.float64) / np.linalg.norm(picture.up)
-    tool = pen(camera, size, up, SUPERSAMPLING)
+    tool = pen(camera, size, up, 3)  # small pixels per pixel and axis
     machine = picture.machine(nearest_pixel(camera, still.machine, motion, size))
     layers, body = backdrop(still, machine, tool), Assembly(machine, picture.radii)
     return Stage(tool, body, layers, still)
@@ -187,7 +181,8 @@ def machine_facets(
     """
     shadows = still.floor is not None
     moved = machine.placed(poses)
-    faces, edges = pen.faces_at_poses(moved, AMBIENT), pen.edges_at_poses(moved, OUTLINE, INK)
+    # 0.80: the machine is shaded less than the walls, as colours distinguish its bodies
+    faces, edges = pen.faces_at_poses(moved, 0.80), pen.edges_at_poses(moved, OUTLINE, INK)
     fallen = pen.shadows_at_poses(moved) if shadows else [[] for _ in poses]
     cables = repeat(None) if lines is None else lines
     length = 0.0 if axes is None else axis_length(still.reach, still.size, axes.shape[1])
@@ -211,8 +206,8 @@ def darken_corners(canvas: Canvas, scale: int) -> None:
     """Darken hollow places of a canvas of scale x scale small pixels per pixel."""
     middle = scale // 2
     near = canvas.nearness[middle::scale, middle::scale]
-    dark = STRENGTH * _hollowness(near.astype(np.float32))
-    rows, columns = np.nonzero(dark > LEAST)
+    dark = 0.42 * _hollowness(near.astype(np.float32))  # how much darker the deepest corner is
+    rows, columns = np.nonzero(dark > 0.03)  # darkness that one sees
     height, width = near.shape
     blocks = canvas.color[: height * scale, : width * scale].reshape(height, scale, width, scale, 3)
     left = (1.0 - dark[rows, columns])[:, None, None, None]
@@ -234,6 +229,8 @@ def _hollowness(near: Array) -> Array:
         for dx, dy in DIRECTIONS:
             a, b = at(reach * dx, reach * dy), at(-reach * dx, -reach * dy)
             bend = (0.5 * (a + b) - near) / floor
-            beside = (np.maximum(a, b) < (1.0 + AHEAD) * near) & (np.minimum(a, b) > 0.0)
-            total += np.where(beside, np.clip(bend / HOLLOW, 0.0, 1.0), 0.0)
+            # 0.03 of 1 / depth: what is so much nearer stands before it, not beside it
+            beside = (np.maximum(a, b) < (1.0 + 0.03) * near) & (np.minimum(a, b) > 0.0)
+            # 6e-3 of 1 / depth: what counts as the deepest corner
+            total += np.where(beside, np.clip(bend / 6e-3, 0.0, 1.0), 0.0)
     return np.asarray(np.where(near > 0.0, total / (len(REACHES) * len(DIRECTIONS)), 0.0))

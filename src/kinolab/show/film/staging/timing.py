@@ -10,8 +10,6 @@ from kinolab.numerics.manifolds.rotations import of_matrices, slerp, to_matrices
 from kinolab.show.film.staging.script import Playback
 
 MAX_FRAMES = 400  # of a GIF
-MIN_DELAY = 2  # [1/100 s]; viewers slow down shorter delays
-MAX_VIDEO_FRAMES = 100_000  # frames: an hour
 
 
 def schedule(
@@ -31,8 +29,9 @@ def schedule(
             f"a film needs end >= start, fps > 0 and speed > 0; "
             f"got start = {start}, end = {end}, fps = {fps}, speed = {speed}"
         )
-    period = 1.0 / fps if video else max(MIN_DELAY, round(100.0 / fps)) / 100.0
-    slowest = (end - start) / (((MAX_VIDEO_FRAMES if video else MAX_FRAMES) - 1) * period)
+    # 2 [1/100 s]; viewers slow down shorter delays
+    period = 1.0 / fps if video else max(2, round(100.0 / fps)) / 100.0
+    slowest = (end - start) / (((100_000 if video else MAX_FRAMES) - 1) * period)  # frames: an hour
     if speed < slowest:
         speed = float(np.ceil(2.0 * slowest - 1e-9) / 2.0)
     step = speed * period

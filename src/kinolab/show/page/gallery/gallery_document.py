@@ -11,8 +11,6 @@ from typing import Any, Literal
 
 from kinolab.show.page.document import allowed_by, as_json, filled, library, source_hash
 
-MARK = "<library>"  # stands for it in the pages, where no text has an unescaped <
-
 
 @dataclass(frozen=True)
 class Card:
@@ -74,7 +72,8 @@ def _card(card: Card, shared: str) -> dict[str, Any]:
         "verdict": card.verdict,
         "facts": [list(fact) for fact in card.facts],
         "poster": _data_address(card.poster),
-        "page": card.page.replace(shared, MARK),
+        # "<library>" stands for it in the pages, where no text has an unescaped <
+        "page": card.page.replace(shared, "<library>"),
     }
 
 

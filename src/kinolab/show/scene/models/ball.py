@@ -13,13 +13,12 @@ Color: TypeAlias = tuple[float, float, float]
 Pattern: TypeAlias = tuple[Array, NDArray[np.int64], Array]  # vertices, faces, their colours
 
 PALE: Color = (0.99, 0.97, 0.93)
-QUARTERED = (1, 2, 3)  # subdivisions of an octahedron
 
 
 def ball(radius: float, color: Array, detail: int) -> Pattern:
     """A sphere whose octants alternate between a colour (3,) and a pale tint of it."""
     corners = _octahedron()
-    for _ in range(QUARTERED[detail]):
+    for _ in range((1, 2, 3)[detail]):  # subdivisions of an octahedron
         corners = _quartered(corners)
     parity = np.prod(corners.mean(axis=1), axis=1) > 0.0
     faces = np.arange(3 * len(corners)).reshape(-1, 3)

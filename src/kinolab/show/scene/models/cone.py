@@ -11,9 +11,7 @@ from kinolab.numerics.arrays import Array
 from kinolab.show.scene.models.surface_mesh import SurfaceMesh, weld
 
 WANTED, FORBIDDEN = (0.0, 0.48, 0.25), (0.835, 0.369, 0.0)
-STRIPES = 4  # segments of a stripe of what is forbidden: it is told by more than its colour
 STRIPE = (0.99, 0.80, 0.55)
-MIN_HALF_ANGLE = 0.02  # [rad] half angle below which a cone would be invisible
 SEGMENTS = 48
 
 
@@ -38,7 +36,8 @@ class Cone:
 
 def cone_mesh(cone: Cone) -> SurfaceMesh:
     """The cone from its apex to a cap that is part of a ball, in its colour."""
-    half = float(np.clip(cone.half_angle, MIN_HALF_ANGLE, np.pi))
+    # 0.02 [rad] half angle below which a cone would be invisible
+    half = float(np.clip(cone.half_angle, 0.02, np.pi))
     rings = np.linspace(0.0, half, 9)[1:]
     turn = 2.0 * np.pi * np.arange(SEGMENTS) / SEGMENTS
     across = np.stack([np.cos(turn), np.sin(turn), 0.0 * turn], axis=1)
@@ -50,7 +49,8 @@ def cone_mesh(cone: Cone) -> SurfaceMesh:
     if not cone.forbidden:
         return weld(placed, faces, WANTED)
     segment = np.tile(np.arange(SEGMENTS), len(faces) // SEGMENTS)
-    striped = (segment // STRIPES) % 2 == 0
+    # 4 segments of a stripe of what is forbidden: it is told by more than its colour
+    striped = (segment // 4) % 2 == 0
     return weld(placed, faces, np.where(striped[:, None], FORBIDDEN, STRIPE))
 
 

@@ -12,12 +12,8 @@ from numpy.typing import NDArray
 from kinolab.numerics.arrays import Array
 from kinolab.show.scene.models.surface_mesh import Indices, SurfaceMesh, is_room, join, weld
 
-RIM = 0.06  # of the longer side: how far the ground around a room reaches beyond it
-SHADE = 0.93  # of the first colour: how bright the cut is
-LIFT = 2e-3  # of a solid's size: how far its cut lies above the ground around a room
 SPACING = 48  # points along each side of the ground around a room
 CHUNK = 2000  # points of which one asks at once whether they are inside
-NEAREST = 1e-4  # of the way's size squared: nearer parts of a way count alike
 
 Heights: TypeAlias = Callable[[Array], Array]  # of points (n, 2) on the map, in [m]
 
@@ -38,7 +34,8 @@ def along(way: Array) -> Heights:
         for first in range(0, len(points), CHUNK):
             part = slice(first, first + CHUNK)
             x, y = points[part, :1] - places[:, 0], points[part, 1:] - places[:, 1]
-            away = (x * x + y * y) / size**2 + NEAREST
+            # 1e-4 of the way's size squared: nearer parts of a way count alike
+            away = (x * x + y * y) / size**2 + 1e-4
             weight = 1.0 / (away * away)
             found[part] = weight @ places[:, 2] / weight.sum(axis=1)
         return found
@@ -58,8 +55,9 @@ def cut_open(mesh: SurfaceMesh, heights: Heights) -> SurfaceMesh:
     below, ends = _clipped(mesh, above)
     if not len(ends):
         return below
-    room, color = is_room(mesh), SHADE * mesh.colors[0]
-    lift = 0.0 if room else LIFT * float(np.ptp(ends, axis=0).max())
+    room, color = is_room(mesh), 0.93 * mesh.colors[0]  # of the first colour: how bright the cut is
+    # 2e-3 of a solid's size: how far its cut lies above the ground around a room
+    lift = 0.0 if room else 2e-3 * float(np.ptp(ends, axis=0).max())
     parts = [below, _lid(ends, lambda places: heights(places) + lift, room, color)]
     if room:
         parts.append(_skirt(ends, float(vertices[:, 2].min()), heights, color))
@@ -134,7 +132,8 @@ def _lid(ends: Array, heights: Heights, room: bool, color: Array) -> SurfaceMesh
 def _rim(ends: Array) -> tuple[Array, Array]:
     """The rectangle of ground around a room, by two opposite corners (2,)."""
     low, high = ends.min(axis=(0, 1)), ends.max(axis=(0, 1))
-    margin = RIM * float(np.max(high - low))
+    # 0.06 of the longer side: how far the ground around a room reaches beyond it
+    margin = 0.06 * float(np.max(high - low))
     return low - margin, high + margin
 
 

@@ -11,10 +11,8 @@ from kinolab.numerics.arrays import Array
 from kinolab.show.scene.models.setting import SceneColors
 from kinolab.show.scene.models.surface_mesh import SurfaceMesh, weld
 
-MAX_LINES = 30  # along the longer side; larger worlds take a coarser grid
 BOARDS, BOARD = 12, 1.4  # number side by side; length, in widths of the floor
 DASHES, KERBS = 41, 60  # along a road
-KERB = (0.78, 0.22, 0.18)  # every second block of a kerb
 STEPS = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0)
 
 
@@ -84,7 +82,7 @@ def marked_areas(low: Array, high: Array, colors: SceneColors) -> Iterator[Surfa
         place = side[1 - along] + inward * 0.02 * width
         for k in range(KERBS):
             first = low[along] + k * block
-            color = KERB if k % 2 else colors.lines
+            color = (0.78, 0.22, 0.18) if k % 2 else colors.lines  # every second block of a kerb
             yield _strip((first, first + block), (place, 0.04 * width), along, color)
 
 
@@ -110,9 +108,9 @@ def grid(low: Array, high: Array) -> Array:
 
 def grid_step(length: float) -> float:
     """1 m if that gives 3 to 30 lines; else the step from 1, 2, 5, 10, ... that does."""
-    if 3.0 <= length <= MAX_LINES:
+    if 3.0 <= length <= 30:
         return 1.0
-    return next((step for step in STEPS if length / step <= MAX_LINES), length)
+    return next((step for step in STEPS if length / step <= 30), length)
 
 
 def annulus(centre: ArrayLike, radii: tuple[float, float], color: ArrayLike) -> SurfaceMesh:

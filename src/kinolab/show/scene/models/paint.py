@@ -32,8 +32,6 @@ COLORS: tuple[Color, ...] = (
 MARK: Color = (0.13, 0.16, 0.22)  # one sector, to count full turns by
 
 SECTORS = 8
-SEGMENTS = (8, 16, 48)  # of a circle, multiples of SECTORS: their borders coincide
-CORNERS = (16, 32, SECTIONS)  # of a circle, half as many on a capsule
 
 
 def painted_bodies(bodies: Sequence[BodyGeometry]) -> tuple[PaintedBody, ...]:
@@ -66,12 +64,14 @@ def paint(shape: Shape, color: ArrayLike, pixel: float = 0.0) -> SurfaceMesh:
     if kind in PATTERNS:
         own, frame = PATTERNS[kind](radius, length, tint, detail), placement(shape)
         return weld(own[0] @ frame[:, :3].T + frame[:, 3], *own[1:])
-    return weld(*triangles(shape, CORNERS[detail]), tint)
+    # Corners of a circle, half as many on a capsule.
+    return weld(*triangles(shape, (16, 32, SECTIONS)[detail]), tint)
 
 
 def _round(radius: float, half: float, color: Array, detail: int) -> Pattern:
     """Return a cylinder along z with alternating sectors on both caps and along the rim."""
-    vertices, faces = cylinder_surface(radius, half, SEGMENTS[detail])
+    # Segments of a circle, multiples of SECTORS: their borders coincide
+    vertices, faces = cylinder_surface(radius, half, (8, 16, 48)[detail])
     sector = np.arange(len(faces)) * SECTORS // len(faces)
     colors = np.where((sector % 2 == 0)[:, None], color, pale(color))
     colors[sector == 0] = MARK

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 from kinolab.show.scene.models.surface_mesh import SurfaceMesh, join
 
-COARSE = (2.0, 8.0)  # [pixel]: radii up to which the first, and the second, look round
 DEGREES = (1.0, 4.0, 16.0)  # [pixel]: a radius of each degree of detail
 
 
@@ -38,4 +37,5 @@ class PaintedBody:
 
 def fineness(radius: float, pixel: float) -> int:
     """Return the degree of detail that a radius in [m] needs: 0 is the coarsest."""
-    return sum(float(radius) > most * pixel for most in COARSE)
+    # Radii [pixel] up to which the first, and the second, look round
+    return sum(float(radius) > most * pixel for most in (2.0, 8.0))

@@ -16,7 +16,6 @@ if TYPE_CHECKING:
 
 SEGMENTS = 48
 RIM, CHORD, HUB = 0.975, 0.075, 0.06  # of the radius: the ring's inside, a blade's width, the hub's
-PALE = np.array([0.86, 0.88, 0.90])  # of the ring, which marks the blade tips
 
 
 def rotor(disk: Shape, color: Array) -> SurfaceMesh:
@@ -61,4 +60,5 @@ def _ring(inner: float, outer: float, thickness: float) -> SurfaceMesh:
         low, high = k * SEGMENTS, (k + 1) % 4 * SEGMENTS
         faces += [np.stack([a + low, b + low, b + high], axis=1)]
         faces += [np.stack([a + low, b + high, a + high], axis=1)]
-    return weld(np.concatenate(points), np.concatenate(faces), PALE)
+    # The ring, which marks the blade tips, is pale.
+    return weld(np.concatenate(points), np.concatenate(faces), np.array([0.86, 0.88, 0.90]))

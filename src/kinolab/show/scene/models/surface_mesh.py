@@ -14,8 +14,6 @@ from kinolab.numerics.arrays import Array
 
 Indices: TypeAlias = NDArray[np.int64]
 
-CREASE = np.cos(np.radians(35.0))  # flatter edges belong to a curved surface and are not drawn
-FLAT = np.cos(np.radians(1.0))  # between faces of one level piece
 # A mesh of so many faces may be a scan. It is one if this fraction of its creases has the same
 # smooth piece on both sides, or a piece of one face, as noise has; then the creases that part
 # larger pieces are drawn, which are wider than this fraction of the mesh's diagonal.
@@ -131,7 +129,8 @@ def normals(vertices: Array, faces: Indices) -> Array:
 def flat_patches(mesh: SurfaceMesh) -> tuple[Indices, Array]:
     """Number the level pieces of a surface: one per face, shape (m,), and their areas in [m^2]."""
     a, b = mesh.sides.T
-    level = np.sum(mesh.normals[a] * mesh.normals[b], axis=1) > FLAT
+    # 1 degree at most between faces of one level piece
+    level = np.sum(mesh.normals[a] * mesh.normals[b], axis=1) > np.cos(np.radians(1.0))
     patch = joined(len(mesh.faces), mesh.sides[level])
     return patch, np.bincount(patch, areas_of(mesh.vertices, mesh.faces)).astype(np.float64)
 
@@ -169,7 +168,8 @@ def _edges(vertices: Array, faces: Indices) -> tuple[Indices, Indices, NDArray[n
     sides = np.stack([face[last - uses], face[last - 1]], axis=1)
     direction = normals(vertices, faces)
     bend = np.sum(direction[sides[:, 0]] * direction[sides[:, 1]], axis=1)
-    border, folded = uses != 2, bend < CREASE
+    # Edges below 35 degrees belong to a curved surface and are not drawn.
+    border, folded = uses != 2, bend < np.cos(np.radians(35.0))
     if len(faces) > MANY and (folded & ~border).any():
         folded = _without_noise(vertices, faces, sides, folded & ~border)
     return np.stack(np.divmod(keys, count), axis=1), sides, border | folded
