@@ -10,6 +10,7 @@ from kinolab.runs import check_run
 from kinolab.simulation.reference import price, resimulate
 from kinolab.trajopt import cheapened
 from kinolab.verification import verify
+from tests.solve.test_several_goals import puck
 from tests.support import needs, problem_of
 
 BLOCK = """
@@ -184,3 +185,16 @@ def _optima(random: np.random.Generator, steps: int = 40) -> list[float]:
         except RuntimeError:
             continue
     return found
+
+
+def test_kpiece_bounds_further_trees_by_what_a_motion_costs(tmp_path: Path) -> None:
+    pushed = "\n[goal]\nx = 3.0\ny = 1.0\nat_rest = true\ntolerance = 0.2\n"
+    weighed = "[objective]\neffort = 1.0\ntime = 0.1\n"
+    problem = puck(tmp_path, pushed + weighed)
+    first, best = (
+        problem.solve("kpiece_fast", seed=11, improve=seconds, optimize=False) for seconds in (0, 1)
+    )
+    assert first.cost is not None
+    assert best.cost is not None
+    assert best.status == "solved"
+    assert best.cost < 0.9 * first.cost  # the first further motion costs a tenth less, or is none

@@ -12,6 +12,7 @@ from kinolab.dynamics import Model
 from kinolab.errors import InputError, Mistake
 from kinolab.loading.chosen_integration import steady
 from kinolab.loading.foreign_files import read_any
+from kinolab.loading.goal_regions import with_regions
 from kinolab.loading.kept_machines import ScenarioMachine, with_limits
 from kinolab.loading.state_arrays import state_arrays
 from kinolab.loading.tables import read_table
@@ -182,7 +183,7 @@ def _collect(mistakes: list[Mistake], make: Callable[[], T]) -> T | None:
 
 def _models(scenario: Scenario, machine: ScenarioMachine) -> tuple[Model, Model]:
     """Return the machine, and with the limits of inputs and references that a scenario sets."""
-    whole = machine.model()
+    whole = with_regions(scenario, machine.model())
     limits = {n: scenario.bounds[n] for n in chosen_names(whole.machine) if n in scenario.bounds}
     try:
         return whole, with_limits(whole, limits) if limits else whole

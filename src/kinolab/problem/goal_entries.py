@@ -70,6 +70,7 @@ def _entries(problem: PlanningTask, x: Array, frames: Array | None = None) -> It
     measured = [(f"turn of {one.part.name}", "rad") for one in goal.parts]
     measured += [(f"distance of {bodies[point.body].name}", "m") for point in goal.points]
     measured += [(f"angle of {bodies[axis.body].name}", "rad") for axis in goal.directions]
+    measured += [(f"distance to {bodies[one.body].name}", "") for one in goal.formulas]
     found = problem.goal_errors(x) if frames is None else goal.errors(x, frames)
     errors = np.abs(found).tolist()
     sizes = errors[len(told) :]

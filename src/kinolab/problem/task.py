@@ -197,7 +197,7 @@ class PlanningTask:
     def asks(self) -> bool:
         """Whether the goal asks for something."""
         goal = self.goal
-        return bool(goal.indices or goal.points or goal.directions or goal.parts)
+        return bool(goal.indices or goal.of_bodies or goal.parts or goal.predicate)
 
     def require_goal(self) -> None:
         """Require that the goal asks for something.
@@ -429,8 +429,11 @@ class PlanningTask:
         if miss <= MISSED_TOLERANCES * allowed or miss <= allowed + MISSED_LENGTH:
             return
         name, points = self.bodies[target.body].name, len(self.goal.points)
-        if isinstance(target, PointTarget):
-            path: tuple[str | int, ...] = ("goal", "point", k)
+        if target in self.goal.formulas:
+            path: tuple[str | int, ...] = ("goal", "region", k - placed + len(self.goal.formulas))
+            told, unit = f"has {name}", ""
+        elif isinstance(target, PointTarget):
+            path = ("goal", "point", k)
             told, unit = f"brings the point of {name} to [{_listed(target.position)}]", "m"
         else:
             path = ("goal", "direction", k - points)

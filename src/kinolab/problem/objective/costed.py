@@ -44,14 +44,15 @@ def costed(problem: PlanningTask) -> PlanningTask | None:
     content = json.dumps([model.key, COST, scenario.objective.model_dump(mode="json")])
     made = Model.described_by(content, partial(_with_cost, model, scenario))
     entry = made.state_names.index(COST)
+    shifted = partial(_shifted, entry)
     return replace(
         problem,
         machine=made.machine,
         model=made,
         whole=None,
         start=np.insert(problem.start, entry, 0.0),
-        goal=_shifted(problem.goal, entry),
-        via=tuple(_shifted(one, entry) for one in problem.via),
+        goal=problem.goal.changed(shifted),
+        via=tuple(one.changed(shifted) for one in problem.via),
         bounds=np.insert(problem.bounds, entry, (-np.inf, np.inf), axis=0),
         scales=np.insert(problem.scales, entry, 1.0),
         weights=np.insert(problem.weights, entry, 0.0),
@@ -110,6 +111,8 @@ def _with_cost(model: Model, scenario: Scenario) -> Mechanism:
     return system.changed(states=[*own, spent, *modes], flat=None)
 
 
-def _shifted(goal: Goal, entry: int) -> Goal:
+def _shifted(entry: int, goal: Goal) -> Goal:
     """Return a goal in states that have one entry more, before which nothing else moves."""
-    return replace(goal, indices=tuple(i + (i >= entry) for i in goal.indices))
+    told = goal.predicate
+    known = told and (lambda x: told(np.delete(x, entry)))
+    return replace(goal, indices=tuple(i + (i >= entry) for i in goal.indices), predicate=known)

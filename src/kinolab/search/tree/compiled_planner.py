@@ -109,7 +109,7 @@ class AbstractCompiledPlanner(AbstractTreeSearch):
         best = IncumbentImprovement(budget, seconds, problem.step, cost)
         best.bound(tree)
         sub_searches = self.beside(problem, seed, budget) if own is problem else ()
-        beside = InterleavedSearches(sub_searches)
+        beside, predicate = InterleavedSearches(sub_searches), own.goal.predicate
         truth, rounds = TrueEnds(problem), RestartRounds(self.restart_after)
         slices = TimeSlices(budget, rounds)
         own_map = problem.scenario.integration.truth == "discrete"  # no re-simulation needed
@@ -124,7 +124,9 @@ class AbstractCompiledPlanner(AbstractTreeSearch):
                 budget.show(tree.explored)
                 found = beside.advance(made, tree)
                 if ended == REACHED:
-                    found = controls_to(tree.nodes, int(tree.nodes.size[0]) - 1)
+                    last = int(tree.nodes.size[0]) - 1
+                    inside = predicate is None or predicate(tree.nodes.x[last])
+                    found = controls_to(tree.nodes, last) if inside else None
                 accepted = False
                 if found is not None and best.wants(found):
                     accepted = own_map or truth.excess(found) <= 1.0
