@@ -234,3 +234,13 @@ def test_sst_s_cost_falls_with_its_work(tmp_path: Path) -> None:
     assert None not in found
     assert found == sorted(found, key=lambda cost: -(cost or 0.0))
     assert found[-1] < found[0]
+
+
+@pytest.mark.parametrize("planner", ["sst", "ao_rrt", "kpiece_fast"])
+def test_searches_that_compare_costs_find_nothing_that_takes_too_long(
+    planner: str, tmp_path: Path
+) -> None:
+    easy = block(tmp_path, "goal.tolerance=0.2")
+    plan = easy.solve(planner, seed=11, improve=0.5, optimize=False)
+    assert plan.status == "solved"
+    assert plan.duration <= 2.0 + 1e-9
