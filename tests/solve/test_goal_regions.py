@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from kinolab.errors import EndpointError, InputError
-from kinolab.runs import check_run
+from kinolab.problem.goal_entries import goal_entries
+from kinolab.runs import check_run, read_run
 from kinolab.verification import verify
 from tests.solve.test_several_goals import HEAD, puck
 
@@ -116,3 +117,19 @@ def test_a_plan_ends_where_a_predicate_holds(tmp_path: Path, planner: str) -> No
 def test_what_is_no_function_is_no_predicate(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="Give a function of the state"):
         puck(tmp_path, REST).with_predicate(3)  # type: ignore[arg-type]
+
+
+def test_tables_within_tables_are_written_as_they_are_read(tmp_path: Path) -> None:
+    """A run has its scenario with it; the goal that is missed least is the one that is told."""
+    inner = 'region = [{ expression = "x", least = 2.0 }]\n'
+    point = 'point = [{ body = "puck", position = [1.0, 0.0, 0.0] }]\n'
+    first = "[[goal]]\ntolerance = 0.05\n" + point
+    last = f"[[goal]]\nat_rest = true\n[[goal.any_of]]\nx = -5.0\n[[goal.any_of]]\n{inner}"
+    problem = puck(tmp_path, first, last)
+    plan = problem.solve(seed=1, improve=1)
+    assert plan.status == "solved"
+    run = plan.save(tmp_path / "run")
+    assert read_run(run).problem.scenario.goals.keys() == problem.scenario.goals.keys()
+    assert check_run(run).passed
+    assert plan.trajectory is not None
+    assert all(entry.reached for entry in goal_entries(problem, plan.trajectory.x[-1]))

@@ -187,7 +187,12 @@ class Goal:
     @property
     def needs_frames(self) -> bool:
         """Whether poses of bodies matter."""
-        return any(one.of_bodies for one in self.each)
+        return bool(self.of_bodies)
+
+    @property
+    def asks_frames(self) -> bool:
+        """Whether poses of bodies decide if a state is in any of the goals."""
+        return any(one.needs_frames for one in self.each)
 
     @cached_property
     def entries(self) -> list[int]:
@@ -226,7 +231,7 @@ class Goal:
 
         Args:
             x: State, shape (nx,).
-            frames: Poses of the bodies, shape (bodies, 12); needed where ``needs_frames``.
+            frames: Poses of the bodies, shape (bodies, 12); needed where ``asks_frames``.
         """
         others = [one.error(x) for one in self.parts]
         if frames is not None:

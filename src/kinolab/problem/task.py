@@ -219,7 +219,7 @@ class PlanningTask:
         return bool(np.abs(x[nq:] / self.scales[nq:]).max(initial=0.0) <= REST)
 
     def _goal_frames(self, x: Array) -> Array | None:
-        return self.frames(x) if self.goal.needs_frames else None
+        return self.frames(x) if self.goal.asks_frames else None
 
     def limit_violations(self, x: Array) -> Iterator[tuple[str, float, float, float]]:
         """Yield (name, value, lower, upper) of every limit that a state violates."""
