@@ -32,10 +32,10 @@ EXAMPLES = [
 
 
 def tables(path: KeyPath = ()) -> list[KeyPath]:
-    """Return every table of the schema that has keys, from the top down; [[via]] has [goal]'s."""
+    """Return every table of the schema that has keys, from the top down; others have [goal]'s."""
     section = section_at(path)
     assert section is not None
-    keys = [key for key in field_names(section) if key != "via"]
+    keys = [key for key in field_names(section) if key not in ("via", "any_of")]
     below = [(*path, key) for key in keys if has_keys((*path, key))]
     named = [one for one in below if section_at(one) is not None]
     return [path, *(inner for one in named for inner in tables(one))]
