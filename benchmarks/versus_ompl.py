@@ -3,12 +3,14 @@
     python benchmarks/versus_ompl.py [--parts NAME,…] [--problems NAME,…] [--planners NAME,…]
                                      [--ompl NAME,…] [--seeds N] [--limit SECONDS] [--repeats N]
                                      [--threads N] [--build DIR] [--json FILE]
+                                     [--objective effort]
 
 Prints Markdown tables. Searches run one at a time, seed by seed, OMPL's and kinolab's in turn, so
 that both see the same machine. Every motion that either side finds is judged alike: re-simulated
 from its inputs, and looked at by exact FCL at the knots and at four places within every step.
-Ctrl-C ends it with tables of what is finished. OMPL is built with CMake from ``ompl_cpp``; where
-that cannot be done, it says what to install.
+With an objective OMPL's SST and kinolab's planners search for the whole limit, and what their
+motions cost is compared. Ctrl-C ends it with tables of what is finished. OMPL is built with CMake
+from ``ompl_cpp``; where that cannot be done, it says what to install.
 """
 
 from __future__ import annotations
@@ -25,13 +27,14 @@ from typing import Any
 from gallery import describe
 from versus import cpp, ours, tables
 from versus.beginning import Beginning, begin
+from versus.costs import Cost, cheapest, costs
 from versus.growing import Growth, grow
 from versus.runs import OMPL, OMPL_PLANNERS, PROBLEMS, Entrant, Run, entrants
 from versus.together import Throughput, run_together
 from versus.verdict import Judge
 
 PARTS = ("searches", "growth", "compilation", "together")
-NEED_OMPL = ("searches", "growth")
+NEED_OMPL = ("searches", "growth", "costs")
 PLANNERS = ("rrt_fast", "sst", "ao_rrt", "kpiece_fast")
 INTERRUPTED = 130  # the exit code
 
@@ -44,6 +47,7 @@ class Results:
     growths: list[Growth] = field(default_factory=list)
     beginnings: list[Beginning] = field(default_factory=list)
     throughputs: list[Throughput] = field(default_factory=list)
+    costs: list[Cost] = field(default_factory=list)
 
 
 def searched(baseline: cpp.Baseline, options: argparse.Namespace) -> Iterator[Run]:
@@ -77,6 +81,10 @@ def measure(baseline: cpp.Baseline | None, options: argparse.Namespace, results:
     if baseline is not None:
         seeds, built = range(1, repeats + 1), baseline
         parts["growth"] = lambda: (grow(built, problems, seeds, limit), results.growths)
+        parts["costs"] = lambda: (
+            cheapest(built, problems, options.planners, options.seeds, limit),
+            results.costs,
+        )
         parts["searches"] = lambda: (searched(built, options), results.runs)
     for part in options.parts:
         found, kept = parts[part]()
@@ -93,6 +101,9 @@ def report(results: Results, options: argparse.Namespace) -> Iterator[str]:
         yield from tables.refused(results.runs)
         yield "OMPL's time over kinolab's, of the processor, set-up and verdict included:"
         yield tables.ratios(results.runs, options.limit)
+    if results.costs:
+        yield "What the best motion costs, by effort and a tenth a second:"
+        yield costs(results.costs)
     if results.growths:
         yield "Propagations per second by nodes of the tree:"
         yield tables.rates(results.growths)
@@ -109,10 +120,10 @@ def report(results: Results, options: argparse.Namespace) -> Iterator[str]:
 def circumstances(options: argparse.Namespace, results: Results, *, interrupted: bool) -> str:
     """Return how the figures were taken, as sentences."""
     sentences = []
-    if "searches" in options.parts:
+    if {"searches", "costs"} & set(options.parts):
         text = f"Search limit {options.limit:g} s of CPU time, seeds 1 to {options.seeds}"
         sentences.append(f"{text}, one search at a time.")
-    if set(options.parts) - {"searches"}:
+    if set(options.parts) - {"searches", "costs"}:
         sentences.append(f"Other figures are medians of {options.repeats}.")
     if interrupted:
         sentences.append(f"Interrupted after {len(results.runs)} searches.")
@@ -140,6 +151,7 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--repeats", type=int, default=5, metavar="N", help="of the other parts")
     parser.add_argument("--threads", type=int, default=1, metavar="N", help="that grow a tree, too")
     parser.add_argument("--build", type=Path, metavar="DIR", help="where OMPL's side is built")
+    parser.add_argument("--objective", choices=["effort"], help="compare costs, and nothing else")
     parser.add_argument("--json", metavar="FILE", help="write all figures to a file")
     options = parser.parse_args()
     for option, known in (("parts", PARTS), ("problems", PROBLEMS), ("ompl", OMPL_PLANNERS)):
@@ -148,6 +160,8 @@ def arguments() -> argparse.Namespace:
             parser.error(f"--{option}: nothing is called {', '.join(sorted(unknown))}")
     if min(options.seeds, options.repeats, options.threads) < 1 or options.limit <= 0:
         parser.error("--seeds, --repeats, --threads and --limit must be positive")
+    if options.objective:
+        options.parts = ["costs"]
     asked = options.planners or list(PLANNERS)
     options.planners = [name for name in asked if name in planners.names()]
     for name in asked:

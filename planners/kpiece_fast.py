@@ -36,13 +36,15 @@ class KPIECEFast(AbstractCompiledPlanner):
     The cost to go of every cell is computed beforehand, around obstacles and without dynamics. Of
     several inputs the one that reaches the least cost to go is applied; where it leads if the
     machine goes straight on for a while counts, too, as it does for cells. Continues to shorter
-    motions in new trees, each below the duration of the last one, for up to ``improve`` seconds.
+    motions in new trees, each below the duration or the cost of the last one, for up to ``improve``
+    seconds.
 
     Source: Sucan, Kavraki, WAFR 2008; Plaku, Kavraki, Vardi, IEEE Transactions on Robotics 26(3),
     2010, for the cost-to-go; Hauser, Zhou, IEEE Transactions on Robotics 32(6), 2016, for trees
     below a bound.
     """
 
+    compares_costs: ClassVar[bool] = True
     name: ClassVar[str] = "kpiece_fast"
 
     cells: int = setting(40, 1, 1000, meaning="Cells along each coordinate that is divided.")

@@ -6,11 +6,14 @@
 // Prints one line of JSON: when the first motion came into the goal, and its inputs. States are one
 // real vector, each entry times its weight, which is OMPL's fastest setting. With numbers of nodes,
 // nothing is in the goal: it prints what had been spent when the tree had so many, and stops at the
-// last.
+// last. With "effort" for a planner's name prefix (effort:SST) it searches until the limit for what
+// costs least: the integral of the inputs' squares, and so much a second; states have that as a
+// seventh entry, which no distance counts.
 
 #include <ompl/base/PlannerData.h>
 #include <ompl/base/ProblemDefinition.h>
 #include <ompl/base/goals/GoalSampleableRegion.h>
+#include <ompl/base/OptimizationObjective.h>
 #include <ompl/base/spaces/RealVectorStateSpace.h>
 #include <ompl/control/PathControl.h>
 #include <ompl/control/SpaceInformation.h>
@@ -176,6 +179,32 @@ static inline void store(const double *s, ob::State *state) {
     for (int i = 0; i < 6; ++i) v[i] = s[i] * Machine::weight[i];
 }
 
+static const double PER_SECOND = 0.1;  // as in versus/costs.py
+static bool priced = false;
+
+class Space : public ob::RealVectorStateSpace {  // the cost so far, if any, is no distance
+public:
+    Space() : ob::RealVectorStateSpace(priced ? 7 : 6) {}
+    double distance(const ob::State *a, const ob::State *b) const override {
+        const double *v = a->as<StateType>()->values, *w = b->as<StateType>()->values;
+        double square = 0;
+        for (int i = 0; i < 6; ++i) square += (v[i] - w[i]) * (v[i] - w[i]);
+        return sqrt(square);
+    }
+};
+
+class Effort : public ob::OptimizationObjective {
+public:
+    explicit Effort(const ob::SpaceInformationPtr &si) : ob::OptimizationObjective(si) {}
+    ob::Cost stateCost(const ob::State *) const override { return identityCost(); }
+    ob::Cost motionCost(const ob::State *a, const ob::State *b) const override {
+        return ob::Cost(so_far(b) - so_far(a));
+    }
+    static double so_far(const ob::State *s) {
+        return s->as<ob::RealVectorStateSpace::StateType>()->values[6];
+    }
+};
+
 // ---- what happened --------------------------------------------------------------------------
 
 struct Mark {
@@ -191,7 +220,7 @@ struct Progress {
     std::vector<Mark> marks;
 
     bool over() const {
-        return sizes.empty() ? cpu_first >= 0 : marks.size() == sizes.size();
+        return priced ? false : sizes.empty() ? cpu_first >= 0 : marks.size() == sizes.size();
     }
     void asked_for_goal(bool inside) {  // planners ask once for every node that they add
         ++nodes;
@@ -219,6 +248,11 @@ public:
         rk4<Machine>(s, u, P_SUBSTEPS, duration / P_SUBSTEPS);
         Machine::go_round(s);
         store<Machine>(s, to);
+        if (!priced) return;
+        double rate = PER_SECOND;
+        for (int i = 0; i < 2; ++i) rate += pow(Machine::as_kinolab(u, i), 2);
+        to->as<ob::RealVectorStateSpace::StateType>()->values[6] =
+            from->as<ob::RealVectorStateSpace::StateType>()->values[6] + duration * rate;
     }
 };
 
@@ -341,7 +375,8 @@ template <class Machine>
 static oc::SpaceInformationPtr space_information() {
     double lower[6], upper[6];
     Machine::limits(lower, upper);
-    ob::RealVectorBounds bounds(6), inputs(2);
+    ob::RealVectorBounds bounds(priced ? 7 : 6), inputs(2);
+    if (priced) bounds.setLow(6, 0), bounds.setHigh(6, 1e9);
     for (int i = 0; i < 6; ++i) {
         bounds.setLow(i, lower[i] * Machine::weight[i]);
         bounds.setHigh(i, upper[i] * Machine::weight[i]);
@@ -350,7 +385,8 @@ static oc::SpaceInformationPtr space_information() {
         inputs.setLow(i, -Machine::input[i]);
         inputs.setHigh(i, Machine::input[i]);
     }
-    auto space = std::make_shared<ob::RealVectorStateSpace>(6);
+    std::shared_ptr<ob::RealVectorStateSpace> space = std::make_shared<Space>();
+    if (!priced) space = std::make_shared<ob::RealVectorStateSpace>(6);
     space->setBounds(bounds);
     space->registerDefaultProjection(std::make_shared<Plane<Machine>>(space));
     auto controls = std::make_shared<oc::RealVectorControlSpace>(space, 2);
@@ -384,8 +420,10 @@ static int run(const std::string &name, double limit) {
     auto question = std::make_shared<ob::ProblemDefinition>(si);
     ob::ScopedState<> start(si->getStateSpace());
     store<Machine>(Machine::start, start.get());
+    if (priced) start.get()->as<ob::RealVectorStateSpace::StateType>()->values[6] = 0;
     question->addStartState(start);
     question->setGoal(std::make_shared<Goal<Machine>>(si));
+    if (priced) question->setOptimizationObjective(std::make_shared<Effort>(si));
     auto planner = planner_named(name, si);
     planner->setProblemDefinition(question);
     planner->setup();
@@ -432,12 +470,14 @@ int main(int count, char **given) {
         fprintf(stderr, "usage: baseline <disk|crane> <planner> <seed> <limit> [nodes ...]\n");
         return 2;
     }
-    std::string problem = given[1];
+    std::string problem = given[1], name = given[2];
+    priced = name.rfind("effort:", 0) == 0;
+    if (priced) name = name.substr(7);
     ompl::RNG::setSeed(atoi(given[3]));
     ompl::msg::setLogLevel(ompl::msg::LOG_ERROR);
     for (int i = 5; i < count; ++i) progress.sizes.push_back(atol(given[i]));
-    if (problem == "disk") return run<Disk>(given[2], atof(given[4]));
-    if (problem == "crane") return run<Crane>(given[2], atof(given[4]));
+    if (problem == "disk") return run<Disk>(name, atof(given[4]));
+    if (problem == "crane") return run<Crane>(name, atof(given[4]));
     fprintf(stderr, "no problem is called %s: disk, crane\n", given[1]);
     return 2;
 }

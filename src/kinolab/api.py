@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, Self
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from kinolab.analyze.examine import Examination
     from kinolab.analyze.simulate import Policy
     from kinolab.dynamics import System
+    from kinolab.numerics.arrays import Array
     from kinolab.runs import Run
     from kinolab.search.ompl import OmplSetup
     from kinolab.solve.replanning.replanner import Replanner
@@ -221,6 +222,24 @@ class Problem(PlanningTask):
         entry = {"position": position, "rpy": rpy, **given, **of_mesh}
         named = {"name": name, **entry} if name else entry
         return self.of(loading.built(*loading.read_with_obstacle(self.scenario, named)))
+
+    def with_predicate(self, holds: Callable[[Array], bool]) -> Self:
+        """Return the problem whose goal holds only where a function of the state says so, too.
+
+        Searches end, and plans are verified, by asking it; nothing is known of where it leads. It
+        is in no file: who checks a run that was saved checks all else. ``replace`` leaves it out.
+
+        Args:
+            holds: Takes a state, shape (nx,), in the order of ``problem.model.state_names``.
+
+        Raises:
+            InputError: If it cannot be called.
+        """
+        if not callable(holds):
+            what, remedy = f"it is {holds!r}.", "Give a function of the state."
+            raise InputError([Mistake("with_predicate holds", what, remedy)])
+        goal = self.goal.changed(lambda one: replace(one, predicate=holds))
+        return replace(self, goal=goal)
 
     def solve(
         self,

@@ -542,8 +542,8 @@ def test_a_written_scenario_has_every_default() -> None:
         '[world]\nbounds = {}\nground = "none"\nclearance = 0.0\n\n'
         "[[world.obstacle]]\nbox = [1.0, 1.0, 1.0]\nposition = [0.0, 0.0, 0.0]\n"
         'rpy = [0.0, 0.0, 0.0]\nname = "box 1"\n\n[bounds]\n\n[metric]\n\n[start]\n\n'
-        '[goal]\nx = 1.0\ntolerance = 0.1\nnorm = "max"\nat_rest = false\nhold = 0.0\n'
-        'order = "written"\nreserve = 0.0\n\n'
+        '[goal]\nx = 1.0\ntolerance = 0.1\nnorm = "max"\nat_rest = false\nreserve = 0.0\n'
+        'hold = 0.0\norder = "written"\n\n'
         '[integration]\nmethod = "rk4"\nstep = 0.05\nsubsteps = 1\ntruth = "continuous"\n\n'
         '[planner]\nweights = { x = 2 }\nname = "auto"\ntime_limit = 30.0\nseed = 1\n'
         'improve = "auto"\n\n[render]\nview = "perspective"\nfollow = false\n'

@@ -10,6 +10,7 @@ from kinolab.runs import check_run
 from kinolab.simulation.reference import price, resimulate
 from kinolab.trajopt import cheapened
 from kinolab.verification import verify
+from tests.solve.test_several_goals import puck
 from tests.support import needs, problem_of
 
 BLOCK = """
@@ -184,3 +185,62 @@ def _optima(random: np.random.Generator, steps: int = 40) -> list[float]:
         except RuntimeError:
             continue
     return found
+
+
+def test_kpiece_bounds_further_trees_by_what_a_motion_costs(tmp_path: Path) -> None:
+    pushed = "\n[goal]\nx = 3.0\ny = 1.0\nat_rest = true\ntolerance = 0.2\n"
+    weighed = "[objective]\neffort = 1.0\ntime = 0.1\n"
+    problem = puck(tmp_path, pushed + weighed)
+    first, best = (
+        problem.solve("kpiece_fast", seed=11, improve=seconds, optimize=False) for seconds in (0, 1)
+    )
+    assert first.cost is not None
+    assert best.cost is not None
+    assert best.status == "solved"
+    assert best.cost < 0.9 * first.cost  # the first further motion costs a tenth less, or is none
+
+
+@pytest.mark.search
+def test_a_pendulum_is_swung_up_with_no_more_energy_than_it_has_above() -> None:
+    """No motor does less than 2 m g l; collocation by CasADi and Ipopt comes to 19.6200 J, too.
+
+    A motor that never brakes comes as near to it as one likes, if it has the time.
+    """
+    upright = {"theta": np.pi, "at_rest": True, "tolerance": 0.02}
+    problem = kinolab.load(
+        {
+            "system": "pendulum",
+            "goal": upright,
+            "objective": {"energy": 1.0, "max_time": 6.0},
+            "planner": {"improve": 8.0},
+        }
+    )
+    plan = problem.solve(seed=1)
+    assert plan.status == "solved"
+    assert plan.cost is not None
+    least = 2 * 9.81
+    assert 0.999 * least <= plan.cost <= 1.01 * least  # the tolerances take some of it
+
+
+@pytest.mark.search
+def test_sst_s_cost_falls_with_its_work(tmp_path: Path) -> None:
+    """More iterations of the same search have all motions of fewer."""
+    pushed = "\n[goal]\nx = 3.0\ny = 1.0\nat_rest = true\ntolerance = 0.2\n"
+    problem = puck(tmp_path, pushed + "[objective]\neffort = 1.0\ntime = 0.1\n")
+    found = [
+        problem.solve("sst", seed=11, improve=1e3, optimize=False, max_iterations=most).cost
+        for most in (20_000, 60_000, 180_000)
+    ]
+    assert None not in found
+    assert found == sorted(found, key=lambda cost: -(cost or 0.0))
+    assert found[-1] < found[0]
+
+
+@pytest.mark.parametrize("planner", ["sst", "ao_rrt", "kpiece_fast"])
+def test_searches_that_compare_costs_find_nothing_that_takes_too_long(
+    planner: str, tmp_path: Path
+) -> None:
+    easy = block(tmp_path, "goal.tolerance=0.2")
+    plan = easy.solve(planner, seed=11, improve=0.5, optimize=False)
+    assert plan.status == "solved"
+    assert plan.duration <= 2.0 + 1e-9

@@ -12,6 +12,7 @@ from kinolab.dynamics import Model
 from kinolab.errors import InputError, Mistake
 from kinolab.loading.chosen_integration import steady
 from kinolab.loading.foreign_files import read_any
+from kinolab.loading.goal_regions import with_regions
 from kinolab.loading.kept_machines import ScenarioMachine, with_limits
 from kinolab.loading.moving_obstacles import among_moving, among_runs, path_error
 from kinolab.loading.state_arrays import state_arrays
@@ -199,7 +200,7 @@ def _models(
 
     First as it is among them, then as it is without them.
     """
-    alone = machine.model()
+    alone = with_regions(scenario, machine.model())
     whole = among_runs(alone, scenario, load)
     whole = among_moving(whole, scenario, moving) if moving else whole
     made = [alone] if whole is alone else [whole, alone]

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from kinolab.arguments import require_numbers
 from kinolab.dynamics import Model
+from kinolab.loading.goal_regions import aim_of, name_of
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.manifolds.rotations import unit
 from kinolab.problem.goal import DirectionTarget, Goal, KeepOutCone, PartTarget, PointTarget
-from kinolab.scenario import GoalSection, Scenario, axis_vector
+from kinolab.scenario import Scenario, axis_vector
+from kinolab.scenario.schema import GoalChoice, GoalSection
 
 
 def start_of(scenario: Scenario, model: Model) -> Array:
@@ -42,13 +45,20 @@ def start_table(model: Model, x: ArrayLike) -> dict[str, float | list[float]]:
 
 
 def goal_of(section: GoalSection, model: Model, circular: NDArray[np.bool_]) -> Goal:
-    """Return the goal region, smaller than the scenario's by what is held in reserve.
+    """Return the goal region, or of several the first, which knows the others.
+
+    Each is smaller than the scenario's by what is held in reserve.
 
     Args:
         section: What was asked for.
         model: The machine.
         circular: Which entries of the state are angles on the circle, shape (nx,).
     """
+    first, *others = (_region(one, model, circular) for one in section.any_of or [section])
+    return replace(first, any_of=tuple(others))
+
+
+def _region(section: GoalChoice, model: Model, circular: NDArray[np.bool_]) -> Goal:
     kept = 1.0 - section.reserve
     values = {name: v for name, v in section.values.items() if not isinstance(v, tuple)}
     spheres = {part.name: part for part in model.space.spheres}
@@ -80,6 +90,11 @@ def goal_of(section: GoalSection, model: Model, circular: NDArray[np.bool_]) -> 
             )
             for name, value in section.values.items()
             if isinstance(value, tuple)
+        ),
+        formulas=tuple(
+            PointTarget(bodies.index(name_of(one)), (0.0, 0.0, 0.0), (aim, 0.0, 0.0), kept * reach)
+            for one in section.region
+            for aim, reach in [aim_of(one)]
         ),
         norm=section.norm,
     )

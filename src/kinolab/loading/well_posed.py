@@ -146,7 +146,7 @@ def endpoint_issues(scenario: Scenario, model: Model) -> Iterator[Issue]:
     free = ", ".join(model.velocity_names)
     modes = {model.state_names[-1]: model.machine.modes} if model.machine.modes else {}
     sections: dict[KeyPath, Any] = {("start",): scenario.start}
-    sections |= {place: goal.values for place, goal in scenario.goals.items()}
+    sections |= {place: goal.values for place, goal in scenario.goal_tables.items()}
     for section, values in sections.items():
         for name, value in values.items():
             if isinstance(value, tuple) and name not in spheres:
@@ -160,7 +160,7 @@ def endpoint_issues(scenario: Scenario, model: Model) -> Iterator[Issue]:
                 what = f"{value} is no mode of {model.machine.name}."
                 yield Issue((*section, name), what, f"Give {', '.join(named)}.")
     tables = sections | {("metric",): scenario.metric}
-    for place, goal in scenario.goals.items():
+    for place, goal in scenario.goal_tables.items():
         tables[*place, "tolerance"] = goal.tolerance if isinstance(goal.tolerance, dict) else {}
     for place, table in tables.items():
         for name in table:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Literal, TypeAlias
@@ -150,8 +151,11 @@ class Goal:
         points: Targets of points.
         directions: Targets of axes.
         parts: Targets of coordinates that are unit vectors, such as attitudes.
+        formulas: Targets of formulas, each the place along x of a frame without a body.
         norm: What counts of all deviations as shares of their tolerances: the largest, their sum,
             or the root of the sum of their squares.
+        any_of: Further goals, of which a motion may end in any instead; who searches takes one.
+        predicate: What else must hold of a state (nx,) inside.
     """
 
     indices: tuple[int, ...]
@@ -161,7 +165,20 @@ class Goal:
     points: tuple[PointTarget, ...] = ()
     directions: tuple[DirectionTarget, ...] = ()
     parts: tuple[PartTarget, ...] = ()
+    formulas: tuple[PointTarget, ...] = ()
     norm: Norm = "max"
+    any_of: tuple[Goal, ...] = ()
+    predicate: Callable[[Array], bool] | None = None
+
+    @property
+    def each(self) -> tuple[Goal, ...]:
+        """The goals of which a motion may end in any; itself where there is one."""
+        return (replace(self, any_of=()), *self.any_of)
+
+    def changed(self, change: Callable[[Goal], Goal]) -> Goal:
+        """Return the goal with a change of each of those of which a motion may end in any."""
+        first, *others = map(change, self.each)
+        return replace(first, any_of=tuple(others))
 
     def at_rest(self, speeds: NDArray[np.int64]) -> Goal:
         """Return the same goal, in which the machine rests.
@@ -187,7 +204,12 @@ class Goal:
     @property
     def needs_frames(self) -> bool:
         """Whether poses of bodies matter."""
-        return bool(self.points or self.directions)
+        return bool(self.of_bodies)
+
+    @property
+    def asks_frames(self) -> bool:
+        """Whether poses of bodies decide if a state is in any of the goals."""
+        return any(one.needs_frames for one in self.each)
 
     @cached_property
     def entries(self) -> list[int]:
@@ -209,8 +231,8 @@ class Goal:
 
     @property
     def of_bodies(self) -> tuple[PointTarget | DirectionTarget, ...]:
-        """Targets of points, then of axes."""
-        return (*self.points, *self.directions)
+        """Targets of points, then of axes and of formulas."""
+        return (*self.points, *self.directions, *self.formulas)
 
     @cached_property
     def error_tolerances(self) -> Array:
@@ -222,11 +244,11 @@ class Goal:
         """Return how far a state is from every target, each in its SI unit, shape (errors,).
 
         In order: the deviations of named entries, turns of attitudes in [rad], distances of points
-        in [m], angles of axes in [rad].
+        in [m], angles of axes in [rad], and of formulas in their own units.
 
         Args:
             x: State, shape (nx,).
-            frames: Poses of the bodies, shape (bodies, 12); needed where ``needs_frames``.
+            frames: Poses of the bodies, shape (bodies, 12); needed where ``asks_frames``.
         """
         others = [one.error(x) for one in self.parts]
         if frames is not None:
@@ -247,9 +269,18 @@ class Goal:
     def excess(self, x: Array, frames: Array | None = None) -> float:
         """Return how far outside the goal a state is, in tolerances: at most 1 inside.
 
-        Each error is a fraction of its tolerance; ``norm`` says how they count. Arguments as for
-        ``errors``.
+        Each error is a fraction of its tolerance; ``norm`` says how they count. Where a predicate
+        does not hold, it is a tolerance farther, and outside. Arguments as for ``errors``.
         """
+        if self.any_of:
+            return min(one.excess(x, frames) for one in self.each)
+        far = self._share(x, frames)
+        if self.predicate is None or self.predicate(x):
+            return far
+        return 1.0 + max(1.0, far)
+
+    def _share(self, x: Array, frames: Array | None) -> float:
+        """Return how large all errors are, as ``norm`` counts them."""
         fractions = np.abs(self.errors(x, frames)) / self.error_tolerances
         if self.norm == "euclidean":
             return float(np.linalg.norm(fractions))

@@ -60,7 +60,12 @@ def goal_entries(
 
 
 def _entries(problem: PlanningTask, x: Array, frames: Array | None = None) -> Iterator[GoalEntry]:
-    goal, model, bodies = problem.goal, problem.model, problem.bodies
+    model, bodies, frames = (
+        problem.model,
+        problem.bodies,
+        problem.frames(x) if frames is None else frames,
+    )
+    goal = min(problem.goal.each, key=lambda one: one.excess(x, frames))
     units = state_units(model)
     values = np.where(problem.circular, wrapped(x), x)
     told = [
@@ -70,7 +75,8 @@ def _entries(problem: PlanningTask, x: Array, frames: Array | None = None) -> It
     measured = [(f"turn of {one.part.name}", "rad") for one in goal.parts]
     measured += [(f"distance of {bodies[point.body].name}", "m") for point in goal.points]
     measured += [(f"angle of {bodies[axis.body].name}", "rad") for axis in goal.directions]
-    found = problem.goal_errors(x) if frames is None else goal.errors(x, frames)
+    measured += [(f"distance to {bodies[one.body].name}", "") for one in goal.formulas]
+    found = goal.errors(x, frames)
     errors = np.abs(found).tolist()
     sizes = errors[len(told) :]
     told += [(name, size, 0.0, unit) for (name, unit), size in zip(measured, sizes, strict=True)]

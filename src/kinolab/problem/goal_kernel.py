@@ -46,6 +46,7 @@ def goal_arrays(goal: Goal) -> GoalArrays:
         values = [getattr(thing, name) for thing in things]
         return np.array(values, dtype=dtype).reshape(-1, *width)
 
+    points = (*goal.points, *goal.formulas)
     return GoalArrays(
         entry=np.array(goal.indices, dtype=np.int64),
         target=np.ascontiguousarray(goal.targets, dtype=float),
@@ -54,10 +55,10 @@ def goal_arrays(goal: Goal) -> GoalArrays:
         sphere=sphere_table([one.part for one in goal.parts]),
         vector=np.array([(*one.target, 0.0)[:4] for one in goal.parts]).reshape(-1, 4),
         angle=column(goal.parts, "tolerance"),
-        point_body=column(goal.points, "body", dtype=np.int64),
-        point_at=column(goal.points, "at", 3),
-        point_target=column(goal.points, "position", 3),
-        point_tolerance=column(goal.points, "tolerance"),
+        point_body=column(points, "body", dtype=np.int64),
+        point_at=column(points, "at", 3),
+        point_target=column(points, "position", 3),
+        point_tolerance=column(points, "tolerance"),
         axis_body=column(goal.directions, "body", dtype=np.int64),
         axis=column(goal.directions, "axis", 3),
         axis_target=column(goal.directions, "target", 3),

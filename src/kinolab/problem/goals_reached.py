@@ -15,8 +15,8 @@ SAME_TIME = 1e-9  # [s]: rounding of sums of steps
 
 
 def in_legs(problem: PlanningTask) -> bool:
-    """Whether there are goals on the way, or one in which the machine stays."""
-    return bool(problem.via or problem.scenario.goal.hold)
+    """Whether there are goals on the way, of which any will do, or in which the machine stays."""
+    return bool(problem.via or problem.goal.any_of or problem.scenario.goal.hold)
 
 
 def each_goal(problem: PlanningTask) -> list[PlanningTask]:
@@ -27,6 +27,13 @@ def each_goal(problem: PlanningTask) -> list[PlanningTask]:
         scenario = problem.scenario.model_copy(update={"via": (), "goal": alone})
         found.append(replace(problem, goal=goal, via=(), scenario=scenario))
     return found
+
+
+def ends(problem: PlanningTask) -> list[PlanningTask]:
+    """Return the problem with each goal alone of those of which a motion may end in any."""
+    any_order = problem.via and problem.scenario.goal.order == "any"
+    last = each_goal(problem) if any_order else [problem]
+    return [replace(one, goal=goal) for one in last for goal in one.goal.each]
 
 
 def goals_reached(problem: PlanningTask, t: Array, x: Array) -> list[float]:

@@ -49,7 +49,8 @@ def reaching(
         J = _jacobian(model, goal, reached[rows]) * widths
         A = J @ J.swapaxes(1, 2)
         size = np.trace(A, axis1=1, axis2=2)[:, None, None]
-        damped = A + (DAMPING * size + np.finfo(float).tiny) * np.eye(A.shape[1])
+        # Where nothing changes any gap, as a formula's at its extremum, no step is made.
+        damped = A + np.where(size > 0.0, DAMPING * size, 1.0) * np.eye(A.shape[1])
         step = -(J.swapaxes(1, 2) @ np.linalg.solve(damped, gap[..., None]))[..., 0]
         longest = np.abs(step).max(axis=1, keepdims=True)
         step *= widths * np.minimum(1.0, MAX_STEP / np.maximum(longest, MAX_STEP))
@@ -62,7 +63,8 @@ def _gap(model: Model, goal: Goal, x: Array, offsets: Array) -> Array:
     """Return how far points and axes are from where they are wanted, shape (n, 3 targets)."""
     frames = model.frames(x)
     points = [target.offset(frames) - offsets[:, k] for k, target in enumerate(goal.points)]
-    return np.concatenate([*points, *(axis.offset(frames) for axis in goal.directions)], axis=1)
+    others = (one.offset(frames) for one in goal.of_bodies[len(points) :])
+    return np.concatenate([*points, *others], axis=1)
 
 
 def _jacobian(model: Model, goal: Goal, x: Array) -> Array:

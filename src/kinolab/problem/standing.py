@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import lru_cache, partial
 from typing import TYPE_CHECKING, TypeVar
@@ -142,24 +142,36 @@ def with_machine(problem: PlanningTask, whole: Model, model: Model) -> PlanningT
 
 def _goal(problem: PlanningTask, goal: Goal, model: Model) -> Goal:
     """Return what is left of a goal for another machine."""
-    states = problem.model.state_names
-    kept = [k for k, i in enumerate(goal.indices) if states[i] in model.state_names]
+    states, whole = problem.model.state_names, problem.start
+    there = [(k, states.index(n)) for k, n in enumerate(model.state_names) if n in states]
+    own, before = map(list, zip(*there, strict=True))
     spheres = {part.name: part for part in model.space.spheres}
 
-    return replace(
-        goal,
-        indices=tuple(model.state_names.index(states[goal.indices[k]]) for k in kept),
-        targets=goal.targets[kept],
-        tolerances=goal.tolerances[kept],
-        circular=goal.circular[kept],
-        points=_placed(problem, goal.points, model),
-        directions=_placed(problem, goal.directions, model),
-        parts=tuple(
-            replace(one, part=spheres[one.part.name])
-            for one in goal.parts
-            if one.part.name in spheres
-        ),
-    )
+    def holds(told: Callable[[Array], bool], x: Array) -> bool:
+        known = whole.copy()
+        known[before] = x[own]
+        return told(known)
+
+    def changed(one: Goal) -> Goal:
+        kept = [k for k, i in enumerate(one.indices) if states[i] in model.state_names]
+        return replace(
+            one,
+            indices=tuple(model.state_names.index(states[one.indices[k]]) for k in kept),
+            targets=one.targets[kept],
+            tolerances=one.tolerances[kept],
+            circular=one.circular[kept],
+            points=_placed(problem, one.points, model),
+            directions=_placed(problem, one.directions, model),
+            formulas=_placed(problem, one.formulas, model),
+            parts=tuple(
+                replace(target, part=spheres[target.part.name])
+                for target in one.parts
+                if target.part.name in spheres
+            ),
+            predicate=one.predicate and partial(holds, one.predicate),
+        )
+
+    return goal.changed(changed)
 
 
 def _placed(problem: PlanningTask, targets: tuple[OfBody, ...], model: Model) -> tuple[OfBody, ...]:

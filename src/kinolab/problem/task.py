@@ -210,7 +210,7 @@ class PlanningTask:
     def asks(self) -> bool:
         """Whether the goal asks for something."""
         goal = self.goal
-        return bool(goal.indices or goal.points or goal.directions or goal.parts)
+        return bool(goal.indices or goal.of_bodies or goal.parts or goal.predicate)
 
     def require_goal(self) -> None:
         """Require that the goal asks for something.
@@ -232,7 +232,7 @@ class PlanningTask:
         return bool(np.abs(x[nq:] / self.scales[nq:]).max(initial=0.0) <= REST)
 
     def _goal_frames(self, x: Array) -> Array | None:
-        return self.frames(x) if self.goal.needs_frames else None
+        return self.frames(x) if self.goal.asks_frames else None
 
     def limit_violations(self, x: Array) -> Iterator[tuple[str, float, float, float]]:
         """Yield (name, value, lower, upper) of every limit that a state violates."""
@@ -442,8 +442,11 @@ class PlanningTask:
         if miss <= MISSED_TOLERANCES * allowed or miss <= allowed + MISSED_LENGTH:
             return
         name, points = self.bodies[target.body].name, len(self.goal.points)
-        if isinstance(target, PointTarget):
-            path: tuple[str | int, ...] = ("goal", "point", k)
+        if target in self.goal.formulas:
+            path: tuple[str | int, ...] = ("goal", "region", k - placed + len(self.goal.formulas))
+            told, unit = f"has {name}", ""
+        elif isinstance(target, PointTarget):
+            path = ("goal", "point", k)
             told, unit = f"brings the point of {name} to [{_listed(target.position)}]", "m"
         else:
             path = ("goal", "direction", k - points)

@@ -30,7 +30,7 @@ def check_names(
         *_unknown(("metric",), scenario.metric, state),
         *_unknown(("start",), scenario.start, state),
     ]
-    for place, goal in scenario.goals.items():
+    for place, goal in scenario.goal_tables.items():
         issues += _unknown(place, goal.values, [*state, *keys_of(GoalSection)])
         tolerances = goal.tolerance if isinstance(goal.tolerance, dict) else {}
         begun = {k for k in tolerances if k.endswith(ALL) and any(s.startswith(k[:-1]) for s in state)}
@@ -72,7 +72,7 @@ def _written_angles(scenario: Scenario) -> Iterator[tuple[KeyPath, WrittenAngle]
         ("bounds",): scenario.bounds,
         ("start",): scenario.start,
     }
-    for path, goal in scenario.goals.items():
+    for path, goal in scenario.goal_tables.items():
         tables[path] = goal.values
         tables[*path, "tolerance"] = goal.tolerance if isinstance(goal.tolerance, dict) else {}
     for place, table in tables.items():
@@ -93,7 +93,7 @@ def _unknown(
 def _bodies(scenario: Scenario) -> list[tuple[KeyPath, str]]:
     """Every mention of a body, and where it stands."""
     lists: list[tuple[KeyPath, tuple[PointGoal | DirectionGoal | KeepOut, ...]]] = []
-    for path, goal in scenario.goals.items():
+    for path, goal in scenario.goal_tables.items():
         lists += [((*path, "point"), goal.point), ((*path, "direction"), goal.direction)]
     lists.append((("keep_out",), scenario.keep_out))
     named = [

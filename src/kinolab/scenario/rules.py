@@ -6,7 +6,7 @@ They work on what the user gave, so that they also speak up where some other key
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Literal, get_args
 
@@ -37,6 +37,9 @@ def document_issues(document: Mapping[str, object]) -> list[Issue]:
     )
     entries = world.get("obstacle")
     obstacles = [_table(entry) for entry in entries] if isinstance(entries, list) else []
+    via = document.get("via")
+    goals: dict[KeyPath, object] = {("goal",): document.get("goal")}
+    goals |= {("via", k): one for k, one in enumerate(via if isinstance(via, list) else [])}
     found: list[tuple[KeyPath, list[Issue]]] = [
         (("system",), system_issues(system, system.get("file")) if "system" in document else []),
         *((("world", "obstacle", k), obstacle_issues(one)) for k, one in enumerate(obstacles)),
@@ -47,6 +50,7 @@ def document_issues(document: Mapping[str, object]) -> list[Issue]:
         ),
         (("world", "obstacle"), name_issues([one.get("name") for one in obstacles])),
         (("objective",), objective_issues(objective) if "objective" in document else []),
+        *((at, region_issues(one)) for at, one in _regions(goals)),
         (("integration",), integration_issues(integration)),
         (("planner",), planner_issues(planner)),
     ]
@@ -68,6 +72,30 @@ def objective_issues(given: Mapping[str, object]) -> list[Issue]:
     if costs == ["effort"] and "max_time" not in given:
         what = "effort alone becomes less the longer a motion takes, without end."
         return [Issue(("effort",), what, "Write max_time = 10.0 [s], or time = 0.1, too.")]
+    return []
+
+
+def _regions(goals: Mapping[KeyPath, object]) -> Iterator[tuple[KeyPath, Mapping[str, object]]]:
+    """Yield the regions of goals, and of those of which any will do, with their places."""
+    for at, goal in goals.items():
+        for key in ("region", "any_of"):
+            rows = _table(goal).get(key)
+            placed = {
+                (*at, key, k): row for k, row in enumerate(rows if isinstance(rows, list) else [])
+            }
+            if key == "any_of":
+                yield from _regions(placed)
+            else:
+                yield from ((place, _table(row)) for place, row in placed.items())
+
+
+def region_issues(given: Mapping[str, object]) -> list[Issue]:
+    """A region has a limit, and room between two."""
+    least, most = given.get("least"), given.get("most")
+    if least is None and most is None:
+        return [Issue((), "nothing limits its formula.", "Write least = 1.0, or most = 2.0.")]
+    if isinstance(least, int | float) and isinstance(most, int | float) and not least < most:
+        return [Issue(("most",), f"{most:g} is not above least, {least:g}.", "Exchange them.")]
     return []
 
 

@@ -59,6 +59,7 @@ from kinolab.scenario.values import (
     Poses,
     Position,
     Positive,
+    RegionTolerance,
     RollPitchYaw,
     RunFolder,
     Scale,
@@ -231,8 +232,22 @@ class DirectionGoal(Section):
     tolerance: DirectionTolerance = TOLERANCE
 
 
-class GoalSection(Section):
-    """``[goal]``: the values that coordinates and rates reach; what is left out is free."""
+class RegionGoal(Section):
+    """``[[goal.region]]``: a formula of coordinates is within limits."""
+
+    expression: Text
+    least: Number | None = None
+    most: Number | None = None
+    tolerance: RegionTolerance = TOLERANCE  # how far inside a limit a plan aims
+
+    @model_validator(mode="after")
+    def _limited(self) -> Self:
+        _obey(rules.region_issues({key: getattr(self, key) for key in _given(self)}))
+        return self
+
+
+class GoalChoice(Section):
+    """``[[goal.any_of]]``: values that coordinates and rates reach; what is left out is free."""
 
     model_config = ConfigDict(extra="allow")
     __pydantic_extra__: dict[str, Coordinate] = Field(init=False)
@@ -241,13 +256,12 @@ class GoalSection(Section):
     tolerance: Tolerance = TOLERANCE  # in the units of the coordinates; [m] and [rad]
     norm: Literal["max", "sum", "euclidean"] = "max"  # of all shares of tolerances
     at_rest: AtRest = False  # or the names of those machines, of several, that shall be
-    hold: NotNegative = 0.0  # [s] for which the machine stays there
-    order: Literal["written", "any"] = "written"  # in which [[via]] and this one are reached
     reserve: Annotated[
         float, Field(ge=0, lt=1, allow_inf_nan=False), Wanted("a share, 0 or more, below 1")
     ] = 0.0  # of every tolerance: what a plan leaves to those who carry it out
     point: Annotated[Tables[PointGoal], Wanted("a list of [[goal.point]] tables")] = ()
     direction: Annotated[Tables[DirectionGoal], Wanted("a list of [[goal.direction]] tables")] = ()
+    region: Annotated[Tables[RegionGoal], Wanted("a list of [[goal.region]] tables")] = ()
 
     def tolerance_of(self, name: str) -> float:
         """The tolerance of a coordinate or rate, in its own unit."""
@@ -268,6 +282,27 @@ class GoalSection(Section):
     def values(self) -> dict[str, Coordinate]:
         """The free keys: a number, or a quaternion x, y, z, w, per coordinate or rate."""
         return dict(self.__pydantic_extra__)
+
+
+class GoalSection(GoalChoice):
+    """``[goal]``: where the motion ends, or one of several places."""
+
+    hold: NotNegative = 0.0  # [s] for which the machine stays there
+    order: Literal["written", "any"] = "written"  # in which [[via]] and this one are reached
+    any_of: Annotated[Tables[GoalChoice], Wanted("a list of [[goal.any_of]] tables")] = ()
+
+    @model_validator(mode="after")
+    def _asked_of_all(self) -> Self:
+        """Let each goal of which any will do ask what is asked of all."""
+        own = {"hold", "order", "any_of"}
+        shared = {key: getattr(self, key) for key in self.model_fields_set - own}
+        vars(self)["any_of"] = tuple(
+            one.model_copy(
+                update={k: v for k, v in shared.items() if k not in one.model_fields_set}
+            )
+            for one in self.any_of
+        )
+        return self
 
 
 class ObjectiveSection(Section):
@@ -431,6 +466,13 @@ class Scenario(Section):
         """What is to be reached, by where it stands: what lies on the way, and then the end."""
         on_the_way: dict[KeyPath, GoalSection] = {("via", k): g for k, g in enumerate(self.via)}
         return {**on_the_way, ("goal",): self.goal}
+
+    @property
+    def goal_tables(self) -> dict[KeyPath, GoalChoice]:
+        """All tables that say where a motion goes, by where they stand."""
+        goals = self.goals.items()
+        any_of = {(*at, "any_of", k): o for at, g in goals for k, o in enumerate(g.any_of)}
+        return {**self.goals, **any_of}
 
     @property
     def folder(self) -> Path:

@@ -362,6 +362,9 @@ PerJoint = Annotated[
     _either(NUMBER_TAG, dict, TABLE_TAG),
     Wanted("a positive number, or a table with one for each joint"),
 ]
+RegionTolerance = Annotated[
+    float, Field(ge=LEAST_TOLERANCE), Wanted(f"a number of at least {LEAST_TOLERANCE:g}")
+]
 PointTolerance = Annotated[
     float, Field(ge=LEAST_TOLERANCE), Wanted(f"a number of at least {LEAST_TOLERANCE:g} [m]")
 ]

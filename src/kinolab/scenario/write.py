@@ -23,16 +23,14 @@ def write_scenario(scenario: Scenario) -> str:
 
 def _blocks(path: str, value: object) -> Iterator[str]:
     """One block per table: the section itself, then the tables and lists of tables in it."""
-    if isinstance(value, tuple):
-        for entry in value:
-            yield "\n".join([f"[[{path}]]", *_lines(_entries(entry))])
-        return
-    entries = _entries(value)
-    own = [(key, item) for key, item in entries if not _is_nested(item)]
-    yield "\n".join([f"[{path}]", *_lines(own)])
-    for key, item in entries:
-        if _is_nested(item):
-            yield from _blocks(f"{path}.{key}", item)
+    several = isinstance(value, tuple)
+    for one in value if isinstance(value, tuple) else (value,):
+        entries = _entries(one)
+        own = [(key, item) for key, item in entries if not _is_nested(item)]
+        yield "\n".join([f"[[{path}]]" if several else f"[{path}]", *_lines(own)])
+        for key, item in entries:
+            if _is_nested(item):
+                yield from _blocks(f"{path}.{key}", item)
 
 
 def _entries(value: object) -> list[tuple[str, object]]:

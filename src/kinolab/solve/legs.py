@@ -12,13 +12,15 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from itertools import combinations
 
 import numpy as np
 
 from kinolab.errors import EndpointError, Mistake
 from kinolab.problem import PlanningTask
-from kinolab.problem.goals_reached import each_goal
+from kinolab.problem.goal import Goal
+from kinolab.problem.goals_reached import each_goal, ends
 from kinolab.problem.static_holding import static_holding
 from kinolab.problem.time_steps import covering_steps
 from kinolab.scenario import place_at
@@ -53,12 +55,15 @@ def solved_in_legs(problem: PlanningTask, solve: Solve, glance: Solve) -> PlanRe
     before: PlanningTask | None = None
     for k in order:
         leg = legs[k] if not motions else replace(legs[k], start=motions[-1].x[-1])
+        leg = _nearest_end(leg, glance)
         found = solve(leg)
         if found.status != "solved" and before is not None and not leg.rests(leg.start):
-            slower = solve(replace(before, goal=before.goal.at_rest(before.model.speeds)))  # it may have come too fast to where it turns
+            resting = before.goal.changed(partial(Goal.at_rest, speeds=before.model.speeds))
+            slower = solve(replace(before, goal=resting))  # it may have come too fast to its turn
             if slower.status == "solved" and slower.trajectory is not None:
                 made[-1], motions[-1] = slower, slower.trajectory
                 leg = replace(legs[k], start=motions[-1].x[-1])
+                leg = _nearest_end(leg, glance)
                 found = solve(leg)
         made.append(found)
         if found.status != "solved" or found.trajectory is None:
@@ -79,17 +84,36 @@ def _require_possible(
     """Raise where the start or a goal is impossible, with all mistakes, each at its goal."""
     mistakes: dict[Mistake, None] = {}
     for leg, place in zip(legs, places, strict=True):
-        try:
-            leg.check_endpoints()
-        except EndpointError as error:
-            own, here = (
-                place_at(("goal",), problem.scenario.origin),
-                place_at(place, problem.scenario.origin),
-            )
-            told = (replace(one, where=one.where.replace(own, here)) for one in error.mistakes)
-            mistakes |= dict.fromkeys(told)
+        own, here = (place_at(at, problem.scenario.origin) for at in (("goal",), place))
+        wrong = [_impossible(one) for one in ends(leg)]
+        told = [replace(m, where=m.where.replace(own, here)) for one in wrong for m in one]
+        mistakes |= dict.fromkeys(told if all(wrong) else [])
     if mistakes:
         raise EndpointError(list(mistakes))
+
+
+def _impossible(leg: PlanningTask) -> Sequence[Mistake]:
+    """Return what makes the start or the goal impossible."""
+    try:
+        leg.check_endpoints()
+    except EndpointError as error:
+        return error.mistakes
+    return ()
+
+
+def _nearest_end(leg: PlanningTask, glance: Solve) -> PlanningTask:
+    """Return the problem with that goal alone, of those of which any will do, that costs least."""
+    each = ends(leg)
+    return each[0] if len(each) == 1 else min(each, key=lambda one: _cost(one, glance))
+
+
+def _cost(leg: PlanningTask, glance: Solve) -> float:
+    """Return what a leg costs, planned with little work; infinity where no plan is found."""
+    try:
+        found = glance(leg)
+    except EndpointError:  # what the goal leaves free does not fit
+        return math.inf
+    return found.cost or 0.0 if found.status == "solved" else math.inf
 
 
 def _joined(problem: PlanningTask, motions: Sequence[Trajectory]) -> Trajectory:
@@ -124,16 +148,9 @@ def _shortest_order(legs: Sequence[PlanningTask], glance: Solve) -> list[int]:
     n = len(legs)
     starts = [leg.goal.centre(leg.start) for leg in legs]
 
-    def cost(leg: PlanningTask) -> float:
-        try:
-            found = glance(leg)
-        except EndpointError:  # what the goal leaves free does not fit
-            return math.inf
-        return found.cost or 0.0 if found.status == "solved" else math.inf
-
-    first = [cost(leg) for leg in legs]
+    first = [_cost(leg, glance) for leg in legs]
     between = [
-        [0.0 if i == k else cost(replace(legs[k], start=starts[i])) for k in range(n)]
+        [0.0 if i == k else _cost(replace(legs[k], start=starts[i]), glance) for k in range(n)]
         for i in range(n)
     ]
     best = {(frozenset([k]), k): (first[k], [k]) for k in range(n)}
@@ -156,7 +173,7 @@ def _whole(problem: PlanningTask, made: Sequence[PlanResult], motion: Trajectory
         return replace(_added(made), status=REFUSED, trajectory=motion, message=str(error))
     certificate = verify(problem, true)
     solved, last = certificate.passed, made[-1]
-    end = min(each_goal(problem), key=lambda one: one.goal_excess(true.x[-1]))
+    end = min(ends(problem), key=lambda one: one.goal_excess(true.x[-1]))
     plan = replace(
         _added(made),
         status="solved" if solved else REFUSED,

@@ -48,6 +48,8 @@ def sequential_runs(
     cheapening = None
     if timed is not problem:  # a quick plan is but a beginning, and told to nobody
         improving.on_improved = None
+        # On a busy computer being quick may take all of the time, and must not.
+        improving.request = replace(request, time_limit=0.5 * request.time_limit)
         cheapening = Cheapening(problem, timed, searcher, request, lambda: clock.elapsed, better)
     budget: Budget | None = None
     last: Budget | None = None

@@ -21,7 +21,7 @@ class CheckConditions:
         scales: Of the entries of the state: differences are small beside them.
         parameters: Of the machine, those that the scenario sets.
         bounds: Limits of inputs, coordinates and rates that the scenario sets, lower and upper.
-        requirements: Names of what the machine demands of a plan.
+        requirements: Names of what the machine demands of a plan, and a goal by a predicate.
     """
 
     truth: str
@@ -38,6 +38,7 @@ class CheckConditions:
     def of(cls, problem: PlanningTask) -> CheckConditions:
         """Return the conditions of a problem."""
         scenario = problem.scenario
+        asked = () if problem.goal.predicate is None else ("a predicate of the goal's end",)
         tolerances = zip(_targets(problem), problem.goal.error_tolerances.tolist(), strict=True)
         return cls(
             truth=scenario.integration.truth,
@@ -48,7 +49,7 @@ class CheckConditions:
             scales=dict(zip(problem.model.state_names, problem.scales.tolist(), strict=True)),
             parameters=dict(scenario.system.parameters),
             bounds=dict(scenario.bounds),
-            requirements=tuple(one.name for one in problem.machine.requirements),
+            requirements=(*(r.name for r in problem.machine.requirements), *asked),
         )
 
     def __str__(self) -> str:
@@ -83,3 +84,4 @@ def _targets(problem: PlanningTask) -> Iterator[str]:
         yield f"point {k} ({bodies[point.body].name})"
     for k, direction in enumerate(goal.directions, start=1):
         yield f"direction {k} ({bodies[direction.body].name})"
+    yield from (bodies[one.body].name for one in goal.formulas)

@@ -123,3 +123,17 @@ def test_planners_of_omplapp_join_poses_by_curves(space: str, tmp_path: Path) ->
     assert problem.scenario.planner.name == "auto"
     assert curvature_car(problem) is not None
     assert any("--planner kpiece drives at random" in note for note in problem.notes)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_the_way_that_costs_least_by_its_length_is_reeds_and_shepp_s(seed: int) -> None:
+    x, y, psi = np.random.default_rng(100 + seed).uniform(-3, 3, 3).tolist()
+    problem = load(
+        car(PACE),
+        goal={"x": x, "y": y, "psi": psi, "tolerance": 0.01},
+        objective={"length": {"hull": 1.0}},
+    )
+    plan = problem.solve(seed=1, improve=0)
+    assert plan.status == "solved"
+    least = oracle.reeds_shepp_length((0.0, 0.0, 0.0), (x, y, psi), RADIUS)
+    assert plan.cost == pytest.approx(least, rel=0.01)

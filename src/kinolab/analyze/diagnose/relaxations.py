@@ -72,6 +72,7 @@ def _wider_goal(goal: Goal) -> Goal:
         goal,
         tolerances=TOLERANCE_FACTOR * goal.tolerances,
         points=tuple(replace(p, tolerance=TOLERANCE_FACTOR * p.tolerance) for p in goal.points),
+        formulas=tuple(replace(p, tolerance=TOLERANCE_FACTOR * p.tolerance) for p in goal.formulas),
         directions=tuple(replace(d, tolerance=_turn(d.tolerance)) for d in goal.directions),
         parts=tuple(replace(part, tolerance=_turn(part.tolerance)) for part in goal.parts),
     )

@@ -94,7 +94,7 @@ class RunMonitor:
     def goal_excess(self, x: Array, parameters: dict[str, float]) -> float:
         """Return the goal error at a state (nx,), in tolerances of the plan."""
         goal, model = self._problem.goal, self._problem.model
-        return goal.excess(x, model.frames(x, **parameters) if goal.needs_frames else None)
+        return goal.excess(x, model.frames(x, **parameters) if goal.asks_frames else None)
 
     def missed(self, x: Array, t: float, step: int, parameters: dict[str, float]) -> Failure:
         """Return which of the goal's entries are outside at the state (nx,) that came nearest.
@@ -102,7 +102,7 @@ class RunMonitor:
         Its cause is the one that is farthest outside.
         """
         problem, goal = self._problem, self._problem.goal
-        frames = problem.model.frames(x, **parameters) if goal.needs_frames else None
+        frames = problem.model.frames(x, **parameters) if goal.asks_frames else None
         entries = [
             replace(entry, tolerance=self.enough * entry.tolerance)
             for entry in goal_entries(problem, x, frames)

@@ -23,16 +23,17 @@ class GoalErrors:
         self._problem, self._reach, goal = problem, float(reach), problem.goal
         self._goal, self._x = Record(goal_arrays(goal)), np.zeros(problem.model.nx)
         self._errors = np.zeros(len(goal.indices) + len(goal.parts))
-        self.size = len(self._errors) + goal.needs_frames
+        self._whole = goal.needs_frames or goal.predicate is not None
+        self.size = len(self._errors) + self._whole
 
     def fractions(self, values: Sequence[float]) -> list[float] | None:
         """Return one normalised error per tolerance; None if one of them is out of reach.
 
-        Those of lengths, angles and rates are signed. All points and axes share one.
+        Those of lengths, angles and rates are signed. All others share one.
         """
         self._x[:] = values
         if not state_fractions(self._goal, self._x, self._reach, self._errors):
             return None
-        placed = [self._problem.goal_excess(self._x)] if self._problem.goal.needs_frames else []
+        placed = [self._problem.goal_excess(self._x)] if self._whole else []
         near = all(fraction <= self._reach for fraction in placed)
         return [*self._errors.tolist(), *placed] if near else None

@@ -16,6 +16,7 @@ from kinolab.dynamics.codegen.methods import METHODS
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.work import charge, in_whole_ticks
 from kinolab.problem import PlanningTask
+from kinolab.problem.goals_reached import SAME_TIME
 from kinolab.problem.objective.costed import costed
 from kinolab.problem.time_steps import covering_steps
 from kinolab.scenario import improvement_seconds
@@ -101,15 +102,16 @@ class AbstractCompiledPlanner(AbstractTreeSearch):
     ) -> SearchResult:
         tree.begin()
         tree.grow(0)
-        section = problem.scenario.planner
+        section, objective = problem.scenario.planner, problem.scenario.objective
         seconds = improvement_seconds(section.improve if budget.improve is None else budget.improve)
         budget.restart()  # code was compiled and loaded until here
         own = problem if tree.nodes.cost_entry < 0 else costed(problem) or problem
         cost = len if own is problem else partial(trees_cost, problem)
         best = IncumbentImprovement(budget, seconds, problem.step, cost)
+        best.longest = (objective and objective.max_time) or math.inf
         best.bound(tree)
         sub_searches = self.beside(problem, seed, budget) if own is problem else ()
-        beside = InterleavedSearches(sub_searches)
+        beside, predicate = InterleavedSearches(sub_searches), own.goal.predicate
         truth, rounds = TrueEnds(problem), RestartRounds(self.restart_after)
         slices = TimeSlices(budget, rounds)
         own_map = problem.scenario.integration.truth == "discrete"  # no re-simulation needed
@@ -124,7 +126,9 @@ class AbstractCompiledPlanner(AbstractTreeSearch):
                 budget.show(tree.explored)
                 found = beside.advance(made, tree)
                 if ended == REACHED:
-                    found = controls_to(tree.nodes, int(tree.nodes.size[0]) - 1)
+                    last = int(tree.nodes.size[0]) - 1
+                    inside = predicate is None or predicate(tree.nodes.x[last])
+                    found = controls_to(tree.nodes, last) if inside else None
                 accepted = False
                 if found is not None and best.wants(found):
                     accepted = own_map or truth.excess(found) <= 1.0
@@ -193,6 +197,7 @@ class IncumbentImprovement:
         cost: Returns what inputs (N, nu) cost; the number of steps when left out.
 
     Attributes:
+        longest: Duration in [s] that none may exceed.
         u: Inputs of the shortest solution (N, nu); None before there is one.
         statistics: Duration of the first solution in [s], and the number of improvements.
     """
@@ -208,6 +213,7 @@ class IncumbentImprovement:
         if math.isfinite(budget.below) and seconds > 0 and cost is len:
             self._most = covering_steps(budget.below, step)
             self._gained = self._clock()
+        self.longest = math.inf
         self.u: Array | None = None
         self.statistics: dict[str, float] = {}
 
@@ -224,7 +230,7 @@ class IncumbentImprovement:
 
     def wants(self, u: Array) -> bool:
         """Say whether inputs (N, nu) are shorter, or cost less, than the incumbent."""
-        return self._cost(u) < self._most
+        return len(u) * self._step <= self.longest + SAME_TIME and self._cost(u) < self._most
 
     def found(self, u: Array, tree: AbstractTreeExtension) -> None:
         """Accept inputs (N, nu) as the incumbent, and bound the tree by their length."""

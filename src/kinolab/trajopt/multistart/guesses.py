@@ -35,12 +35,12 @@ class Guesses:
         self._aim = problem.start
 
     def aim(self, is_free: Callable[[Array], bool]) -> None:
-        """Choose anew where paths end, if the goal places points of bodies: many states do that.
+        """Choose anew where paths end, if the goal places points or has formulas.
 
         Args:
             is_free: Says whether a state, shape (nx,), is free of collisions.
         """
-        if not self._problem.goal.points:
+        if not (self._problem.goal.points or self._problem.goal.formulas):
             return
         drawn = (self._problem.sample_goal(self._generator, 0.0) for _ in range(GUESS.max_aims))
         free = islice(filter(is_free, drawn), GUESS.compared_aims)

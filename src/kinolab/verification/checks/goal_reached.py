@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from kinolab.problem.goals_reached import each_goal
+from kinolab.problem.goals_reached import ends
 from kinolab.verification.check import Check, CheckContext, judged
 
 
@@ -17,8 +17,7 @@ def goal(context: CheckContext) -> Check:
     plan out reads the latter. A motion that is given has no rows of its own.
     """
     problem, followed = context.problem, context.motion.x[-1]
-    if problem.via and problem.scenario.goal.order == "any":
-        problem = min(each_goal(problem), key=lambda one: one.goal_excess(followed))
+    problem = min(ends(problem), key=lambda one: one.goal_excess(followed))
     stored = followed if context.known_motion is not None else context.trajectory.x[-1]
     final = max((followed, stored), key=problem.goal_excess)
     wanted, errors = problem.goal, np.abs(problem.goal_errors(final))

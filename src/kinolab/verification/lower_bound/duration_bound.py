@@ -95,6 +95,9 @@ def duration_bound(problem: PlanningTask) -> DurationBound:
     It holds for exact motions within all limits; those that are verified come as near to them as
     the verifier's tolerances, for which a millionth is taken off.
     """
+    if problem.goal.any_of:
+        ways = (duration_bound(replace(problem, goal=one)) for one in problem.goal.each)
+        return min(ways, key=lambda bound: bound.seconds)
     world, plant = problem.world, problem.model.plant
     arrays = (problem.start, problem.bounds, problem.rate_bounds, plant.control_bounds)
     content = (

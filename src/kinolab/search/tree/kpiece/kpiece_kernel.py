@@ -33,6 +33,7 @@ from kinolab.search.tree.tree import (
     GROWING,
     REACHED,
     begin_tree,
+    cost_at,
     insert_node,
     made_step_is_free,
     note_nearest,
@@ -101,7 +102,7 @@ def explore(  # type: ignore[no-untyped-def]
             if made < min_steps or tree.size[0] >= tree.x.shape[0]:
                 continue
             far = grid.steps[cell_at(grid, now)]
-            cost = np.float64(tree.cost[parent] + made)
+            cost = np.float64(cost_at(tree, parent, now, made))
             if cost >= most or (steps_per_cell > 0.0 and cost + steps_per_cell * far >= most):
                 break
             violation = goal_violation(search, now, math.inf)
