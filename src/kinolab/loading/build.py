@@ -111,8 +111,8 @@ def build_problem(
     mistakes: list[Mistake] = []
     machine, made = _parts(scenario, mistakes, planner=planner)
     entries = scenario.world.obstacle
-    moving = [o for k, o in made.items() if entries[k].motion is not None]
-    obstacles = [o for k, o in made.items() if entries[k].motion is None]
+    moving = [o for k, some in made.items() for o in some if entries[k].motion is not None]
+    obstacles = [o for k, some in made.items() for o in some if entries[k].motion is None]
     models = None
     if machine is not None and len(made) == len(entries):
         models = _collect(mistakes, partial(_models, scenario, machine, moving))
@@ -158,10 +158,10 @@ def build_problem(
 
 def _parts(
     scenario: Scenario, mistakes: list[Mistake], *, planner: bool = True
-) -> tuple[ScenarioMachine | None, dict[int, Obstacle]]:
+) -> tuple[ScenarioMachine | None, dict[int, tuple[Obstacle, ...]]]:
     """Return machine and obstacles without what is broken, and add what is wrong to a list."""
-    made = [_collect(mistakes, partial(_obstacle, scenario, o)) for o in scenario.world.obstacle]
-    there = {k: obstacle for k, obstacle in enumerate(made) if obstacle is not None}
+    made = [_collect(mistakes, partial(_obstacles, scenario, o)) for o in scenario.world.obstacle]
+    there = {k: obstacles for k, obstacles in enumerate(made) if obstacles is not None}
     mistakes += [mistake_at(issue, scenario.origin) for issue in mesh_issues(scenario, there)]
     if scenario.system.name is None and scenario.system.file is None:
         return None, there  # it is among the mistakes already
@@ -203,20 +203,44 @@ def _models(
         ) from error
 
 
-def _obstacle(scenario: Scenario, entry: ObstacleEntry) -> Obstacle:
+def _obstacles(scenario: Scenario, entry: ObstacleEntry) -> tuple[Obstacle, ...]:
+    """Make what an entry describes: one obstacle, but of a map whose unknown cells are another."""
     pose = (entry.position, entry.rpy) if entry.motion is None else (ORIGIN, ORIGIN)
     name = entry.name
     if entry.box is not None:
-        return box_obstacle(name, entry.box, *pose)
+        return (box_obstacle(name, entry.box, *pose),)
     if entry.sphere is not None:
-        return sphere_obstacle(name, entry.sphere, *pose)
+        return (sphere_obstacle(name, entry.sphere, *pose),)
     if entry.cylinder is not None:
-        return cylinder_obstacle(name, *entry.cylinder, *pose)
-    file = (str(entry.mesh), scenario.folder)
+        return (cylinder_obstacle(name, *entry.cylinder, *pose),)
+    file = (str(entry.file), scenario.folder)
     given: dict[str, Any] = {"scale": entry.scale, "up": entry.up, "solid": entry.solid}
+    if entry.map is not None:
+        return _mapped(entry, *file)
+    if entry.cloud is not None:
+        return (_scanned(entry, *file),)
     if entry.simplify is None:
-        return mesh_obstacle(name, *file, *pose, **given)
+        return (mesh_obstacle(name, *file, *pose, **given),)
     from kinolab.world.mesh_simplification import simplified  # late: few meshes need it
 
     whole = mesh_obstacle(name, *file, *pose, **given, most=MOST_SIMPLIFIED)
-    return simplified(whole, entry.simplify)
+    return (simplified(whole, entry.simplify),)
+
+
+def _mapped(entry: ObstacleEntry, path: str, root: Path) -> tuple[Obstacle, ...]:
+    from kinolab.world.sensed.map_obstacles import map_obstacles, relief_obstacle  # late, as above
+
+    place = (entry.name, path, root, entry.position, entry.rpy)
+    size: dict[str, Any] = {"resolution": entry.resolution, "height": entry.height}
+    if entry.relief is None:
+        return map_obstacles(*place, **size, unknown=entry.unknown)
+    return (relief_obstacle(*place, **size, relief=entry.relief, max_slope=entry.max_slope),)
+
+
+def _scanned(entry: ObstacleEntry, path: str, root: Path) -> Obstacle:
+    from kinolab.world.sensed.point_cloud import cloud_obstacle  # late, as above
+
+    assert entry.radius is not None  # by the rules of scenarios
+    balls: dict[str, Any] = {"radius": entry.radius, "voxel": entry.voxel}
+    place = (entry.name, path, root, entry.position, entry.rpy)
+    return cloud_obstacle(*place, **balls, scale=entry.scale, up=entry.up)

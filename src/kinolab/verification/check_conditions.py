@@ -22,6 +22,7 @@ class CheckConditions:
         parameters: Of the machine, those that the scenario sets.
         bounds: Limits of inputs, coordinates and rates that the scenario sets, lower and upper.
         requirements: Names of what the machine demands of a plan.
+        sensed: What stands for what a sensor saw: walls on cells, balls around points.
     """
 
     truth: str
@@ -33,6 +34,7 @@ class CheckConditions:
     parameters: dict[str, float]
     bounds: dict[str, tuple[float, float]]
     requirements: tuple[str, ...]
+    sensed: tuple[str, ...]
 
     @classmethod
     def of(cls, problem: PlanningTask) -> CheckConditions:
@@ -49,6 +51,7 @@ class CheckConditions:
             parameters=dict(scenario.system.parameters),
             bounds=dict(scenario.bounds),
             requirements=tuple(one.name for one in problem.machine.requirements),
+            sensed=problem.world.sensed,
         )
 
     def __str__(self) -> str:
@@ -65,6 +68,7 @@ class CheckConditions:
                 f"parameters set: {_listed(self.parameters)}",
                 f"bounds set: {_listed(limits)}",
                 f"requirements of the machine: {', '.join(self.requirements) or 'none'}",
+                *self.sensed,
             ]
         )
 

@@ -352,7 +352,7 @@ rtt =
 """
     at = tmp_path.resolve()
     wanted = [
-        f"gap.cfg line 2 robot: car.obj does not exist. Meshes are looked up from {at}.",
+        f"gap.cfg line 2 robot: car.obj does not exist. Mesh files are looked up from {at}.",
         f"gap.cfg line 3 world: ../walls.obj lies outside {at}. Copy the mesh beside its scenario.",
         "gap.cfg line 4 start.x: 'one' is no finite number.",
         "gap.cfg line 6 strat.theta: no key is called 'strat.theta'. Did you mean 'start.theta'?",

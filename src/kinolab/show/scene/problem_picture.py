@@ -26,7 +26,7 @@ def _surfaces(problem: PlanningTask) -> list[Surface]:
     """The obstacles with the colours that the scenario gives them."""
     colors = {entry.name: entry.colors for entry in problem.scenario.world.obstacle}
     return [
-        Surface(each.name, each.vertices, each.faces, colors.get(each.name, ()), each.colors)
+        Surface(each.name, *each.picture(), colors.get(each.name, ()), each.colors)
         for each in (*problem.world.obstacles, *problem.world.floors)
     ]
 

@@ -242,8 +242,10 @@ def gap_of(c, around, found):  # type: ignore[no-untyped-def]
         return gap_along(shape, shape_of(OWN - k, around, found), n)
     if k < fixed.kind.shape[0]:
         return gap_along(shape, obstacle_of(k, fixed), n)
-    corners_of(around.tree.triangles[k - fixed.kind.shape[0]], found.corners)
-    return gap_along(shape, Convex(TRIANGLE, shape.half, found.corners, shape.at), n)
+    t = k - fixed.kind.shape[0]
+    corners_of(around.tree.triangles[t], found.corners)
+    triangle = Convex(TRIANGLE, shape.half, found.corners, shape.at)
+    return gap_along(shape, triangle, n) - around.tree.ball[t]
 
 
 @kernel
@@ -399,13 +401,14 @@ def near_triangles(s, count, reach, around, found):  # type: ignore[no-untyped-d
             key = next_key(near, key)
             if plane_bound(shape, tree.planes[t]) >= worth:
                 continue
-            if triangle_behind(tree.triangles[t], first, count, found):
+            ball = tree.ball[t]
+            if triangle_behind(tree.triangles[t], ball, first, count, found):
                 continue
             corners_of(tree.triangles[t], found.corners)
             other_shape = Convex(TRIANGLE, found.half[s], found.corners, tree.triangles[t, :3])
-            gap = signed_gap(shape, other_shape, worth, found.scratch, n)
+            gap = signed_gap(shape, other_shape, worth + ball, found.scratch, n) - ball
             if gap < farthest:
-                what, level = t + around.fixtures.kind.shape[0], highest(other_shape, n)
+                what, level = t + around.fixtures.kind.shape[0], highest(other_shape, n) + ball
                 count = kept(s, what, gap, level, n, first, count, found)
                 farthest = farthest_of(first, count, reach, found)
             room = min(room, gap)
@@ -438,13 +441,20 @@ def box_behind(box, first, count, found):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def triangle_behind(triangle, first, count, found):  # type: ignore[no-untyped-def]
-    """Say the same of a triangle (9,)."""
+def triangle_behind(triangle, ball, first, count, found):  # type: ignore[no-untyped-def]
+    """Say the same of a triangle and of what is round about it.
+
+    Args:
+        triangle: Corners in [m], shape (9,).
+        ball: How far that reaches, in [m].
+        first, count: As above.
+        found: ``GapBuffer``.
+    """
     for c in range(first, count):
         n, farthest = found.normal[c], -math.inf
         for k in range(0, 9, 3):
             corner = n[0] * triangle[k] + n[1] * triangle[k + 1] + n[2] * triangle[k + 2]
-            farthest = max(farthest, corner)
+            farthest = max(farthest, corner + ball)
         if found.gap[c] > 0.0 and farthest <= found.level[c] + SAME_LEVEL:
             return True
     return False

@@ -76,7 +76,7 @@ def distance_field(
     meshes = [obstacle for obstacle in obstacles if obstacle.primitive is None]
     grid = mesh_grid(meshes)
     if meshes:
-        mark_triangles(grid.triangles, low, width, taken)
+        mark_triangles(grid.triangles, grid.boxes, low, width, taken)
         _fill_solids(grid, low, width, taken)
     left = {id(obstacle) for obstacle in without_redundant(obstacles)}
     placed = obstacle_arrays(obstacles)
@@ -96,6 +96,7 @@ def digest(obstacles: Sequence[Obstacle]) -> str:
     for k, obstacle in enumerate(obstacles):
         if obstacle.primitive is None:
             found.update(repr((k, obstacle.solid, len(obstacle.vertices))).encode())
+            found.update(repr(obstacle.ball).encode() if obstacle.ball else b"")
             found.update(np.ascontiguousarray(obstacle.vertices).tobytes())
             found.update(np.ascontiguousarray(obstacle.faces).tobytes())
     return found.hexdigest()
@@ -249,8 +250,17 @@ def mark_shape(shape, first, last, low, width, taken):  # type: ignore[no-untype
 
 
 @allocating_kernel
-def mark_triangles(triangles, low, width, taken):  # type: ignore[no-untyped-def]
+def mark_triangles(triangles, boxes, low, width, taken):  # type: ignore[no-untyped-def]
     """Mark the cells that triangles (m, 9) reach into, by the separating axes of box and triangle.
+
+    No axis separates points, whose boxes are those of the balls around them: all cells of these
+    are marked.
+
+    Args:
+        triangles: Corners in [m], shape (m, 9).
+        boxes: Around them, lowest and highest x, y, z in [m], shape (m, 6).
+        low, width: The grid's lowest corner, shape (3,), and a cell's width, in [m].
+        taken: Whether cells are marked, shape (nx, ny, nz); written.
 
     Source: Akenine-Möller, Fast 3D triangle-box overlap testing, Journal of Graphics Tools 6, 2001.
     """
@@ -266,8 +276,7 @@ def mark_triangles(triangles, low, width, taken):  # type: ignore[no-untyped-def
             for i in range(3):
                 edge[c, i] = corner[(c + 1) % 3, i] - corner[c, i]
         for i in range(3):
-            first = min(corner[0, i], corner[1, i], corner[2, i])
-            last = max(corner[0, i], corner[1, i], corner[2, i])
+            first, last = boxes[t, i], boxes[t, i + 3]
             begin, end = cell_range(low[i], width, taken.shape[i], first, last)
             ranges[i, 0], ranges[i, 1] = begin, end
             j, k = (i + 1) % 3, (i + 2) % 3
