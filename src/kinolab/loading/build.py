@@ -39,6 +39,7 @@ from kinolab.world import (
 )
 from kinolab.world.floors import without_floor
 from kinolab.world.obstacle import ORIGIN
+from kinolab.world.placed_shapes import near_each_other
 from kinolab.world.meshes.mesh import MOST_SIMPLIFIED
 
 T = TypeVar("T")
@@ -137,7 +138,7 @@ def build_problem(
         whole=whole,
         alone=alone,
         world=World(
-            tuple(rest for rest, _ in divided if rest is not None),
+            tuple(near_each_other([rest for rest, _ in divided if rest is not None])),
             grounded,
             dict(section.bounds),
             section.clearance + max((o.error for o in obstacles), default=0.0),

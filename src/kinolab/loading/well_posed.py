@@ -78,20 +78,19 @@ def mesh_issues(scenario: Scenario, obstacles: Mapping[int, Sequence[Obstacle]])
         obstacles: By their place in the scenario.
     """
     spans = [high - low for low, high in scenario.world.bounds.values()]
-    if not spans or not obstacles:
+    entries = scenario.world.obstacle
+    files = [k for k in obstacles if entries[k].kind in ("mesh", "cloud")]
+    if not spans or not files:
         return
     sizes = {
         k: float(max(np.ptp(o.bounding_box(), axis=0).max() for o in some))
         for k, some in obstacles.items()
     }
-    for k, size in sizes.items():
-        entry, world = scenario.world.obstacle[k], max(spans)
-        small = max(sizes.values()) <= world / FAR_TOO_LARGE
-        if (
-            entry.kind not in ("mesh", "cloud")
-            or entry.scale != 1.0
-            or not (small or size >= FAR_TOO_LARGE * world)
-        ):
+    world, largest = max(spans), max(sizes.values())
+    small = largest <= world / FAR_TOO_LARGE
+    for k in files:
+        entry, size = entries[k], sizes[k]
+        if entry.scale != 1.0 or not (small or size >= FAR_TOO_LARGE * world):
             continue
         found = likely_scale(size, world)
         if found is not None:

@@ -81,7 +81,7 @@ from kinolab.scenario.values import (
 )
 
 LARGEST_CLEARANCE = 1e6  # [m]; its square must not drown the sizes of what moves
-MOST_OBSTACLES = 2000  # each is asked about in every pose; more belong into a mesh
+MOST_OBSTACLES = 100_000  # each takes 0.1 ms and 5 kB to be made; more belong into a mesh
 TOLERANCE = 0.1  # of every goal that does not give its own
 RULE_ERROR = "kinolab_rule"  # the type of errors that several keys make together
 

@@ -14,6 +14,7 @@ from kinolab.show.scene.goal_mark import goal_mark
 from kinolab.show.scene.models.cone import Cone
 from kinolab.show.scene.picture import Frames, Ghost, GoalMarker, Picture, Surface
 from kinolab.world.geometry import triangles
+from kinolab.world.placed_shapes import MANY
 
 RENDERED: tuple[Any, ...] = ("view", "azimuth", "elevation", "follow", "cut", "setting")
 REST = 1e-6  # [m]; a body that goes less turns in its place
@@ -23,12 +24,20 @@ CONE_LENGTH = 1.25  # of cones, relative to the machine's radius
 
 
 def _surfaces(problem: PlanningTask) -> list[Surface]:
-    """The obstacles with the colours that the scenario gives them."""
+    """The obstacles with the colours that the scenario gives them; of many, all others as one."""
     colors = {entry.name: entry.colors for entry in problem.scenario.world.obstacle}
-    return [
+    shown = [
         Surface(each.name, *each.picture(), colors.get(each.name, ()), each.colors)
         for each in (*problem.world.obstacles, *problem.world.floors)
     ]
+    plain = [each for each in shown if not each.colors and each.paint is None]
+    if len(shown) <= MANY or not plain:
+        return shown
+    first = np.cumsum([0, *(len(each.vertices) for each in plain)])
+    vertices = np.concatenate([each.vertices for each in plain])
+    faces = np.concatenate([each.faces + k for each, k in zip(plain, first, strict=False)])
+    coloured = [each for each in shown if each.colors or each.paint is not None]
+    return [*coloured, Surface("obstacles", vertices, faces)]
 
 
 def picture(problem: PlanningTask, x: np.ndarray, settings: RenderSection | None = None) -> Picture:

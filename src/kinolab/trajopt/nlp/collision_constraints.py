@@ -33,6 +33,7 @@ from kinolab.world.collision.triangle_gaps import (
 )
 from kinolab.world.collision.triangle_tree import Traversal, TriangleTree, mesh_tree
 from kinolab.world.geometry import core_radius_of
+from kinolab.world.obstacle_blocks import following
 from kinolab.world.placed_shapes import ObstacleArrays, enclose, obstacle_arrays
 from kinolab.world.redundant_obstacles import without_redundant
 
@@ -330,7 +331,11 @@ def find_at(around, x, reach, found):  # type: ignore[no-untyped-def]
             found.mover[count], found.what[count] = s, GROUND
             found.gap[count] = gap_of(count, around, found)
             count += found.gap[count] < reach
-        for k in range(scene.obstacle.shape[0]):
+        k = -1
+        while True:
+            k = following(k + 1, found.box[s], reach, around.fixtures)
+            if k == scene.obstacle.shape[0]:
+                break
             near = scene.mesh[k] < 0 and box_gap(found.box[s], scene.obstacle[k]) < reach
             if near and count < MAX_GAPS:
                 shape, other = shape_of(s, around, found), obstacle_of(k, around.fixtures)

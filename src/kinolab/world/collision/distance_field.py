@@ -80,10 +80,12 @@ def distance_field(
         _fill_solids(grid, low, width, taken)
     left = {id(obstacle) for obstacle in without_redundant(obstacles)}
     placed = obstacle_arrays(obstacles)
-    for k, (kind, half, turn, at, box, mesh) in enumerate(zip(*placed, strict=True)):
-        if mesh < 0 and id(obstacles[k]) in left:
-            left.remove(id(obstacles[k]))  # one thing may be there more than once
-            mark_shape(Convex(int(kind), half, turn, at), box[:3], box[3:], low, width, taken)
+    rows = []
+    for k, obstacle in enumerate(obstacles):
+        if obstacle.primitive is not None and id(obstacle) in left:
+            left.remove(id(obstacle))  # one thing may be there more than once
+            rows.append(k)
+    mark_shapes(np.array(rows, np.int64), *placed[:5], low, width, taken)
     return DistanceField(low, width, _distances(taken, width))
 
 
@@ -91,7 +93,7 @@ def distance_field(
 def digest(obstacles: Sequence[Obstacle]) -> str:
     """Return what tells obstacles apart whose grids differ."""
     found = hashlib.sha256()
-    for numbers in obstacle_arrays(obstacles):
+    for numbers in obstacle_arrays(obstacles)[:6]:  # blocks follow from these
         found.update(np.ascontiguousarray(numbers).tobytes())
     for k, obstacle in enumerate(obstacles):
         if obstacle.primitive is None:
@@ -184,6 +186,23 @@ def copy_block(given, block):  # type: ignore[no-untyped-def]
     """
     for i in range(3):
         block[i, 0], block[i, 1] = given[i, 0], given[i, 1]
+
+
+@allocating_kernel
+def mark_shapes(rows, kind, half, turn, at, box, low, width, taken):  # type: ignore[no-untyped-def]
+    """Mark the cells near placed shapes, as ``mark_shape`` does near one.
+
+    Args:
+        rows: Which of the shapes, shape (m,).
+        kind, half: Kinds (n,) and half sizes (n, 3) in [m].
+        turn, at: Rotations (n, 3, 3) and centres (n, 3) in [m].
+        box: Lowest and highest x, y, z in [m], shape (n, 6).
+        low, width: The grid's lowest corner, shape (3,), and a cell's width, in [m].
+        taken: Whether cells are marked, shape (nx, ny, nz); written.
+    """
+    for k in rows:
+        shape = Convex(kind[k], half[k], turn[k], at[k])
+        mark_shape(shape, box[k, :3], box[k, 3:], low, width, taken)
 
 
 @allocating_kernel
