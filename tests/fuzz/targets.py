@@ -122,6 +122,7 @@ def coin() -> PlanningTask:
 KEYS = (
     *("schema", "title", "system", "world", "start", "goal", "planner", "bounds", "integration"),
     *("name", "file", "parameters", "obstacle", "box", "sphere", "cylinder", "mesh", "position"),
+    *("map", "cloud", "resolution", "relief", "max_slope", "radius", "voxel", "unknown"),
     *("rpy", "scale", "up", "solid", "simplify", "ground", "clearance", "tolerance", "at_rest"),
     *("point", "pointing", "keep_out", "body", "axis", "direction", "half_angle", "metric"),
     *("render", "view", "speed", "size", "step", "substeps", "method", "truth", "time_limit"),

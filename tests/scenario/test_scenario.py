@@ -340,12 +340,12 @@ def test_a_file_that_is_not_toml_is_refused(
     assert mistake.remedy
 
 
-def test_a_file_of_ten_megabytes_is_read_and_a_larger_one_is_refused(tmp_path: Path) -> None:
+def test_a_file_of_thirty_megabytes_is_read_and_a_larger_one_is_refused(tmp_path: Path) -> None:
     file = tmp_path / "crane.toml"
-    file.write_text(HEAD + "#" * (10_000_000 - len(HEAD)))
+    file.write_text(HEAD + "#" * (30_000_000 - len(HEAD)))
     assert load_scenario(file).title == "A crane"
-    file.write_text(HEAD + "#" * (10_000_001 - len(HEAD)))
-    assert refusal(file).what == "the file is larger than 10 MB."
+    file.write_text(HEAD + "#" * (30_000_001 - len(HEAD)))
+    assert refusal(file).what == "the file is larger than 30 MB."
 
 
 @pytest.mark.parametrize("name", ["crano.toml", "crane.tml"])

@@ -423,8 +423,8 @@ def test_a_state_space_beside_control(tmp_path: Path) -> None:
 def test_files_that_are_too_long(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"it has more than 10000 lines"):
         kinolab.load(problem_file(tmp_path, "\n" * 10_001))
-    with pytest.raises(InputError, match=r"larger than 10 MB"):
-        kinolab.load(problem_file(tmp_path, "#" * 10_000_001))
+    with pytest.raises(InputError, match=r"larger than 30 MB"):
+        kinolab.load(problem_file(tmp_path, "#" * 30_000_001))
 
 
 def test_of_very_many_mistakes_the_first_are_told(tmp_path: Path) -> None:

@@ -125,7 +125,7 @@ def relief_obstacle(
         if not marked.any():
             what = f"is nowhere steeper than {max_slope:g} rad."
             raise refusal(path, what, "Leave it out, or lower max_slope.")
-        told = f"{size}; ground steeper than {max_slope:g} rad is"
+        told = f"{size}; ground steeper than {max_slope:g} rad"
         walls = _walls(name, path, marked, width, height, pose, told, source)
         plane = "elsewhere machines stay in the plane, as if the ground were level"
         return replace(walls, told=f"{walls.told}; {plane}")
