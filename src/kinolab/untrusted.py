@@ -3,8 +3,8 @@
 Every file that kinolab reads has a largest size, chosen so that the worst content of that size
 takes less than ``MOST_MEMORY``: a list of empty lists takes 25 bytes of memory for each of the
 file, JSON as well as TOML. Limits of machines are in ``dynamics/language/json/size_limits.py``,
-of meshes in ``world/meshes/mesh_limits.py``, of scenarios, environments and studies in
-``scenario/file_lookup.py`` and ``scenario/toml_text.py``.
+of meshes in ``world/meshes/mesh_limits.py``, of maps and clouds in ``world/sensed/``, of
+scenarios, environments and studies in ``scenario/file_lookup.py`` and ``scenario/toml_text.py``.
 """
 
 from __future__ import annotations

@@ -122,6 +122,7 @@ def coin() -> PlanningTask:
 KEYS = (
     *("schema", "title", "system", "world", "start", "goal", "planner", "bounds", "integration"),
     *("name", "file", "parameters", "obstacle", "box", "sphere", "cylinder", "mesh", "position"),
+    *("map", "cloud", "resolution", "relief", "max_slope", "radius", "voxel", "unknown"),
     *("rpy", "scale", "up", "solid", "simplify", "ground", "clearance", "tolerance", "at_rest"),
     *("point", "pointing", "keep_out", "body", "axis", "direction", "half_angle", "metric"),
     *("render", "view", "speed", "size", "step", "substeps", "method", "truth", "time_limit"),
@@ -535,6 +536,83 @@ def read_mesh_glb(data: bytes) -> None:
 def read_mesh_dae(data: bytes) -> None:
     """DAE, also called COLLADA."""
     _mesh("dae", data)
+
+
+# --- maps and clouds ---
+
+SENSED = ("world.sensed",)
+
+
+@_target(mutation.of_bytes(b"mode: scale\n", b"negate: 1\n", b"origin: [0, 0, 0]\n", b"image: ",
+                           b"&a [*a]", b".nan", b"1e999", b"resolution: "), *SENSED)  # fmt: skip
+def read_map_yaml(data: bytes) -> None:
+    """The description of a map, beside a picture."""
+    from kinolab.world.sensed.map_file import with_image
+
+    _put("maps/map.pgm", (CORPUS / "map_picture" / "grey").read_bytes())
+    _map("yaml", data)
+    with suppress(InputError):
+        with_image(data, "other.pgm")
+
+
+@_target(mutation.of_bytes(b"P5 3 2 255\n", b"P2\n", b"IHDR", b"IDAT", b"PLTE", b"tRNS"), *SENSED)
+def read_map_picture(data: bytes) -> None:
+    """A picture, as a map and as heights."""
+    from kinolab.world.sensed.map_obstacles import relief_obstacle
+
+    _map("png", data, resolution=0.5)
+    path = home() / "maps" / "map.png"
+    for limit in (None, 0.5):
+        with suppress(InputError):
+            relief_obstacle(
+                "map", path.name, path.parent, relief=2.0, resolution=0.5, max_slope=limit
+            )
+
+
+@_target(mutation.of_bytes(b"type octile\n", b"height 3\n", b"width 4\n", b"map\n", b"@"), *SENSED)
+def read_map_letters(data: bytes) -> None:
+    """A map of Moving AI."""
+    _map("map", data, resolution=0.5)
+
+
+@_target(mutation.of_bytes(b"element vertex 4\n", b"property float x\n",
+                           b"property list uchar int a\n", b"format ascii 1.0\n",
+                           b"format binary_big_endian 1.0\n", b"nan"),
+         *SENSED)  # fmt: skip
+def read_cloud_ply(data: bytes) -> None:
+    """A cloud in PLY."""
+    _cloud("ply", data)
+
+
+@_target(mutation.of_bytes(b"FIELDS x y z\n", b"SIZE 4 4 4\n", b"TYPE F F F\n", b"COUNT 1 1 9\n",
+                           b"POINTS 4\n", b"DATA binary_compressed\n", b"DATA ascii\n"),
+         *SENSED)  # fmt: skip
+def read_cloud_pcd(data: bytes) -> None:
+    """A cloud in PCD."""
+    _cloud("pcd", data)
+
+
+@_target(mutation.of_bytes(b"nan", b"1e999", b",", b"#", b"1 2 3\n"), *SENSED)
+def read_cloud_xyz(data: bytes) -> None:
+    """A cloud in lines of numbers."""
+    _cloud("xyz", data)
+
+
+def _cloud(kind: str, data: bytes) -> None:
+    from kinolab.world.sensed.point_cloud import cloud_obstacle
+
+    path = _put(f"clouds/cloud.{kind}", data)
+    for voxel in (None, 0.5):
+        with suppress(InputError):
+            cloud_obstacle("cloud", path.name, path.parent, radius=0.1, voxel=voxel)
+
+
+def _map(kind: str, data: bytes, resolution: float | None = None) -> None:
+    from kinolab.world.sensed.map_obstacles import map_obstacles
+
+    path = _put(f"maps/map.{kind}", data)
+    with suppress(InputError):
+        map_obstacles("map", path.name, path.parent, resolution=resolution)
 
 
 # --- studies ---

@@ -199,10 +199,16 @@ def test_a_scenario_with_four_mistakes_reports_all_four() -> None:
         ("[world.bounds]\nw = [0, 1]\n", "[world] bounds.w: no axis is called 'w'."),
         ("[world.bounds]\nx = [1, 0]\n", "bounds.x: [1, 0] does not have its low end below"),
         ('[world]\nground = "plain"\n', '"plain" is none of the choices. Did you mean "plane"?'),
-        (BOX + "scale = 2\n", "[[world.obstacle]] 1 scale: scale is a key of meshes only."),
+        (
+            BOX + "scale = 2\n",
+            "[[world.obstacle]] 1 scale: scale is a key of meshes and clouds only.",
+        ),
         (BOX + "solid = false\n", "[[world.obstacle]] 1 solid: solid is a key of meshes only."),
         (BOX + "sphere = 1\n", "1 sphere: box and sphere are given together."),
-        ("[[world.obstacle]]\nname = 'a'\n", "1: none of mesh, box, sphere, cylinder and run is given."),
+        (
+            "[[world.obstacle]]\nname = 'a'\n",
+            "1: none of mesh, box, sphere, cylinder, map, cloud and run is",
+        ),
         (BOX + BOX.replace("1, 1,", "1, 'a',"), '[[world.obstacle]] 2 box: entry 2, "a", is text'),
         (BOX + "position = [1, 2]\n", "[[world.obstacle]] 1 position: [1, 2] is too short."),
         ("[[world.obstacle]]\nmesh = 'a.zip'\n", '"a.zip" is not a mesh format that kinolab reads'),
@@ -334,12 +340,12 @@ def test_a_file_that_is_not_toml_is_refused(
     assert mistake.remedy
 
 
-def test_a_file_of_one_megabyte_is_read_and_a_larger_one_is_refused(tmp_path: Path) -> None:
+def test_a_file_of_thirty_megabytes_is_read_and_a_larger_one_is_refused(tmp_path: Path) -> None:
     file = tmp_path / "crane.toml"
-    file.write_text(HEAD + "#" * (1_000_000 - len(HEAD)))
+    file.write_text(HEAD + "#" * (30_000_000 - len(HEAD)))
     assert load_scenario(file).title == "A crane"
-    file.write_text(HEAD + "#" * (1_000_001 - len(HEAD)))
-    assert refusal(file).what == "the file is larger than 1 MB."
+    file.write_text(HEAD + "#" * (30_000_001 - len(HEAD)))
+    assert refusal(file).what == "the file is larger than 30 MB."
 
 
 @pytest.mark.parametrize("name", ["crano.toml", "crane.tml"])

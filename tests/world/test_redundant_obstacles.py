@@ -100,12 +100,12 @@ def test_a_grid_asks_about_one_of_four_hundred_equal_boxes(
 ) -> None:
     asked: list[Any] = []
 
-    def counted(shape: Any, *arguments: Any) -> None:
-        asked.append(shape)
-        mark(shape, *arguments)
+    def counted(rows: Any, *arguments: Any) -> None:
+        asked.extend(rows)
+        mark(rows, *arguments)
 
-    mark = module.mark_shape
-    monkeypatch.setattr(module, "mark_shape", counted)
+    mark = module.mark_shapes
+    monkeypatch.setattr(module, "mark_shapes", counted)
     many, one = distance_field([BOX] * 400, 0.05), distance_field([BOX], 0.05)
     assert len(asked) == 2
     assert np.array_equal(many.distance, one.distance)
@@ -119,9 +119,10 @@ def test_programs_look_at_what_is_outermost(tmp_path: Path) -> None:
 
 
 def test_more_obstacles_than_anybody_asks_about_are_refused_in_words(tmp_path: Path) -> None:
-    ball = "\n[[world.obstacle]]\nsphere = 1.0\n"
-    with within(60), pytest.raises(InputError, match=r"Give a list of at most 2000"):
-        problem_of(tmp_path, OPEN + 2001 * ball)
+    balls = "{ sphere = 1.0 }, " * 100_001
+    world = f'ground = "plane"\nobstacle = [{balls}]'
+    with within(60), pytest.raises(InputError, match=r"Give a list of at most 100000"):
+        problem_of(tmp_path, OPEN.replace('ground = "plane"', world))
 
 
 @pytest.mark.parametrize("clearance", ["1e300", "1.1e6", "1e155"])

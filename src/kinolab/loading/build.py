@@ -40,6 +40,7 @@ from kinolab.world import (
 )
 from kinolab.world.floors import without_floor
 from kinolab.world.obstacle import ORIGIN
+from kinolab.world.placed_shapes import near_each_other
 from kinolab.world.meshes.mesh import MOST_SIMPLIFIED
 
 T = TypeVar("T")
@@ -112,8 +113,8 @@ def build_problem(
     mistakes: list[Mistake] = []
     machine, made = _parts(scenario, mistakes, planner=planner)
     entries = scenario.world.obstacle
-    moving = [o for k, o in made.items() if entries[k].motion is not None]
-    obstacles = [o for k, o in made.items() if entries[k].motion is None]
+    moving = [o for k, some in made.items() for o in some if entries[k].motion is not None]
+    obstacles = [o for k, some in made.items() for o in some if entries[k].motion is None]
     planned = [entry for entry in entries if entry.run is not None]
     models = None
     if machine is not None and len(made) + len(planned) == len(entries):
@@ -139,7 +140,7 @@ def build_problem(
         whole=whole,
         alone=others[0] if others else None,
         world=World(
-            tuple(rest for rest, _ in divided if rest is not None),
+            tuple(near_each_other([rest for rest, _ in divided if rest is not None])),
             grounded,
             dict(section.bounds),
             section.clearance + max([path_error(scenario), *(o.error for o in obstacles)]),
@@ -160,14 +161,14 @@ def build_problem(
 
 def _parts(
     scenario: Scenario, mistakes: list[Mistake], *, planner: bool = True
-) -> tuple[ScenarioMachine | None, dict[int, Obstacle]]:
+) -> tuple[ScenarioMachine | None, dict[int, tuple[Obstacle, ...]]]:
     """Return machine and obstacles without what is broken, and add what is wrong to a list."""
     made = {
-        k: _collect(mistakes, partial(_obstacle, scenario, entry))
+        k: _collect(mistakes, partial(_obstacles, scenario, entry))
         for k, entry in enumerate(scenario.world.obstacle)
         if entry.run is None
     }
-    there = {k: obstacle for k, obstacle in made.items() if obstacle is not None}
+    there = {k: some for k, some in made.items() if some is not None}
     mistakes += [mistake_at(issue, scenario.origin) for issue in mesh_issues(scenario, there)]
     if not any((scenario.system.name, scenario.system.file, scenario.system.machines)):
         return None, there  # it is among the mistakes already
@@ -214,20 +215,44 @@ def _models(
         ) from error
 
 
-def _obstacle(scenario: Scenario, entry: ObstacleEntry) -> Obstacle:
+def _obstacles(scenario: Scenario, entry: ObstacleEntry) -> tuple[Obstacle, ...]:
+    """Make what an entry describes: one obstacle, but of a map whose unknown cells are another."""
     pose = (entry.position, entry.rpy) if entry.motion is None else (ORIGIN, ORIGIN)
     name = entry.name
     if entry.box is not None:
-        return box_obstacle(name, entry.box, *pose)
+        return (box_obstacle(name, entry.box, *pose),)
     if entry.sphere is not None:
-        return sphere_obstacle(name, entry.sphere, *pose)
+        return (sphere_obstacle(name, entry.sphere, *pose),)
     if entry.cylinder is not None:
-        return cylinder_obstacle(name, *entry.cylinder, *pose)
-    file = (str(entry.mesh), scenario.folder)
+        return (cylinder_obstacle(name, *entry.cylinder, *pose),)
+    file = (str(entry.file), scenario.folder)
     given: dict[str, Any] = {"scale": entry.scale, "up": entry.up, "solid": entry.solid}
+    if entry.map is not None:
+        return _mapped(entry, *file)
+    if entry.cloud is not None:
+        return (_scanned(entry, *file),)
     if entry.simplify is None:
-        return mesh_obstacle(name, *file, *pose, **given)
+        return (mesh_obstacle(name, *file, *pose, **given),)
     from kinolab.world.mesh_simplification import simplified  # late: few meshes need it
 
     whole = mesh_obstacle(name, *file, *pose, **given, most=MOST_SIMPLIFIED)
-    return simplified(whole, entry.simplify)
+    return (simplified(whole, entry.simplify),)
+
+
+def _mapped(entry: ObstacleEntry, path: str, root: Path) -> tuple[Obstacle, ...]:
+    from kinolab.world.sensed.map_obstacles import map_obstacles, relief_obstacle  # late, as above
+
+    place = (entry.name, path, root, entry.position, entry.rpy)
+    size: dict[str, Any] = {"resolution": entry.resolution, "height": entry.height}
+    if entry.relief is None:
+        return map_obstacles(*place, **size, unknown=entry.unknown)
+    return (relief_obstacle(*place, **size, relief=entry.relief, max_slope=entry.max_slope),)
+
+
+def _scanned(entry: ObstacleEntry, path: str, root: Path) -> Obstacle:
+    from kinolab.world.sensed.point_cloud import cloud_obstacle  # late, as above
+
+    assert entry.radius is not None  # by the rules of scenarios
+    balls: dict[str, Any] = {"radius": entry.radius, "voxel": entry.voxel}
+    place = (entry.name, path, root, entry.position, entry.rpy)
+    return cloud_obstacle(*place, **balls, scale=entry.scale, up=entry.up)

@@ -70,28 +70,34 @@ def planner_issues(scenario: Scenario) -> Iterator[Issue]:
             yield Issue(("planner", "name"), wrong.what, wrong.remedy)
 
 
-def mesh_issues(scenario: Scenario, obstacles: Mapping[int, Obstacle]) -> Iterator[Issue]:
-    """Yield meshes that are in another unit than their world, by their size.
+def mesh_issues(scenario: Scenario, obstacles: Mapping[int, Sequence[Obstacle]]) -> Iterator[Issue]:
+    """Yield meshes and clouds that are in another unit than their world, by their size.
 
     Args:
         scenario: Of which only bounds and given scales are looked at.
         obstacles: By their place in the scenario.
     """
     spans = [high - low for low, high in scenario.world.bounds.values()]
-    if not spans or not obstacles:
+    entries = scenario.world.obstacle
+    files = [k for k in obstacles if entries[k].kind in ("mesh", "cloud")]
+    if not spans or not files:
         return
-    sizes = {k: float(np.ptp(o.bounding_box(), axis=0).max()) for k, o in obstacles.items()}
-    for k, size in sizes.items():
-        entry, world = scenario.world.obstacle[k], max(spans)
-        small = max(sizes.values()) <= world / FAR_TOO_LARGE
-        if entry.mesh is None or entry.scale != 1.0 or not (small or size >= FAR_TOO_LARGE * world):
+    sizes = {
+        k: float(max(np.ptp(o.bounding_box(), axis=0).max() for o in some))
+        for k, some in obstacles.items()
+    }
+    world, largest = max(spans), max(sizes.values())
+    small = largest <= world / FAR_TOO_LARGE
+    for k in files:
+        entry, size = entries[k], sizes[k]
+        if entry.scale != 1.0 or not (small or size >= FAR_TOO_LARGE * world):
             continue
         found = likely_scale(size, world)
         if found is not None:
             what = f"it is {size:.3g} m wide in a world of {world:.3g} m."
             unit = f" if the file is in {found[1]}" if found[1] else ""
             remedy = f"Write scale = {found[0]:g}{unit}, or change [world] bounds."
-            yield Issue(("world", "obstacle", k, "mesh"), what, remedy)
+            yield Issue(("world", "obstacle", k, entry.kind), what, remedy)
 
 
 def limit_issues(scenario: Scenario, model: Model, arrays: StateArrays) -> Iterator[Issue]:

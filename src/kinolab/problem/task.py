@@ -369,7 +369,7 @@ class PlanningTask:
         } | dict([*self._unmet(x), *self._touching(x)])
 
     def _touching(self, x: Array) -> Iterator[tuple[str, str]]:
-        obstacles = {obstacle.name for obstacle in self.world.obstacles}
+        obstacles = {obstacle.name: obstacle.remedy for obstacle in self.world.obstacles}
         resting = {body.name for body in self.bodies if body.touches_ground}
         round_ones = {body.name for body in self.bodies if any(map(_is_disk, body.shapes))}
         floor = ' If that is its floor, write ground = "plane" below [world].'
@@ -385,7 +385,7 @@ class PlanningTask:
                 remedy = LEANING if contact.body in round_ones else ""
             elif contact.obstacle == GROUND_NAME:
                 remedy = wheel
-            told = _contact_sentence(contact, remedy)
+            told = _contact_sentence(contact, remedy) + obstacles.get(contact.obstacle, "")
             yield told, told
 
     def _unmet(self, x: Array) -> Iterator[tuple[str, str]]:

@@ -13,17 +13,22 @@ from kinolab.scenario import Origin, Scenario
 from kinolab.scenario.user_code import python_reference, text_of
 from kinolab.scenario.values import ROBOT_ONLY
 from kinolab.world.meshes.obj_materials import materials_file, with_materials
+from kinolab.world.sensed.map_file import image_file, with_image
+
+NAMING = (".obj", ".yaml", ".yml")  # endings of files that name another one
 
 
 def assets_of(problem: PlanningTask) -> dict[str, bytes]:
-    """Return the files below assets/ by name: the machine, copies of meshes and of a planner."""
+    """Return the files below assets/ by name: the machine, copies of the world's and a planner."""
     meshes: dict[str, bytes] = {}
     for index, path in _meshes(problem.scenario).items():
         content = path.read_bytes()
-        library = materials_file(path, content, problem.scenario.folder)
-        if library is not None:
-            meshes[_mesh_name(index, library)] = library.read_bytes()
-            content = with_materials(content, _mesh_name(index, library))
+        beside = _beside(path, content, problem.scenario.folder)
+        if beside is not None:
+            name = _mesh_name(index, beside)
+            meshes[name] = beside.read_bytes()
+            rename = with_materials if path.suffix.lower() == ".obj" else with_image
+            content = rename(content, name)
         meshes[_mesh_name(index, path)] = content
     file = _planner_file(problem.scenario)
     code = {file.name: text_of(file)} if file is not None else {}
@@ -37,10 +42,15 @@ def assets_of(problem: PlanningTask) -> dict[str, bytes]:
 
 def _meshes(scenario: Scenario) -> dict[int, Path]:
     return {
-        index: scenario.folder / entry.mesh
+        index: scenario.folder / entry.file
         for index, entry in enumerate(scenario.world.obstacle)
-        if entry.mesh is not None
+        if entry.file is not None
     }
+
+
+def _beside(path: Path, content: bytes, root: Path) -> Path | None:
+    """Return the file that one of the world names: materials of a mesh, the picture of a map."""
+    return materials_file(path, content, root) or image_file(path, content, root)
 
 
 def _planner_file(scenario: Scenario) -> Path | None:
@@ -58,7 +68,7 @@ def portable_scenario(problem: PlanningTask) -> Scenario:
     scenario = problem.scenario
     meshes = _meshes(scenario)
     obstacles = tuple(
-        entry.model_copy(update={"mesh": f"assets/{_mesh_name(index, meshes[index])}"})
+        entry.model_copy(update={entry.kind: f"assets/{_mesh_name(index, meshes[index])}"})
         if index in meshes
         else entry
         for index, entry in enumerate(scenario.world.obstacle)
@@ -92,9 +102,7 @@ def used_assets(folder: Path, problem: PlanningTask) -> set[str]:
     scenario = problem.scenario
     meshes = [path for path in _meshes(scenario).values() if path.is_file()]
     libraries = [
-        materials_file(path, path.read_bytes(), folder)
-        for path in meshes
-        if path.suffix.lower() == ".obj"
+        _beside(path, path.read_bytes(), folder) for path in meshes if path.suffix.lower() in NAMING
     ]
     files = [*_meshes(scenario).values(), *libraries, _planner_file(scenario)]
     machine = {MACHINE_FILE} | (

@@ -11,7 +11,7 @@ from pathlib import Path
 from kinolab.errors import InputError, Mistake, printable
 from kinolab.scenario.toml_text import shortened
 
-SIZE_LIMIT = 1_000_000  # [bytes]
+SIZE_LIMIT = 30_000_000  # [bytes]; 100 000 boxes with every digit take 25 million
 ENDINGS = (".toml", ".yaml", ".yml", ".cfg")  # of paths, with or without a folder before them
 
 
@@ -36,7 +36,7 @@ def scenario_path(source: str | Path) -> Path:
 
 
 def read_text(path: Path) -> str:
-    """Read a file of at most 1 MB as UTF-8, with or without a byte order mark.
+    """Read a file of at most 30 MB as UTF-8, with or without a byte order mark.
 
     Raises:
         InputError: If there is no such file, or it is none of this kind.
@@ -52,7 +52,7 @@ def read_text(path: Path) -> str:
         raise InputError([Mistake(where, f"the file cannot be read: {reason}.")]) from None
     if len(content) > SIZE_LIMIT:
         raise InputError(
-            [Mistake(where, "the file is larger than 1 MB.", "Keep meshes in files of their own.")]
+            [Mistake(where, "the file is larger than 30 MB.", "Keep meshes in files of their own.")]
         )
     try:
         return content.decode("utf-8-sig")

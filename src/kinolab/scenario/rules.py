@@ -17,10 +17,16 @@ from kinolab.scenario.toml_text import shortened, string_text
 from kinolab.scenario.values import ROBOT_ONLY
 
 SYSTEM_KINDS = ("name", "file")
-ObstacleKind = Literal["mesh", "box", "sphere", "cylinder", "run"]
+ObstacleKind = Literal["mesh", "box", "sphere", "cylinder", "map", "cloud", "run"]
 OBSTACLE_KINDS: tuple[ObstacleKind, ...] = get_args(ObstacleKind)
 KINEMATIC_ONLY = ("max_velocity", "max_acceleration")
-MESH_ONLY = ("scale", "up", "solid", "simplify")
+KINDS_OF = {  # which kinds of obstacles have a key that not all have
+    **{"scale": ("mesh", "cloud"), "up": ("mesh", "cloud")},
+    **dict.fromkeys(("solid", "simplify"), ("mesh",)),
+    **dict.fromkeys(("resolution", "height", "unknown", "relief", "max_slope"), ("map",)),
+    **dict.fromkeys(("radius", "voxel"), ("cloud",)),
+}
+PLURAL = {"mesh": "meshes", "map": "maps", "cloud": "clouds"}
 MOTION_WAYS = {  # of saying how an obstacle moves, by the keys of each
     **{"velocity": "velocity and spin", "spin": "velocity and spin"},
     **{"position": "position and rpy", "rpy": "position and rpy"},
@@ -124,15 +130,23 @@ def system_issues(given: Mapping[str, object], file: object) -> list[Issue]:
 
 
 def obstacle_issues(given: Iterable[str]) -> list[Issue]:
-    """An obstacle has one shape, and only a mesh can be scaled, turned up, filled or simplified."""
+    """An obstacle has one shape, and keys of its kind only; what sensors see stays where it is."""
     given = list(given)
     issues = _exactly_one(given, OBSTACLE_KINDS, "one shape per obstacle")
-    if "mesh" not in given:
-        issues += [
-            Issue((key,), f"{key} is a key of meshes only.", f"Leave {key} out.")
-            for key in MESH_ONLY
-            if key in given
-        ]
+    for key, kinds in KINDS_OF.items():
+        if key in given and not {*kinds} & {*given}:
+            of = " and ".join(PLURAL[kind] for kind in kinds)
+            issues.append(Issue((key,), f"{key} is a key of {of} only.", f"Leave {key} out."))
+    sensed = next((kind for kind in ("map", "cloud") if kind in given), None)
+    if sensed and "motion" in given:
+        what = f"{PLURAL[sensed]} do not move."
+        issues.append(Issue(("motion",), what, "Let boxes or meshes move."))
+    if "cloud" in given and "radius" not in given:
+        remedy = "Write radius = 0.03 [m], about the distance of its points."
+        issues.append(Issue((), "the points of a cloud have no radius.", remedy))
+    if "max_slope" in given and "relief" not in given:
+        what = "max_slope is a limit of heights, and nothing says how high white is."
+        issues.append(Issue(("max_slope",), what, "Write relief = 5.0 [m], too."))
     return issues
 
 
@@ -143,7 +157,9 @@ def motion_issues(given: Iterable[str]) -> list[Issue]:
     issues = []
     if len(ways) != 1:
         what = f"{' and '.join(ways)} are given together." if ways else "nothing says how it moves."
-        issues.append(Issue((), what, f"Give one of {', '.join(dict.fromkeys(MOTION_WAYS.values()))}."))
+        issues.append(
+            Issue((), what, f"Give one of {', '.join(dict.fromkeys(MOTION_WAYS.values()))}.")
+        )
     elif "repeat" in given and not {"points", "file"} & {*given}:
         what = "repeat is a key of points and files only."
         issues.append(Issue(("repeat",), what, "Leave it out, or write formulas that come round."))

@@ -32,10 +32,11 @@ from kinolab.scenario.values import (
     Axis,
     BodyName,
     BoxEdges,
+    CloudPath,
     ColorNames,
     Coordinate,
-    CsvPath,
     Count,
+    CsvPath,
     CutHeight,
     CylinderSize,
     Direction,
@@ -44,6 +45,7 @@ from kinolab.scenario.values import (
     Elevation,
     Heading,
     Limits,
+    MapPath,
     Meaning,
     MeshPath,
     Metres,
@@ -66,6 +68,7 @@ from kinolab.scenario.values import (
     SchemaVersion,
     Seconds,
     Seed,
+    Slope,
     Spin,
     StateLimits,
     Substeps,
@@ -81,7 +84,7 @@ from kinolab.scenario.values import (
 )
 
 LARGEST_CLEARANCE = 1e6  # [m]; its square must not drown the sizes of what moves
-MOST_OBSTACLES = 2000  # each is asked about in every pose; more belong into a mesh
+MOST_OBSTACLES = 100_000  # each takes 0.1 ms and 5 kB to be made; more belong into a mesh
 TOLERANCE = 0.1  # of every goal that does not give its own
 ALL = "*"  # after the beginning of names: of a tolerance for all that is a machine's
 RULE_ERROR = "kinolab_rule"  # the type of errors that several keys make together
@@ -149,13 +152,22 @@ class ObstacleEntry(Section):
     sphere: Metres | None = None  # radius
     cylinder: CylinderSize | None = None
     run: RunFolder | None = None  # the machine of another plan, which moves as was planned
-    position: Position = (0.0, 0.0, 0.0)  # of the centre, or of a mesh file's origin
+    position: Position = (0.0, 0.0, 0.0)  # of the centre, or of a file's origin
     rpy: RollPitchYaw = (0.0, 0.0, 0.0)
-    scale: Scale = 1.0  # of a mesh
-    up: Literal["x", "y", "z"] = "z"  # the axis of a mesh file that points up
+    map: MapPath | None = None
+    cloud: CloudPath | None = None
+    scale: Scale = 1.0  # of a mesh or a cloud
+    up: Literal["x", "y", "z"] = "z"  # the axis of the file that points up
     solid: bool | None = None  # of a mesh; left out: judged by its volume
     color: ColorNames | None = None  # in pictures; of several the mesh's pieces take one in turn
     simplify: Count | None = None  # of a mesh: triangles that are left
+    resolution: Positive | None = None  # [m] edge of a map's cell, where its file says none
+    height: Positive = 1.0  # [m] of a map's walls
+    unknown: Literal["occupied", "free"] = "occupied"  # what a map's unknown cells are
+    relief: Positive | None = None  # [m] by which white is higher than black, in a map of heights
+    max_slope: Slope | None = None  # beyond which such ground is a wall
+    radius: Positive | None = None  # [m] of the balls around a cloud's points
+    voxel: Positive | None = None  # [m] edge of the cubes of which one point is left each
     motion: MotionSection | None = None  # how it moves; left out: it does not
     name: Name = ""  # left out: the kind and the count, or the mesh file's stem
 
@@ -169,6 +181,11 @@ class ObstacleEntry(Section):
     def kind(self) -> rules.ObstacleKind:
         """Which of the shapes was given."""
         return next(kind for kind in rules.OBSTACLE_KINDS if getattr(self, kind) is not None)
+
+    @property
+    def file(self) -> str | None:
+        """The file that it is read from; None of what is described by numbers."""
+        return self.mesh or self.map or self.cloud
 
     @model_validator(mode="after")
     def _one_shape(self) -> Self:
@@ -189,8 +206,9 @@ def _named(obstacles: tuple[ObstacleEntry, ...]) -> tuple[ObstacleEntry, ...]:
 
 
 def _free_name(entry: ObstacleEntry, count: int, taken: set[str]) -> str:
-    stem = PurePosixPath(entry.mesh).stem if entry.mesh is not None else entry.kind
-    name = stem if entry.mesh is not None else f"{stem} {count}"
+    file = entry.file
+    stem = PurePosixPath(file).stem if file is not None else entry.kind
+    name = stem if file is not None else f"{stem} {count}"
     while name in taken:
         name, count = f"{stem} {count}", count + 1
     return name

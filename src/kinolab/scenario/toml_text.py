@@ -10,7 +10,7 @@ _MUST_ESCAPE = re.compile(r'[\x00-\x1f\x7f"\\\ud800-\udfff]')
 _SHORT = {'"': '\\"', "\\": "\\\\", "\n": "\\n", "\t": "\\t", "\r": "\\r"}
 
 MOST_PARTS = 32
-MOST_VALUES = 150_000  # of a file, tables and lists included; a city has a tenth of that
+MOST_VALUES = 2_000_000  # of a file, tables and lists included; a box has up to twenty
 
 _PART = r"""(?>[A-Za-z0-9_-]++|"[^"\n]*+"|'[^'\n]*+')"""
 _MORE = rf"(?>[ \t]*+\.[ \t]*+{_PART})"

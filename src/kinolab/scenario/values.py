@@ -6,6 +6,7 @@ Types are strict: a whole number may stand where a number is meant, text and boo
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import Annotated, Any, Literal
@@ -40,6 +41,8 @@ ROBOT_ONLY = (  # keys of [system], the files that they are for, and these in wo
     ("balance_inertia", URDF_FORMATS, "URDF files"),  # an MJCF file has balanceinertia
 )
 MESH_FORMATS = (".dae", ".glb", ".obj", ".off", ".ply", ".stl")
+MAP_FORMATS = (".map", ".pgm", ".png", ".yaml", ".yml")
+CLOUD_FORMATS = (".pcd", ".ply", ".xyz")
 MOST_PARTS = 32  # of one mesh of a robot; every one is a solid that collides
 WHOLE_MAX = 2**63 - 1  # what TOML promises to carry
 WHOLE_POSES = 400  # rows of a path; longer ones belong into a file
@@ -100,13 +103,16 @@ def _title(text: str) -> str:
     return text
 
 
-def _mesh_path(text: str) -> str:
-    if not _is_relative(text) or ".." in PurePosixPath(text).parts:
-        raise refusal("does not lead to a file below the scenario's folder")
-    if PurePosixPath(text).suffix.lower() not in MESH_FORMATS:
-        raise refusal("is not a mesh format that kinolab reads")
-    _line(PurePosixPath(text).name)  # it names the obstacle
-    return text
+def _world_file(noun: str, formats: Sequence[str]) -> Callable[[str], str]:
+    def checked(text: str) -> str:
+        if not _is_relative(text) or ".." in PurePosixPath(text).parts:
+            raise refusal("does not lead to a file below the scenario's folder")
+        if PurePosixPath(text).suffix.lower() not in formats:
+            raise refusal(f"is not a {noun} format that kinolab reads")
+        _line(PurePosixPath(text).name)  # it names the obstacle
+        return text
+
+    return checked
 
 
 def _csv_path(text: str) -> str:
@@ -223,8 +229,18 @@ SystemFile = Annotated[
 ]
 MeshPath = Annotated[
     str,
-    AfterValidator(_mesh_path),
+    AfterValidator(_world_file("mesh", MESH_FORMATS)),
     Wanted(f'a relative path such as "meshes/maze.stl" ({", ".join(MESH_FORMATS)})'),
+]
+MapPath = Annotated[
+    str,
+    AfterValidator(_world_file("map", MAP_FORMATS)),
+    Wanted(f'a relative path such as "maps/office.yaml" ({", ".join(MAP_FORMATS)})'),
+]
+CloudPath = Annotated[
+    str,
+    AfterValidator(_world_file("cloud", CLOUD_FORMATS)),
+    Wanted(f'a relative path such as "scans/hall.ply" ({", ".join(CLOUD_FORMATS)})'),
 ]
 
 ColorName = Annotated[str, Field(pattern="^#[0-9a-fA-F]{6}$"), Wanted('a colour such as "#c8553d"')]
@@ -243,6 +259,11 @@ Effort = Annotated[
 Metres = Annotated[float, Field(gt=0), Wanted("a positive number [m]")]
 Angle = Annotated[
     NumberOrAngle, Field(gt=0, le=math.pi), Wanted("a positive number of at most 3.14159 [rad]")
+]
+Slope = Annotated[
+    NumberOrAngle,
+    Field(gt=0, lt=math.pi / 2),
+    Wanted("an angle above 0 and below 1.5708 [rad]"),
 ]
 Heading = Annotated[
     NumberOrAngle,
@@ -315,9 +336,7 @@ Poses = Annotated[
     Wanted("a list of rows [t, x, y, z] or [t, x, y, z, roll, pitch, yaw], the times rising"),
 ]
 RunFolder = Annotated[Name, Wanted('the folder of a run, such as "runs/truck"')]
-CsvPath = Annotated[
-    str, AfterValidator(_csv_path), Wanted('a relative path such as "cart.csv"')
-]
+CsvPath = Annotated[str, AfterValidator(_csv_path), Wanted('a relative path such as "cart.csv"')]
 Direction = Annotated[
     tuple[float, float, float],
     _List,

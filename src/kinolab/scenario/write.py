@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 
 from pydantic import BaseModel
 
-from kinolab.scenario.rules import MESH_ONLY
+from kinolab.scenario.rules import KINDS_OF
 from kinolab.scenario.schema import ObstacleEntry, Scenario, Section
 from kinolab.scenario.toml_text import key_text, value_text
 
@@ -38,11 +38,12 @@ def _entries(value: object) -> list[tuple[str, object]]:
     if isinstance(value, Mapping):
         return list(value.items())
     assert isinstance(value, Section)
-    meshless = isinstance(value, ObstacleEntry) and value.mesh is None
+    kind = value.kind if isinstance(value, ObstacleEntry) else None
     known = [
         (field.alias or name, held)
         for name, field in type(value).model_fields.items()
-        if (held := getattr(value, name)) not in (None, ()) and not (meshless and name in MESH_ONLY)
+        if (held := getattr(value, name)) not in (None, ())
+        and (kind is None or kind in KINDS_OF.get(name, (kind,)))
     ]
     return [*(value.model_extra or {}).items(), *known]
 

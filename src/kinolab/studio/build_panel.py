@@ -18,11 +18,13 @@ from kinolab.studio.session import Session
 from kinolab.world.obstacle import rotation
 
 KINDS = {"Box": "box", "Ball": "sphere", "Cylinder": "cylinder"}
+SCALED = ("mesh", "cloud")  # kinds whose size is a factor
 SIZES = {  # what the three numbers of a size are
     "box": "Edges along x, y and z [m]",
     "sphere": "Radius [m] (the first number)",
     "cylinder": "Radius and length [m] (the first two)",
-    "mesh": "Scale along x, y and z",
+    **dict.fromkeys(SCALED, "Scale along x, y and z"),
+    "map": "Height of walls [m] (the last number)",
 }
 NONE = "(none)"
 SNAPS = {"off": 0.0, "0.05 m": 0.05, "0.1 m": 0.1, "0.25 m": 0.25, "0.5 m": 0.5}
@@ -289,9 +291,12 @@ def _three(value: Any) -> list[float]:
 def _size(entry: dict[str, Any]) -> list[float]:
     """Return the three numbers that the panel shows as an obstacle's size."""
     kind = edits.kind_of(entry)
-    value = entry.get("scale", 1.0) if kind == "mesh" else entry.get(kind)
+    if kind == "map":
+        return _three([0.0, 0.0, entry.get("height", 1.0)])
+    scaled = kind in SCALED
+    value = entry.get("scale", 1.0) if scaled else entry.get(kind)
     if isinstance(value, int | float):
-        return [float(value), *([float(value)] * 2 if kind == "mesh" else [0.0, 0.0])]
+        return [float(value), *([float(value)] * 2 if scaled else [0.0, 0.0])]
     return _three([*value, 0.0][:3] if isinstance(value, list) else None)
 
 
@@ -302,7 +307,9 @@ def _with_size(entry: dict[str, Any], size: list[float]) -> dict[str, Any]:
         return {kind: numbers[0]}
     if kind == "cylinder":
         return {kind: numbers[:2]}
-    return {"scale" if kind == "mesh" else kind: numbers}
+    if kind == "map":
+        return {"height": numbers[2]}
+    return {"scale" if kind in SCALED else kind: numbers}
 
 
 def _edges(entry: dict[str, Any]) -> list[float]:

@@ -22,6 +22,7 @@ class CheckConditions:
         parameters: Of the machine, those that the scenario sets.
         bounds: Limits of inputs, coordinates and rates that the scenario sets, lower and upper.
         requirements: Names of what the machine demands of a plan, and a goal by a predicate.
+        sensed: What stands for what a sensor saw: walls on cells, balls around points.
     """
 
     truth: str
@@ -33,6 +34,7 @@ class CheckConditions:
     parameters: dict[str, float]
     bounds: dict[str, tuple[float, float]]
     requirements: tuple[str, ...]
+    sensed: tuple[str, ...]
 
     @classmethod
     def of(cls, problem: PlanningTask) -> CheckConditions:
@@ -44,12 +46,13 @@ class CheckConditions:
             truth=scenario.integration.truth,
             goal_tolerances=dict(tolerances),
             clearance=problem.world.clearance,
-            obstacles=len(problem.world.obstacles),
-            bodies_with_shapes=sum(bool(body.shapes) for body in problem.bodies),
+            obstacles=len(problem.world.obstacles) + sum(b.prescribed for b in problem.bodies),
+            bodies_with_shapes=sum(bool(b.shapes) and not b.prescribed for b in problem.bodies),
             scales=dict(zip(problem.model.state_names, problem.scales.tolist(), strict=True)),
-            parameters=dict(scenario.system.parameters),
+            parameters=_parameters(scenario.system),
             bounds=dict(scenario.bounds),
             requirements=(*(r.name for r in problem.machine.requirements), *asked),
+            sensed=problem.world.sensed,
         )
 
     def __str__(self) -> str:
@@ -66,8 +69,16 @@ class CheckConditions:
                 f"parameters set: {_listed(self.parameters)}",
                 f"bounds set: {_listed(limits)}",
                 f"requirements of the machine: {', '.join(self.requirements) or 'none'}",
+                *self.sensed,
             ]
         )
+
+
+def _parameters(section: SystemSection) -> dict[str, float]:
+    """Return the parameters that a scenario sets, those of several machines by their names there."""
+    of_several = (section.machines or {}).items()
+    own = {f"{name}_{key}": value for name, one in of_several for key, value in one.parameters.items()}
+    return {**section.parameters, **own}
 
 
 def _listed(values: Mapping[str, float | str]) -> str:

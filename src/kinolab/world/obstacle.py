@@ -29,6 +29,11 @@ UPRIGHT: dict[str, Array] = {
     "z": np.eye(3),
 }
 
+MOST_DRAWN = 25_000  # points of a cloud, of which a page is some megabytes large
+OCTAHEDRON: Faces = np.array(
+    [[0, 1, 2], [1, 3, 2], [3, 4, 2], [4, 0, 2], [1, 0, 5], [3, 1, 5], [4, 3, 5], [0, 4, 5]]
+)
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Obstacle:
@@ -50,9 +55,15 @@ class Obstacle:
     colors: Array | None = None  # (m, 3) red, green, blue in 0..1 of a file that has some
     error: float = 0.0  # [m] by which a mesh that was simplified may stand out of its triangles
     moved_from: Obstacle | None = None  # the same where it stood when the world was built
+    # [m] around each vertex of a cloud, whose faces are its points, three times each; 0: a mesh
+    ball: float = 0.0
+    told: str = ""  # what it is, where its kind does not say that
+    remedy: str = ""  # for those that begin or end where it is
 
     def __str__(self) -> str:
         """What it is: its name, and its kind."""
+        if self.told:
+            return f"{self.name}: {self.told}"
         if self.primitive is not None:
             return f"{self.name}: {type(self.primitive[0]).__name__.lower()}"
         origin = f" from {self.source.name}" if self.source else ""
@@ -67,10 +78,22 @@ class Obstacle:
     def bounding_box(self) -> tuple[Array, Array]:
         """Return the lowest and highest (x, y, z) in [m]; of a primitive exactly."""
         if self.primitive is None:
-            return self.vertices.min(axis=0), self.vertices.max(axis=0)
+            return self.vertices.min(axis=0) - self.ball, self.vertices.max(axis=0) + self.ball
         turn, center = frame_in_world(*self.primitive)
         low, high = (half_extents(self.primitive[0], sign * turn) for sign in (-1.0, 1.0))
         return center - low, center + high
+
+    def picture(self) -> tuple[Array, Faces]:
+        """Return what is drawn of it: vertices (n, 3) in [m] and faces (m, 3).
+
+        A cloud is drawn as octahedra, of ``MOST_DRAWN`` points at equal steps where it has more.
+        """
+        if self.ball == 0.0:
+            return self.vertices, self.faces
+        points = self.vertices[:: -(-len(self.vertices) // MOST_DRAWN)]
+        tips = self.ball * np.concatenate([np.eye(3), -np.eye(3)])
+        faces = len(tips) * np.arange(len(points))[:, None, None] + OCTAHEDRON
+        return (points[:, None] + tips).reshape(-1, 3), faces.reshape(-1, 3)
 
 
 def rotation(rpy: Numbers) -> Array:
@@ -142,8 +165,8 @@ def mesh_obstacle(
             mesh.
     """
     mesh = load_mesh(path, root=root, most=most)
-    linear = UPRIGHT[up] @ np.diag(_scale(name, scale))
-    pose = _pose(name, position, rpy)
+    linear = upright(name, scale, up)
+    pose = placed(name, position, rpy)
     vertices = mesh.vertices @ (pose[:, :3] @ linear).T + pose[:, 3]
     check(str(path), vertices, mesh.faces)
     faces = mesh.faces if np.linalg.det(linear) > 0 else mesh.faces[:, ::-1]
@@ -170,7 +193,7 @@ def mesh_obstacle(
 
 
 def _primitive(name: str, shape: Shape, position: Numbers, rpy: Numbers) -> Obstacle:
-    pose = _pose(name, position, rpy)
+    pose = placed(name, position, rpy)
     farthest = float(max(np.abs(pose[:, 3]).max(), 2.0 * sizes(shape)[1].max()))
     if farthest > MAX_COORDINATE:
         what = f"its position or size is {farthest:g} m."
@@ -179,7 +202,12 @@ def _primitive(name: str, shape: Shape, position: Numbers, rpy: Numbers) -> Obst
     return Obstacle(name, vertices @ pose[:, :3].T + pose[:, 3], faces, (shape, pose))
 
 
-def _pose(name: str, position: Numbers, rpy: Numbers) -> Array:
+def placed(name: str, position: Numbers, rpy: Numbers) -> Array:
+    """Return the pose (3, 4) of a position in [m] and roll, pitch and yaw in [rad].
+
+    Raises:
+        InputError: If one of them is not finite.
+    """
     pose = np.array([*position, *rpy], dtype=float)
     if not np.isfinite(pose).all():
         raise InputError([Mistake(name, "position and rpy must be finite numbers.")])
@@ -200,11 +228,16 @@ def _fill(where: str, faces: Faces, parts: Components, solid: bool | None) -> tu
     return np.where(inward[:, None], faces[:, ::-1], faces) if solid else faces, solid
 
 
-def _scale(name: str, scale: float | Numbers) -> Array:
+def upright(name: str, scale: float | Numbers, up: Literal["x", "y", "z"]) -> Array:
+    """Return the matrix (3, 3) that scales the axes of a file and lets the named one point up.
+
+    Raises:
+        InputError: If a factor is not finite, or 0.
+    """
     factors = np.broadcast_to(np.asarray(scale, dtype=float), (3,))
     if not (np.isfinite(factors).all() and factors.all()):
         raise InputError([Mistake(name, "scale must be finite and not 0.", "1 leaves the size.")])
-    return factors
+    return UPRIGHT[up] @ np.diag(factors)
 
 
 def _require_positive(name: str, what: str, values: Numbers) -> None:

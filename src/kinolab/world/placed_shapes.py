@@ -9,12 +9,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.dynamics.language.shapes import Shape
-from kinolab.numerics.arrays import Array
+from kinolab.numerics.arrays import Array, Integers
 from kinolab.numerics.jit import kernel
 from kinolab.world.geometry import carried, frame_in_world, placement, sizes, sizes_of
 from kinolab.world.kept_together import kept_together
 from kinolab.world.obstacle import Obstacle
+from kinolab.world.obstacle_blocks import blocks_around
 from kinolab.world.support_functions import HULL, half_extent
+
+MANY = 2000  # obstacles, from which on it pays to bring neighbours together
 
 
 class ObstacleArrays(NamedTuple):
@@ -26,6 +29,8 @@ class ObstacleArrays(NamedTuple):
     at: Array  # (obstacles, 3) centre in [m]
     box: Array  # (obstacles, 6) lowest and highest x, y, z in [m]
     mesh: NDArray[np.int64]  # (obstacles,) which of the meshes it is, -1 for a primitive
+    blocks: Array  # (blocks, 6) around obstacles that follow each other, as ``following`` asks
+    first: Integers  # (layers,) block of each layer
 
 
 @kept_together
@@ -49,7 +54,21 @@ def obstacle_arrays(obstacles: Sequence[Obstacle]) -> ObstacleArrays:
         box[k, :3], box[k, 3:] = obstacles[k].bounding_box()
     mesh = np.full(count, -1)
     mesh[meshes] = range(len(meshes))
-    return ObstacleArrays(kind, half, turn, at, box, mesh)
+    return ObstacleArrays(kind, half, turn, at, box, mesh, *blocks_around(box))
+
+
+def near_each_other(obstacles: Sequence[Obstacle]) -> Sequence[Obstacle]:
+    """Return the obstacles of a world; many in an order in which neighbours follow each other.
+
+    Halves of halves are near, as those of triangles in a tree are; up to ``MANY`` stay as they are.
+    """
+    if len(obstacles) <= MANY:
+        return obstacles
+    from kinolab.world.collision.triangle_tree import sort_by_leaf  # late: it knows this module
+
+    box, order = obstacle_arrays(obstacles).box, np.arange(len(obstacles))
+    sort_by_leaf(0.5 * (box[:, :3] + box[:, 3:]), order)
+    return [obstacles[k] for k in order.tolist()]
 
 
 def lowest_heights(shape: Shape, poses: Array) -> Array:

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from itertools import product
 
 import numpy as np
+import scipy
 
 from kinolab.world.geometry import frame_in_world, sizes
 from kinolab.world.obstacle import Obstacle
@@ -31,8 +32,15 @@ def without_redundant(obstacles: Sequence[Obstacle]) -> tuple[Obstacle, ...]:
     around = zip(halves, places, strict=True)  # boxes along the shapes' own axes
     corners = np.stack([(CORNERS * half) @ turn.T + at for half, (turn, at) in around])
     volumes, hidden = np.array([*map(np.prod, halves)]), np.zeros(len(solids), dtype=bool)
-    for (_, shape, _), (turn, at), volume in zip(solids, places, volumes, strict=True):
-        smaller = np.flatnonzero((volumes < volume) & ~hidden)
+    middles = np.array([at for _, at in places])
+    # the middle of what is inside of a shape is no farther from the shape's own than its corners
+    reach = np.array([np.linalg.norm(half[:3]) + half[0] for half in halves])
+    near = scipy.spatial.cKDTree(middles).query_ball_point(middles, reach, return_sorted=True)
+    for k, ((_, shape, _), (turn, at)) in enumerate(zip(solids, places, strict=True)):
+        if len(near[k]) == 1:
+            continue  # nothing but itself
+        others = np.array(near[k])
+        smaller = others[(volumes[others] < volumes[k]) & ~hidden[others]]
         inside = shape.depths((corners[smaller] - at) @ turn) >= 0.0
         hidden[smaller] = inside.all(axis=1)
     inner = {id(obstacle) for (obstacle, *_), is_in in zip(solids, hidden, strict=True) if is_in}

@@ -34,7 +34,7 @@ class World:
         found = [text for obstacle in self.obstacles for text in obstacle.warnings]
         found += [text for floor in self.floors for text in floor.warnings]
         for obstacle in (*self.obstacles, *self.floors):
-            if obstacle.primitive is None:
+            if obstacle.primitive is None and (obstacle.ball or not obstacle.told):
                 found += misfits(obstacle.name, np.ptp(obstacle.vertices, axis=0), self.bounds)
         for axis, (low, high) in self.bounds.items():
             if high - low > MAX_EXTENT:
@@ -44,17 +44,23 @@ class World:
     @property
     def notes(self) -> tuple[str, ...]:
         """Sentences about what is normal, and good to know."""
-        return tuple(_covered(floor) for floor in self.floors)
+        return (*self.sensed, *map(_covered, self.floors))
+
+    @property
+    def sensed(self) -> tuple[str, ...]:
+        """What obstacles are that stand for what a sensor saw: walls on cells, balls on points."""
+        return tuple(str(obstacle) for obstacle in self.obstacles if obstacle.told)
 
     def describe(self) -> tuple[str, ...]:
         """Say in one line per obstacle what it is."""
         lines = [*map(str, self.obstacles)]
-        lines += self.notes
+        lines += map(_covered, self.floors)
         return (*lines, "ground: the plane z = 0") if self.ground else tuple(lines)
 
 
 def _covered(floor: Obstacle) -> str:
     count, low = len(floor.faces), float(floor.vertices[:, 2].min())
     depth = "at z = 0" if low > -1e-6 else f"down to {-1000.0 * low:.3g} mm below z = 0"
-    triangles = "1 triangle" if count == 1 else f"{count} triangles"
-    return f"{floor.name}: {triangles} {depth}, which the ground covers: support, and no obstacle"
+    what = "point" if floor.ball else "triangle"
+    several = f"1 {what}" if count == 1 else f"{count} {what}s"
+    return f"{floor.name}: {several} {depth}, which the ground covers: support, and no obstacle"

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from PIL import Image
 
 import kinolab
 from kinolab.cli.manual import machine_words
@@ -120,7 +121,23 @@ def home(tmp_path: Path) -> Path:
     (tmp_path / "cart_pendulum.py").write_text(examples_in(whole, "python")[0])
     (tmp_path / "arm.urdf").write_text(ARM)
     (tmp_path / "arm.xml").write_text(MODEL)
+    _write_sensed(tmp_path)
     return tmp_path
+
+
+def _write_sensed(home: Path) -> None:
+    """Write the map, the heights and the cloud that the examples name."""
+    (home / "maps").mkdir()
+    (home / "scans").mkdir()
+    for name, level in {"office.pgm": 0, "hills.png": 255}.items():
+        picture = Image.new("L", (20, 20), 255 - level)
+        picture.putpixel((5, 5), level)
+        picture.save(home / "maps" / name)
+    lines = "image: office.pgm\nresolution: 0.05\norigin: [10.0, 10.0, 0.0]\n"
+    (home / "maps/office.yaml").write_text(lines)
+    axes = "".join(f"property float {axis}\n" for axis in "xyz")
+    head = f"ply\nformat ascii 1.0\nelement vertex 2\n{axes}end_header\n"
+    (home / "scans/hall.ply").write_text(f"{head}15000 9000 500\n9000 15000 500\n")
 
 
 def completed(example: str) -> str:

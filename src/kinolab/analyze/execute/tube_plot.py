@@ -117,15 +117,15 @@ def _outlines(problem: PlanningTask, across: int, up: int) -> list[Array]:
     """Return the projections of obstacles along the third axis, as polygons (m, 2)."""
     outlines = []
     for obstacle in problem.world.obstacles:
-        corners = obstacle.vertices[:, [across, up]]
+        vertices, faces = obstacle.picture()
+        corners = vertices[:, [across, up]]
         if obstacle.primitive is not None:
             try:
                 outlines.append(corners[ConvexHull(corners).vertices])
             except QhullError:  # degenerate in this view
                 continue
         else:
-            faces = obstacle.faces[:MAX_FACES]
-            outlines += list(corners[faces])
+            outlines += list(corners[faces[:MAX_FACES]])
     return outlines
 
 

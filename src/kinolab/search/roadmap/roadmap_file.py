@@ -23,7 +23,9 @@ def fingerprints(problem: PlanningTask) -> dict[str, str]:
 
     world, integration = problem.world, problem.scenario.integration
     shapes = [array.tobytes() for o in world.obstacles for array in (o.vertices, o.faces)]
-    solids = [(o.solid, o.primitive is None) for o in world.obstacles]
+    solids = [
+        (o.solid, o.primitive is None, *([o.ball] if o.ball else [])) for o in world.obstacles
+    ]
     limits = [problem.bounds.tobytes(), problem.rate_bounds.tobytes()]
     return {
         "machine": _hash(machine_to_json(problem.system).encode()),

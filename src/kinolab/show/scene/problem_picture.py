@@ -14,18 +14,27 @@ from kinolab.show.scene.goal_mark import goal_mark, hidden_obstacles
 from kinolab.show.scene.models.cone import Cone
 from kinolab.show.scene.picture import Frames, Ghost, GoalMarker, Picture, Surface
 from kinolab.world.geometry import triangles
+from kinolab.world.placed_shapes import MANY
 
 RENDERED: tuple[Any, ...] = ("view", "azimuth", "elevation", "follow", "cut", "setting")
 WORLD = "world"  # name of its frame
 
 
 def _surfaces(problem: PlanningTask) -> list[Surface]:
-    """The obstacles with the colours that the scenario gives them."""
+    """The obstacles with the colours that the scenario gives them; of many, all others as one."""
     colors = {entry.name: entry.colors for entry in problem.scenario.world.obstacle}
-    return [
-        Surface(each.name, each.vertices, each.faces, colors.get(each.name, ()), each.colors)
+    shown = [
+        Surface(each.name, *each.picture(), colors.get(each.name, ()), each.colors)
         for each in (*problem.world.obstacles, *problem.world.floors)
     ]
+    plain = [each for each in shown if not each.colors and each.paint is None]
+    if len(shown) <= MANY or not plain:
+        return shown
+    first = np.cumsum([0, *(len(each.vertices) for each in plain)])
+    vertices = np.concatenate([each.vertices for each in plain])
+    faces = np.concatenate([each.faces + k for each, k in zip(plain, first, strict=False)])
+    coloured = [each for each in shown if each.colors or each.paint is not None]
+    return [*coloured, Surface("obstacles", vertices, faces)]
 
 
 def picture(problem: PlanningTask, x: np.ndarray, settings: RenderSection | None = None) -> Picture:

@@ -33,6 +33,7 @@ from kinolab.world.collision.triangle_gaps import (
 )
 from kinolab.world.collision.triangle_tree import Traversal, TriangleTree, mesh_tree
 from kinolab.world.geometry import core_radius_of
+from kinolab.world.obstacle_blocks import following
 from kinolab.world.placed_shapes import ObstacleArrays, enclose, obstacle_arrays
 from kinolab.world.redundant_obstacles import without_redundant
 
@@ -241,8 +242,10 @@ def gap_of(c, around, found):  # type: ignore[no-untyped-def]
         return gap_along(shape, shape_of(OWN - k, around, found), n)
     if k < fixed.kind.shape[0]:
         return gap_along(shape, obstacle_of(k, fixed), n)
-    corners_of(around.tree.triangles[k - fixed.kind.shape[0]], found.corners)
-    return gap_along(shape, Convex(TRIANGLE, shape.half, found.corners, shape.at), n)
+    t = k - fixed.kind.shape[0]
+    corners_of(around.tree.triangles[t], found.corners)
+    triangle = Convex(TRIANGLE, shape.half, found.corners, shape.at)
+    return gap_along(shape, triangle, n) - around.tree.ball[t]
 
 
 @kernel
@@ -327,7 +330,11 @@ def find_at(around, x, reach, found):  # type: ignore[no-untyped-def]
             found.mover[count], found.what[count] = s, GROUND
             found.gap[count] = gap_of(count, around, found)
             count += found.gap[count] < reach
-        for k in range(scene.obstacle.shape[0]):
+        k = -1
+        while True:
+            k = following(k + 1, found.box[s], reach, around.fixtures)
+            if k == scene.obstacle.shape[0]:
+                break
             near = scene.mesh[k] < 0 and box_gap(found.box[s], scene.obstacle[k]) < reach
             if near and count < MAX_GAPS:
                 shape, other = shape_of(s, around, found), obstacle_of(k, around.fixtures)
@@ -398,13 +405,14 @@ def near_triangles(s, count, reach, around, found):  # type: ignore[no-untyped-d
             key = next_key(near, key)
             if plane_bound(shape, tree.planes[t]) >= worth:
                 continue
-            if triangle_behind(tree.triangles[t], first, count, found):
+            ball = tree.ball[t]
+            if triangle_behind(tree.triangles[t], ball, first, count, found):
                 continue
             corners_of(tree.triangles[t], found.corners)
             other_shape = Convex(TRIANGLE, found.half[s], found.corners, tree.triangles[t, :3])
-            gap = signed_gap(shape, other_shape, worth, found.scratch, n)
+            gap = signed_gap(shape, other_shape, worth + ball, found.scratch, n) - ball
             if gap < farthest:
-                what, level = t + around.fixtures.kind.shape[0], highest(other_shape, n)
+                what, level = t + around.fixtures.kind.shape[0], highest(other_shape, n) + ball
                 count = kept(s, what, gap, level, n, first, count, found)
                 farthest = farthest_of(first, count, reach, found)
             room = min(room, gap)
@@ -437,13 +445,20 @@ def box_behind(box, first, count, found):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def triangle_behind(triangle, first, count, found):  # type: ignore[no-untyped-def]
-    """Say the same of a triangle (9,)."""
+def triangle_behind(triangle, ball, first, count, found):  # type: ignore[no-untyped-def]
+    """Say the same of a triangle and of what is round about it.
+
+    Args:
+        triangle: Corners in [m], shape (9,).
+        ball: How far that reaches, in [m].
+        first, count: As above.
+        found: ``GapBuffer``.
+    """
     for c in range(first, count):
         n, farthest = found.normal[c], -math.inf
         for k in range(0, 9, 3):
             corner = n[0] * triangle[k] + n[1] * triangle[k + 1] + n[2] * triangle[k + 2]
-            farthest = max(farthest, corner)
+            farthest = max(farthest, corner + ball)
         if found.gap[c] > 0.0 and farthest <= found.level[c] + SAME_LEVEL:
             return True
     return False

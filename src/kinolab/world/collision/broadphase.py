@@ -33,6 +33,7 @@ from kinolab.world.collision.triangle_grid import (
 )
 from kinolab.world.collision.triangle_tree import Traversal, TriangleTree
 from kinolab.world.geometry import placement, sizes, sizes_of
+from kinolab.world.obstacle_blocks import following
 from kinolab.world.placed_shapes import ObstacleArrays, enclose, obstacle_arrays
 from kinolab.world.world import World
 
@@ -41,6 +42,7 @@ MAX_PENETRATION = 1e-6  # [m] that a wheel or a foot may press into the ground
 ROUNDING_MARGIN = 1e-9  # [m] that absorbs rounding, far above it at world coordinates of 1e5 m
 # [m] of a proved gap beside a mesh, from which on FCL is not asked: fifty times what it errs by
 SURE_GAP = 1e-3
+LEAST_GAP = 1e-300  # [m]; boxes that share a point have none
 CORNER = 1.7320509  # times as far as its sides do the corners of a box grow out of it, at most
 
 
@@ -219,8 +221,11 @@ def pairs_of(s, left, arrays):  # type: ignore[no-untyped-def]
     """
     scratch, scene, grid = arrays.scratch, arrays.scene, arrays.grid
     around, pairs, obstacle, mesh = scratch.around, scratch.pairs, scene.obstacle, scene.mesh
-    asked, clear = False, False
-    for k in range(obstacle.shape[0]):
+    asked, clear, k = False, False, -1
+    while True:
+        k = following(k + 1, around[s], LEAST_GAP, arrays.obstacles)
+        if k == obstacle.shape[0]:
+            return left
         if not overlap(around[s], obstacle[k]):
             continue
         if mesh[k] >= 0:
@@ -234,7 +239,6 @@ def pairs_of(s, left, arrays):  # type: ignore[no-untyped-def]
                 continue
         pairs[left, 0], pairs[left, 1] = s, k
         left += 1
-    return left
 
 
 @kernel

@@ -7,6 +7,7 @@ import math
 from kinolab.numerics.jit import kernel
 from kinolab.world.collision.gjk import Convex, box_gap, separation_within
 from kinolab.world.collision.triangle_gaps import mesh_clearance
+from kinolab.world.obstacle_blocks import following
 
 
 @kernel
@@ -30,7 +31,11 @@ def clearance_at(arrays, most):  # type: ignore[no-untyped-def]
         shape = Convex(kind[s], half[s], turns[s], places[s])
         if scene.ground and not scene.rests[s]:
             best = min(best, around[s, 2] + scene.grow)
-        for k in range(obstacle.shape[0]):
+        k = -1
+        while True:
+            k = following(k + 1, around[s], best, fixed)
+            if k == obstacle.shape[0]:
+                break
             if scene.mesh[k] >= 0 or box_gap(around[s], obstacle[k]) >= best:
                 continue
             other = Convex(fixed.kind[k], fixed.half[k], fixed.turn[k], fixed.at[k])

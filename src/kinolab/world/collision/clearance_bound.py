@@ -19,6 +19,7 @@ from kinolab.world.collision.distance_field import distance_bound
 from kinolab.world.collision.gjk import Convex, box_gap, separation_within
 from kinolab.world.collision.triangle_gaps import TOUCHING_MARGIN, mesh_clearance
 from kinolab.world.collision.triangle_grid import inside
+from kinolab.world.obstacle_blocks import following
 from kinolab.world.placed_shapes import enclose
 from kinolab.world.support_functions import half_extent
 
@@ -223,8 +224,10 @@ def obstacle_clearance(s, turn, at, box, least, within, fine, scene, scratch):  
     broadphase, fixed = scene.broadphase, scene.obstacles
     shape = Convex(broadphase.kind[s], broadphase.half[s], turn, at)
     best = mesh_clearance(shape, box, least, within, scene.triangles, scratch)
-    for k in range(broadphase.obstacle.shape[0]):
-        if best < least or best <= TOUCHING_MARGIN:
+    k = -1
+    while best >= least and best > TOUCHING_MARGIN:
+        k = following(k + 1, box, best, fixed)
+        if k == broadphase.obstacle.shape[0]:
             break
         if box_gap(box, broadphase.obstacle[k]) >= best:
             continue

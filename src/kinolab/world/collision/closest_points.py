@@ -19,8 +19,9 @@ import numpy as np
 from kinolab.dynamics.language.shapes import Shape
 from kinolab.dynamics.machine_facts import BodyGeometry
 from kinolab.numerics.arrays import Array
-from kinolab.world.collision.fcl import body_object, obstacle_object
+from kinolab.world.collision.fcl import body_object, obstacle_object, overlapping
 from kinolab.world.geometry import placement, sizes
+from kinolab.world.placed_shapes import obstacle_arrays
 from kinolab.world.support_functions import core_radius, core_support
 from kinolab.world.world import World
 
@@ -59,6 +60,8 @@ class GapFinder:
             for shape in body.shapes
         ]
         self._obstacles = [(obstacle_object(o), o.primitive is None) for o in world.obstacles]
+        self._boxes = obstacle_arrays(world.obstacles).box
+        self._near = np.empty(len(self._boxes), np.int64)
 
     def gaps(self, poses: Array) -> list[Gap]:
         """Return the gaps at poses (bodies, 12)."""
@@ -67,7 +70,8 @@ class GapFinder:
             mover.move(poses[mover.body].reshape(3, 4))
             if mover.over_ground:
                 found.append(_over_ground(mover))
-            for obstacle, is_mesh in self._obstacles:
+            count = overlapping(mover.box, self._boxes, self._near)
+            for obstacle, is_mesh in (self._obstacles[k] for k in self._near[:count].tolist()):
                 # Whether two things touch is known a hundred times sooner than how far they are.
                 if _touch(mover.swollen, obstacle):
                     found.append(_gap(mover, obstacle, is_mesh))
@@ -86,11 +90,15 @@ class _Mover:
         self.exact: Any = fcl.CollisionObject(point) if self.ball else body_object(shape, 0.0)
         self.swollen: Any = body_object(shape, reach)
         self.turn, self.at = np.eye(3), np.zeros(3)
+        # no point is farther from the centre than a corner of the half sizes and a cap's radius
+        self._around = float(np.linalg.norm(self.half[:3]) + self.half[0]) + reach
+        self.box = np.zeros(6)
 
     def move(self, pose: Array) -> None:
         """Place it where a body's pose (3, 4) has it."""
         self.turn = pose[:, :3] @ self._own[:, :3]
         self.at = pose[:, :3] @ self._own[:, 3] + pose[:, 3]
+        self.box[:3], self.box[3:] = self.at - self._around, self.at + self._around
         for thing in (self.exact, self.swollen):
             thing.setRotation(self.turn)
             thing.setTranslation(self.at)

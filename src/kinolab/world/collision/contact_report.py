@@ -6,6 +6,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
+import numpy as np
+
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.struct import Record
 from kinolab.world.collision.broadphase import (
@@ -15,7 +17,7 @@ from kinolab.world.collision.broadphase import (
     grounded,
     place,
 )
-from kinolab.world.collision.fcl import Narrowphase
+from kinolab.world.collision.fcl import Narrowphase, overlapping
 from kinolab.world.collision.triangle_grid import inside, near_surface, overlap
 from kinolab.world.placed_shapes import enclose
 
@@ -65,6 +67,7 @@ def contacts_at(
     """
     arrays: CheckerArrays = record.held
     scene, scratch, grow = arrays.scene, arrays.scratch, arrays.scene.grow + ROUNDING_MARGIN
+    near = np.empty(len(obstacles), np.int64)
     for s in sound:
         turn, at, body, box = scratch.turns[s], scratch.places[s], scene.body[s], scratch.around[s]
         if body >= 0:
@@ -75,10 +78,10 @@ def contacts_at(
         rests = scene.rests[s]
         if body >= 0 and scene.ground and grounded(box[2] + grow, rests, scene.margin):
             yield Contact(owners[s], GROUND_NAME, "sinks" if rests else "touches")
-        for k, name in enumerate(obstacles):
+        for k in near[: overlapping(box, scene.obstacle, near)].tolist():
             how = _with_obstacle(s, k, record, narrowphase)
             if how is not None:
-                yield Contact(owners[s], name, how)
+                yield Contact(owners[s], obstacles[k], how)
     for a, b in scene.own_pairs.tolist():
         if {a, b} <= {*sound} and overlap(scratch.around[a], scratch.around[b]):
             how = _judged(a, len(obstacles) + b, narrowphase)
@@ -90,8 +93,6 @@ def _with_obstacle(shape: int, k: int, record: Record, narrowphase: Narrowphase)
     """Say how a placed shape meets an obstacle; of small meshes FCL is always asked."""
     arrays: CheckerArrays = record.held
     mesh, box, kind = arrays.scene.mesh[k], arrays.scratch.around[shape], None
-    if not overlap(box, arrays.scene.obstacle[k]):
-        return None
     grid, large = Record(arrays.grid), len(arrays.tree.triangles) > LARGE
     near = mesh < 0 or near_surface(box, mesh, grid)
     if near and not (mesh >= 0 and large and clear_of_meshes(shape, record)):

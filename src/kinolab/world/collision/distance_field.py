@@ -76,14 +76,16 @@ def distance_field(
     meshes = [obstacle for obstacle in obstacles if obstacle.primitive is None]
     grid = mesh_grid(meshes)
     if meshes:
-        mark_triangles(grid.triangles, low, width, taken)
+        mark_triangles(grid.triangles, grid.boxes, low, width, taken)
         _fill_solids(grid, low, width, taken)
     left = {id(obstacle) for obstacle in without_redundant(obstacles)}
     placed = obstacle_arrays(obstacles)
-    for k, (kind, half, turn, at, box, mesh) in enumerate(zip(*placed, strict=True)):
-        if mesh < 0 and id(obstacles[k]) in left:
-            left.remove(id(obstacles[k]))  # one thing may be there more than once
-            mark_shape(Convex(int(kind), half, turn, at), box[:3], box[3:], low, width, taken)
+    rows = []
+    for k, obstacle in enumerate(obstacles):
+        if obstacle.primitive is not None and id(obstacle) in left:
+            left.remove(id(obstacle))  # one thing may be there more than once
+            rows.append(k)
+    mark_shapes(np.array(rows, np.int64), *placed[:5], low, width, taken)
     return DistanceField(low, width, _distances(taken, width))
 
 
@@ -91,11 +93,12 @@ def distance_field(
 def digest(obstacles: Sequence[Obstacle]) -> str:
     """Return what tells obstacles apart whose grids differ."""
     found = hashlib.sha256()
-    for numbers in obstacle_arrays(obstacles):
+    for numbers in obstacle_arrays(obstacles)[:6]:  # blocks follow from these
         found.update(np.ascontiguousarray(numbers).tobytes())
     for k, obstacle in enumerate(obstacles):
         if obstacle.primitive is None:
             found.update(repr((k, obstacle.solid, len(obstacle.vertices))).encode())
+            found.update(repr(obstacle.ball).encode() if obstacle.ball else b"")
             found.update(np.ascontiguousarray(obstacle.vertices).tobytes())
             found.update(np.ascontiguousarray(obstacle.faces).tobytes())
     return found.hexdigest()
@@ -186,6 +189,23 @@ def copy_block(given, block):  # type: ignore[no-untyped-def]
 
 
 @allocating_kernel
+def mark_shapes(rows, kind, half, turn, at, box, low, width, taken):  # type: ignore[no-untyped-def]
+    """Mark the cells near placed shapes, as ``mark_shape`` does near one.
+
+    Args:
+        rows: Which of the shapes, shape (m,).
+        kind, half: Kinds (n,) and half sizes (n, 3) in [m].
+        turn, at: Rotations (n, 3, 3) and centres (n, 3) in [m].
+        box: Lowest and highest x, y, z in [m], shape (n, 6).
+        low, width: The grid's lowest corner, shape (3,), and a cell's width, in [m].
+        taken: Whether cells are marked, shape (nx, ny, nz); written.
+    """
+    for k in rows:
+        shape = Convex(kind[k], half[k], turn[k], at[k])
+        mark_shape(shape, box[k, :3], box[k, 3:], low, width, taken)
+
+
+@allocating_kernel
 def mark_shape(shape, first, last, low, width, taken):  # type: ignore[no-untyped-def]
     """Mark the cells whose centre is within half a diagonal of a convex shape.
 
@@ -249,8 +269,17 @@ def mark_shape(shape, first, last, low, width, taken):  # type: ignore[no-untype
 
 
 @allocating_kernel
-def mark_triangles(triangles, low, width, taken):  # type: ignore[no-untyped-def]
+def mark_triangles(triangles, boxes, low, width, taken):  # type: ignore[no-untyped-def]
     """Mark the cells that triangles (m, 9) reach into, by the separating axes of box and triangle.
+
+    No axis separates points, whose boxes are those of the balls around them: all cells of these
+    are marked.
+
+    Args:
+        triangles: Corners in [m], shape (m, 9).
+        boxes: Around them, lowest and highest x, y, z in [m], shape (m, 6).
+        low, width: The grid's lowest corner, shape (3,), and a cell's width, in [m].
+        taken: Whether cells are marked, shape (nx, ny, nz); written.
 
     Source: Akenine-Möller, Fast 3D triangle-box overlap testing, Journal of Graphics Tools 6, 2001.
     """
@@ -266,8 +295,7 @@ def mark_triangles(triangles, low, width, taken):  # type: ignore[no-untyped-def
             for i in range(3):
                 edge[c, i] = corner[(c + 1) % 3, i] - corner[c, i]
         for i in range(3):
-            first = min(corner[0, i], corner[1, i], corner[2, i])
-            last = max(corner[0, i], corner[1, i], corner[2, i])
+            first, last = boxes[t, i], boxes[t, i + 3]
             begin, end = cell_range(low[i], width, taken.shape[i], first, last)
             ranges[i, 0], ranges[i, 1] = begin, end
             j, k = (i + 1) % 3, (i + 2) % 3

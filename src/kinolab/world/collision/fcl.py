@@ -59,7 +59,9 @@ class Obstacles:
     def __init__(self, obstacles: Sequence[Obstacle]) -> None:
         self._obstacles = obstacles
         self._objects: list[object | None] = [None] * len(obstacles)
-        self._large = [o.primitive is None and len(o.faces) > TILE_SIZE for o in obstacles]
+        self._large = [
+            o.primitive is None and (o.ball > 0.0 or len(o.faces) > TILE_SIZE) for o in obstacles
+        ]
 
     def __len__(self) -> int:
         return len(self._objects)
@@ -71,7 +73,7 @@ class Obstacles:
         return found
 
     def near(self, k: int, box: Array) -> Iterable[object]:
-        """Return the objects of an obstacle that a box (6,) may meet: tiles of a large mesh."""
+        """Return the objects that a box (6,) may meet: tiles of a large mesh, balls of a cloud."""
         return _tiles((self._obstacles[k],)).near(box) if self._large[k] else (self[k],)
 
     def build(self) -> None:
@@ -164,14 +166,17 @@ class FclTiles:
     Args:
         vertices: In [m], shape (n, 3).
         faces: Shape (m, 3).
+        ball: In [m] around points, whose tiles have no search tree; 0 of a mesh.
     """
 
-    def __init__(self, vertices: Array, faces: Faces) -> None:
-        self._vertices, self._faces = vertices, faces
+    def __init__(self, vertices: Array, faces: Faces, ball: float = 0.0) -> None:
+        self._vertices, self._faces, self._ball = vertices, faces, ball
         corners = [vertices[faces[:, k]] for k in range(3)]
         low, high = (reduce(pick, corners) for pick in (np.minimum, np.maximum))
         self._rows = list(_divided(low + high, np.arange(len(faces))))
-        tiles = [(low[rows].min(axis=0), high[rows].max(axis=0)) for rows in self._rows]
+        tiles = [
+            (low[rows].min(axis=0) - ball, high[rows].max(axis=0) + ball) for rows in self._rows
+        ]
         self._boxes = np.array(tiles).reshape(-1, 6)
         self._objects: list[object | None] = [None] * len(self._rows)
 
@@ -179,12 +184,24 @@ class FclTiles:
         """Yield the objects that a box (6,), lowest and highest x, y, z in [m], may meet."""
         met = np.empty(len(self._boxes), np.int64)
         for k in met[: overlapping(box, self._boxes, met)].tolist():
+            if self._ball > 0.0:
+                yield from self._balls(k, box)
+                continue
             found = self._objects[k]
             if found is None:
                 used, faces = np.unique(self._faces[self._rows[k]], return_inverse=True)
                 surface = _surface_model(self._vertices[used], faces.reshape(-1, 3))
                 found = self._objects[k] = fcl.CollisionObject(surface)
             yield found
+
+    def _balls(self, k: int, box: Array) -> Iterator[object]:
+        """Yield the balls of a tile that a box may meet."""
+        points = self._vertices[self._faces[self._rows[k], 0]]
+        near = (points + self._ball >= box[:3]) & (points - self._ball <= box[3:])
+        for point in points[near.all(axis=1)]:
+            ball = fcl.CollisionObject(fcl.Sphere(self._ball))
+            ball.setTranslation(point)
+            yield ball
 
 
 @kernel
@@ -228,5 +245,5 @@ def _divided(middles: Array, rows: NDArray[np.int64]) -> Iterator[NDArray[np.int
 
 
 # Search trees, which only FCL reads: all checkers of a world share them.
-_surface = kept_together(lambda one: _surface_model(one[0].vertices, one[0].faces))
-_tiles = kept_together(lambda one: FclTiles(one[0].vertices, one[0].faces))
+_surface = kept_together(lambda one: _surface_model(*one[0].picture()))
+_tiles = kept_together(lambda one: FclTiles(one[0].vertices, one[0].faces, one[0].ball))

@@ -58,8 +58,9 @@ def mesh_clearance(shape, box, least, within, tree, scratch):  # type: ignore[no
         while key & -LANES < bits_of(limit_of(best, slack)):
             t = leaf * LANES + (key & (LANES - 1))
             if plane_bound(shape, tree.planes[t]) < best:
-                gap = to_triangle(shape, tree.triangles[t], least, best, scratch)
-                best = min(best, gap)
+                ball = tree.ball[t]
+                gap = to_triangle(shape, tree.triangles[t], least + ball, best + ball, scratch)
+                best = min(best, gap - ball)
                 if best < least:
                     return best
             key = next_key(near, key)
@@ -177,7 +178,7 @@ def triangle_bounds(leaf, tree, shape):  # type: ignore[no-untyped-def]
         tree: ``TriangleTree``.
         shape: ``Traversal.shape``.
     """
-    corners, nothing = tree.corners, spread(NOTHING)
+    corners, nothing, ball = tree.corners, spread(NOTHING), load(tree.balls, (leaf, 0))
     total = nothing
     for i in range(3):
         u, v = spread(shape[AXES + 3 * i]), spread(shape[AXES + 3 * i + 1])
@@ -187,7 +188,8 @@ def triangle_bounds(leaf, tree, shape):  # type: ignore[no-untyped-def]
         three = along(leaf, 6, corners, u, v, w)
         low, high = minimum(minimum(one, two), three), maximum(maximum(one, two), three)
         centre = spread(shape[CENTRE + i])
-        gap = maximum(maximum(low - centre, centre - high) - spread(shape[REACH + i]), nothing)
+        reach = spread(shape[REACH + i]) + ball
+        gap = maximum(maximum(low - centre, centre - high) - reach, nothing)
         total += gap * gap
     return total
 

@@ -35,6 +35,8 @@ class MeshGrid(NamedTuple):
     extent: Integers  # (meshes, 3): cells in x, cells in y, index of the first cell
     start: Integers  # (cells + 1,) where the list of each cell starts in ``entries``
     entries: Integers  # triangles, cell by cell, in ascending order
+    # (m,) [m] by which the things are larger all round than their triangles: balls around points
+    ball: Array
 
 
 def mesh_grid(obstacles: Sequence[Obstacle]) -> MeshGrid:
@@ -69,6 +71,7 @@ def _ended(grid: MeshGrid) -> MeshGrid:
 _EMPTY = (
     *(np.zeros((0, 9)), np.zeros((0, 6)), np.zeros(0, np.int64), np.zeros(0)),
     *(np.zeros((0, 3)), np.zeros((0, 3), np.int64), np.zeros(1, np.int64), np.zeros(0, np.int64)),
+    np.zeros(0),
 )
 
 
@@ -77,26 +80,28 @@ def _single(obstacle: Obstacle) -> MeshGrid:
     parts = obstacle.parts or components(obstacle.vertices, obstacle.faces)
     order = np.argsort(parts.label, kind="stable")  # a cell then lists each part in one run
     corners = obstacle.vertices[obstacle.faces[order]]
-    boxes = np.concatenate([corners.min(axis=1), corners.max(axis=1)], axis=1)
-    frame, first, last, nx, ny = _cells(boxes)
+    ball = obstacle.ball
+    boxes = np.concatenate([corners.min(axis=1) - ball, corners.max(axis=1) + ball], axis=1)
+    frame, first, last, nx, ny = _cells(boxes, 2.0 * ball)
     start, entries = _lists(first, last, nx, ny)
     volume = parts.volume if obstacle.solid else np.zeros_like(parts.volume)
     extent = np.array([[nx, ny, 0]])
     triangles = np.ascontiguousarray(corners.reshape(-1, 9))
+    around, balls = frame[None], np.full(len(boxes), ball)
     return MeshGrid(
-        triangles, boxes, parts.label[order], volume, frame[None], extent, start, entries
+        triangles, boxes, parts.label[order], volume, around, extent, start, entries, balls
     )
 
 
 _kept = kept_together(lambda one: _single(*one))
 
 
-def _cells(boxes: Array) -> tuple[Array, Integers, Integers, int, int]:
-    """Choose the finest grid that stays within the memory allowed."""
+def _cells(boxes: Array, finest: float) -> tuple[Array, Integers, Integers, int, int]:
+    """Choose the finest grid that stays within the memory allowed, and above a width in [m]."""
     low, high = boxes[:, :2].min(axis=0), boxes[:, 3:5].max(axis=0)
     side = min(MAX_CELLS_PER_SIDE, int(np.ceil(2.0 * np.sqrt(len(boxes)))))
     while True:
-        width = max(float((high - low).max()) / side, np.finfo(float).tiny)
+        width = max(float((high - low).max()) / side, finest, np.finfo(float).tiny)
         nx, ny = (int(n) for n in np.floor((high - low) / width) + 1)
         limit = np.array([nx, ny]) - 1
         first = np.clip(np.floor((boxes[:, :2] - low) / width), 0, limit).astype(np.int64)

@@ -49,6 +49,8 @@ class TriangleTree(NamedTuple):
     first: Integers  # (layers,) group of each layer, the lowest layer first
     origin: Array  # (3,) the middle of all, in [m]
     extent: float  # [m] of the largest side of all
+    ball: Array  # (leaves * LANES,) [m] by which things are larger all round than their triangles
+    balls: Lanes  # (leaves, LANES) the same
 
 
 class Traversal(NamedTuple):
@@ -66,14 +68,16 @@ def mesh_tree(obstacles: Sequence[Obstacle]) -> TriangleTree:
     return _tree([obstacle for obstacle in obstacles if obstacle.primitive is None])
 
 
-def triangle_tree(triangles: Array) -> TriangleTree:
-    """Build the tree of triangles (m, 9)."""
+def triangle_tree(triangles: Array, ball: Array | None = None) -> TriangleTree:
+    """Build the tree of triangles (m, 9) and of what is round about them, by (m,) in [m]."""
     order = np.arange(len(triangles))
     sort_by_leaf(triangles.reshape(-1, 3, 3).mean(axis=1), order)
     leaves = -(-len(order) // LANES)
-    kept = triangles[np.append(order, order[-1:].repeat(-len(order) % LANES))]
+    rows = np.append(order, order[-1:].repeat(-len(order) % LANES))
+    kept, around = triangles[rows], np.zeros(len(rows)) if ball is None else ball[rows]
     points = kept.reshape(leaves, 3 * LANES, 3)
-    leaf_boxes = np.concatenate([points.min(axis=1), points.max(axis=1)], axis=1)
+    wide = around.reshape(leaves, LANES).repeat(3, axis=1)[:, :, None]
+    leaf_boxes = np.concatenate([(points - wide).min(axis=1), (points + wide).max(axis=1)], axis=1)
     low = leaf_boxes[:, :3].min(axis=0) if leaves else np.zeros(3)
     high = leaf_boxes[:, 3:].max(axis=0) if leaves else np.zeros(3)
     origin = 0.5 * (low + high)
@@ -88,10 +92,17 @@ def triangle_tree(triangles: Array) -> TriangleTree:
         first,
         origin,
         float((high - low).max()),
+        around,
+        around.reshape(leaves, LANES).astype(np.float32),
     )
 
 
-_tree = kept_together(lambda meshes: triangle_tree(mesh_grid(meshes).triangles))
+def _tree_of(meshes: Sequence[Obstacle]) -> TriangleTree:
+    grid = mesh_grid(meshes)
+    return triangle_tree(grid.triangles, grid.ball)
+
+
+_tree = kept_together(_tree_of)
 
 
 def _groups(boxes: Array) -> tuple[Lanes, Integers]:

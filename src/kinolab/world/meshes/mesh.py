@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -37,8 +38,8 @@ def load_mesh(path: str | Path, *, root: Path, most: int | None = None) -> Mesh:
         InputError: If the file is missing, too large, of another format, or not a sound mesh.
     """
     where = str(path)
-    file = _locate(where, root)
-    content = _read(where, file)
+    file = locate(where, root, FORMATS, "mesh")
+    content = read_bytes(where, file, MAX_BYTES, "Simplify the mesh.")
     library = materials_file(file, content, root)
     materials = library.read_bytes() if library else b""
     about = _format(where), materials, content
@@ -91,10 +92,23 @@ def merge_duplicates(vertices: Array, faces: Faces) -> tuple[Array, Faces, NDArr
     return distinct, merged[rows], rows.astype(np.int64)
 
 
-def _locate(where: str, root: Path) -> Path:
-    if _format(where) not in FORMATS:
-        known = ", ".join(name.upper() for name in FORMATS)
-        raise refusal(where, "is not a mesh format that kinolab reads.", f"Convert it to {known}.")
+def locate(where: str, root: Path, formats: Sequence[str], noun: str) -> Path:
+    """Return the file of a path from a root folder, which it may not leave, not even by a link.
+
+    Args:
+        where: The path, which is what the file is called in messages.
+        root: Of the scenario.
+        formats: Endings that it may have, in small letters.
+        noun: What it should be.
+
+    Raises:
+        InputError: If it has another ending, lies outside or is missing.
+    """
+    if _format(where) not in formats:
+        known = ", ".join(name.upper() for name in formats)
+        raise refusal(
+            where, f"is not a {noun} format that kinolab reads.", f"Convert it to {known}."
+        )
     try:
         home = root.resolve()
         file = (home / where).resolve()
@@ -102,20 +116,27 @@ def _locate(where: str, root: Path) -> Path:
     except (OSError, ValueError, RuntimeError) as error:
         raise refusal(where, f"cannot be found ({error}).") from error
     if not inside:
-        raise refusal(where, f"lies outside {home}.", "Copy the mesh beside its scenario.")
+        raise refusal(where, f"lies outside {home}.", f"Copy the {noun} beside its scenario.")
     if not exists:
-        raise refusal(where, "does not exist.", f"Meshes are looked up from {home}.")
+        raise refusal(
+            where, "does not exist.", f"{noun.capitalize()} files are looked up from {home}."
+        )
     return file
 
 
-def _read(where: str, file: Path) -> bytes:
+def read_bytes(where: str, file: Path, most: int, remedy: str) -> bytes:
+    """Read a file of at most so many bytes.
+
+    Raises:
+        InputError: If it is larger, with a remedy, or cannot be read.
+    """
     try:
         with file.open("rb") as stream:
-            content = stream.read(MAX_BYTES + 1)
+            content = stream.read(most + 1)
     except OSError as error:
         raise refusal(where, f"cannot be read ({error.strerror}).") from error
-    if len(content) > MAX_BYTES:
-        raise refusal(where, f"is larger than {MAX_BYTES // 10**6} MB.", "Simplify the mesh.")
+    if len(content) > most:
+        raise refusal(where, f"is larger than {most / 1e6:g} MB.", remedy)
     return content
 
 
