@@ -19,7 +19,7 @@ from kinolab.numerics.work import WorkClock, charge, counted_work
 from kinolab.planners.kpiece_fast import KPIECEFast
 from kinolab.planners.rrt_fast import RRTFast
 from kinolab.problem import PlanningTask
-from kinolab.problem.standing import standing
+from kinolab.problem.machines.standing import standing
 from kinolab.search import Budget, Outcome, SearchResult, with_default
 from kinolab.search.tree import (
     ITERATION_SECONDS,

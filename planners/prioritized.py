@@ -10,11 +10,10 @@ from typing import TYPE_CHECKING, ClassVar, NamedTuple, final
 import numpy as np
 
 from kinolab.dynamics.machine_facts import members
-from kinolab.errors import InputError, Mistake
 from kinolab.numerics.arrays import Array
 from kinolab.planners.auto import Auto
 from kinolab.problem import PlanningTask
-from kinolab.problem.standing import among, part
+from kinolab.problem.machines.standing import among, part
 from kinolab.search import AbstractPlanner, Budget, Outcome, SearchResult, setting
 from kinolab.simulation.reference import resimulate
 from kinolab.simulation.rollout import Rollout
@@ -44,7 +43,7 @@ class Prioritized(AbstractPlanner):
     that mostly suffices. In an order, each comes to rest in its goal and stays there. Where one
     finds no motion, it goes first in the next attempt; then other orders are tried, each with twice
     the work. In the end all are one machine again, which finds what no order does: two that must
-    make way for each other.
+    make way for each other. One machine alone is planned for as by ``auto``.
 
     Source: Erdmann, Lozano-Perez, On multiple moving objects, Algorithmica 2, 1987; Bennewitz,
     Burgard, Thrun, Finding and optimizing solvable priority schemes for decoupled path planning
@@ -52,6 +51,7 @@ class Prioritized(AbstractPlanner):
     """
 
     name: ClassVar[str] = "prioritized"
+    waits: ClassVar[bool] = True
 
     attempts: int = setting(
         6, 0, 1000, meaning="Orders that are tried before all are planned for as one machine."
@@ -67,9 +67,10 @@ class Prioritized(AbstractPlanner):
         """Try one order after another, and then all at once."""
         names = members(problem.machine.name)
         if not names:
-            what = "it plans for several machines, and there is one."
-            raise InputError([Mistake("[planner] name", what, "Take auto.")])
-        own = replace(budget, iterations=0, max_iterations=self.iterations, cancelled=budget.expired)
+            return Auto().solve(problem, seed, budget)
+        own = replace(
+            budget, iterations=0, max_iterations=self.iterations, cancelled=budget.expired
+        )
         found = Auto().solve(problem, seed, own)
         budget.spend(own.iterations)
         if found.outcome is Outcome.SOLVED:
@@ -86,7 +87,7 @@ class Prioritized(AbstractPlanner):
             motions, failed = self._in_order([alone[name] for name in order], drawn, most, budget)
             if not failed:
                 inputs = _side_by_side(problem, alone, dict(zip(order, motions, strict=True)))
-                times = problem.step * np.arange(len(inputs) + 1)
+                times = problem.step * np.arange(len(inputs) + 1.0)
                 return SearchResult(Outcome.SOLVED, times, inputs, budget.iterations)
             order.insert(0, order.pop(len(motions)))
             if tuple(order) in tried:
@@ -143,7 +144,7 @@ def _paths(
     """Yield the bodies of a machine that moves as was planned, as the others see them."""
     from kinolab.dynamics.movers import corners_of  # late: uses SymPy
 
-    times = task.step * np.arange(len(motion.states))
+    times = task.step * np.arange(float(len(motion.states)))
     poses = task.model.frames(motion.states).reshape(len(times), -1, 3, 4)
     for k, body in enumerate(task.bodies):
         if body.shapes:

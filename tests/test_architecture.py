@@ -38,7 +38,7 @@ MOST_ENTWINED = 22  # pairs of a folder and one below it that import each other;
 
 FAMILIAR = {"__init__", "data"}  # files that are read with the name of their folder
 MAX_MODULES = 16  # of a folder, beside its subfolders
-FILE_PER_MACHINE = {"systems"}  # they are looked up by name, however many
+FILE_PER_MACHINE = {"systems", "planners"}  # they are looked up by name, however many
 MAX_LOOSE_MODULES = 8
 WRAPS = re.compile(  # an angle divided by a turn, or its remainder
     r"(%|/|\b(mod|fmod|remainder)\().{0,40}(2(\.0)?\s*\*\s*(np|math)\.pi|\btau\b|\bTURN\b)"

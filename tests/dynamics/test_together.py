@@ -36,7 +36,9 @@ def test_each_moves_as_alone(first: str, second: str) -> None:
             own = Model(system)
             state, inputs = random_state(own, generator), 0.2 * generator.normal(size=own.nu)
             rows = [model.state_names.index(f"{name}_{n}") for n in own.state_names]
-            chosen = [k for k, n in enumerate(model.control_names) if member_of(n, ["a", "b"]) == name]
+            chosen = [
+                k for k, n in enumerate(model.control_names) if member_of(n, ["a", "b"]) == name
+            ]
             x[rows], u[chosen] = state, inputs
             expected[rows] = own.f(state, inputs)
             part = parts[name]

@@ -44,10 +44,11 @@ def gate_at(times: np.ndarray, rows: list[list[float]]) -> np.ndarray:
 
 
 def least_gap(x: np.ndarray, times: np.ndarray, rows: list[list[float]]) -> float:
-    """From the gate to the ball around the coin's centre, at every sample: no more than the true."""
+    """From the gate to the ball around the coin's centre, at samples."""
     centre = np.column_stack([x[:, 0], x[:, 1], np.full(len(x), RADIUS)])
     gate = np.column_stack([np.full(len(x), 3.0), gate_at(times, rows), np.full(len(x), 0.5)])
-    nearest = np.clip(centre, gate - (0.1, 0.6, 0.5), gate + (0.1, 0.6, 0.5))
+    half = np.array([0.1, 0.6, 0.5])
+    nearest = np.clip(centre, gate - half, gate + half)
     return float(np.linalg.norm(centre - nearest, axis=1).min())
 
 

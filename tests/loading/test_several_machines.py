@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import kinolab
-from kinolab.errors import InputError, KinolabError
+from kinolab.errors import KinolabError
 from kinolab.runs import check_run
 from kinolab.scenario import write_scenario
 from kinolab.simulation.reference import resimulate
@@ -128,8 +128,3 @@ def test_machines_that_are_wrong(change: Any, sentence: str) -> None:
     change(table)
     with pytest.raises(KinolabError, match=sentence):
         kinolab.load(table).check_endpoints()
-
-
-def test_prioritized_needs_several() -> None:
-    with pytest.raises(InputError, match="it plans for several machines, and there is one"):
-        kinolab.load("pendulum_swingup").solve(planner="prioritized")

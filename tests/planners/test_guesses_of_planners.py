@@ -12,7 +12,7 @@ import kinolab
 from kinolab import planners
 from kinolab.concurrency.cancel import never_cancelled
 from kinolab.problem import PlanningTask
-from kinolab.problem.kinematic_task import follows_every_path
+from kinolab.problem.machines.kinematic_task import follows_every_path
 from kinolab.search import Budget, Outcome
 from kinolab.trajopt.multistart.multiple_shooting import Multistart
 from tests.feedback_machines import cart_pole

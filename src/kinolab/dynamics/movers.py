@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 import sympy
 
+from kinolab.dynamics.codegen.state_space import whole_turns
 from kinolab.dynamics.language.bodies import Body
 from kinolab.dynamics.language.frames import move, rot_x, rot_y, rot_z
 from kinolab.dynamics.language.mechanism import Mechanism
@@ -173,7 +174,7 @@ def corners_of(shapes: Sequence[Shape], times: Array, poses: Array, chord: float
 
 
 def _without_spin(shapes: Sequence[Shape], turns: Array) -> Array:
-    """Return rotations (m, 3, 3) that take solids where these do, without turns that show nowhere."""
+    """Return rotations (m, 3, 3) that take solids where these do, without turns unnoticed."""
     axes = {"xyz".index(s.axis) for s in shapes if s.symmetric != "xyz"}
     about = next(iter(axes), 2)
     off = [entry for s in shapes for k, entry in enumerate(s.at) if k != about]
@@ -246,6 +247,6 @@ def roll_pitch_yaw(turns: Array) -> Array:
     found = np.empty_like(one)
     before = np.zeros(3)
     for k, pair in enumerate(zip(one, other, strict=True)):
-        near = [at - 2 * math.pi * np.round((at - before) / (2 * math.pi)) for at in pair]
+        near = [at - whole_turns(at - before) for at in pair]
         before = found[k] = min(near, key=lambda at: float(np.abs(at - before).max()))
     return found

@@ -22,6 +22,10 @@ from kinolab.dynamics.language.symbols import MachineSymbol
 from kinolab.dynamics.machine_facts import JOINT, member_of, members
 from kinolab.errors import InputError, Mistake
 
+WORDS = (  # of a machine, each of which belongs to one of several
+    *("bodies", "constraints", "inputs", "efforts", "states", "requirements"),
+    *("cables", "coordinates", "keep"),
+)
 NAMELESS = (Axis, Shape, DrawnMesh)  # whose ``name`` says of which kind they are
 
 
@@ -42,15 +46,13 @@ def together(machines: Mapping[str, Mechanism]) -> Mechanism:
     lawful = any(part.feedback is not None for part in parts)
     laws = [_law(part) for part in parts] if lawful else []
     chosen = any(part.velocities is not None for part in parts)
+    words: dict[str, Any] = {
+        key: [word for part in parts for word in getattr(part, key)]
+        for key in (*WORDS, "unwatched")
+    }
     return Mechanism(
         JOINT.join(made),
-        **{
-            key: [word for part in parts for word in getattr(part, key)]
-            for key in (
-                *("bodies", "constraints", "inputs", "efforts", "states", "requirements"),
-                *("unwatched", "cables", "coordinates", "keep"),
-            )
-        },
+        **words,
         gravity=next((part.gravity for part in parts if part.gravity is not None), None),
         collisions=[*(pair for part in parts for pair in part.collisions), *_between(parts)],
         velocities=_velocities(parts) if chosen else None,
@@ -65,7 +67,7 @@ def together(machines: Mapping[str, Mechanism]) -> Mechanism:
 
 
 def part_of(system: Mechanism, name: str) -> Mechanism:
-    """Return one of the machines that ``together`` has made one of, under the names it has there."""
+    """Return one machine of those that ``together`` has joined, under the names it has there."""
     machines = members(system.name)
 
     def own(words: Any) -> list[Any]:
@@ -76,15 +78,10 @@ def part_of(system: Mechanism, name: str) -> Mechanism:
 
     law = system.feedback
     chosen = system.velocities
+    words: dict[str, Any] = {key: own(getattr(system, key)) for key in WORDS}
     return Mechanism(
         name,
-        **{
-            key: own(getattr(system, key))
-            for key in (
-                *("bodies", "constraints", "inputs", "efforts", "states", "requirements"),
-                *("cables", "coordinates", "keep"),
-            )
-        },
+        **words,
         collisions=within(system.collisions),
         unwatched=within(system.unwatched),
         gravity=system.gravity,
@@ -177,14 +174,15 @@ class _Renamed:
 
     def __call__(self, system: Mechanism) -> Mechanism:
         """Return a machine with other names; what it says about itself in words is left out."""
-        content = {f.name: getattr(system, f.name) for f in fields(system)}
+        told_of: dict[str, Any] = {f.name: getattr(system, f.name) for f in fields(system)}
         plain = ("name", "values", "keep", "notes", "expected", "offers", "parameters", "flat")
         told = ("collisions", "unwatched")
-        made = {k: self._part(v) for k, v in content.items() if k not in (*plain, *told)}
-        pairs = {k: [tuple(map(self._name, p)) for p in content[k]] for k in told}
+        made = {k: self._part(v) for k, v in told_of.items() if k not in (*plain, *told)}
+        pairs = {k: [tuple(map(self._name, p)) for p in told_of[k]] for k in told}
         values = {self._name(name): value for name, value in system.values}
         keep = [*map(self._name, system.keep)]
-        return Mechanism(self._name(system.name), **made, **pairs, values=values, keep=keep)
+        content = {**made, **pairs, "values": values, "keep": keep}
+        return Mechanism(self._name(system.name), **content)
 
     def _name(self, name: str) -> str:
         return self._prefix + name
@@ -214,7 +212,7 @@ class _Renamed:
             return part.xreplace({symbol: self._part(symbol) for symbol in symbols})
         made = object.__new__(type(part))
         for field in fields(part):
-            value = getattr(part, field.name, None)
+            value: Any = getattr(part, field.name, None)
             named = field.name == "name" and not isinstance(part, NAMELESS)
             object.__setattr__(made, field.name, self._name(value) if named else self._part(value))
         return made

@@ -39,9 +39,9 @@ from kinolab.world import (
     sphere_obstacle,
 )
 from kinolab.world.floors import without_floor
+from kinolab.world.meshes.mesh import MOST_SIMPLIFIED
 from kinolab.world.obstacle import ORIGIN
 from kinolab.world.placed_shapes import near_each_other
-from kinolab.world.meshes.mesh import MOST_SIMPLIFIED
 
 T = TypeVar("T")
 

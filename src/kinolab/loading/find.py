@@ -106,7 +106,9 @@ def _machines(scenario: Scenario) -> dict[str, System]:
     from kinolab.dynamics.analysis.lqr_design import with_law
 
     return {
-        name: with_law(find_system(scenario.model_copy(update={"system": section}).located(scenario.origin)))
+        name: with_law(
+            find_system(scenario.model_copy(update={"system": section}).located(scenario.origin))
+        )
         for name, section in (scenario.system.machines or {}).items()
     }
 

@@ -188,9 +188,7 @@ def _pose(
     return tuple(found)
 
 
-def _points(
-    scenario: Scenario, k: int, entry: ObstacleEntry, horizon: float
-) -> Array | None:
+def _points(scenario: Scenario, k: int, entry: ObstacleEntry, horizon: float) -> Array | None:
     """Return the corners of an obstacle's path, a row of time and pose each, where it has some."""
     motion = entry.motion
     assert motion is not None

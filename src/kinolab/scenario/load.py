@@ -180,7 +180,7 @@ def _side_by_side(document: dict[str, Any]) -> tuple[dict[str, Any], list[Issue]
 
 
 def _common_goal(goals: dict[str, dict[str, Any]], issues: list[Issue]) -> dict[str, Any]:
-    """Return the goal that all machines reach theirs; what they differ in that is of all is wrong."""
+    """Return the goal that all machines reach theirs, which are alike in what is of all."""
     made: dict[str, Any] = {"tolerance": {}}
     for k, (name, goal) in enumerate(goals.items()):
         for key, value in goal.items():

@@ -27,6 +27,9 @@ TABLE_LISTS: tuple[KeyPath, ...] = (
 
 NAME_TABLES: tuple[KeyPath, ...] = (
     ("bounds",),
+    ("machine", "bounds"),
+    ("machine", "metric"),
+    ("machine", "start"),
     ("metric",),
     ("objective", "length"),
     ("start",),

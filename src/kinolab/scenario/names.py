@@ -33,7 +33,9 @@ def check_names(
     for place, goal in scenario.goal_tables.items():
         issues += _unknown(place, goal.values, [*state, *keys_of(GoalSection)])
         tolerances = goal.tolerance if isinstance(goal.tolerance, dict) else {}
-        begun = {k for k in tolerances if k.endswith(ALL) and any(s.startswith(k[:-1]) for s in state)}
+        begun = {
+            k for k in tolerances if k.endswith(ALL) and any(s.startswith(k[:-1]) for s in state)
+        }
         tolerances = {key: value for key, value in tolerances.items() if key not in begun}
         issues += _unknown((*place, "tolerance"), tolerances, state)
     issues += [

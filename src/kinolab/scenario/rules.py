@@ -43,17 +43,14 @@ def document_issues(document: Mapping[str, object]) -> list[Issue]:
     )
     entries = world.get("obstacle")
     obstacles = [_table(entry) for entry in entries] if isinstance(entries, list) else []
+    motions = {k: _table(one["motion"]) for k, one in enumerate(obstacles) if "motion" in one}
     via = document.get("via")
     goals: dict[KeyPath, object] = {("goal",): document.get("goal")}
     goals |= {("via", k): one for k, one in enumerate(via if isinstance(via, list) else [])}
     found: list[tuple[KeyPath, list[Issue]]] = [
         (("system",), system_issues(system, system.get("file")) if "system" in document else []),
         *((("world", "obstacle", k), obstacle_issues(one)) for k, one in enumerate(obstacles)),
-        *(
-            (("world", "obstacle", k, "motion"), motion_issues(one["motion"]))
-            for k, one in enumerate(obstacles)
-            if isinstance(one.get("motion"), dict)
-        ),
+        *((("world", "obstacle", k, "motion"), motion_issues(one)) for k, one in motions.items()),
         (("world", "obstacle"), name_issues([one.get("name") for one in obstacles])),
         (("objective",), objective_issues(objective) if "objective" in document else []),
         *((at, region_issues(one)) for at, one in _regions(goals)),
@@ -107,7 +104,7 @@ def region_issues(given: Mapping[str, object]) -> list[Issue]:
 
 def system_issues(given: Mapping[str, object], file: object) -> list[Issue]:
     """A machine has one description, and only a robot's file leaves base and joints open."""
-    if list(given) == ["machines"]:  # of [[machine]] entries, each of which is held against this
+    if "machines" in given:  # of [[machine]] entries, each of which is held against this
         return []
     issues = _exactly_one(
         list(given), SYSTEM_KINDS, "a registered machine's name or a machine's file"

@@ -128,7 +128,7 @@ class SystemSection(Section):
 
 
 class MotionSection(Section):
-    """``motion`` of an obstacle: where it is at a time t [s], its position and rpy being those at 0."""
+    """``motion``: where an obstacle is at a time t [s]; at 0 it may be at its position and rpy."""
 
     velocity: Velocity | None = None  # [m/s], along the axes of the world
     spin: Spin | None = None  # [rad/s] of roll, pitch and yaw
@@ -451,6 +451,17 @@ class RenderSection(Section):
     axes: bool = False  # whether frames of joints and bodies are drawn, with their names
 
 
+class MachineEntry(Section):
+    """``[[machine]]``: one of several machines, which become one before keys are checked."""
+
+    name: Name
+    system: SystemSection
+    start: dict[str, Coordinate] = {}
+    goal: GoalSection = Field(default_factory=GoalSection)
+    bounds: dict[str, StateLimits] = {}
+    metric: dict[str, NotNegative] = {}
+
+
 class Scenario(Section):
     """Everything a scenario file says, checked and with its defaults filled in.
 
@@ -460,6 +471,7 @@ class Scenario(Section):
     schema_version: SchemaVersion = Field(alias="schema")
     title: Text
     system: SystemSection
+    machine: Tables[MachineEntry] = ()  # never here: see ``MachineEntry``
     world: WorldSection = Field(default_factory=WorldSection)
     bounds: dict[str, StateLimits] = {}
     metric: dict[str, NotNegative] = {}

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from kinolab.problem import PlanningTask
+from kinolab.scenario import SystemSection
 
 
 @dataclass(frozen=True)
@@ -75,10 +76,11 @@ class CheckConditions:
 
 
 def _parameters(section: SystemSection) -> dict[str, float]:
-    """Return the parameters that a scenario sets, those of several machines by their names there."""
-    of_several = (section.machines or {}).items()
-    own = {f"{name}_{key}": value for name, one in of_several for key, value in one.parameters.items()}
-    return {**section.parameters, **own}
+    """Return the parameters that a scenario sets, of several machines by their names there."""
+    found = dict(section.parameters)
+    for name, one in (section.machines or {}).items():
+        found |= {f"{name}_{key}": value for key, value in one.parameters.items()}
+    return found
 
 
 def _listed(values: Mapping[str, float | str]) -> str:

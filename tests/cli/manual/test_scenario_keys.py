@@ -36,7 +36,8 @@ def tables(path: KeyPath = ()) -> list[KeyPath]:
     """Return every table of the schema that has keys, from the top down; others have [goal]'s."""
     section = section_at(path)
     assert section is not None
-    keys = [key for key in field_names(section) if key not in ("via", "any_of")]
+    known = ("via", "any_of", "machines", *(("system", "goal") if path == ("machine",) else ()))
+    keys = [key for key in field_names(section) if key not in known]
     below = [(*path, key) for key in keys if has_keys((*path, key))]
     named = [one for one in below if section_at(one) is not None]
     return [path, *(inner for one in named for inner in tables(one))]
@@ -122,7 +123,23 @@ def home(tmp_path: Path) -> Path:
     (tmp_path / "arm.urdf").write_text(ARM)
     (tmp_path / "arm.xml").write_text(MODEL)
     _write_sensed(tmp_path)
+    (tmp_path / "cart.csv").write_text("t,x,y,z\n0,5,3,0.25\n10,5,1,0.25\n")
+    _write_run(tmp_path / "runs/truck")
     return tmp_path
+
+
+def _write_run(folder: Path) -> None:
+    """Write what is read of another plan: its scenario, and its motion."""
+    folder.mkdir(parents=True)
+    scenario = folder / "scenario.toml"
+    scenario.write_text(
+        'schema = 1\ntitle = "A truck"\n[system]\nname = "unicycle1_v0"\n'
+        "[world]\nbounds = { x = [0, 6], y = [0, 4] }\n[bounds]\ntheta = [-3, 3]\n"
+        "[start]\nx = 5.5\ny = 3.5\n[goal]\nx = 5.0\n"
+    )
+    kinolab.simulate(scenario, lambda _, __: [-0.1, 0.0], duration=2.0).to_csv(
+        folder / "trajectory.csv"
+    )
 
 
 def _write_sensed(home: Path) -> None:
@@ -145,7 +162,8 @@ def completed(example: str) -> str:
     own, base = tomllib.loads(example), tomllib.loads(COMPLETE)
     if "title" in own:
         return COMPLETE
-    alone = "system" in own and own["system"].get("name") != base["system"]["name"]
+    other = "system" in own and own["system"].get("name") != base["system"]["name"]
+    alone = "machine" in own or other
     whole = COMPLETE.partition("[system]")[0]
     blocks = [] if alone else re.split(r"\n(?=\[)", COMPLETE.partition("\n\n")[2])
     kept = [b for b in blocks if re.split(r"[\].]", b.strip("["))[0] not in own]

@@ -333,7 +333,10 @@ def imposed_velocities(system: MechanismParts) -> list[ImposedVelocity]:
             for s in system.states
             if s.velocity is not None
         ),
-        *(ImposedVelocity(f"clock {c.name!r}", rate(c), sympy.Integer(1), zero) for c in clocks(system)),
+        *(
+            ImposedVelocity(f"clock {c.name!r}", rate(c), sympy.Integer(1), zero)
+            for c in clocks(system)
+        ),
     ]
 
 

@@ -18,7 +18,7 @@ import numpy as np
 
 from kinolab.dynamics import Model
 from kinolab.errors import InputError, SingularError
-from kinolab.problem.standing import with_machine
+from kinolab.problem.machines.standing import with_machine
 from kinolab.problem.task import PlanningTask
 from kinolab.scenario import Issue, Scenario, mistake_at
 

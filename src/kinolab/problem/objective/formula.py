@@ -111,9 +111,7 @@ class _NoFormulaError(Exception):
 
 
 class _Reader:
-    def __init__(
-        self, names: Mapping[str, sympy.Expr], bodies: Sequence[Body], where: str
-    ) -> None:
+    def __init__(self, names: Mapping[str, sympy.Expr], bodies: Sequence[Body], where: str) -> None:
         self._where, self._bodies = where, {body.name: body for body in bodies}
         self._names = {**CONSTANTS, **names}
 

@@ -39,7 +39,9 @@ class Layout:
     def __init__(self, problem: PlanningTask, entries: Sequence[int] | None = None) -> None:
         self._start = problem.start.tolist()
         groups = _groups(problem, range(problem.model.nx) if entries is None else entries)
-        self._groups = [(p, own, *subspace(p, problem.sampling_bounds[list(own)])) for p, own in groups]
+        self._groups = [
+            (p, own, *subspace(p, problem.sampling_bounds[list(own)])) for p, own in groups
+        ]
 
     def read(self, state: Any) -> list[float]:
         """Return the entries of an OMPL state in the machine's order."""

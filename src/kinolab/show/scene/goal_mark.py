@@ -47,7 +47,7 @@ def goal_mark(problem: PlanningTask, x: Array) -> GoalMarker | Ghost | None:
 
 
 def hidden_obstacles(problem: PlanningTask, poses: Array) -> Array:
-    """Return poses (nb, 12) in which obstacles that move are shrunk to a point, which hides them."""
+    """Return poses (nb, 12) in which obstacles that move are points, which hides them."""
     hidden = np.array([body.prescribed for body in problem.bodies], dtype=bool)
     return np.where(hidden[:, None], _point(poses[problem.leading]), poses)
 

@@ -16,7 +16,7 @@ from collections.abc import Callable
 import numpy as np
 
 from kinolab.problem import PlanningTask
-from kinolab.problem.kinematic_task import kinematic_task
+from kinolab.problem.machines.kinematic_task import kinematic_task
 from kinolab.problem.time_steps import covering_steps
 from kinolab.trajectory import Trajectory
 from kinolab.trajopt.multistart.guesses import path_time_scaling

@@ -23,7 +23,7 @@ from kinolab.concurrency.cancel import never_cancelled
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.work import charge, counted_work
 from kinolab.problem import PlanningTask
-from kinolab.problem.kinematic_task import follows_every_path
+from kinolab.problem.machines.kinematic_task import follows_every_path
 from kinolab.problem.time_steps import covering_steps
 from kinolab.simulation.reference import trajectory_under
 from kinolab.trajectory import Trajectory

@@ -12,7 +12,7 @@ import numpy as np
 
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
-from kinolab.problem.standing import standing
+from kinolab.problem.machines.standing import standing
 from kinolab.simulation.reference import trajectory_under
 from kinolab.steering.nearest_equilibrium import nearest_equilibrium
 from kinolab.trajectory import Trajectory

@@ -38,7 +38,10 @@ def painted_bodies(bodies: Sequence[BodyGeometry]) -> tuple[PaintedBody, ...]:
     """The surfaces of bodies, in their own colours or in the next free ones."""
     return tuple(
         PaintedBody(
-            body.name, tuple(_surfaces(body, body.color or COLORS[i % len(COLORS)])), body.whirl
+            body.name,
+            tuple(_surfaces(body, body.color or COLORS[i % len(COLORS)])),
+            body.whirl,
+            body.prescribed,
         )
         for i, body in enumerate(bodies)
     )

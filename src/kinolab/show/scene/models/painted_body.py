@@ -19,11 +19,13 @@ class PaintedBody:
         shapes: Of each shape a radius in [m], and its surface in all degrees of detail, the
             coarsest first; radius 0 and one surface where there are no others.
         whirl: In [rad/s] of film, about its z axis, with which it is drawn turning.
+        prescribed: Whether it is an obstacle, which time alone moves.
     """
 
     name: str
     shapes: Sequence[tuple[float, Sequence[SurfaceMesh]]]
     whirl: float = 0.0
+    prescribed: bool = False
 
     def mesh(self, pixel: float = 0.0) -> SurfaceMesh:
         """The surface in the body's frame.

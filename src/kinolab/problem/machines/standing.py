@@ -10,7 +10,7 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import lru_cache, partial
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
@@ -29,7 +29,7 @@ OfBody = TypeVar("OfBody", DirectionTarget, KeepOutCone, PointTarget)
 
 @lru_cache(maxsize=8)
 def standing(problem: PlanningTask) -> PlanningTask | None:
-    """Return the problem whose machine is alone with what stands still; None where nothing moves."""
+    """Return the problem of a machine alone with what stands still; None where nothing moves."""
     return None if problem.alone is None else with_machine(problem, *problem.alone)
 
 
@@ -55,8 +55,8 @@ def among(
 
     Args:
         problem: What to change.
-        paths: By name, the solids, and the corners of their path: rows of a time in [s], x, y, z in
-            [m], roll, pitch and yaw in [rad].
+        paths: By name, the solids, and the corners of their path, shape (n, 7): rows of a time in
+            [s], x, y, z in [m], roll, pitch and yaw in [rad].
         beside: Distance in [m] that is kept from all obstacles besides the world's clearance.
     """
     from kinolab.dynamics.movers import fastest_between, polyline_values  # late: uses SymPy
@@ -112,7 +112,7 @@ def with_machine(problem: PlanningTask, whole: Model, model: Model) -> PlanningT
     compared = np.zeros(model.nx)
     compared[model.clocks] = 1.0 / model.state_scales[model.clocks]
 
-    def own(values: Array, others: object) -> Array:
+    def own(values: Any, others: Any) -> Any:
         found = values[place]
         found[new] = others
         return found

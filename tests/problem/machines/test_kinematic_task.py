@@ -10,7 +10,7 @@ import pytest
 import kinolab
 from kinolab import cli
 from kinolab.errors import InputError
-from kinolab.problem.kinematic_task import kinematic_task
+from kinolab.problem.machines.kinematic_task import kinematic_task
 
 REDUCIBLE = ("rolling_disk_maze", "diffdrive_warehouse")
 MINE = Path(__file__).parents[1] / "first_afternoon"
