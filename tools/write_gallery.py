@@ -97,8 +97,14 @@ def position_in_course(name: str) -> int:
 
 
 def planned_for(machine: System, problems: Iterable[PlanningTask]) -> list[PlanningTask]:
-    """Return the problems of a machine."""
-    return [problem for problem in problems if problem.system.name == machine.name]
+    """Return the problems of a machine, and of several of which it is the first."""
+    return [problem for problem in problems if first_of(problem) == machine.name]
+
+
+def first_of(problem: PlanningTask) -> str:
+    """Return the name of a problem's machine, of several of the first."""
+    several = problem.scenario.system.machines
+    return str(next(iter(several.values())).name) if several else problem.system.name
 
 
 def overview(machines: Iterable[System], problems: Sequence[PlanningTask]) -> str:
@@ -268,6 +274,8 @@ def image_of(name: str) -> Path | None:
 
 def changed_parameters(problem: PlanningTask) -> Iterator[str]:
     """Yield a sentence about the parameters whose defaults the scenario replaces."""
+    if problem.scenario.system.machines:
+        return
     defaults = systems.get(problem.system.name).parameter_values
     values = problem.system.parameter_values
     changed = [
@@ -279,16 +287,25 @@ def changed_parameters(problem: PlanningTask) -> Iterator[str]:
 
 def in_the_way(problem: PlanningTask) -> Iterator[str]:
     """Yield what a motion must stay clear of."""
-    obstacles = problem.world.obstacles
+    obstacles = [*map(obstacle_row, problem.world.obstacles), *movers(problem)]
     if obstacles:
-        yield table("obstacle | shape | triangles", map(obstacle_row, obstacles))
+        yield table("obstacle | shape | triangles", obstacles)
     limits = [f"`{axis}` {interval(*given)} m" for axis, given in problem.world.bounds.items()]
     sentences = ["The ground is the plane z = 0."] if problem.world.ground else []
     sentences += [f"The workspace: {', '.join(limits)}."] if limits else []
-    sentences += [f"{a} and {b} may not touch." for a, b in problem.system.collisions]
+    moving = {body.name for body in problem.bodies if body.prescribed}
+    apart = [pair for pair in problem.system.collisions if not moving & {*pair}]
+    sentences += [f"{a} and {b} may not touch." for a, b in apart]
     sentences += keep_outs(problem)
     if sentences or not obstacles:
         yield " ".join(sentences) or "Nothing."
+
+
+def movers(problem: PlanningTask) -> Iterator[Sequence[str]]:
+    """Yield a row per obstacle that moves."""
+    for entry in problem.scenario.world.obstacle:
+        if entry.motion is not None:
+            yield entry.name, f"{entry.kind}, which moves", "–"
 
 
 def obstacle_row(obstacle: Obstacle) -> Sequence[str]:

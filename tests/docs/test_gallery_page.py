@@ -48,7 +48,8 @@ def test_every_machine_has_a_section_with_all_its_names(name: str) -> None:
 @pytest.mark.parametrize("name", builtin_scenarios())
 def test_every_scenario_is_shown_with_its_machine(name: str) -> None:
     scenario = load_scenario(builtin_scenarios()[name])
-    text = section(str(scenario.system.name))
+    first = next(iter((scenario.system.machines or {"": scenario.system}).values()))
+    text = section(str(first.name))
     assert f"### {scenario.title}\n\n```sh\nplan {name}\n```" in text
     obstacles = [f"\n| {entry.name} |" for entry in scenario.world.obstacle]
     goal = [f"\n| `{coordinate}` |" for coordinate in scenario.goal.values]
