@@ -104,6 +104,21 @@ def test_motions_say_where_an_obstacle_is() -> None:
         np.testing.assert_allclose(problem.frames(x).reshape(-1, 3, 4)[-1, :, 3], (3.0, 2.0, 3.0))
 
 
+def test_a_door_that_turns_goes_on_turning() -> None:
+    """Rows of a whole turn in 8 s, again and again; plans may take as long as they last."""
+    rows = [[2 * k, 1, 2, 0.5, 0, 0, k * np.pi / 2] for k in range(5)]
+    problem = kinolab.load("pendulum_swingup").with_obstacle(
+        "door", box=(1.0, 0.1, 1.0), motion={"points": rows, "repeat": True}
+    )
+    (clock,) = problem.model.clocks
+    assert problem.bounds[clock].tolist() == [0.0, 600.0]
+    for t in (1.0, 7.9, 8.1, 100.3, 555.5):
+        x = problem.start.copy()
+        x[clock] = t
+        along = problem.frames(x).reshape(-1, 3, 4)[-1, :2, 0]
+        np.testing.assert_allclose(along, (np.cos(np.pi / 4 * t), np.sin(np.pi / 4 * t)), atol=1e-7)
+
+
 def test_a_table_of_poses(tmp_path: Path) -> None:
     times = np.linspace(0.0, 6.0, 601)
     rows = [f"{t},{np.cos(t)},{np.sin(t)},0.5,0,0,{t}" for t in times]
@@ -161,6 +176,7 @@ def test_what_goes_on_and_hits_a_machine_that_waits_is_said() -> None:
         ({"velocity": [1, 0, 0], "points": GATE}, "are given together"),
         ({"velocity": [1, 0, 0], "repeat": True}, "repeat is a key of points and files only"),
         ({"points": [[1, 0, 0, 0], [0, 1, 0, 0]]}, "its times do not rise"),
+        ({"points": [[0, 0, 0, 0], [1, 1, 0, 0]], "repeat": True}, "not end where it begins"),
         ({"points": [[0, 0, 0], [1, 1, 0]]}, "neither four nor seven numbers"),
         ({"position": ["t", "q", "0"]}, "no name is called 'q'"),
         ({"file": "nowhere.csv"}, "nowhere.csv"),

@@ -48,7 +48,9 @@ class Mover:
     color: tuple[float, float, float] | None = None
 
 
-def among(system: Mechanism, movers: Sequence[Mover], fastest: float) -> Mechanism:
+def among(
+    system: Mechanism, movers: Sequence[Mover], fastest: float, until: float = math.inf
+) -> Mechanism:
     """Return a machine among obstacles that move.
 
     Args:
@@ -56,9 +58,12 @@ def among(system: Mechanism, movers: Sequence[Mover], fastest: float) -> Mechani
         movers: The obstacles.
         fastest: How fast a point of them is at most, in [m/s]; a second counts in the metric as far
             as that goes in it.
+        until: Time in [s] up to which their motion is known.
     """
     own = clocks(system)
-    time = own[0] if own else clock(TIME, scale=1.0 / fastest if fastest > 0.0 else STILL)
+    time = (
+        own[0] if own else clock(TIME, 0.0, until, scale=1.0 / fastest if fastest > 0.0 else STILL)
+    )
     bodies = []
     for mover in movers:
         x, y, z, roll, pitch, yaw = (entry.xreplace({t: time}) for entry in mover.pose)

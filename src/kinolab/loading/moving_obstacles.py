@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from kinolab.dynamics import Model
+from kinolab.dynamics.codegen.state_space import whole_turns
 from kinolab.dynamics.machine_facts import TIME
 from kinolab.errors import InputError, Mistake
 from kinolab.numerics.arrays import Array
@@ -29,9 +30,10 @@ if TYPE_CHECKING:
     from kinolab.dynamics.language.mechanism import Mechanism
     from kinolab.dynamics.language.shapes import Shape
 
-LONGEST = 600.0  # [s] for which rows are repeated, without [bounds] time
 COLUMNS = ("t", "x", "y", "z", "roll", "pitch", "yaw")  # of a file; the last three can be missing
+LONGEST = 600.0  # [s] for which rows are repeated, without [bounds] time
 MOST_CORNERS = 400  # of an obstacle's path: each is an operation of the machine's code
+CLOSED = 1e-6  # [m] or [rad] between the ends of a path that repeats
 CHORD = 1e-3  # [m] between a path of many rows and straight lines, and kept beside obstacles
 
 
@@ -47,8 +49,11 @@ def among_moving(model: Model, scenario: Scenario, obstacles: Sequence[Obstacle]
         InputError: With all that is wrong with their motions.
     """
     moving = [(k, e) for k, e in enumerate(scenario.world.obstacle) if e.motion is not None]
-    horizon = scenario.bounds.get(TIME, (0.0, LONGEST))[1]
-    points = [_points(scenario, k, entry, horizon) for k, entry in moving]
+    given = scenario.bounds.get(TIME, (0.0, math.inf))[1]
+    points = [_points(scenario, k, entry, given) for k, entry in moving]
+    # What begins anew does so until its corners are used up, and no motion may take longer.
+    ends = [p[-1, 0] for (_, e), p in zip(moving, points, strict=True) if e.motion.repeat]
+    horizon = min([given, *ends])
     if not model.clocks and TIME in (*model.state_names, *model.control_names):
         what = f"the machine calls something {TIME!r}, which is the time where obstacles move."
         raise InputError([mistake_at(Issue(("world", "obstacle"), what), scenario.origin)])
@@ -56,8 +61,8 @@ def among_moving(model: Model, scenario: Scenario, obstacles: Sequence[Obstacle]
     corners = [None if one is None else one.tolist() for one in points]
     meshes = [o.vertices.tolist() for o in obstacles if o.primitive is None]
     content = json.dumps([model.key, TIME, horizon, told, corners, meshes])
-    given = list(zip(moving, points, obstacles, strict=True))
-    return Model.described_by(content, partial(_described, model, scenario, given, horizon))
+    made = list(zip(moving, points, obstacles, strict=True))
+    return Model.described_by(content, partial(_described, model, scenario, made, horizon))
 
 
 def path_error(scenario: Scenario) -> float:
@@ -147,7 +152,8 @@ def _described(
         for (k, entry), corners, obstacle in moving
     ]
     until = min(horizon, HORIZON)
-    return among(model.system, movers, max(fastest_of(mover.pose, until) for mover in movers))
+    fastest = max(fastest_of(mover.pose, until) for mover in movers)
+    return among(model.system, movers, fastest, until=horizon)
 
 
 def _shape(obstacle: Obstacle) -> Shape:
@@ -214,10 +220,13 @@ def _points(scenario: Scenario, k: int, entry: ObstacleEntry, horizon: float) ->
         from kinolab.dynamics.movers import simplified  # late: uses SymPy
 
         rows = simplified(rows, CHORD)
+    if motion.repeat and not _closes(rows):
+        raise refuse(key, "it does not end where it begins.", "Add the first pose at the end.")
     if motion.repeat:
         rows = _repeated(rows, horizon)
     if len(rows) > MOST_CORNERS:
-        what = f"its path has {len(rows)} corners within {horizon:g} s."
+        what = f"its path has more than {MOST_CORNERS} corners"
+        what += f" within {horizon:g} s." if motion.repeat else "."
         raise refuse(key, what, f"Leave some out, or write formulas: at most {MOST_CORNERS}.")
     return rows
 
@@ -239,11 +248,19 @@ def _read(text: str) -> Iterator[list[float]]:
         yield values
 
 
-def _repeated(rows: Array, horizon: float) -> Array:
-    """Return a path that begins anew whenever it ends, up to a time in [s]."""
-    period = rows[-1, 0] - rows[0, 0]
-    times = max(math.ceil((horizon - rows[0, 0]) / period), 1)
-    parts = [rows[:1]]
-    for n in range(min(times, MOST_CORNERS)):
-        parts.append(rows[1:] + np.eye(1, rows.shape[1]) * n * period)
-    return np.concatenate(parts)
+def _closes(rows: Array) -> bool:
+    """Say whether a path ends in the pose in which it begins, but for whole turns."""
+    away = rows[-1, 1:] - rows[0, 1:]
+    away[3:] -= whole_turns(away[3:])
+    return bool(np.abs(away).max() <= CLOSED)
+
+
+def _repeated(rows: Array, until: float) -> Array:
+    """Return a path that begins anew whenever it ends, up to a time in [s] or as long as it can."""
+    period, most = rows[-1, 0] - rows[0, 0], (MOST_CORNERS - 1) // (len(rows) - 1)
+    times = math.ceil((min(until, LONGEST) - rows[0, 0]) / period)
+    if math.isinf(until):
+        times = min(times, most)
+    later = rows[-1] - rows[0]  # a period, and whole turns
+    again = (rows[1:] + n * later for n in range(max(1, min(times, most + 1))))
+    return np.concatenate([rows[:1], *again])
