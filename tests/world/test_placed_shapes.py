@@ -71,7 +71,7 @@ def test_arrays_hold_what_each_obstacle_says() -> None:
 
 def test_no_obstacle_makes_empty_arrays() -> None:
     shapes = [numbers.shape for numbers in obstacle_arrays(())]
-    assert shapes == [(0,), (0, 3), (0, 3, 3), (0, 3), (0, 6), (0,)]
+    assert shapes == [(0,), (0, 3), (0, 3, 3), (0, 3), (0, 6), (0,), (0, 6), (0,)]
 
 
 def test_lowest_heights_are_those_of_single_poses() -> None:

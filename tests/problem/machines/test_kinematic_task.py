@@ -13,7 +13,7 @@ from kinolab.errors import InputError
 from kinolab.problem.machines.kinematic_task import kinematic_task
 
 REDUCIBLE = ("rolling_disk_maze", "diffdrive_warehouse")
-MINE = Path(__file__).parents[1] / "first_afternoon"
+MINE = Path(__file__).parents[2] / "first_afternoon"
 ENOUGH = 300.0  # [s] for a search, so that a busy computer may take longer
 
 

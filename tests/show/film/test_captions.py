@@ -19,7 +19,9 @@ def test_a_machine_s_word_stands_on_the_middle_of_its_upper_side() -> None:
     mesh = weld(np.asarray(box.vertices), np.asarray(box.faces), (0.5, 0.5, 0.5))
     pose = np.hstack([np.eye(3), [[3.0], [4.0], [5.0]]]).ravel()
     start = Ghost(pose[None])
-    picture: Any = SimpleNamespace(start=start, goal=None, points=(), cones=(), up=(0, 0, 1))
+    picture: Any = SimpleNamespace(
+        start=start, goal=None, points=(), cones=(), up=(0, 0, 1), others=()
+    )
     still: Any = SimpleNamespace(picture=picture, machine=[mesh], size=10.0)
     (word,) = captions(still)
     assert word.text == "start"
