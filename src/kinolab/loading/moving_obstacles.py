@@ -52,8 +52,9 @@ def among_moving(model: Model, scenario: Scenario, obstacles: Sequence[Obstacle]
     given = scenario.bounds.get(TIME, (0.0, math.inf))[1]
     points = [_points(scenario, k, entry, given) for k, entry in moving]
     # What begins anew does so until its corners are used up, and no motion may take longer.
-    ends = [p[-1, 0] for (_, e), p in zip(moving, points, strict=True) if e.motion.repeat]
-    horizon = min([given, *ends])
+    repeated = [e.motion is not None and e.motion.repeat for _, e in moving]
+    pairs = zip(points, repeated, strict=True)
+    horizon = min([given, *(float(p[-1, 0]) for p, again in pairs if again and p is not None)])
     if not model.clocks and TIME in (*model.state_names, *model.control_names):
         what = f"the machine calls something {TIME!r}, which is the time where obstacles move."
         raise InputError([mistake_at(Issue(("world", "obstacle"), what), scenario.origin)])
