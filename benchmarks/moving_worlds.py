@@ -248,15 +248,17 @@ def main(arguments: Sequence[str] | None = None) -> int:
             f"{world:9} {machine:13} solved {len(durations)} of {given.seeds}, "
             f"{np.median(took):.2f} s (at most {max(took):.2f} s), motions of "
             f"{np.median(durations or [np.nan]):.1f} s, least distance {1000 * least:.1f} mm",
-            flush=True,
         )
+        print(f"          so far: {_told(verdicts)}, {undecided} too near to tell", flush=True)
         wrong += int(not least > 0.0)
-    print(
-        f"changed: {verdicts[False, False]} false refused, {verdicts[True, False]} false accepted, "
-        f"{verdicts[True, True]} true accepted, {verdicts[False, True]} true refused, "
-        f"{undecided} too near to tell"
-    )
     return int(bool(wrong or verdicts[True, False] or verdicts[False, True]))
+
+
+def _told(verdicts: dict[tuple[bool, bool], int]) -> str:
+    return (
+        f"{verdicts[False, False]} false refused, {verdicts[True, False]} false accepted, "
+        f"{verdicts[True, True]} true accepted, {verdicts[False, True]} true refused"
+    )
 
 
 GRAZE = 2e-3  # [m], in half a millisecond at 4 m/s: what comes so near may touch between two looks
