@@ -73,3 +73,10 @@ def test_names_of_machines_of_which_one_begins_like_another() -> None:
     assert [body.name for body in part_of(whole, "a").bodies] == ["a_coin"]
     assert [body.name for body in part_of(whole, "a_b").bodies] == ["a_b_coin"]
     assert isinstance(System.of(whole), System)
+
+
+def test_what_is_not_read_of_a_robot_s_file_is_still_said() -> None:
+    disk = systems.get("rolling_disk")
+    robot = disk.changed(notes=[("", "friction is not read."), ("joint_2", "it follows joint_1.")])
+    whole = together({"a": disk, "b": robot})
+    assert whole.notes == (("", "friction is not read."), ("b_joint_2", "it follows joint_1."))

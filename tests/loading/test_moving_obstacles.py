@@ -139,6 +139,33 @@ def test_a_table_of_poses(tmp_path: Path) -> None:
         np.testing.assert_allclose(at[:2, 0], (np.cos(t), np.sin(t)), atol=3e-3)
 
 
+def test_ends_of_a_long_beam_in_a_table_are_where_it_says(tmp_path: Path) -> None:
+    """A turn moves them by metres: they stay within the millimetre that plans keep."""
+    times = np.linspace(0.0, 4.0, 401)
+    yaw = 0.5 * np.sin(times)
+    rows = [f"{t},0,0,9,0,0,{a}" for t, a in zip(times, yaw, strict=True)]
+    (tmp_path / "beam.csv").write_text("t,x,y,z,roll,pitch,yaw\n" + "\n".join(rows))
+    scenario = tmp_path / "beam.toml"
+    scenario.write_text(
+        'schema = 1\ntitle = "beam"\n[system]\nname = "pendulum"\n[goal]\ntheta = 3.14\n'
+        "[[world.obstacle]]\nbox = [12, 0.1, 0.1]\nmotion = { file = 'beam.csv' }\n"
+    )
+    problem = kinolab.load(scenario)
+    x = np.tile(problem.start, (len(times), 1))
+    x[:, problem.model.clocks] = times[:, None]
+    beam = problem.frames(x).reshape(len(times), -1, 3, 4)[:, -1]
+    ends = beam[:, :, :3] @ (6.0, 0.0, 0.0) + beam[:, :, 3]
+    true = np.column_stack([6.0 * np.cos(yaw), 6.0 * np.sin(yaw), np.full(len(times), 9.0)])
+    assert np.linalg.norm(ends - true, axis=1).max() <= problem.world.clearance
+
+
+def test_the_machine_of_a_run_has_its_motion() -> None:
+    with pytest.raises(InputError, match="the machine of another plan moves as was planned there"):
+        kinolab.load("pendulum_swingup").replace(
+            **{"world.obstacle": [{"run": "runs/x", "motion": {"velocity": [1, 0, 0]}}]}
+        )
+
+
 def test_what_goes_on_and_hits_a_machine_that_waits_is_said() -> None:
     problem = kinolab.load(
         {

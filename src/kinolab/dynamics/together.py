@@ -48,7 +48,7 @@ def together(machines: Mapping[str, Mechanism]) -> Mechanism:
     chosen = any(part.velocities is not None for part in parts)
     words: dict[str, Any] = {
         key: [word for part in parts for word in getattr(part, key)]
-        for key in (*WORDS, "unwatched")
+        for key in (*WORDS, "unwatched", "notes")
     }
     return Mechanism(
         JOINT.join(made),
@@ -173,7 +173,7 @@ class _Renamed:
         self._made: dict[Any, Any] = {}
 
     def __call__(self, system: Mechanism) -> Mechanism:
-        """Return a machine with other names; what it says about itself in words is left out."""
+        """Return a machine with other names, in its sentences about names as well."""
         told_of: dict[str, Any] = {f.name: getattr(system, f.name) for f in fields(system)}
         plain = ("name", "values", "keep", "notes", "expected", "offers", "parameters", "flat")
         told = ("collisions", "unwatched")
@@ -181,7 +181,8 @@ class _Renamed:
         pairs = {k: [tuple(map(self._name, p)) for p in told_of[k]] for k in told}
         values = {self._name(name): value for name, value in system.values}
         keep = [*map(self._name, system.keep)]
-        content = {**made, **pairs, "values": values, "keep": keep}
+        notes = [(name and self._name(name), sentence) for name, sentence in system.notes]
+        content = {**made, **pairs, "values": values, "keep": keep, "notes": notes}
         return Mechanism(self._name(system.name), **content)
 
     def _name(self, name: str) -> str:

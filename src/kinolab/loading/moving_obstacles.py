@@ -19,6 +19,7 @@ from kinolab.errors import InputError, Mistake
 from kinolab.numerics.arrays import Array
 from kinolab.problem.task import HORIZON, PlanningTask
 from kinolab.scenario import Issue, ObstacleEntry, Scenario, mistake_at
+from kinolab.scenario.values import WHOLE_POSES
 from kinolab.simulation.reference import resimulate
 from kinolab.trajectory import read_csv
 from kinolab.untrusted import text_file, why
@@ -32,7 +33,7 @@ if TYPE_CHECKING:
 
 COLUMNS = ("t", "x", "y", "z", "roll", "pitch", "yaw")  # of a file; the last three can be missing
 LONGEST = 600.0  # [s] for which rows are repeated, without [bounds] time
-MOST_CORNERS = 400  # of an obstacle's path: each is an operation of the machine's code
+MOST_CORNERS = WHOLE_POSES  # of a path: each is an operation of the machine's code
 CLOSED = 1e-6  # [m] or [rad] between the ends of a path that repeats
 CHORD = 1e-3  # [m] between a path of many rows and straight lines, and kept beside obstacles
 
@@ -50,7 +51,10 @@ def among_moving(model: Model, scenario: Scenario, obstacles: Sequence[Obstacle]
     """
     moving = [(k, e) for k, e in enumerate(scenario.world.obstacle) if e.motion is not None]
     given = scenario.bounds.get(TIME, (0.0, math.inf))[1]
-    points = [_points(scenario, k, entry, given) for k, entry in moving]
+    # A turn moves what is farthest from an obstacle's origin most.
+    reaches = [float(np.linalg.norm(np.abs(o.bounding_box()).max(axis=0))) for o in obstacles]
+    of_each = zip(moving, reaches, strict=True)
+    points = [_points(scenario, k, entry, given, reach) for (k, entry), reach in of_each]
     # What begins anew does so until its corners are used up, and no motion may take longer.
     repeated = [e.motion is not None and e.motion.repeat for _, e in moving]
     pairs = zip(points, repeated, strict=True)
@@ -195,8 +199,18 @@ def _pose(
     return tuple(found)
 
 
-def _points(scenario: Scenario, k: int, entry: ObstacleEntry, horizon: float) -> Array | None:
-    """Return the corners of an obstacle's path, a row of time and pose each, where it has some."""
+def _points(
+    scenario: Scenario, k: int, entry: ObstacleEntry, horizon: float, reach: float
+) -> Array | None:
+    """Return the corners of an obstacle's path, a row of time and pose each, where it has some.
+
+    Args:
+        scenario: Which says it.
+        k: Of the obstacle.
+        entry: The obstacle.
+        horizon: Time in [s] up to which rows are repeated.
+        reach: How far the obstacle's points are from its origin at most, in [m].
+    """
     motion = entry.motion
     assert motion is not None
 
@@ -220,7 +234,7 @@ def _points(scenario: Scenario, k: int, entry: ObstacleEntry, horizon: float) ->
     if motion.file is not None:
         from kinolab.dynamics.movers import simplified  # late: uses SymPy
 
-        rows = simplified(rows, CHORD)
+        rows = simplified(rows, CHORD, np.array([1.0] * 3 + [reach] * 3)[: rows.shape[1] - 1])
     if motion.repeat and not _closes(rows):
         raise refuse(key, "it does not end where it begins.", "Add the first pose at the end.")
     if motion.repeat:

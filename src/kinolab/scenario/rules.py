@@ -138,6 +138,9 @@ def obstacle_issues(given: Iterable[str]) -> list[Issue]:
     if sensed and "motion" in given:
         what = f"{PLURAL[sensed]} do not move."
         issues.append(Issue(("motion",), what, "Let boxes or meshes move."))
+    if "run" in given and "motion" in given:
+        what = "the machine of another plan moves as was planned there."
+        issues.append(Issue(("motion",), what, "Leave motion out."))
     if "cloud" in given and "radius" not in given:
         remedy = "Write radius = 0.03 [m], about the distance of its points."
         issues.append(Issue((), "the points of a cloud have no radius.", remedy))
