@@ -68,11 +68,7 @@ class Prioritized(AbstractPlanner):
         names = members(problem.machine.name)
         if not names:
             return Auto().solve(problem, seed, budget)
-        own = replace(
-            budget, iterations=0, max_iterations=self.iterations, cancelled=budget.expired
-        )
-        found = Auto().solve(problem, seed, own)
-        budget.spend(own.iterations)
+        found = _searched(problem, seed, self.iterations, budget)
         if found.outcome is Outcome.SOLVED:
             return found
         with budget.preparing():
@@ -92,32 +88,38 @@ class Prioritized(AbstractPlanner):
             order.insert(0, order.pop(len(motions)))
             if tuple(order) in tried:
                 order = [names[i] for i in generator.permutation(len(names))]
-        return Auto().solve(problem, seed, budget)
+        return Auto().solve(problem, int(generator.integers(2**63)), budget)  # not the same again
 
     def _in_order(
         self, alone: Sequence[PlanningTask], seed: int, most: int, budget: Budget
     ) -> tuple[list[_Motion], bool]:
         """Return the motions of machines in their order, up to the first that finds none."""
         motions: list[_Motion] = []
+        others: dict[str, tuple[tuple[Shape, ...], Array]] = {}
         for k, task in enumerate(alone):
-            pairs = zip(alone, motions, strict=False)
-            others = {name: path for t, one in pairs for name, path in _paths(t, one)}
             with budget.preparing():
                 here = among(task, others, CHORD) if others else task
             found = _found(here, task, seed + k, most, budget)
             if found is None:
                 return motions, True
             motions.append(found)
+            others |= _paths(task, found)
         return motions, False
+
+
+def _searched(task: PlanningTask, seed: int, most: int, budget: Budget) -> SearchResult:
+    """Search with ``auto`` for some iterations at most, which count in the budget."""
+    own = replace(budget, iterations=0, max_iterations=most, cancelled=budget.expired)
+    found = Auto().solve(task, seed, own)
+    budget.spend(own.iterations)
+    return found
 
 
 def _found(
     here: PlanningTask, alone: PlanningTask, seed: int, most: int, budget: Budget
 ) -> _Motion | None:
     """Return a motion of one machine that ends at rest in its goal; None if none is found."""
-    own = replace(budget, iterations=0, max_iterations=most, cancelled=budget.expired)
-    found = Auto().solve(here, seed, own)
-    budget.spend(own.iterations)
+    found = _searched(here, seed, most, budget)
     if found.outcome is not Outcome.SOLVED:
         return None
     made = make_exact(here, resimulate(here, found.t, found.u), budget.expired, held=True)

@@ -172,43 +172,30 @@ def corners_of(shapes: Sequence[Shape], times: Array, poses: Array, chord: float
         chord: How far points may be from where they are on the straight lines, in [m].
     """
     reach = max(float(np.linalg.norm(s.at) + np.linalg.norm(s.lowered()[1][:3])) for s in shapes)
-    turns = _without_spin(shapes, poses[:, :, :3])
-    rows = np.column_stack([times, poses[:, :, 3], roll_pitch_yaw(turns)])
+    angles = _angles_that_count(shapes, poses[:, :, :3])
+    rows = np.column_stack([times, poses[:, :, 3], angles])
     sizes = np.array([1.0, 1.0, 1.0, reach, reach, reach])
     return simplified(rows, chord, sizes)
 
 
-def _without_spin(shapes: Sequence[Shape], turns: Array) -> Array:
-    """Return rotations (m, 3, 3) that take solids where these do, without turns unnoticed."""
+def _angles_that_count(shapes: Sequence[Shape], turns: Array) -> Array:
+    """Return roll, pitch and yaw (m, 3) that turn solids as rotations (m, 3, 3) do, to the eye."""
     axes = {"xyz".index(s.axis) for s in shapes if s.symmetric != "xyz"}
     about = next(iter(axes), 2)
     off = [entry for s in shapes for k, entry in enumerate(s.at) if k != about]
     if len(axes) > 1 or not all(s.symmetric for s in shapes) or np.any(off):
-        return turns
+        return roll_pitch_yaw(turns)
     if not axes and not np.any([s.at for s in shapes]):  # balls about the origin
-        return np.broadcast_to(np.eye(3), turns.shape)
+        return np.zeros((len(turns), 3))
     # Yaw and pitch, or roll, lead the axis where it points.
     x, y, z = turns[:, :, about].T
     none = np.zeros_like(x)
     level = np.hypot(x, y)
     if about == 0:
-        angles = np.column_stack([none, -np.arctan2(z, level), np.arctan2(y, x)])
-    elif about == 1:
-        angles = np.column_stack([np.arctan2(z, level), none, np.arctan2(-x, y)])
-    else:
-        angles = np.column_stack([none, np.arctan2(level, z), np.arctan2(y, x)])
-    return _rotations(angles)
-
-
-def _rotations(angles: Array) -> Array:
-    """Return Rz(yaw) Ry(pitch) Rx(roll) of rows of roll, pitch and yaw, shape (m, 3, 3)."""
-    (a, b, c), (d, e, f) = np.cos(angles).T, np.sin(angles).T
-    rows = [
-        [c * b, c * e * d - f * a, c * e * a + f * d],
-        [f * b, f * e * d + c * a, f * e * a - c * d],
-        [-e, b * d, b * a],
-    ]
-    return np.array(rows).transpose(2, 0, 1)
+        return _continuous(np.column_stack([none, -np.arctan2(z, level), np.arctan2(y, x)]))
+    if about == 1:
+        return _continuous(np.column_stack([np.arctan2(z, level), none, np.arctan2(-x, y)]))
+    return _continuous(np.column_stack([none, np.arctan2(level, z), np.arctan2(y, x)]))
 
 
 def simplified(rows: Array, chord: float, sizes: Array | float = 1.0) -> Array:
@@ -238,20 +225,25 @@ def simplified(rows: Array, chord: float, sizes: Array | float = 1.0) -> Array:
 def roll_pitch_yaw(turns: Array) -> Array:
     """Return continuous angles of rotations Rz(yaw) Ry(pitch) Rx(roll), shape (m, 3).
 
-    Of the two triples that are a rotation's, each up to whole turns, that next to the one before is
-    taken, so that what spins about one axis keeps the other two angles.
-
     Args:
         turns: Rotations, shape (m, 3, 3).
     """
     roll = np.arctan2(turns[:, 2, 1], turns[:, 2, 2])
     pitch = np.arcsin(np.clip(-turns[:, 2, 0], -1.0, 1.0))
     yaw = np.arctan2(turns[:, 1, 0], turns[:, 0, 0])
-    one = np.column_stack([roll, pitch, yaw])
-    other = np.column_stack([roll + math.pi, math.pi - pitch, yaw + math.pi])
-    found = np.empty_like(one)
+    return _continuous(np.column_stack([roll, pitch, yaw]))
+
+
+def _continuous(angles: Array) -> Array:
+    """Return roll, pitch and yaw (m, 3) of the same rotations, without jumps.
+
+    Of the two triples that are a rotation's, each up to whole turns, that next to the one before is
+    taken, so that what spins about one axis keeps the other two angles.
+    """
+    others = angles * (1.0, -1.0, 1.0) + math.pi
+    found = np.empty_like(angles)
     before = np.zeros(3)
-    for k, pair in enumerate(zip(one, other, strict=True)):
+    for k, pair in enumerate(zip(angles, others, strict=True)):
         near = [at - whole_turns(at - before) for at in pair]
         before = found[k] = min(near, key=lambda at: float(np.abs(at - before).max()))
     return found

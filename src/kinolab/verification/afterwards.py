@@ -10,7 +10,6 @@ from kinolab.problem.task import HORIZON
 from kinolab.trajectory import Trajectory
 
 SAMPLES_PER_STEP = 4  # of the planner's steps: this is a warning, and no proof
-REST = 1e-6  # of a velocity, in its unit: what is slower waits
 
 
 def hit_while_waiting(problem: PlanningTask, trajectory: Trajectory) -> str | None:
@@ -23,7 +22,7 @@ def hit_while_waiting(problem: PlanningTask, trajectory: Trajectory) -> str | No
         trajectory: The motion.
     """
     end, clocks = trajectory.x[-1], problem.model.clocks
-    if not clocks or not np.abs(end[problem.model.speeds]).max(initial=0.0) <= REST:
+    if not (clocks and problem.rests(end)):
         return None
     held = static_holding(problem, end)
     if held is None or not held.holds:
