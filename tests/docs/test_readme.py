@@ -68,10 +68,3 @@ def test_the_python_of_the_readme_runs(
     for example in examples:
         exec(example, names)
     assert capsys.readouterr().out.startswith("solved ")
-
-
-def test_every_folder_in_the_readme_exists() -> None:
-    rows = re.findall(r"^\| `([a-z/]+)` \|", README, flags=re.MULTILINE)
-    folders = [row for row in rows if not row.startswith("plan")]
-    assert len(folders) > 5
-    assert all((ROOT / folder).is_dir() for folder in folders)

@@ -1,0 +1,69 @@
+"""What is promised to stay is there, and all that there is is promised."""
+
+import sys
+import tomllib
+from pathlib import Path
+
+import pytest
+import yaml
+
+from tests.support import ROOT
+
+
+@pytest.fixture
+def tool(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.syspath_prepend(str(ROOT / "tools"))
+    import write_stable  # type: ignore[import-not-found]
+
+    yield write_stable
+    for name in ("write_stable", "write_reference"):
+        sys.modules.pop(name, None)
+
+
+def checked(tool, monkeypatch: pytest.MonkeyPatch) -> int:
+    monkeypatch.setattr(sys, "argv", ["write_stable.py", "--check"])
+    return tool.main()
+
+
+def test_the_list_of_what_is_stable_is_true(tool, monkeypatch, capsys) -> None:
+    """If this fails: ``python tools/write_stable.py``; with --drop where something may leave."""
+    assert checked(tool, monkeypatch) == 0, capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "name kinolab.load(scenario)",  # once it had other arguments
+        "key planner.speed",
+        "file plan.txt",
+        "command plan check --slowly",
+        "exit 9 solved",
+    ],
+)
+def test_what_has_gone_is_noticed(tool, monkeypatch, capsys, tmp_path: Path, line: str) -> None:
+    there = tool.LIST.read_text(encoding="utf-8")
+    changed = tmp_path / "stable.txt"
+    changed.write_text(f"{there}{line}\n", encoding="utf-8")
+    monkeypatch.setattr(tool, "LIST", changed)
+    assert checked(tool, monkeypatch) == 1
+    assert f"gone: {line}" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("kind", ["name", "key", "file", "command", "exit"])
+def test_what_is_new_is_noticed(tool, monkeypatch, capsys, tmp_path: Path, kind: str) -> None:
+    lines = tool.LIST.read_text(encoding="utf-8").splitlines()
+    left_out = next(line for line in lines if line.startswith(kind))
+    changed = tmp_path / "stable.txt"
+    changed.write_text("".join(f"{line}\n" for line in lines if line != left_out))
+    monkeypatch.setattr(tool, "LIST", changed)
+    assert checked(tool, monkeypatch) == 1
+    assert f"new: {left_out}" in capsys.readouterr().out
+
+
+def test_the_version_to_cite_is_the_one_there_is() -> None:
+    citation = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    assert citation["version"] == project["version"]
+    if "dev" not in project["version"]:
+        changes = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
+        assert f"## {project['version']} (" in changes
