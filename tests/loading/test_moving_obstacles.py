@@ -90,14 +90,15 @@ def test_a_plan_among_things_that_move_is_checked_from_its_folder(tmp_path: Path
 
 def test_motions_say_where_an_obstacle_is() -> None:
     """Each way of saying the same straight line."""
-    ways = [
+    at = (1.0, 2.0, 3.0)
+    ways: list[dict[str, Any]] = [
         {"velocity": [0.5, 0.0, 0.0]},
         {"position": ["1 + t / 2", "2", "3"]},
         {"points": [[0, 1, 2, 3], [8, 5, 2, 3]]},
     ]
     for motion in ways:
         problem = kinolab.load("pendulum_swingup").with_obstacle(
-            "cart", sphere=0.1, position=(1.0, 2.0, 3.0), motion=motion
+            "cart", sphere=0.1, position=at if "velocity" in motion else (0, 0, 0), motion=motion
         )
         x = problem.start.copy()
         x[problem.model.clocks] = 4.0
@@ -126,7 +127,7 @@ def test_a_table_of_poses(tmp_path: Path) -> None:
     scenario = tmp_path / "table.toml"
     scenario.write_text(
         'schema = 1\ntitle = "table"\n[system]\nname = "pendulum"\n[start]\n[goal]\ntheta = 3.14\n'
-        "[[world.obstacle]]\nname = 'cart'\nbox = [0.1, 0.1, 0.1]\nposition = [9, 9, 9]\n"
+        "[[world.obstacle]]\nname = 'cart'\nbox = [0.1, 0.1, 0.1]\n"
         'motion = { file = "cart.csv" }\n'
     )
     problem = kinolab.load(scenario)
@@ -213,6 +214,46 @@ def test_what_goes_on_and_hits_a_machine_that_waits_is_said() -> None:
 def test_motions_that_are_wrong(motion: dict[str, Any], sentence: str) -> None:
     with pytest.raises(InputError, match=sentence):
         corridor(**motion)
+
+
+@pytest.mark.parametrize(
+    ("placed", "motion", "sentence"),
+    [
+        ("position", {"points": GATE}, "position is not used, because motion.points says"),
+        ("position", {"file": "gate.csv"}, "position is not used, because motion.file says"),
+        ("position", {"position": ["t", "0", "0"]}, "because motion.position says"),
+        ("rpy", {"rpy": ["0", "0", "t"]}, "rpy is not used, because motion.rpy says"),
+        ("rpy", {"points": [[0] * 7, [1] * 7]}, "its rows have angles, and rpy is not used"),
+    ],
+)
+def test_a_pose_that_is_not_used_is_refused(
+    placed: str, motion: dict[str, Any], sentence: str
+) -> None:
+    gate = {"box": [0.2, 1.2, 1.0], placed: [1, 2, 3], "motion": motion}
+    table = {"system": {"name": "rolling_disk"}, "start": {}, "goal": {"x": 5, "y": 1}}
+    with pytest.raises(InputError, match=sentence):
+        kinolab.load({**table, "world": {"obstacle": [gate]}})
+
+
+@pytest.mark.parametrize(("hollow", "said"), [(False, False), (True, True)])
+def test_a_mesh_that_moves_as_its_hull_is_said(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, hollow: bool, said: bool
+) -> None:
+    import trimesh
+
+    monkeypatch.chdir(tmp_path)
+    solid = trimesh.creation.annulus(0.3, 0.5, 0.2) if hollow else trimesh.creation.icosphere()
+    solid.export(tmp_path / "ring.stl")
+    problem = kinolab.load(
+        {
+            "system": {"name": "rolling_disk"},
+            "world": {"obstacle": [{"mesh": "ring.stl", "motion": {"spin": [0, 0, 1]}}]},
+            "start": {"x": -3},
+            "goal": {"x": -5, "y": 1},
+            "bounds": {"x": [-6, 6], "y": [-6, 6]},
+        }
+    )
+    assert ("ring moves as its convex hull." in problem.warnings) == said
 
 
 def test_planners_in_worlds_that_stand_still_are_refused() -> None:

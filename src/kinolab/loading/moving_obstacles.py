@@ -35,6 +35,7 @@ COLUMNS = ("t", "x", "y", "z", "roll", "pitch", "yaw")  # of a file; the last th
 LONGEST = 600.0  # [s] for which rows are repeated, without [bounds] time
 MOST_CORNERS = WHOLE_POSES  # of a path: each is an operation of the machine's code
 CLOSED = 1e-6  # [m] or [rad] between the ends of a path that repeats
+HULL = 0.01  # of a mesh's extent, by which a face may lie within its convex hull unsaid
 CHORD = 1e-3  # [m] between a path of many rows and straight lines, and kept beside obstacles
 
 
@@ -158,7 +159,20 @@ def _described(
     ]
     until = min(horizon, HORIZON)
     fastest = max(fastest_of(mover.pose, until) for mover in movers)
-    return among(model.system, movers, fastest, until=horizon)
+    found = among(model.system, movers, fastest, until=horizon)
+    hulls = [f"{o.name} moves as its convex hull." for _, _, o in moving if not _convex(o)]
+    return found.changed(notes=[*found.notes, *(("", sentence) for sentence in hulls)])
+
+
+def _convex(obstacle: Obstacle) -> bool:
+    """Say whether an obstacle's faces are those of its convex hull, to a hundredth of its size."""
+    if obstacle.primitive is not None:
+        return True
+    from scipy.spatial import ConvexHull
+
+    hull, triangles = ConvexHull(obstacle.vertices), obstacle.vertices[obstacle.faces]
+    inside = -(triangles.mean(axis=1) @ hull.equations[:, :3].T + hull.equations[:, 3])  # (m, k)
+    return bool(inside.min(axis=1).max() <= HULL * np.ptp(obstacle.vertices, axis=0).max())
 
 
 def _shape(obstacle: Obstacle) -> Shape:
@@ -231,6 +245,8 @@ def _points(
         return None
     if len(rows) < 2 or not (np.diff(rows[:, 0]) > 0.0).all():
         raise refuse(key, "its times do not rise.", "Give two rows or more, later ones after.")
+    if rows.shape[1] == len(COLUMNS) and any(entry.rpy):
+        raise refuse(key, "its rows have angles, and rpy is not used.", "Leave rpy out.")
     if motion.file is not None:
         from kinolab.dynamics.movers import simplified  # late: uses SymPy
 

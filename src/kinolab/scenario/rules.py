@@ -32,6 +32,7 @@ MOTION_WAYS = {  # of saying how an obstacle moves, by the keys of each
     **{"position": "position and rpy", "rpy": "position and rpy"},
     **{"points": "points", "file": "file"},
 }
+POSE_OF_MOTION = {"position": ("points", "file", "position"), "rpy": ("rpy",)}
 PLANNER_KEYS = ("name", "time_limit", "max_iterations", "seed", "improve")
 
 
@@ -49,7 +50,10 @@ def document_issues(document: Mapping[str, object]) -> list[Issue]:
     goals |= {("via", k): one for k, one in enumerate(via if isinstance(via, list) else [])}
     found: list[tuple[KeyPath, list[Issue]]] = [
         (("system",), system_issues(system, system.get("file")) if "system" in document else []),
-        *((("world", "obstacle", k), obstacle_issues(one)) for k, one in enumerate(obstacles)),
+        *(
+            (("world", "obstacle", k), obstacle_issues(one, motions.get(k, ())))
+            for k, one in enumerate(obstacles)
+        ),
         *((("world", "obstacle", k, "motion"), motion_issues(one)) for k, one in motions.items()),
         (("world", "obstacle"), name_issues([one.get("name") for one in obstacles])),
         (("objective",), objective_issues(objective) if "objective" in document else []),
@@ -126,10 +130,15 @@ def system_issues(given: Mapping[str, object], file: object) -> list[Issue]:
     return issues
 
 
-def obstacle_issues(given: Iterable[str]) -> list[Issue]:
-    """An obstacle has one shape, and keys of its kind only; what sensors see stays where it is."""
-    given = list(given)
-    issues = _exactly_one(given, OBSTACLE_KINDS, "one shape per obstacle")
+def obstacle_issues(given: Mapping[str, object], motion: Iterable[str] = ()) -> list[Issue]:
+    """An obstacle has one shape and pose, and keys of its kind; what sensors see stays there.
+
+    Args:
+        given: What its keys are set to.
+        motion: The keys of its motion.
+    """
+    motion = list(motion)
+    issues = _exactly_one(list(given), OBSTACLE_KINDS, "one shape per obstacle")
     for key, kinds in KINDS_OF.items():
         if key in given and not {*kinds} & {*given}:
             of = " and ".join(PLURAL[kind] for kind in kinds)
@@ -141,6 +150,11 @@ def obstacle_issues(given: Iterable[str]) -> list[Issue]:
     if "run" in given and "motion" in given:
         what = "the machine of another plan moves as was planned there."
         issues.append(Issue(("motion",), what, "Leave motion out."))
+    for key in ("position", "rpy"):
+        instead = [way for way in POSE_OF_MOTION[key] if way in motion]
+        if _not_zero(given.get(key)) and instead:
+            what = f"{key} is not used, because motion.{instead[0]} says where the obstacle is."
+            issues.append(Issue((key,), what, f"Leave {key} out."))
     if "cloud" in given and "radius" not in given:
         remedy = "Write radius = 0.03 [m], about the distance of its points."
         issues.append(Issue((), "the points of a cloud have no radius.", remedy))
@@ -148,6 +162,10 @@ def obstacle_issues(given: Iterable[str]) -> list[Issue]:
         what = "max_slope is a limit of heights, and nothing says how high white is."
         issues.append(Issue(("max_slope",), what, "Write relief = 5.0 [m], too."))
     return issues
+
+
+def _not_zero(numbers: object) -> bool:
+    return isinstance(numbers, list | tuple) and any(number != 0 for number in numbers)
 
 
 def motion_issues(given: Iterable[str]) -> list[Issue]:

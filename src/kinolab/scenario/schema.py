@@ -189,7 +189,9 @@ class ObstacleEntry(Section):
 
     @model_validator(mode="after")
     def _one_shape(self) -> Self:
-        _obey(rules.obstacle_issues(_given(self)))
+        motion = () if self.motion is None else _given(self.motion)
+        given = {key: getattr(self, key) for key in _given(self)}
+        _obey(rules.obstacle_issues(given, motion))
         return self
 
 
