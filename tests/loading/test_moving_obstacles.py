@@ -8,6 +8,7 @@ import pytest
 
 import kinolab
 from kinolab.errors import InputError
+from kinolab.problem.warnings import problem_warnings
 from kinolab.runs import check_run
 from kinolab.simulation.reference import resimulate
 
@@ -253,7 +254,7 @@ def test_a_mesh_that_moves_as_its_hull_is_said(
             "bounds": {"x": [-6, 6], "y": [-6, 6]},
         }
     )
-    assert ("ring moves as its convex hull." in problem.warnings) == said
+    assert ("ring moves as its convex hull." in problem_warnings(problem)) == said
 
 
 def test_planners_in_worlds_that_stand_still_are_refused() -> None:
