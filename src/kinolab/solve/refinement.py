@@ -24,8 +24,10 @@ from kinolab.trajectory import Trajectory
 EXACTNESS_FRACTION = 0.25
 # the same for what searches find, at once and apart from that work
 EXACTNESS_AT_ONCE_FRACTION = 0.05
+MIN_EXPECTED_GAIN = 0.01  # of the duration, by further starts or as much work again, to go on
 MIN_GAIN = 1e-3  # fraction of the duration that justifies another round
 VERIFIED_GAIN = 0.03  # the same for a verification while more is to come
+UNKNOWN = 0.0, 1.0  # what has not been minimised yet
 MAX_REFUSALS = 2  # shorter motions that the verifier refuses before others are tried
 
 
@@ -38,6 +40,8 @@ class Shortening:
         shortest: The shortest motion derived from the given one so far, or that one itself.
         work: What that took, in [s].
         curve: The work and the duration in [s] after each gain.
+        minimised: The duration in [s] that knots have come to in this round, whose motion may not
+            be known yet, and the fraction by which that was still becoming shorter.
         over: Whether nothing more is gained.
     """
 
@@ -45,6 +49,7 @@ class Shortening:
     shortest: Trajectory
     work: float = 0.0
     curve: list[tuple[float, float]] = field(default_factory=list)
+    minimised: tuple[float, float] = UNKNOWN
     over: bool = False
 
     def duration_at(self, work: float) -> float:
@@ -55,6 +60,13 @@ class Shortening:
     def last_half_gain(self) -> float:
         """The fraction by which the second half of the work made it shorter."""
         return 1.0 - self.shortest.duration / self.duration_at(0.5 * self.work)
+
+    @property
+    def expected_gain(self) -> float:
+        """The fraction by which as much work again may be expected to make it shorter, about."""
+        duration, still = self.minimised
+        promise = max(still, 1.0 - duration / self.shortest.duration)
+        return promise if self.over else max(self.last_half_gain, promise)
 
 
 class Refinement:
@@ -110,9 +122,10 @@ class Refinement:
         Args:
             more: Work in [s] that there is for it.
         """
-        if self._remaining.over:  # nothing but that ended it
-            self.progress.over, self._work = False, None
-        self._remaining.time_limit = self.progress.work + more
+        made = self.progress
+        if self._remaining.over or (made.over and made.expected_gain >= MIN_EXPECTED_GAIN):
+            made.over, self._work = False, None  # it had too little work, or none
+        self._remaining.time_limit = made.work + more
         self.go_on(math.inf)
         return self.end()
 
@@ -184,9 +197,14 @@ class Refinement:
             made.shortest = self._exact(made.shortest, self._remaining, fraction)
         while not self._remaining.over:
             before = made.shortest.duration
-            yield from trajopt.shortened(problem, made.shortest, self._spent(self._remaining))
+            spent = self._spent(self._remaining)
+            made.minimised = UNKNOWN
+            yield from trajopt.shortened(problem, made.shortest, spent, self._minimised)
             if not made.shortest.duration < (1 - MIN_GAIN) * before:
                 return
+
+    def _minimised(self, duration: float, still: float) -> None:
+        self.progress.minimised = duration, still
 
     def _spent(self, budget: Budget, fraction: float = 1.0) -> Callable[[], float]:
         """Return how much of a budget is spent, as it does itself, with pauses on the way."""

@@ -71,6 +71,7 @@ def minimize_cost(
     weights, radius = task.weights(knots), SQP.time_radius
     linearization = transcription.linearization(knots, radius)
     curvature = task.curvature(knots, scaling, weights)
+    durations = [knots.duration]
     while radius > tolerances.min_radius and not task.cancelled():
         change = solve(
             subproblem(linearization, scaling, weights, radius, curvature), SQP.step_accuracy
@@ -102,10 +103,14 @@ def minimize_cost(
             and gained > SQP.accept_ratio * change.predicted
         ):
             knots, radius = closed.knots, min(2 * radius, SQP.max_radius)
+            durations.append(knots.duration)
             if gained < tolerances.min_gain * before:
                 break
             linearization = transcription.linearization(knots, radius)
             curvature = task.curvature(knots, scaling, weights)
         else:
             radius /= 3
+    if len(durations) > 1 or not task.cancelled():
+        last_half = 1.0 - durations[-1] / durations[(len(durations) - 1) // 2]
+        task.minimised(knots.duration, last_half if task.cancelled() else 0.0)
     return knots

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import copy
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TypeAlias
@@ -64,6 +64,15 @@ class Excess:
 NO_EXCESS = Excess(np.zeros(()), np.zeros(()))
 
 
+# Takes the duration in [s] that a search for the least time has come to, and the fraction by which
+# the last half of its steps made that shorter if it was given up, else zero.
+Minimised: TypeAlias = Callable[[float, float], object]
+
+
+def nobody_asks(duration: float, still: float) -> None:
+    """Do nothing with what a search for the least time has come to."""
+
+
 class TrajectoryProblem:
     """A planning problem as a trajectory optimisation problem.
 
@@ -75,9 +84,11 @@ class TrajectoryProblem:
         near: Activation distance of collision constraints beyond the safety margin, as a fraction
             of half the largest shape.
         cancelled: Whether to give up.
+        minimised: Called after each search for the least time.
 
     Attributes:
         problem: The planning problem.
+        minimised: As given.
         cancelled: Whether to give up.
         discrete: Whether the step length is fixed and motions are straight lines between knots.
         bare: Collision constraints without a safety margin.
@@ -92,7 +103,9 @@ class TrajectoryProblem:
         fraction: float = NLP.limit_fraction,
         near: float = 1.0,
         cancelled: CancellationToken = never_cancelled,
+        minimised: Minimised = nobody_asks,
     ) -> None:
+        self.minimised = minimised
         self.problem, self.discrete = problem, is_discrete(problem)
         self.cancelled, self._most_samples = cancelled, NLP.max_samples_per_step
         self.bare = CollisionConstraints(problem, 0.0)

@@ -30,37 +30,48 @@ from kinolab.trajopt.nlp.dynamics_constraint import (
     true_trajectory,
 )
 from kinolab.trajopt.nlp.feasibility_check import excess_between_knots, satisfies_all
-from kinolab.trajopt.nlp.problem import TrajectoryProblem, most_time, usual_room
+from kinolab.trajopt.nlp.problem import (
+    Minimised,
+    TrajectoryProblem,
+    most_time,
+    nobody_asks,
+    usual_room,
+)
 from kinolab.trajopt.options import LOOSE, NLP, SHORT, SQP, TIGHT, StoppingTolerances
 from kinolab.trajopt.sqp.restoration import restore_feasibility
 
 
 def shortened_phases(
-    problem: PlanningTask, phases: Sequence[Phase], spent: Callable[[], float]
+    problem: PlanningTask,
+    phases: Sequence[Phase],
+    spent: Callable[[], float],
+    minimised: Minimised = nobody_asks,
 ) -> Iterator[Trajectory]:
     """Yield motions that take, or cost, less and less, with the same transitions or fewer.
 
     Cycles of modes are left out as long as that leaves a motion: fewer phases are also optimised
-    in less time. What is left is optimised first, and then, while that is promising, what had more.
+    in less time. What is left is optimised first, and then, while that is minimised, what had more.
 
     Args:
         problem: The problem that the motion solves.
         phases: Of the motion.
         spent: Returns the fraction of the budget spent; called before each subproblem.
+        minimised: As in ``TrajectoryProblem``.
     """
     if is_discrete(problem):
         return  # the length of its steps is fixed
     task = TrajectoryProblem(
-        problem, SHORT.coarse_clearance, room=usual_room(problem), cancelled=lambda: spent() >= 1.0
-    )
+        problem, SHORT.coarse_clearance, room=usual_room(problem),
+        cancelled=lambda: spent() >= 1.0, minimised=minimised,
+    )  # fmt: skip
     few = task.sampled(SHORT.phase_samples)
     guessing, few = (few.until(partial(_over, spent, most)) for most in SHORT.phase_budgets)
     best: Knots | None = None
     price, last, failures = problem.cost_of, math.inf, 0
     for guess in reversed(_ever_fewer(guessing, phases)):
         fast = _faster(few, guess, LOOSE)
-        promising = fast is not None and (best is None or price(fast) < price(best))
-        motion = _checked(task, fast) if fast is not None and promising else None
+        shorter = fast is not None and (best is None or price(fast) < price(best))
+        motion = _checked(task, fast) if fast is not None and shorter else None
         if motion is not None and price(motion) < last:
             best, last, failures = fast, price(motion), 0
             yield motion

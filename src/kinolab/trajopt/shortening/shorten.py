@@ -27,7 +27,14 @@ from kinolab.trajopt.nlp.feasibility_check import (
     satisfies_all_at_knots,
 )
 from kinolab.trajopt.nlp.goal_constraint import meets_centre
-from kinolab.trajopt.nlp.problem import NO_EXCESS, Excess, TrajectoryProblem, usual_room
+from kinolab.trajopt.nlp.problem import (
+    NO_EXCESS,
+    Excess,
+    Minimised,
+    TrajectoryProblem,
+    nobody_asks,
+    usual_room,
+)
 from kinolab.trajopt.options import END, SHORT, SQP
 from kinolab.trajopt.segments import Segments, SlidingWindow, is_long
 from kinolab.trajopt.shortening.cycles import cycles_removed
@@ -60,7 +67,10 @@ def shorten(
 
 
 def shortened(
-    problem: PlanningTask, trajectory: Trajectory, spent: Callable[[], float]
+    problem: PlanningTask,
+    trajectory: Trajectory,
+    spent: Callable[[], float],
+    minimised: Minimised = nobody_asks,
 ) -> Iterator[Trajectory]:
     """Yield shorter and shorter motions, each as soon as there is one.
 
@@ -70,18 +80,22 @@ def shortened(
         problem: The problem that the trajectory solves.
         trajectory: Exact or not.
         spent: Returns the fraction of the budget spent; called before each subproblem.
+        minimised: As in ``TrajectoryProblem``.
     """
     if problem.model.nx >= END.many_states:
         return  # one subproblem takes 10 s and more
     phases = phases_of(problem, trajectory) if problem.machine.modes else []
     if len(phases) > 1:
-        yield from shortened_phases(problem, phases, spent)
+        yield from shortened_phases(problem, phases, spent, minimised)
     else:
-        yield from shortened_smooth(problem, trajectory, spent)
+        yield from shortened_smooth(problem, trajectory, spent, minimised)
 
 
 def shortened_smooth(
-    problem: PlanningTask, trajectory: Trajectory, spent: Callable[[], float]
+    problem: PlanningTask,
+    trajectory: Trajectory,
+    spent: Callable[[], float],
+    minimised: Minimised = nobody_asks,
 ) -> Iterator[Trajectory]:
     """Do what ``shortened`` does for a motion in which no transition takes place."""
 
@@ -101,7 +115,7 @@ def shortened_smooth(
     begun = spent()
     few, first = (begun + part * (1.0 - begun) for part in SHORT.whole_budgets)
     whole = _shorten_whole(
-        problem, trajectory, lambda: spent() >= few, lambda: spent() >= first, over
+        problem, trajectory, lambda: spent() >= few, lambda: spent() >= first, over, minimised
     )
     if whole is not trajectory:
         yield whole
@@ -178,6 +192,7 @@ def _shorten_whole(
     few_enough: Callable[[], bool],
     cancelled: Callable[[], bool],
     over: Callable[[], bool],
+    minimised: Minimised,
 ) -> Trajectory:
     """Shorten a motion as a whole; return the given one if that fails.
 
@@ -187,11 +202,14 @@ def _shorten_whole(
         few_enough: Whether to stop doing so on a coarse grid.
         cancelled: Whether to stop shortening.
         over: Whether to stop making the shorter motion exact.
+        minimised: As ``shortened`` has it.
     """
-    guess, best, excess = _with_few_knots(problem, given, few_enough), given, NO_EXCESS
+    guess, best, excess = _with_few_knots(problem, given, few_enough, minimised), given, NO_EXCESS
     room, most, reserves = usual_room(problem), given.duration, list(SHORT.short_clearances)
     while reserves and not over():
-        task = TrajectoryProblem(problem, reserves[0], room=room, cancelled=over)
+        task = TrajectoryProblem(
+            problem, reserves[0], room=room, cancelled=over, minimised=minimised
+        )
         task = task.tightened(excess)
         knots = guess and make_knots_exact(task, guess, iterations=20)
         knots = knots or (guess and _in_steps(task, guess, len(given.inputs)))
@@ -212,11 +230,16 @@ def _shorten_whole(
 
 
 def _with_few_knots(
-    problem: PlanningTask, trajectory: Trajectory, cancelled: Callable[[], bool]
+    problem: PlanningTask,
+    trajectory: Trajectory,
+    cancelled: Callable[[], bool],
+    minimised: Minimised,
 ) -> Knots | None:
     """Minimise time on a coarse grid; return the result refined to single steps, or None."""
     room, (t, x, u) = usual_room(problem), (trajectory.t, trajectory.x, trajectory.inputs)
-    task = TrajectoryProblem(problem, SHORT.coarse_clearance, room=room, cancelled=cancelled)
+    task = TrajectoryProblem(
+        problem, SHORT.coarse_clearance, room=room, cancelled=cancelled, minimised=minimised
+    )
     block = round(len(u) / SHORT.coarse_knots)
     while block > 1 and not cancelled():
         few = resampled(t, x, u, math.ceil(len(u) / block), problem.space)
