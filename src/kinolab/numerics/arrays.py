@@ -52,7 +52,14 @@ def _declared(kind: Any) -> dict[str, tuple[Any, tuple[str | int, ...]]]:
     found = {}
     for name, hint in get_type_hints(kind, include_extras=True).items():
         array, *axes = get_args(hint) if get_origin(hint) is Annotated else (hint,)
-        dtype = get_args(get_args(array)[1])[0] if axes else None
+        dtype = _scalar(array) if axes else None
         make = np.empty if any("capacity" in str(axis) for axis in axes) else np.zeros
         found[name] = partial(make, dtype=dtype) if axes else array, tuple(axes)
     return found
+
+
+def _scalar(array: Any) -> Any:
+    """Return the type of an array's numbers; how deep it is within differs between NumPy's."""
+    inner = [one for one in get_args(array) if one is not Any]
+    scalars = (one for one in inner if isinstance(one, type) and issubclass(one, np.generic))
+    return next(scalars, None) or next(filter(None, map(_scalar, inner)), None)
