@@ -23,7 +23,7 @@ from kinolab.problem import PlanningTask
 from kinolab.search import AbstractPlanner, Budget
 from kinolab.solve.incumbent import AT_ONCE, Incumbent
 from kinolab.solve.plan import CENTRE_TOLERANCE, REFUSED, PlanResult, Request
-from kinolab.solve.refinement import MIN_EXPECTED_GAIN, RefinedWay, Refinement
+from kinolab.solve.refinement import STILL_GAINING, RefinedWay, Refinement
 from kinolab.solve.starts import Arm, Starts
 from kinolab.trajectory import Trajectory
 
@@ -40,6 +40,7 @@ SEARCHES_PER_WAY, SEARCH_FRACTION = 4, 0.15
 SHORTENING = 0.6  # of the work, which searches leave to shortening at least, about
 SHOWING = 40  # subproblems of a whole motion that show what becomes of it
 ALIKE = 0.1  # fraction by which least durations of ways on the same side may differ
+MIN_EXPECTED_GAIN = 0.01  # of the duration, by further starts, to go on
 MIN_WAYS = 3  # whose spread says something
 
 
@@ -235,7 +236,7 @@ class PlanImprover:
         if self.request.effort(self.problem) != "auto" or more <= 0.0 or remaining.cancelled():
             return False
         short_of_work = best.work >= 0.5 * remaining.time_limit  # no other reason to have ended
-        if not short_of_work or best.expected_gain < MIN_EXPECTED_GAIN:
+        if not short_of_work or best.expected_gain < STILL_GAINING:
             return False
         self._seconds += more
         remaining.time_limit += more

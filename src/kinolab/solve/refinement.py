@@ -24,7 +24,7 @@ from kinolab.trajectory import Trajectory
 EXACTNESS_FRACTION = 0.25
 # the same for what searches find, at once and apart from that work
 EXACTNESS_AT_ONCE_FRACTION = 0.05
-MIN_EXPECTED_GAIN = 0.01  # of the duration, by further starts or as much work again, to go on
+STILL_GAINING = 0.05  # of the duration, by as much work again: so much is worth the wait
 MIN_GAIN = 1e-3  # fraction of the duration that justifies another round
 VERIFIED_GAIN = 0.03  # the same for a verification while more is to come
 UNKNOWN = 0.0, 1.0  # what has not been minimised yet
@@ -123,7 +123,7 @@ class Refinement:
             more: Work in [s] that there is for it.
         """
         made = self.progress
-        if self._remaining.over or (made.over and made.expected_gain >= MIN_EXPECTED_GAIN):
+        if self._remaining.over or (made.over and made.expected_gain >= STILL_GAINING):
             made.over, self._work = False, None  # it had too little work, or none
         self._remaining.time_limit = made.work + more
         self.go_on(math.inf)
