@@ -1,0 +1,140 @@
+"""Machines whose velocities the inputs accelerate at will, as their flat outputs see them."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from kinolab.errors import InputError, Mistake
+from kinolab.numerics.arrays import Array, Integers
+from kinolab.problem import PlanningTask
+from kinolab.steering.path_motion import LIMIT_FRACTION
+
+FULL, PLANE = 0, 1  # outputs: all coordinates, or a point of the plane along which it drives
+RANDOM_STATES = 10  # in which it is seen what inputs do
+ROUNDING = 1e-9  # relative to the largest rate
+REMEDY = "auto plans for every machine."
+
+
+class FlatMachine(NamedTuple):
+    """A machine by its flat outputs, for compiled kernels.
+
+    Its motion is given by commands: the rates of all outputs, or of one that drives along a curve
+    of the plane, its speed and its turn rate.
+    """
+
+    kind: int  # FULL or PLANE
+    entry: Integers  # (axes,) of the state: all coordinates, or x, y and the heading
+    speeds: Integers  # (nv,) of the state: independent velocities
+    mix: Array  # (nv, nv) independent velocities of commands
+    unmix: Array  # (nv, nv) commands of independent velocities
+    base: Array  # (nx,) a state at rest, for all entries that outputs do not determine
+    middle: Array  # (nu,) of the inputs
+    half: Array  # (nu,) of their ranges
+    lower: Array  # (outputs,) where outputs are sampled
+    upper: Array  # (outputs,)
+    weight: Array  # (outputs,) in the metric
+    period: Array  # (outputs,) of each, infinite if it has none
+
+
+def flat_machine(problem: PlanningTask) -> FlatMachine:
+    """Return a machine by its flat outputs.
+
+    Raises:
+        InputError: If it is none of those whose inputs accelerate all that can move.
+    """
+    kind = FULL if _has_all_rates(problem) else PLANE
+    entry, mix = _coordinates(problem, kind)
+    _require_actuation(problem)
+    lower, upper = problem.model.control_bounds.T
+    own = entry if kind == FULL else entry[:2]
+    base = problem.start.copy()
+    base[problem.model.speeds] = 0.0
+    return FlatMachine(
+        kind=kind,
+        entry=entry,
+        speeds=np.arange(problem.model.nx)[problem.model.speeds].astype(np.int64),
+        mix=mix,
+        unmix=np.linalg.inv(mix),
+        base=base,
+        middle=(lower + upper) / 2,
+        half=(upper - lower) / 2,
+        lower=np.ascontiguousarray(problem.sampling_bounds[own, 0]),
+        upper=np.ascontiguousarray(problem.sampling_bounds[own, 1]),
+        weight=_weights(problem, kind, own),
+        period=np.where(problem.circular[own], 2 * np.pi, np.inf),
+    )
+
+
+def tightened(bounds: Array) -> Array:
+    """Return limits (n, 2) that leave to corrections what LIMIT_FRACTION leaves them."""
+    middle, half = bounds.mean(axis=1), np.ptp(bounds, axis=1) / 2
+    finite = np.isfinite(bounds).all(axis=1)
+    inner = np.stack([middle - LIMIT_FRACTION * half, middle + LIMIT_FRACTION * half], axis=1)
+    return np.where(finite[:, None], inner, bounds)
+
+
+def _refuse(problem: PlanningTask, why: str) -> InputError:
+    what = f"flat_connect does not plan for the machine {problem.machine.name!r}: {why}"
+    return InputError([Mistake("[planner] name", what, REMEDY)])
+
+
+def _has_all_rates(problem: PlanningTask) -> bool:
+    """Say whether all rates, and nothing else, are velocities; raise where neither kind fits."""
+    model, machine, space = problem.model, problem.machine, problem.space
+    if machine.modes or model.plant is not model or model.clocks or machine.closes_loops:
+        raise _refuse(problem, "it has modes, feedback, loops, or obstacles that move.")
+    if space.spheres or model.nx != model.nq + model.nv:
+        raise _refuse(problem, "it has attitudes or states beside coordinates and velocities.")
+    if not problem.rests(problem.start):
+        raise _refuse(problem, "it does not start at rest.")
+    if model.nu != model.nv:
+        what = f"{model.nu} inputs do not accelerate {model.nv} independent velocities at will."
+        raise _refuse(problem, what)
+    return model.velocity_names == model.rate_names
+
+
+def _coordinates(problem: PlanningTask, kind: int) -> tuple[Integers, Array]:
+    """Return the entries of the outputs' coordinates, and velocities (nv, nv) of commands."""
+    model = problem.model
+    if kind == FULL:
+        return np.arange(model.nq, dtype=np.int64), np.eye(model.nq)
+    flat = problem.machine.flat
+    if flat is None or not flat.plane_curves or flat.steered or model.nv != 2:
+        raise _refuse(problem, "it neither moves freely nor turns on the spot in the plane.")
+    entry = np.array([model.coordinate_names.index(name) for name in flat.coordinates], np.int64)
+    x = np.tile(problem.start, (2, 1))
+    x[:, entry[2]] = 0.0
+    x[:, model.speeds] = np.eye(2)
+    names = [model.rate_names.index(f"{name}_dot") for name in flat.coordinates]
+    forward, aside, turn = model.velocity(x)[:, names].T
+    if np.abs(aside).max() > ROUNDING * np.abs(forward).max():
+        raise _refuse(problem, "it slips sideways.")
+    return entry, np.linalg.inv(np.stack([forward, turn]))
+
+
+def _require_actuation(problem: PlanningTask) -> None:
+    """Require that accelerations are affine in the inputs, and that these give all of them."""
+    model, generator = problem.model, np.random.default_rng(0)
+    lower, upper = model.control_bounds.T
+    middle, half = (lower + upper) / 2, (upper - lower) / 2
+    for _ in range(RANDOM_STATES):
+        x = problem.sample(generator)
+        rows = np.vstack([np.zeros(model.nu), np.eye(model.nu), generator.uniform(-1, 1, model.nu)])
+        rates = model.f(np.tile(x, (len(rows), 1)), middle + half * rows)[:, model.speeds]
+        gain = rates[1:-1] - rates[0]
+        off = np.abs(rates[-1] - rates[0] - rows[-1] @ gain).max()
+        if not off <= ROUNDING * np.abs(rates).max():
+            raise _refuse(problem, "its accelerations are not affine in its inputs.")
+        if np.linalg.matrix_rank(gain, tol=ROUNDING * np.abs(gain).max()) < model.nv:
+            raise _refuse(problem, "there are velocities that its inputs do not accelerate.")
+
+
+def _weights(problem: PlanningTask, kind: int, own: Integers) -> Array:
+    """Return the weights of outputs: times at full speed where all have limits, or lengths."""
+    if kind == PLANE:
+        return np.ones(2)
+    bounds = np.minimum(np.abs(problem.rate_bounds), np.abs(problem.bounds[problem.model.speeds]))
+    fastest = bounds.min(axis=1)
+    return 1.0 / (fastest if np.isfinite(fastest).all() else problem.scales[own])

@@ -1,0 +1,257 @@
+"""One search in flat outputs: what it works on, and what it does one after the other."""
+
+from __future__ import annotations
+
+from typing import Annotated, NamedTuple
+
+import numpy as np
+
+from kinolab.dynamics.codegen.integrators import LANES
+from kinolab.numerics.arrays import Array, Integers, allocate
+from kinolab.numerics.neighbours.r_tree import r_tree
+from kinolab.numerics.rng import State, generator
+from kinolab.numerics.struct import Record
+from kinolab.problem import PlanningTask
+from kinolab.problem.goal_kernel import GoalArrays, goal_arrays
+from kinolab.search.flat.flat_following import follow_pieces
+from kinolab.search.flat.flat_machine import PLANE, FlatMachine, flat_machine, tightened
+from kinolab.search.flat.flat_pieces import Pieces, copy_pieces, total
+from kinolab.search.flat.flat_routes import gather_corners, prune_corners, put_route
+from kinolab.search.flat.flat_shortcuts import shorten_pieces
+from kinolab.search.flat.flat_trees import FlatTree, begin_trees, grow_trees, nearest_node
+from kinolab.simulation.collision_context import (
+    CollisionContext,
+    CollisionScratch,
+    collision_context,
+)
+from kinolab.simulation.limits import LimitArrays, limit_arrays
+from kinolab.simulation.machine import Machine, machine_of
+from kinolab.simulation.propagator import Propagator
+from kinolab.steering.path_motion import MAX_STEPS
+
+GOALS = 16  # places in the goal from which a tree grows
+SPREAD = 0.5  # of the goal's tolerance, in which they are; the rest is for what is off at the end
+MAX_PIECES = 256  # of a motion, three for each of its lines
+MAX_CORNERS = 1024
+
+
+class Wanted(NamedTuple):
+    """The goal, as ``goal_violation`` looks for it."""
+
+    goal: GoalArrays
+
+
+class FlatWork(NamedTuple):
+    """Scratch memory."""
+
+    x: Annotated[Array, "nx"]
+    ahead: Annotated[Array, "nx"]
+    slopes: Annotated[Array, "nu"]
+    u: Annotated[Array, "nu"]
+    held: Annotated[Array, "nu"]
+    rates: Annotated[Array, 2, "nx"]
+    gain: Annotated[Array, "nu", "nu"]
+    pivots: Annotated[Integers, "nu"]
+    lanes_x: Annotated[Array, "nx", LANES]
+    lanes_u: Annotated[Array, "nu", LANES]
+    lanes_dx: Annotated[Array, "nx", LANES]
+    z: Annotated[Array, "axes"]
+    direction: Annotated[Array, "axes"]
+    around: Annotated[Array, "axes"]
+    begin: Annotated[Array, "axes"]
+    end: Annotated[Array, "axes"]
+    last: Annotated[Array, "axes"]
+    point: Annotated[Array, "outputs"]
+    sample: Annotated[Array, "outputs"]
+
+
+class FlatSearch(NamedTuple):
+    """All that one search works on, for compiled kernels."""
+
+    machine: Machine
+    flat: FlatMachine
+    limits: LimitArrays
+    tight: LimitArrays  # without what is left to corrections
+    collision: CollisionContext
+    scratch: CollisionScratch
+    problem: Wanted
+    random: State
+    step: float  # in [s]
+    reach: float  # of an extension, in the metric
+    heads: bool  # whether the goal asks for a heading
+    begin: Array  # (nx,) the start
+    start: Array  # (axes,) its outputs, and a heading
+    goals: Array  # (places, axes) in the goal
+    ahead: FlatTree  # from the start
+    behind: FlatTree  # from the goal
+    work: FlatWork
+    trial: Pieces  # one, which is looked at
+    draft: Pieces  # a motion
+    spare: Pieces  # scratch
+    best: Pieces  # the shortest motion that was followed
+    corners: Annotated[Array, "corners", "outputs"]
+    u: Annotated[Array, "step capacity", "nu"]
+    states: Annotated[Array, "state capacity", "nx"]
+    turn: Annotated[Integers, 1]  # iterations of the trees
+    links: Annotated[Integers, 2]  # the nodes at which they meet
+    counts: Annotated[Integers, 1]  # clearances that were asked for
+
+
+def flat_search(problem: PlanningTask, seed: int, reach: float, max_nodes: int) -> FlatSearch:
+    """Collect what a search works on.
+
+    Args:
+        problem: The planning problem.
+        seed: Of the random numbers.
+        reach: Longest extension, as a fraction of the diagonal of the space of outputs.
+        max_nodes: Of a tree.
+
+    Raises:
+        InputError: If the machine is none that can be planned for in flat outputs.
+    """
+    flat, model = flat_machine(problem), problem.model
+    axes, outputs = len(flat.entry), len(flat.lower)
+    sizes = {"nx": model.nx, "nu": model.nu, "axes": axes, "outputs": outputs}
+    sizes |= {"capacity": max_nodes, "corners": MAX_CORNERS, "step capacity": MAX_STEPS}
+    sizes |= {"state capacity": MAX_STEPS + 1}
+    limits, random = limit_arrays(problem), generator(seed)
+    tight = limits._replace(**_tightened(problem, flat, limits))
+    period = np.where(np.isfinite(flat.period), flat.period * flat.weight, np.inf)
+    ways = np.minimum((flat.upper - flat.lower) * flat.weight, period / 2)
+    names = problem.model.state_names
+    heading = names[flat.entry[-1]]
+    context = collision_context(problem)
+
+    def tree() -> FlatTree:
+        return allocate(FlatTree, sizes, neighbours=r_tree(max_nodes, period))
+
+    def pieces(count: int) -> Pieces:
+        return allocate(Pieces, sizes | {"pieces": count})
+
+    return allocate(
+        FlatSearch,
+        sizes,
+        machine=machine_of(problem),
+        flat=flat,
+        limits=limits,
+        tight=tight,
+        collision=context[0],
+        scratch=context[1],
+        problem=Wanted(goal_arrays(problem.goal)),
+        random=random,
+        step=problem.step,
+        reach=reach * float(np.linalg.norm(ways)),
+        heads=flat.kind == PLANE and heading in problem.goal.entries,
+        begin=np.clip(problem.start, *problem.bounds.T),
+        start=np.ascontiguousarray(problem.start[flat.entry]),
+        goals=_places(problem, flat, seed),
+        ahead=tree(),
+        behind=tree(),
+        trial=pieces(1),
+        draft=pieces(MAX_PIECES),
+        spare=pieces(MAX_PIECES + 2),
+        best=pieces(MAX_PIECES),
+    )
+
+
+def _tightened(problem: PlanningTask, flat: FlatMachine, limits: LimitArrays) -> dict[str, Array]:
+    """Return the limits of speeds that motions keep before they are followed."""
+    bounds = problem.bounds.copy()
+    bounds[flat.speeds] = tightened(bounds[flat.speeds])
+    rates = tightened(np.stack([limits.rate_lower, limits.rate_upper], axis=1))
+    columns = bounds[:, 0], bounds[:, 1], rates[:, 0], rates[:, 1]
+    names = ("lower", "upper", "rate_lower", "rate_upper")
+    return {name: np.ascontiguousarray(c) for name, c in zip(names, columns, strict=True)}
+
+
+def _places(problem: PlanningTask, flat: FlatMachine, seed: int) -> Array:
+    """Return places of rest in the goal where nothing is touched, shape (places, axes)."""
+    random = np.random.default_rng(seed)
+    x = problem.sample_goals(random, SPREAD * random.uniform(size=GOALS))
+    x[:, flat.speeds] = 0.0
+    judge = Propagator(problem)
+    inside = [row for row in x if problem.goal_excess(row) <= 1.0 and judge.is_free(row.tolist())]
+    return np.ascontiguousarray(np.array(inside).reshape(-1, problem.model.nx)[:, flat.entry])
+
+
+class FlatConnection:
+    """Grows trees, makes motions of what they find, and shortens these.
+
+    Args:
+        problem, seed, reach, max_nodes: As ``flat_search`` takes them.
+
+    Attributes:
+        u: Inputs of the best motion, shape (N, nu); None before there is one.
+    """
+
+    def __init__(self, problem: PlanningTask, seed: int, reach: float, max_nodes: int) -> None:
+        self._model = problem.model  # owns the compiled code
+        self._own = flat_search(problem, seed, reach, max_nodes)
+        self._search = Record(self._own)
+        self._draft, self._best = Record(self._own.draft), Record(self._own.best)
+        self.u: Array | None = None
+        self.has_goals = len(self._own.goals) > 0
+
+    def begin(self) -> None:
+        """Begin with trees that have their roots only."""
+        begin_trees(self._search)
+
+    def grow(self, iterations: int) -> tuple[int, int]:
+        """Grow both trees; return GROWING, LINKED or FILLED, and the iterations made."""
+        ended, made = grow_trees(self._search, iterations)
+        return int(ended), int(made)
+
+    def connect(self) -> bool:
+        """Make a motion of linked trees; say whether it can be followed into the goal."""
+        node, other = self._own.links.tolist()
+        count, root = gather_corners(self._search, node, other)
+        if count < 2 or not put_route(self._search, prune_corners(self._search, count), root):
+            return False
+        return self.follow()
+
+    def shorten(self, attempts: int) -> bool:
+        """Try shortcuts of the motion that was found; say whether a shorter one can be followed."""
+        made = shorten_pieces(self._search, attempts)
+        if not made:
+            return True
+        if self.follow():
+            return True
+        copy_pieces(self._best, self._draft)
+        return False
+
+    def follow(self) -> bool:
+        """Follow the draft; keep it and its inputs if it ends in the goal, and say so."""
+        steps, refused = follow_pieces(self._search, self._draft, True)
+        if refused:
+            return False
+        if self.u is None or steps < len(self.u):
+            self.u = self._own.u[:steps].copy()
+        copy_pieces(self._draft, self._best)
+        return True
+
+    def approach(self) -> Array:
+        """Return inputs (N, nu) to the place nearest to the goal that the first tree has."""
+        own, nothing = self._own, np.zeros((0, self._model.nu))
+        if not self.has_goals:
+            return nothing
+        node = int(nearest_node(self._search, Record(own.ahead), own.goals[0].copy()))
+        count, _ = gather_corners(self._search, node, -1)
+        if count < 2 or not put_route(self._search, prune_corners(self._search, count), -1):
+            return nothing
+        steps, _ = follow_pieces(self._search, self._draft, False)
+        return own.u[:steps].copy()
+
+    @property
+    def duration(self) -> float:
+        """Of the draft in [s]."""
+        return float(total(self._draft))
+
+    @property
+    def nodes(self) -> int:
+        """Of both trees."""
+        return int(self._own.ahead.size[0] + self._own.behind.size[0])
+
+    @property
+    def clearances(self) -> int:
+        """That were asked for along lines and shortcuts."""
+        return int(self._own.counts[0])

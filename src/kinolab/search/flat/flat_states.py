@@ -1,0 +1,157 @@
+"""States and inputs along pieces of a motion, and whether they keep their limits."""
+
+from __future__ import annotations
+
+import math
+
+from kinolab.dynamics.codegen.integrators import LANES
+from kinolab.numerics.jit import kernel
+from kinolab.numerics.lu import factor, substitute
+from kinolab.search.flat.flat_machine import FULL
+from kinolab.search.flat.flat_pieces import BACK, TURN, jet
+from kinolab.simulation.limits import KEPT, passed_at
+from kinolab.simulation.machine import call_under, derivative_in_lanes
+from kinolab.steering.path_motion import LIMIT_FRACTION, ROUNDING_FACTOR
+
+SLOW = 1e-6  # [m/s] below which a curve of the plane has no direction of its own
+
+
+@kernel
+def state_at(search, pieces, k, t, x, slopes):  # type: ignore[no-untyped-def]
+    """Write the state of the machine at a time of a piece, and what accelerates it.
+
+    Args:
+        search: ``FlatSearch``.
+        pieces, k, t: The piece, and the time since its begin in [s].
+        x: The state, shape (nx,); written.
+        slopes: Rates of the independent velocities, shape (nv,); written.
+    """
+    flat = search.flat
+    for i in range(x.shape[0]):
+        x[i] = flat.base[i]
+    if flat.kind == FULL:
+        for i in range(flat.entry.shape[0]):
+            value, speed, slope, _ = jet(pieces.c[k, i], t)
+            x[flat.entry[i]], x[flat.speeds[i]], slopes[i] = value, speed, slope
+        return
+    px, vx, ax, jx = jet(pieces.c[k, 0], t)
+    py, vy, ay, jy = jet(pieces.c[k, 1], t)
+    if pieces.kind[k] == TURN:
+        heading, turn, turn_slope, _ = jet(pieces.c[k, 2], t)
+        speed, speed_slope = 0.0, 0.0
+    else:
+        speed = math.hypot(vx, vy)
+        if speed > SLOW:
+            heading = math.atan2(vy, vx)
+            speed_slope = (vx * ax + vy * ay) / speed
+            turn = (vx * ay - vy * ax) / (speed * speed)
+            turn_slope = (vx * jy - vy * jx) / (speed * speed) - 2.0 * turn * speed_slope / speed
+        else:
+            heading, turn, turn_slope = pieces.heading[k], 0.0, 0.0
+            speed_slope = ax * math.cos(heading) + ay * math.sin(heading)
+        if pieces.kind[k] == BACK:
+            heading += math.pi
+            speed, speed_slope = -speed, -speed_slope
+    x[flat.entry[0]], x[flat.entry[1]], x[flat.entry[2]] = px, py, heading
+    for i in range(2):
+        x[flat.speeds[i]] = flat.mix[i, 0] * speed + flat.mix[i, 1] * turn
+        slopes[i] = flat.mix[i, 0] * speed_slope + flat.mix[i, 1] * turn_slope
+
+
+@kernel
+def inputs_for(search, x, slopes, u):  # type: ignore[no-untyped-def]
+    """Write the inputs (nu,) under which independent velocities change so; 0 if there are any.
+
+    Args:
+        search: ``FlatSearch``.
+        x, slopes: State (nx,), and wanted rates of the independent velocities, shape (nv,).
+        u: The inputs; written, also beyond their limits.
+    """
+    flat, machine, work = search.flat, search.machine, search.work
+    n, rates = u.shape[0], work.rates
+    if machine.f_in_lanes != 0 and n < LANES:
+        for lane in range(LANES):
+            for i in range(x.shape[0]):
+                work.lanes_x[i, lane] = x[i]
+            for i in range(n):
+                work.lanes_u[i, lane] = flat.middle[i] + (flat.half[i] if i + 1 == lane else 0.0)
+        derivative_in_lanes(machine, work.lanes_x, work.lanes_u, work.lanes_dx)
+        for i in range(n):
+            row = flat.speeds[i]
+            u[i] = slopes[i] - work.lanes_dx[row, 0]
+            for j in range(n):
+                work.gain[i, j] = work.lanes_dx[row, j + 1] - work.lanes_dx[row, 0]
+    else:
+        p = machine.p.ctypes.data
+        for i in range(n):
+            work.held[i] = flat.middle[i]
+        call_under(machine.f, x.ctypes.data, work.held.ctypes.data, p, rates[0].ctypes.data)
+        for j in range(n):
+            work.held[j] += flat.half[j]
+            call_under(machine.f, x.ctypes.data, work.held.ctypes.data, p, rates[1].ctypes.data)
+            work.held[j] = flat.middle[j]
+            for i in range(n):
+                work.gain[i, j] = rates[1, flat.speeds[i]] - rates[0, flat.speeds[i]]
+        for i in range(n):
+            u[i] = slopes[i] - rates[0, flat.speeds[i]]
+    failed = factor(work.gain, work.pivots)
+    substitute(work.gain, work.pivots, u)
+    for i in range(n):
+        u[i] = flat.middle[i] + flat.half[i] * u[i]
+    return failed
+
+
+@kernel
+def is_possible(search, pieces, k, samples):  # type: ignore[no-untyped-def]
+    """Say whether limits and inputs allow a piece, at samples: its middle and its ends first.
+
+    Args:
+        search: ``FlatSearch``.
+        pieces, k: The piece.
+        samples: Intervals of equal length between them, a power of two.
+    """
+    T, work, flat = pieces.duration[k], search.work, search.flat
+    if not T > 0.0:
+        return False
+    spacing, first = samples, 0
+    while spacing >= 1:
+        for m in range(first, samples + 1, spacing if first == 0 else 2 * spacing):
+            state_at(search, pieces, k, T * m / samples, work.x, work.slopes)
+            if passed_at(search.machine, search.tight, work.x) != KEPT:
+                return False
+            if inputs_for(search, work.x, work.slopes, work.u) != 0:
+                return False
+            for i in range(work.u.shape[0]):
+                most = ROUNDING_FACTOR * LIMIT_FRACTION * flat.half[i]
+                if not abs(work.u[i] - flat.middle[i]) <= most:
+                    return False
+        spacing //= 2
+        first = spacing
+    return True
+
+
+@kernel
+def fastest_along(search, pieces, k):  # type: ignore[no-untyped-def]
+    """Return how many times as fast limits of speeds allow a piece to be at its beginning."""
+    work, tight, flat, most = search.work, search.tight, search.flat, math.inf
+    state_at(search, pieces, k, 0.0, work.x, work.slopes)
+    for i in range(flat.speeds.shape[0]):
+        row = flat.speeds[i]
+        most = min(most, factor_within(work.x[row], tight.lower[row], tight.upper[row]))
+    if tight.rate_lower.shape[0] > 0:
+        call_under(
+            search.machine.velocity, work.x.ctypes.data, tight.still.ctypes.data,
+            search.machine.p.ctypes.data, tight.rates.ctypes.data,
+        )  # fmt: skip
+        for i in range(tight.rate_lower.shape[0]):
+            rate = tight.rates[i]
+            most = min(most, factor_within(rate, tight.rate_lower[i], tight.rate_upper[i]))
+    return most
+
+
+@kernel
+def factor_within(rate, lower, upper):  # type: ignore[no-untyped-def]
+    """Return by which factor at most a rate keeps its limits, infinite where it vanishes."""
+    if rate > 0.0:
+        return max(upper, 0.0) / rate
+    return min(lower, 0.0) / rate if rate < 0.0 else math.inf
