@@ -113,17 +113,18 @@ def correct(search, x, pace):  # type: ignore[no-untyped-def]
 def command(search, x, u):  # type: ignore[no-untyped-def]
     """Write the inputs (nu,) of a step from x (nx,) by the velocities' wanted rates in ``slopes``.
 
-    They are right in its middle, and within their limits.
+    They are right in its middle, at its beginning where a law holds forces from then on, and
+    within their limits.
     """
-    flat, work, h, machine = search.flat, search.work, search.step, search.machine
+    flat, work, h = search.flat, search.work, 0.0 if search.flat.held else 0.5 * search.step
     for i in range(x.shape[0]):
         work.ahead[i] = x[i]
     if flat.kind == FULL:
         for i in range(flat.speeds.shape[0]):
             v = x[flat.speeds[i]]
-            work.ahead[flat.entry[i]] += 0.5 * h * (v + 0.25 * h * work.slopes[i])
+            work.ahead[flat.entry[i]] += h * (v + 0.5 * h * work.slopes[i])
     for i in range(flat.speeds.shape[0]):
-        work.ahead[flat.speeds[i]] += 0.5 * h * work.slopes[i]
+        work.ahead[flat.speeds[i]] += h * work.slopes[i]
     inputs_for(search, work.ahead, work.slopes, u)
     for i in range(u.shape[0]):
         low, high = flat.middle[i] - flat.half[i], flat.middle[i] + flat.half[i]

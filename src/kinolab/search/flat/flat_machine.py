@@ -13,6 +13,7 @@ from kinolab.steering.path_motion import LIMIT_FRACTION
 
 FULL, PLANE = 0, 1  # outputs: all coordinates, or a point of the plane along which it drives
 RANDOM_STATES = 10  # in which it is seen what inputs do
+SMALL = 0.1  # inputs by which it is seen, of their half ranges
 ROUNDING = 1e-9  # relative to the largest rate
 REMEDY = "auto plans for every machine."
 
@@ -25,6 +26,9 @@ class FlatMachine(NamedTuple):
     """
 
     kind: int  # FULL or PLANE
+    held: bool  # whether a law of feedback holds forces for a step
+    constant: bool  # whether inputs accelerate it everywhere alike
+    inverse: Array  # (nu, nv) inputs, in halves of their ranges, of accelerations, where constant
     entry: Integers  # (axes,) of the state: all coordinates, or x, y and the heading
     speeds: Integers  # (nv,) of the state: independent velocities
     mix: Array  # (nv, nv) independent velocities of commands
@@ -46,13 +50,17 @@ def flat_machine(problem: PlanningTask) -> FlatMachine:
     """
     kind = FULL if _has_all_rates(problem) else PLANE
     entry, mix = _coordinates(problem, kind)
-    _require_actuation(problem)
+    gains = _gains(problem)
+    constant = bool(np.ptp(gains, axis=0).max() <= ROUNDING * np.abs(gains).max())
     lower, upper = problem.model.control_bounds.T
     own = entry if kind == FULL else entry[:2]
     base = problem.start.copy()
     base[problem.model.speeds] = 0.0
     return FlatMachine(
         kind=kind,
+        held=problem.model.plant is not problem.model,
+        constant=constant,
+        inverse=np.linalg.inv(gains[0]),
         entry=entry,
         speeds=np.arange(problem.model.nx)[problem.model.speeds].astype(np.int64),
         mix=mix,
@@ -83,8 +91,8 @@ def _refuse(problem: PlanningTask, why: str) -> InputError:
 def _has_all_rates(problem: PlanningTask) -> bool:
     """Say whether all rates, and nothing else, are velocities; raise where neither kind fits."""
     model, machine, space = problem.model, problem.machine, problem.space
-    if machine.modes or model.plant is not model or model.clocks or machine.closes_loops:
-        raise _refuse(problem, "it has modes, feedback, loops, or obstacles that move.")
+    if machine.modes or model.clocks or machine.closes_loops:
+        raise _refuse(problem, "it has modes, closed loops, or obstacles that move.")
     if space.spheres or model.nx != model.nq + model.nv:
         raise _refuse(problem, "it has attitudes or states beside coordinates and velocities.")
     if not problem.rests(problem.start):
@@ -114,21 +122,32 @@ def _coordinates(problem: PlanningTask, kind: int) -> tuple[Integers, Array]:
     return entry, np.linalg.inv(np.stack([forward, turn]))
 
 
-def _require_actuation(problem: PlanningTask) -> None:
-    """Require that accelerations are affine in the inputs, and that these give all of them."""
+def _gains(problem: PlanningTask) -> Array:
+    """Return how half ranges of inputs accelerate the machine at rest, shape (states, nv, nu).
+
+    A law of feedback may be cut off by the limits of forces; small inputs at rest are not.
+
+    Raises:
+        InputError: If accelerations are not affine in the inputs, or these do not give all of them.
+    """
     model, generator = problem.model, np.random.default_rng(0)
     lower, upper = model.control_bounds.T
     middle, half = (lower + upper) / 2, (upper - lower) / 2
+    found = []
     for _ in range(RANDOM_STATES):
         x = problem.sample(generator)
+        x[model.speeds] = 0.0
         rows = np.vstack([np.zeros(model.nu), np.eye(model.nu), generator.uniform(-1, 1, model.nu)])
-        rates = model.f(np.tile(x, (len(rows), 1)), middle + half * rows)[:, model.speeds]
-        gain = rates[1:-1] - rates[0]
-        off = np.abs(rates[-1] - rates[0] - rows[-1] @ gain).max()
+        inputs = middle + SMALL * half * rows
+        rates = model.f(np.tile(x, (len(rows), 1)), inputs)[:, model.speeds]
+        gain = (rates[1:-1] - rates[0]) / SMALL
+        off = np.abs(rates[-1] - rates[0] - SMALL * rows[-1] @ gain).max()
         if not off <= ROUNDING * np.abs(rates).max():
             raise _refuse(problem, "its accelerations are not affine in its inputs.")
         if np.linalg.matrix_rank(gain, tol=ROUNDING * np.abs(gain).max()) < model.nv:
             raise _refuse(problem, "there are velocities that its inputs do not accelerate.")
+        found.append(gain.T)
+    return np.array(found)
 
 
 def _weights(problem: PlanningTask, kind: int, own: Integers) -> Array:

@@ -6,7 +6,6 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from kinolab.dynamics.codegen.integrators import LANES
 from kinolab.numerics.arrays import Array, Integers, allocate
 from kinolab.numerics.neighbours.r_tree import r_tree
 from kinolab.numerics.rng import State, generator
@@ -52,9 +51,7 @@ class FlatWork(NamedTuple):
     rates: Annotated[Array, 2, "nx"]
     gain: Annotated[Array, "nu", "nu"]
     pivots: Annotated[Integers, "nu"]
-    lanes_x: Annotated[Array, "nx", LANES]
-    lanes_u: Annotated[Array, "nu", LANES]
-    lanes_dx: Annotated[Array, "nx", LANES]
+    change: Annotated[Array, "nu"]
     z: Annotated[Array, "axes"]
     direction: Annotated[Array, "axes"]
     around: Annotated[Array, "axes"]

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import math
 
-from kinolab.dynamics.codegen.integrators import LANES
 from kinolab.numerics.jit import kernel
 from kinolab.numerics.lu import factor, substitute
 from kinolab.search.flat.flat_machine import FULL
 from kinolab.search.flat.flat_pieces import BACK, TURN, jet
+from kinolab.search.tree.flat_arrays import copy
 from kinolab.simulation.limits import KEPT, passed_at
-from kinolab.simulation.machine import call_under, derivative_in_lanes
+from kinolab.simulation.machine import call_under
 from kinolab.steering.path_motion import LIMIT_FRACTION, ROUNDING_FACTOR
 
+TRIES = 3  # of inputs that a law may cut off: from their middle, from there, and to be sure
+CUT_OFF = 1e-9  # of half their ranges by which they are then corrected at most
 SLOW = 1e-6  # [m/s] below which a curve of the plane has no direction of its own
 
 
@@ -67,38 +69,63 @@ def inputs_for(search, x, slopes, u):  # type: ignore[no-untyped-def]
         x, slopes: State (nx,), and wanted rates of the independent velocities, shape (nv,).
         u: The inputs; written, also beyond their limits.
     """
+    flat, work = search.flat, search.work
+    for i in range(u.shape[0]):
+        u[i] = flat.middle[i]
+    if not flat.constant:
+        gain_at(search, x)
+        failed = factor(work.gain, work.pivots)
+        for i in range(u.shape[0]):
+            work.change[i] = slopes[i] - work.rates[0, flat.speeds[i]]
+        substitute(work.gain, work.pivots, work.change)
+        for i in range(u.shape[0]):
+            u[i] += flat.half[i] * work.change[i]
+        return failed
+    for _ in range(TRIES):
+        off = improve_inputs(search, x, slopes, u)
+        if not flat.held:
+            return 0
+        if off <= CUT_OFF:
+            return 0
+    return 1
+
+
+@kernel
+def improve_inputs(search, x, slopes, u):  # type: ignore[no-untyped-def]
+    """Correct inputs (nu,) by how far velocities' rates are off; return by how much, in half ranges.
+
+    Where a law of feedback is cut off by the limits of forces, it stays off.
+    """
+    flat, work, p = search.flat, search.work, search.machine.p.ctypes.data
+    rates, size = work.rates[0], 0.0
+    call_under(search.machine.f, x.ctypes.data, u.ctypes.data, p, rates.ctypes.data)
+    for i in range(u.shape[0]):
+        work.change[i] = slopes[i] - rates[flat.speeds[i]]
+    for i in range(u.shape[0]):
+        step = 0.0
+        for j in range(u.shape[0]):
+            step += flat.inverse[i, j] * work.change[j]
+        u[i] += flat.half[i] * step
+        size = max(size, abs(step))
+    return size
+
+
+@kernel
+def gain_at(search, x):  # type: ignore[no-untyped-def]
+    """Write how half ranges of inputs accelerate the machine at a state (nx,) to ``work.gain``.
+
+    The rates in the middle of these ranges are left in ``work.rates[0]``.
+    """
     flat, machine, work = search.flat, search.machine, search.work
-    n, rates = u.shape[0], work.rates
-    if machine.f_in_lanes != 0 and n < LANES:
-        for lane in range(LANES):
-            for i in range(x.shape[0]):
-                work.lanes_x[i, lane] = x[i]
-            for i in range(n):
-                work.lanes_u[i, lane] = flat.middle[i] + (flat.half[i] if i + 1 == lane else 0.0)
-        derivative_in_lanes(machine, work.lanes_x, work.lanes_u, work.lanes_dx)
+    n, rates, p = flat.middle.shape[0], work.rates, search.machine.p.ctypes.data
+    copy(flat.middle, work.held)
+    call_under(machine.f, x.ctypes.data, work.held.ctypes.data, p, rates[0].ctypes.data)
+    for j in range(n):
+        work.held[j] += flat.half[j]
+        call_under(machine.f, x.ctypes.data, work.held.ctypes.data, p, rates[1].ctypes.data)
+        work.held[j] = flat.middle[j]
         for i in range(n):
-            row = flat.speeds[i]
-            u[i] = slopes[i] - work.lanes_dx[row, 0]
-            for j in range(n):
-                work.gain[i, j] = work.lanes_dx[row, j + 1] - work.lanes_dx[row, 0]
-    else:
-        p = machine.p.ctypes.data
-        for i in range(n):
-            work.held[i] = flat.middle[i]
-        call_under(machine.f, x.ctypes.data, work.held.ctypes.data, p, rates[0].ctypes.data)
-        for j in range(n):
-            work.held[j] += flat.half[j]
-            call_under(machine.f, x.ctypes.data, work.held.ctypes.data, p, rates[1].ctypes.data)
-            work.held[j] = flat.middle[j]
-            for i in range(n):
-                work.gain[i, j] = rates[1, flat.speeds[i]] - rates[0, flat.speeds[i]]
-        for i in range(n):
-            u[i] = slopes[i] - rates[0, flat.speeds[i]]
-    failed = factor(work.gain, work.pivots)
-    substitute(work.gain, work.pivots, u)
-    for i in range(n):
-        u[i] = flat.middle[i] + flat.half[i] * u[i]
-    return failed
+            work.gain[i, j] = rates[1, flat.speeds[i]] - rates[0, flat.speeds[i]]
 
 
 @kernel
