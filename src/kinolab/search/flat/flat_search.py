@@ -115,8 +115,6 @@ def flat_search(problem: PlanningTask, seed: int, reach: float, max_nodes: int) 
     tight = limits._replace(**_tightened(problem, flat, limits))
     period = np.where(np.isfinite(flat.period), flat.period * flat.weight, np.inf)
     ways = np.minimum((flat.upper - flat.lower) * flat.weight, period / 2)
-    names = problem.model.state_names
-    heading = names[flat.entry[-1]]
     context = collision_context(problem)
 
     def tree() -> FlatTree:
@@ -138,7 +136,7 @@ def flat_search(problem: PlanningTask, seed: int, reach: float, max_nodes: int) 
         random=random,
         step=problem.step,
         reach=reach * float(np.linalg.norm(ways)),
-        heads=flat.kind == PLANE and heading in problem.goal.entries,
+        heads=flat.kind == PLANE and int(flat.entry[2]) in problem.goal.entries,
         begin=np.clip(problem.start, *problem.bounds.T),
         start=np.ascontiguousarray(problem.start[flat.entry]),
         goals=_places(problem, flat, seed),

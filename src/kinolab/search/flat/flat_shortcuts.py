@@ -60,13 +60,16 @@ def try_shortcut(search, begin, end):  # type: ignore[no-untyped-def]
         return False
     if not fit_shortcut(search, i, t, j, later, longest):
         return False
-    if not is_possible(search, trial, 0, SAMPLES):
+    samples = SAMPLES
+    while search.flat.kind == PLANE and samples * search.step < longest:
+        samples *= 2  # a curve may turn sharply where it is slow
+    if not is_possible(search, trial, 0, samples):
         return False
     low, high = search.step, longest
     for _ in range(BISECTIONS):
         middle = 0.5 * (low + high)
         fit_shortcut(search, i, t, j, later, middle)
-        if is_possible(search, trial, 0, SAMPLES):
+        if is_possible(search, trial, 0, samples):
             high = middle
         else:
             low = middle

@@ -18,12 +18,12 @@ from kinolab.numerics.rng import uniform
 from kinolab.problem.goal_kernel import wrapped_angle
 from kinolab.search.flat.flat_machine import PLANE
 from kinolab.search.flat.flat_pieces import BACK, MOVE, TURN, put_stretch
-from kinolab.search.flat.piece_sweeps import free_until
+from kinolab.search.flat.piece_sweeps import free_until, is_state_free
 
 NONE = -1
 GROWING, LINKED, FILLED = 0, 1, 2
 TRAPPED = 0.01  # of an extension: shorter ones are none
-RETREATS = 5  # places along an extension at which a machine may turn on the spot, from its end
+RETREATS = 5  # parts of an extension that was stopped: it ends before the last of them
 
 
 class FlatTree(NamedTuple):
@@ -161,23 +161,32 @@ def extend(search, tree, node, aim, forward):  # type: ignore[no-untyped-def]
         for i in range(outputs):
             z[i] = tree.z[node, i] + way[i]
         return insert(search, tree, z, node), True
-    for k in range(RETREATS):
+    for k in range(1, RETREATS):
         share = free * (RETREATS - k) / RETREATS
         for i in range(outputs):
             z[i] = tree.z[node, i] + share * way[i]
-        if turns_freely(search, z):
+        if seems_to_turn(search, z, way):
             return insert(search, tree, z, node), False
     return NONE, False
 
 
 @kernel
-def turns_freely(search, z):  # type: ignore[no-untyped-def]
-    """Say whether a machine that drives along curves can turn on the spot, all the way round."""
+def seems_to_turn(search, z, way):  # type: ignore[no-untyped-def]
+    """Say whether a machine that drives along curves may turn on the spot, by both its broadsides.
+
+    Args:
+        search: ``FlatSearch``.
+        z: Where it is, shape (axes,).
+        way: Along which it has come, shape (axes,).
+    """
     if search.flat.kind != PLANE:
         return True
     around = search.work.around
     around[0], around[1], around[2] = 0.0, 0.0, 1.0
-    z[2] = 0.0
+    z[2] = math.atan2(way[1], way[0])
     put_stretch(search.trial, 0, TURN, z, around, 0.0, 1.0, 0.0, 2.0 * math.pi)
-    return free_until(search, search.trial, 0) >= 2.0 * math.pi
-
+    z[2] = 0.0
+    quarter = 0.5 * math.pi
+    return is_state_free(search, search.trial, 0, quarter) and is_state_free(
+        search, search.trial, 0, 3.0 * quarter
+    )

@@ -10,6 +10,8 @@ from kinolab.search.flat.flat_states import fastest_along, is_possible
 
 RAMPS, CRUISE = (0, 2), 1
 HALVINGS, BISECTIONS = 40, 3  # of the acceleration, until it is possible; then to a fifteenth
+PACES = 8  # speeds along a line that are compared, evenly up to the fastest
+STEEPER = 8.0  # times the acceleration at one of them, from which that of the next is looked for
 SAMPLES = 2  # intervals of a ramp, at whose ends limits are looked at
 
 
@@ -39,14 +41,35 @@ def put_line(search, pieces, kind, begin, end):  # type: ignore[no-untyped-def]
     put_stretch(pieces, first, kind, begin, direction, 0.0, 1.0, 0.0, 1.0)
     fastest = fastest_along(search, pieces, first)
     slope = min(fastest / search.step, length / search.step**2)
-    possible = False
+    least, pace, best = math.inf, 0.0, 0.0
+    for k in range(PACES):  # friction may leave little to accelerate with at full speed
+        speed = fastest * (PACES - k) / PACES
+        found = steepest(search, pieces, first, kind, begin, length, speed, slope)
+        if found > 0.0:
+            slope = STEEPER * found
+            T = line_seconds(length, speed, found)
+            if T >= least:
+                break
+            least, pace, best = T, speed, found
+    if best == 0.0:
+        return False
+    ramp(search, pieces, first, kind, begin, length, pace, best)
+    pieces.size[0] = first + 3
+    return True
+
+
+@kernel
+def steepest(search, pieces, first, kind, begin, length, fastest, slope):  # type: ignore[no-untyped-def]
+    """Return the largest possible acceleration along a line, at most ``slope``; 0 if there is none.
+
+    The other arguments are those of ``ramp``.
+    """
     for _ in range(HALVINGS):
-        possible = ramp(search, pieces, first, kind, begin, length, fastest, slope)
-        if possible:
+        if ramp(search, pieces, first, kind, begin, length, fastest, slope):
             break
         slope *= 0.5
-    if not possible:
-        return False
+    else:
+        return 0.0
     low, high = slope, 2.0 * slope
     for _ in range(BISECTIONS):
         middle = 0.5 * (low + high)
@@ -54,9 +77,14 @@ def put_line(search, pieces, kind, begin, end):  # type: ignore[no-untyped-def]
             low = middle
         else:
             high = middle
-    ramp(search, pieces, first, kind, begin, length, fastest, low)
-    pieces.size[0] = first + 3
-    return True
+    return low
+
+
+@kernel
+def line_seconds(length, fastest, slope):  # type: ignore[no-untyped-def]
+    """Return how long a line takes from rest to rest, in [s]."""
+    speed = min(fastest, math.sqrt(slope * length))
+    return length / speed + speed / slope
 
 
 @kernel
