@@ -24,9 +24,11 @@ from kinolab.search.flat.flat_pieces import (
 )
 from kinolab.search.flat.flat_states import SLOW, is_possible
 from kinolab.search.flat.piece_sweeps import is_piece_free
+from kinolab.steering.path_motion import ROUNDING_FACTOR
 
 SAMPLES = 8  # intervals of a shortcut, at whose ends limits are looked at
-BISECTIONS = 4  # of its duration: to a sixteenth of what it saves
+LONGER, DURATIONS = 1.2, 16  # durations that are tried, each so many times the one before
+BISECTIONS = 2  # of the first that is possible
 LEAST_GAIN = 0.02  # of the duration of what it replaces
 
 
@@ -63,9 +65,14 @@ def try_shortcut(search, begin, end):  # type: ignore[no-untyped-def]
     samples = SAMPLES
     while search.flat.kind == PLANE and samples * search.step < longest:
         samples *= 2  # a curve may turn sharply where it is slow
-    if not is_possible(search, trial, 0, samples):
-        return False
-    low, high = search.step, longest
+    low, high = 0.0, longest / LONGER**DURATIONS
+    while True:
+        fit_shortcut(search, i, t, j, later, high)
+        if is_possible(search, trial, 0, samples):
+            break
+        low, high = high, LONGER * high
+        if high > longest * ROUNDING_FACTOR:
+            return False
     for _ in range(BISECTIONS):
         middle = 0.5 * (low + high)
         fit_shortcut(search, i, t, j, later, middle)
