@@ -75,11 +75,12 @@ def flat_machine(problem: PlanningTask) -> FlatMachine:
     )
 
 
-def tightened(bounds: Array) -> Array:
-    """Return limits (n, 2) that leave to corrections what LIMIT_FRACTION leaves them."""
-    middle, half = bounds.mean(axis=1), np.ptp(bounds, axis=1) / 2
+def tightened(bounds: Array, fraction: float = LIMIT_FRACTION) -> Array:
+    """Return a fraction of the range between limits (n, 2), where both are finite."""
     finite = np.isfinite(bounds).all(axis=1)
-    inner = np.stack([middle - LIMIT_FRACTION * half, middle + LIMIT_FRACTION * half], axis=1)
+    known = np.where(finite[:, None], bounds, 0.0)
+    middle, half = known.mean(axis=1), np.ptp(known, axis=1) / 2
+    inner = np.stack([middle - fraction * half, middle + fraction * half], axis=1)
     return np.where(finite[:, None], inner, bounds)
 
 

@@ -30,6 +30,7 @@ from kinolab.steering.path_motion import MAX_STEPS
 
 GOALS = 16  # places in the goal from which a tree grows
 SPREAD = 0.5  # of the goal's tolerance, in which they are; the rest is for what is off at the end
+WITHIN = 0.99  # of the range of a coordinate, whose limits a motion that is followed may not pass
 MAX_PIECES = 256  # of a motion, three for each of its lines
 MAX_CORNERS = 1024
 
@@ -112,7 +113,13 @@ def flat_search(problem: PlanningTask, seed: int, reach: float, max_nodes: int) 
     sizes |= {"capacity": max_nodes, "corners": MAX_CORNERS, "step capacity": MAX_STEPS}
     sizes |= {"state capacity": MAX_STEPS + 1}
     limits, random = limit_arrays(problem), generator(seed)
-    tight = limits._replace(**_tightened(problem, flat, limits))
+    places = _places(problem, flat, seed)
+    tight = limits._replace(**_tightened(problem, flat, limits, places))
+    own = flat.entry[:outputs]
+    flat = flat._replace(
+        lower=np.maximum(flat.lower, tight.lower[own]),
+        upper=np.minimum(flat.upper, tight.upper[own]),
+    )
     period = np.where(np.isfinite(flat.period), flat.period * flat.weight, np.inf)
     ways = np.minimum((flat.upper - flat.lower) * flat.weight, period / 2)
     context = collision_context(problem)
@@ -139,7 +146,7 @@ def flat_search(problem: PlanningTask, seed: int, reach: float, max_nodes: int) 
         heads=flat.kind == PLANE and int(flat.entry[2]) in problem.goal.entries,
         begin=np.clip(problem.start, *problem.bounds.T),
         start=np.ascontiguousarray(problem.start[flat.entry]),
-        goals=_places(problem, flat, seed),
+        goals=places,
         ahead=tree(),
         behind=tree(),
         trial=pieces(1),
@@ -149,10 +156,17 @@ def flat_search(problem: PlanningTask, seed: int, reach: float, max_nodes: int) 
     )
 
 
-def _tightened(problem: PlanningTask, flat: FlatMachine, limits: LimitArrays) -> dict[str, Array]:
-    """Return the limits of speeds that motions keep before they are followed."""
+def _tightened(
+    problem: PlanningTask, flat: FlatMachine, limits: LimitArrays, places: Array
+) -> dict[str, Array]:
+    """Return the limits that motions keep before they are followed: they end at some places."""
     bounds = problem.bounds.copy()
     bounds[flat.speeds] = tightened(bounds[flat.speeds])
+    inner = tightened(bounds[flat.entry], WITHIN)
+    ends = np.vstack([problem.start[flat.entry], places])
+    lower, upper = inner.T
+    bounds[flat.entry, 0] = np.where(lower <= ends.min(axis=0), lower, bounds[flat.entry, 0])
+    bounds[flat.entry, 1] = np.where(upper >= ends.max(axis=0), upper, bounds[flat.entry, 1])
     rates = tightened(np.stack([limits.rate_lower, limits.rate_upper], axis=1))
     columns = bounds[:, 0], bounds[:, 1], rates[:, 0], rates[:, 1]
     names = ("lower", "upper", "rate_lower", "rate_upper")
@@ -160,13 +174,19 @@ def _tightened(problem: PlanningTask, flat: FlatMachine, limits: LimitArrays) ->
 
 
 def _places(problem: PlanningTask, flat: FlatMachine, seed: int) -> Array:
-    """Return places of rest in the goal where nothing is touched, shape (places, axes)."""
+    """Return places of rest in the goal where nothing is touched, shape (places, axes).
+
+    Those at a limit are left out where there are others.
+    """
     random = np.random.default_rng(seed)
     x = problem.sample_goals(random, SPREAD * random.uniform(size=GOALS))
     x[:, flat.speeds] = 0.0
     judge = Propagator(problem)
     inside = [row for row in x if problem.goal_excess(row) <= 1.0 and judge.is_free(row.tolist())]
-    return np.ascontiguousarray(np.array(inside).reshape(-1, problem.model.nx)[:, flat.entry])
+    places = np.array(inside).reshape(-1, problem.model.nx)[:, flat.entry]
+    lower, upper = tightened(problem.bounds[flat.entry], WITHIN).T
+    well = ((places >= lower) & (places <= upper)).all(axis=1)
+    return np.ascontiguousarray(places[well] if well.any() else places)
 
 
 class FlatConnection:

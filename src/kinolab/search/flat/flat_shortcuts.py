@@ -81,7 +81,7 @@ def try_shortcut(search, begin, end):  # type: ignore[no-untyped-def]
         else:
             low = middle
     fit_shortcut(search, i, t, j, later, high)
-    if not is_piece_free(search, trial, 0):
+    if turns_back(search, samples) or not is_piece_free(search, trial, 0):
         return False
     splice(search, i, t, j, later)
     return True
@@ -109,6 +109,22 @@ def fit_shortcut(search, i, t, j, later, T):  # type: ignore[no-untyped-def]
         else:
             fit_cubic(trial.c[0, r], T, z0, v0, z1, v1)
     return not plane or not (is_slow(draft, i, t) or is_slow(draft, j, later))
+
+
+@kernel
+def turns_back(search, samples):  # type: ignore[no-untyped-def]
+    """Say whether a curve in ``trial`` turns by more than a right angle between two samples."""
+    if search.flat.kind != PLANE:
+        return False
+    trial, bx, by = search.trial, 0.0, 0.0
+    for m in range(samples + 1):
+        t = trial.duration[0] * m / samples
+        _, vx, _, _ = jet(trial.c[0, 0], t)
+        _, vy, _, _ = jet(trial.c[0, 1], t)
+        if m > 0 and not vx * bx + vy * by > 0.0:
+            return True
+        bx, by = vx, vy
+    return False
 
 
 @kernel

@@ -137,23 +137,50 @@ def is_possible(search, pieces, k, samples):  # type: ignore[no-untyped-def]
         pieces, k: The piece.
         samples: Intervals of equal length between them, a power of two.
     """
-    T, work, flat = pieces.duration[k], search.work, search.flat
+    T, work = pieces.duration[k], search.work
     if not T > 0.0:
         return False
     spacing, first = samples, 0
     while spacing >= 1:
         for m in range(first, samples + 1, spacing if first == 0 else 2 * spacing):
             state_at(search, pieces, k, T * m / samples, work.x, work.slopes)
-            if passed_at(search.machine, search.tight, work.x) != KEPT:
+            if not is_sample_possible(search):
                 return False
-            if inputs_for(search, work.x, work.slopes, work.u) != 0:
-                return False
-            for i in range(work.u.shape[0]):
-                most = ROUNDING_FACTOR * LIMIT_FRACTION * flat.half[i]
-                if not abs(work.u[i] - flat.middle[i]) <= most:
-                    return False
         spacing //= 2
         first = spacing
+    return True
+
+
+@kernel
+def is_sample_possible(search):  # type: ignore[no-untyped-def]
+    """Say whether limits, inputs and requirements allow ``work.x`` with rates ``work.slopes``.
+
+    Forces that a law holds, and what the machine requires, must suffice for a motion that is
+    quicker by what LIMIT_FRACTION leaves.
+    """
+    work, flat, machine, limits = search.work, search.flat, search.machine, search.limits
+    if passed_at(machine, search.tight, work.x) != KEPT:
+        return False
+    if flat.held:
+        for i in range(work.slopes.shape[0]):
+            work.slopes[i] /= LIMIT_FRACTION
+    if inputs_for(search, work.x, work.slopes, work.u) != 0:
+        return False
+    for i in range(work.u.shape[0]):
+        most = ROUNDING_FACTOR * LIMIT_FRACTION * flat.half[i]
+        if not abs(work.u[i] - flat.middle[i]) <= most:
+            return False
+    if limits.requirements == 0:
+        return True
+    for i in range(flat.speeds.shape[0]):
+        work.x[flat.speeds[i]] /= LIMIT_FRACTION
+    call_under(
+        machine.requirements, work.x.ctypes.data, work.u.ctypes.data, machine.p.ctypes.data,
+        limits.margins.ctypes.data,
+    )  # fmt: skip
+    for i in range(limits.requirements):
+        if not limits.margins[i] >= 0.0:
+            return False
     return True
 
 
