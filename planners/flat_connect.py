@@ -61,8 +61,7 @@ class FlatConnect(AbstractPlanner):
             ended, made = search.grow(int(min(SLICE, budget.left)))
             budget.spend(made)
             if ended == LINKED and search.connect():
-                found += 1
-                self._shorten(search, budget)
+                found += self._shorten(search, budget)
             if ended in (LINKED, FILLED):
                 restarts += 1
                 search.begin()
@@ -75,11 +74,12 @@ class FlatConnect(AbstractPlanner):
         statistics = {"restarts": float(restarts), "nodes": float(search.nodes)}
         return SearchResult(outcome, times, u, budget.iterations, statistics)
 
-    def _shorten(self, search: FlatConnection, budget: Budget) -> None:
-        """Try shortcuts of the motion that was found last."""
-        left = self.shortcuts
+    def _shorten(self, search: FlatConnection, budget: Budget) -> bool:
+        """Try shortcuts of the motion that was found last; say whether it leads into the goal."""
+        left, leads = self.shortcuts, False
         while left > 0 and not budget.over:
             tried = int(min(BATCH, left, budget.left))
-            search.shorten(tried)
+            leads = search.shorten(tried) or leads
             budget.spend(tried)
             left -= tried
+        return leads or search.shorten(0)

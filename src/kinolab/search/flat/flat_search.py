@@ -6,6 +6,7 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
+from kinolab.dynamics.codegen.state_space import wrapped
 from kinolab.numerics.arrays import Array, Integers, allocate
 from kinolab.numerics.neighbours.r_tree import r_tree
 from kinolab.numerics.rng import State, generator
@@ -28,7 +29,7 @@ from kinolab.simulation.machine import Machine, machine_of
 from kinolab.simulation.propagator import Propagator
 from kinolab.steering.path_motion import MAX_STEPS
 
-GOALS = 16  # places in the goal from which a tree grows
+GOALS, NEAREST = 16, 4  # places in the goal that are drawn, and from which a tree grows
 SPREAD = 0.5  # of the goal's tolerance, in which they are; the rest is for what is off at the end
 WITHIN = 0.99  # of the range of a coordinate, whose limits a motion that is followed may not pass
 MAX_PIECES = 256  # of a motion, three for each of its lines
@@ -86,7 +87,7 @@ class FlatSearch(NamedTuple):
     trial: Pieces  # one, which is looked at
     draft: Pieces  # a motion
     spare: Pieces  # scratch
-    best: Pieces  # the shortest motion that was followed
+    known: Pieces  # the draft as it was before the last shortcuts
     corners: Annotated[Array, "corners", "outputs"]
     u: Annotated[Array, "step capacity", "nu"]
     states: Annotated[Array, "state capacity", "nx"]
@@ -152,7 +153,7 @@ def flat_search(problem: PlanningTask, seed: int, reach: float, max_nodes: int) 
         trial=pieces(1),
         draft=pieces(MAX_PIECES),
         spare=pieces(MAX_PIECES + 2),
-        best=pieces(MAX_PIECES),
+        known=pieces(MAX_PIECES),
     )
 
 
@@ -176,7 +177,7 @@ def _tightened(
 def _places(problem: PlanningTask, flat: FlatMachine, seed: int) -> Array:
     """Return places of rest in the goal where nothing is touched, shape (places, axes).
 
-    Those at a limit are left out where there are others.
+    Those at a limit are left out where there are others, and so are those that are far away.
     """
     random = np.random.default_rng(seed)
     x = problem.sample_goals(random, SPREAD * random.uniform(size=GOALS))
@@ -186,7 +187,11 @@ def _places(problem: PlanningTask, flat: FlatMachine, seed: int) -> Array:
     places = np.array(inside).reshape(-1, problem.model.nx)[:, flat.entry]
     lower, upper = tightened(problem.bounds[flat.entry], WITHIN).T
     well = ((places >= lower) & (places <= upper)).all(axis=1)
-    return np.ascontiguousarray(places[well] if well.any() else places)
+    places = places[well] if well.any() else places
+    ways = (places - problem.start[flat.entry])[:, : len(flat.lower)]
+    ways = np.where(np.isfinite(flat.period), wrapped(ways), ways) * flat.weight
+    order = np.argsort(np.linalg.norm(ways, axis=1), kind="stable")
+    return np.ascontiguousarray(places[order[:NEAREST]])
 
 
 class FlatConnection:
@@ -203,7 +208,7 @@ class FlatConnection:
         self._model = problem.model  # owns the compiled code
         self._own = flat_search(problem, seed, reach, max_nodes)
         self._search = Record(self._own)
-        self._draft, self._best = Record(self._own.draft), Record(self._own.best)
+        self._draft, self._known = Record(self._own.draft), Record(self._own.known)
         self.u: Array | None = None
         self.has_goals = len(self._own.goals) > 0
 
@@ -217,31 +222,27 @@ class FlatConnection:
         return int(ended), int(made)
 
     def connect(self) -> bool:
-        """Make a motion of linked trees; say whether it can be followed into the goal."""
+        """Make a motion of linked trees, which is the draft then; say whether there is one."""
         node, other = self._own.links.tolist()
         count, root = gather_corners(self._search, node, other)
         if count < 2 or not put_route(self._search, prune_corners(self._search, count), root):
             return False
-        return self.follow()
+        copy_pieces(self._draft, self._known)
+        return True
 
     def shorten(self, attempts: int) -> bool:
-        """Try shortcuts of the motion that was found; say whether a shorter one can be followed."""
-        made = shorten_pieces(self._search, attempts)
-        if not made:
-            return True
-        if self.follow():
-            return True
-        copy_pieces(self._best, self._draft)
-        return False
+        """Try shortcuts of the draft, and follow it; say whether it leads into the goal.
 
-    def follow(self) -> bool:
-        """Follow the draft; keep it and its inputs if it ends in the goal, and say so."""
+        If it does not, it is again what it was before.
+        """
+        shorten_pieces(self._search, attempts)
         steps, refused = follow_pieces(self._search, self._draft, True)
         if refused:
+            copy_pieces(self._known, self._draft)
             return False
+        copy_pieces(self._draft, self._known)
         if self.u is None or steps < len(self.u):
             self.u = self._own.u[:steps].copy()
-        copy_pieces(self._draft, self._best)
         return True
 
     def approach(self) -> Array:
