@@ -54,8 +54,7 @@ class FlatConnect(AbstractPlanner):
             InputError: If the machine is none that can be planned for in flat outputs.
         """
         search, found, restarts = FlatConnection(problem, seed, self.reach, self.max_nodes), 0, 0
-        search.begin()
-        search.grow(0)
+        search.prepare()
         budget.restart()  # code was compiled and loaded until here
         while found < self.rounds and not budget.over:
             ended, made = search.grow(int(min(SLICE, budget.left)))

@@ -43,7 +43,7 @@ def follow_pieces(search, pieces, wanted):  # type: ignore[no-untyped-def]
     """
     h, whole, most = search.step, total(pieces), search.u.shape[0]
     states, work = search.states, search.work
-    if not whole / h < most - AFTER:
+    if pieces.size[0] == 0 or not whole / h < most - AFTER:
         return 0, EARLY
     count = max(int(math.ceil(whole / h - 1e-9)), 1)
     pace = whole / (count * h)

@@ -15,10 +15,16 @@ from kinolab.problem import PlanningTask
 from kinolab.problem.goal_kernel import GoalArrays, goal_arrays
 from kinolab.search.flat.flat_following import follow_pieces
 from kinolab.search.flat.flat_machine import PLANE, FlatMachine, flat_machine, tightened
-from kinolab.search.flat.flat_pieces import Pieces, copy_pieces, total
+from kinolab.search.flat.flat_pieces import Pieces, copy_pieces
 from kinolab.search.flat.flat_routes import gather_corners, prune_corners, put_route
 from kinolab.search.flat.flat_shortcuts import shorten_pieces
-from kinolab.search.flat.flat_trees import FlatTree, begin_trees, grow_trees, nearest_node
+from kinolab.search.flat.flat_trees import (
+    NONE,
+    FlatTree,
+    begin_trees,
+    grow_trees,
+    nearest_node,
+)
 from kinolab.simulation.collision_context import (
     CollisionContext,
     CollisionScratch,
@@ -209,8 +215,19 @@ class FlatConnection:
         self._own = flat_search(problem, seed, reach, max_nodes)
         self._search = Record(self._own)
         self._draft, self._known = Record(self._own.draft), Record(self._own.known)
+        self._ahead = Record(self._own.ahead)
         self.u: Array | None = None
         self.has_goals = len(self._own.goals) > 0
+
+    def prepare(self) -> None:
+        """Compile or load all loops, and begin."""
+        self.begin()
+        self.grow(0)
+        gather_corners(self._search, 0, NONE)
+        put_route(self._search, prune_corners(self._search, 1), NONE)
+        nearest_node(self._search, self._ahead, self._own.start[: self._own.corners.shape[1]])
+        copy_pieces(self._known, self._draft)
+        self.shorten(0)
 
     def begin(self) -> None:
         """Begin with trees that have their roots only."""
@@ -250,17 +267,12 @@ class FlatConnection:
         own, nothing = self._own, np.zeros((0, self._model.nu))
         if not self.has_goals:
             return nothing
-        node = int(nearest_node(self._search, Record(own.ahead), own.goals[0].copy()))
-        count, _ = gather_corners(self._search, node, -1)
-        if count < 2 or not put_route(self._search, prune_corners(self._search, count), -1):
+        node = int(nearest_node(self._search, self._ahead, own.goals[0, : own.corners.shape[1]]))
+        count, _ = gather_corners(self._search, node, NONE)
+        if count < 2 or not put_route(self._search, prune_corners(self._search, count), NONE):
             return nothing
         steps, _ = follow_pieces(self._search, self._draft, False)
         return own.u[:steps].copy()
-
-    @property
-    def duration(self) -> float:
-        """Of the draft in [s]."""
-        return float(total(self._draft))
 
     @property
     def nodes(self) -> int:
