@@ -68,6 +68,7 @@ class FlatWork(NamedTuple):
     last: Annotated[Array, "axes"]
     point: Annotated[Array, "outputs"]
     sample: Annotated[Array, "outputs"]
+    knots: Annotated[Array, 3, "outputs", 3]
 
 
 class FlatSearch(NamedTuple):
@@ -90,7 +91,7 @@ class FlatSearch(NamedTuple):
     ahead: FlatTree  # from the start
     behind: FlatTree  # from the goal
     work: FlatWork
-    trial: Pieces  # one, which is looked at
+    trial: Pieces  # one or two, which are looked at
     draft: Pieces  # a motion
     spare: Pieces  # scratch
     known: Pieces  # the draft as it was before the last shortcuts
@@ -156,9 +157,9 @@ def flat_search(problem: PlanningTask, seed: int, reach: float, max_nodes: int) 
         goals=places,
         ahead=tree(),
         behind=tree(),
-        trial=pieces(1),
+        trial=pieces(2),
         draft=pieces(MAX_PIECES),
-        spare=pieces(MAX_PIECES + 2),
+        spare=pieces(MAX_PIECES + 3),
         known=pieces(MAX_PIECES),
     )
 

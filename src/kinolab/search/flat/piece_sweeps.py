@@ -25,7 +25,7 @@ def clearance_at(search, x, reach):  # type: ignore[no-untyped-def]
     """Bound the clearance of a state (nx,) in [m]; ``reach`` is what would suffice."""
     place_machine(search.machine, x, search.scratch)
     need = max(reach, CLEARANCE_HORIZON)
-    found = clearance_bound(reach, need, search.scratch, search.collision)
+    found = clearance_bound(0.0, need, search.scratch, search.collision)
     return min(found, search.collision.max_step)
 
 
