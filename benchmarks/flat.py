@@ -98,7 +98,10 @@ def main() -> int:
     settings = {"rounds": options.rounds, "shortcuts": options.shortcuts}
     best = tomllib.loads(BEST.read_text(encoding="utf-8"))
     print(f"{describe()}, {settings}\n")
-    print("| problem | solved | verified | median [ms] | p90 [ms] | set-up [ms] | motion [s] | ", end="")
+    print(
+        "| problem | solved | verified | median [ms] | p90 [ms] | set-up [ms] | motion [s] | ",
+        end="",
+    )
     print("/ best known |\n| --- | --- | --- | --- | --- | --- | --- | --- |")
     for name in options.problems:
         problem = load(name)

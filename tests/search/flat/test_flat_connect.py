@@ -12,8 +12,21 @@ from scipy.integrate import solve_ivp
 
 import kinolab
 from kinolab import planners
-from kinolab.dynamics import Body, Capsule, Control, Sphere, System, Torque, Viscous, Wrench
-from kinolab.dynamics import angle, length, move, rate, rot_z
+from kinolab.dynamics import (
+    Body,
+    Capsule,
+    Control,
+    Sphere,
+    System,
+    Torque,
+    Viscous,
+    Wrench,
+    angle,
+    length,
+    move,
+    rate,
+    rot_z,
+)
 from kinolab.errors import InputError
 from kinolab.search import Budget, Outcome, SearchResult
 from tests.support import OPEN, coin_motion, problem_of
@@ -47,7 +60,9 @@ def arm() -> System:
         Torque("shoulder", on=rods[0], about=first.z, limit=3.0),
         Torque("elbow", on=rods[1], about=second.z, limit=1.5, reacts_on=rods[0]),
     ]
-    return System("arm", bodies=rods, inputs=motors, efforts=[Viscous(rate(a), 0.1), Viscous(rate(b), 0.1)])
+    return System(
+        "arm", bodies=rods, inputs=motors, efforts=[Viscous(rate(a), 0.1), Viscous(rate(b), 0.1)]
+    )
 
 
 def walls(*boxes: tuple[float, float, float, float]) -> list[dict[str, Any]]:
@@ -116,7 +131,7 @@ def test_more_rounds_never_make_a_motion_longer(gates: kinolab.Problem) -> None:
 @pytest.mark.parametrize("seed", range(3))
 def test_a_coin_goes_round_a_wall(seed: int, tmp_path: Path) -> None:
     """Its motion is that of the closed form, at which FCL finds no contact every millisecond."""
-    wall = '\n[[world.obstacle]]\nbox = [0.2, 3.0, 1.0]\nposition = [-0.5, 0.0, 0.5]\n'
+    wall = "\n[[world.obstacle]]\nbox = [0.2, 3.0, 1.0]\nposition = [-0.5, 0.0, 0.5]\n"
     problem = problem_of(tmp_path, OPEN + wall, "start.x=-2", "goal.x=1", "goal.tolerance=0.1")
     found = found_by(problem, seed)
     steps = round(problem.step / FINE)

@@ -45,7 +45,7 @@ def follow_pieces(search, pieces, wanted):  # type: ignore[no-untyped-def]
     states, work = search.states, search.work
     if pieces.size[0] == 0 or not whole / h < most - AFTER:
         return 0, EARLY
-    count = max(int(math.ceil(whole / h - 1e-9)), 1)
+    count = max(math.ceil(whole / h - 1e-9), 1)
     pace = whole / (count * h)
     for i in range(states.shape[1]):
         states[0, i] = search.begin[i]

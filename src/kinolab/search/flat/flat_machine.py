@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from kinolab.errors import InputError, Mistake
 from kinolab.numerics.arrays import Array, Integers
@@ -64,7 +65,7 @@ def flat_machine(problem: PlanningTask) -> FlatMachine:
         entry=entry,
         speeds=np.arange(problem.model.nx)[problem.model.speeds].astype(np.int64),
         mix=mix,
-        unmix=np.linalg.inv(mix),
+        unmix=np.asarray(np.linalg.inv(mix)),
         base=base,
         middle=(lower + upper) / 2,
         half=(upper - lower) / 2,
@@ -77,7 +78,7 @@ def flat_machine(problem: PlanningTask) -> FlatMachine:
 
 def tightened(bounds: Array, fraction: float = LIMIT_FRACTION) -> Array:
     """Return a fraction of the range between limits (n, 2), where both are finite."""
-    finite = np.isfinite(bounds).all(axis=1)
+    finite: NDArray[np.bool_] = np.asarray(np.isfinite(bounds).all(axis=1))
     known = np.where(finite[:, None], bounds, 0.0)
     middle, half = known.mean(axis=1), np.ptp(known, axis=1) / 2
     inner = np.stack([middle - fraction * half, middle + fraction * half], axis=1)

@@ -36,7 +36,13 @@ def jet(c, t):  # type: ignore[no-untyped-def]
 
 @kernel
 def fit_cubic(c, T, z0, v0, z1, v1):  # type: ignore[no-untyped-def]
-    """Write the cubic (TERMS,) between values and slopes at 0 and T."""
+    """Write the cubic between values and slopes at 0 and T.
+
+    Args:
+        c: Its coefficients, shape (TERMS,); written.
+        T: The duration in [s].
+        z0, v0, z1, v1: Value and slope at the beginning, and at the end.
+    """
     c[0], c[1], c[4], c[5] = z0, v0, 0.0, 0.0
     c[2] = (3.0 * (z1 - z0) / T - 2.0 * v0 - v1) / T
     c[3] = (2.0 * (z0 - z1) / T + v0 + v1) / (T * T)
@@ -44,7 +50,13 @@ def fit_cubic(c, T, z0, v0, z1, v1):  # type: ignore[no-untyped-def]
 
 @kernel
 def fit_quintic(c, T, z0, v0, a0, z1, v1, a1):  # type: ignore[no-untyped-def]
-    """Write the quintic (TERMS,) between values and two derivatives at 0 and T."""
+    """Write the quintic between values and two derivatives at 0 and T.
+
+    Args:
+        c: Its coefficients, shape (TERMS,); written.
+        T: The duration in [s].
+        z0, v0, a0, z1, v1, a1: Value and derivatives at the beginning, and at the end.
+    """
     p = z1 - z0 - T * (v0 + 0.5 * T * a0)
     q = T * (v1 - v0 - T * a0)
     r = T * T * (a1 - a0)

@@ -42,7 +42,7 @@ MAX_PIECES = 256  # of a motion, three for each of its lines
 MAX_CORNERS = 1024
 
 
-class Wanted(NamedTuple):
+class GoalHolder(NamedTuple):
     """The goal, as ``goal_violation`` looks for it."""
 
     goal: GoalArrays
@@ -80,7 +80,7 @@ class FlatSearch(NamedTuple):
     tight: LimitArrays  # without what is left to corrections
     collision: CollisionContext
     scratch: CollisionScratch
-    problem: Wanted
+    problem: GoalHolder
     random: State
     step: float  # in [s]
     reach: float  # of an extension, in the metric
@@ -122,7 +122,7 @@ def flat_search(problem: PlanningTask, seed: int, reach: float, max_nodes: int) 
     sizes |= {"state capacity": MAX_STEPS + 1}
     limits, random = limit_arrays(problem), generator(seed)
     places = _places(problem, flat, seed)
-    tight = limits._replace(**_tightened(problem, flat, limits, places))
+    tight = _tightened(problem, flat, limits, places)
     own = flat.entry[:outputs]
     flat = flat._replace(
         lower=np.maximum(flat.lower, tight.lower[own]),
@@ -147,7 +147,7 @@ def flat_search(problem: PlanningTask, seed: int, reach: float, max_nodes: int) 
         tight=tight,
         collision=context[0],
         scratch=context[1],
-        problem=Wanted(goal_arrays(problem.goal)),
+        problem=GoalHolder(goal_arrays(problem.goal)),
         random=random,
         step=problem.step,
         reach=reach * float(np.linalg.norm(ways)),
@@ -166,7 +166,7 @@ def flat_search(problem: PlanningTask, seed: int, reach: float, max_nodes: int) 
 
 def _tightened(
     problem: PlanningTask, flat: FlatMachine, limits: LimitArrays, places: Array
-) -> dict[str, Array]:
+) -> LimitArrays:
     """Return the limits that motions keep before they are followed: they end at some places."""
     bounds = problem.bounds.copy()
     bounds[flat.speeds] = tightened(bounds[flat.speeds])
@@ -176,9 +176,12 @@ def _tightened(
     bounds[flat.entry, 0] = np.where(lower <= ends.min(axis=0), lower, bounds[flat.entry, 0])
     bounds[flat.entry, 1] = np.where(upper >= ends.max(axis=0), upper, bounds[flat.entry, 1])
     rates = tightened(np.stack([limits.rate_lower, limits.rate_upper], axis=1))
-    columns = bounds[:, 0], bounds[:, 1], rates[:, 0], rates[:, 1]
-    names = ("lower", "upper", "rate_lower", "rate_upper")
-    return {name: np.ascontiguousarray(c) for name, c in zip(names, columns, strict=True)}
+    return limits._replace(
+        lower=np.ascontiguousarray(bounds[:, 0]),
+        upper=np.ascontiguousarray(bounds[:, 1]),
+        rate_lower=np.ascontiguousarray(rates[:, 0]),
+        rate_upper=np.ascontiguousarray(rates[:, 1]),
+    )
 
 
 def _places(problem: PlanningTask, flat: FlatMachine, seed: int) -> Array:

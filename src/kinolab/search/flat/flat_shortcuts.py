@@ -116,6 +116,12 @@ def join(search, k, begin, end, longest):  # type: ignore[no-untyped-def]
     """Write the quickest polynomials between two knots to ``trial``; return their duration in [s].
 
     It is infinite where none is possible that takes no longer than ``longest``.
+
+    Args:
+        search: ``FlatSearch``.
+        k: Of the pieces in ``trial``.
+        begin, end: Rows of ``work.knots``.
+        longest: In [s].
     """
     T, before = longest / LONGER**DURATIONS, 0.0
     samples = SAMPLES
@@ -123,7 +129,7 @@ def join(search, k, begin, end, longest):  # type: ignore[no-untyped-def]
         samples *= 2  # a curve may turn sharply where it is slow
     while not is_join_possible(search, k, begin, end, T, samples):
         before, T = T, LONGER * T
-        if T > longest * ROUNDING_FACTOR:
+        if longest * ROUNDING_FACTOR < T:
             return math.inf
     for _ in range(BISECTIONS):
         middle = 0.5 * (before + T)
@@ -137,7 +143,13 @@ def join(search, k, begin, end, longest):  # type: ignore[no-untyped-def]
 
 @kernel
 def is_join_possible(search, k, begin, end, T, samples):  # type: ignore[no-untyped-def]
-    """Write the polynomials of a duration between two knots to ``trial``; say if limits allow it."""
+    """Write polynomials of a duration between two knots to ``trial``; say if limits allow it.
+
+    Args:
+        search, k, begin, end: As ``join`` takes them.
+        T: The duration in [s].
+        samples: As ``is_possible`` takes them.
+    """
     trial, a, b = search.trial, search.work.knots[begin], search.work.knots[end]
     trial.kind[k], trial.duration[k], trial.heading[k] = MOVE, T, 0.0
     for r in range(a.shape[0]):
@@ -167,7 +179,13 @@ def turns_back(search, k, samples):  # type: ignore[no-untyped-def]
 
 @kernel
 def splice(search, i, t, j, later, count):  # type: ignore[no-untyped-def]
-    """Put what is in ``trial`` between a time of the i-th piece of ``draft`` and one of the j-th."""
+    """Put ``trial`` between a time of the i-th piece of ``draft`` and one of the j-th.
+
+    Args:
+        search: ``FlatSearch``.
+        i, t, j, later: Both pieces, and times in them.
+        count: Of the pieces in ``trial``.
+    """
     draft, spare = search.draft, search.spare
     spare.size[0] = 0
     for k in range(i + 1):

@@ -92,7 +92,7 @@ def inputs_for(search, x, slopes, u):  # type: ignore[no-untyped-def]
 
 @kernel
 def improve_inputs(search, x, slopes, u):  # type: ignore[no-untyped-def]
-    """Correct inputs (nu,) by how far velocities' rates are off; return by how much, in half ranges.
+    """Correct inputs (nu,) by how far rates are off; return by how much, in half ranges.
 
     Where a law of feedback is cut off by the limits of forces, it stays off.
     """
@@ -178,10 +178,10 @@ def is_sample_possible(search):  # type: ignore[no-untyped-def]
         machine.requirements, work.x.ctypes.data, work.u.ctypes.data, machine.p.ctypes.data,
         limits.margins.ctypes.data,
     )  # fmt: skip
+    kept = True
     for i in range(limits.requirements):
-        if not limits.margins[i] >= 0.0:
-            return False
-    return True
+        kept = kept and limits.margins[i] >= 0.0
+    return kept
 
 
 @kernel

@@ -92,7 +92,7 @@ def grow_trees(search, iterations):  # type: ignore[no-untyped-def]
     a node of each.
     """
     for k in range(iterations):
-        if max(search.ahead.size[0], search.behind.size[0]) + 64 > search.ahead.parent.shape[0]:
+        if max(search.ahead.size[0], search.behind.size[0]) + 2 > search.ahead.parent.shape[0]:
             return FILLED, k
         turn = search.turn[0]
         search.turn[0] += 1
@@ -120,7 +120,14 @@ def grow_once(search, tree, other, forward):  # type: ignore[no-untyped-def]
 
 @kernel
 def link(search, tree, other, node, forward):  # type: ignore[no-untyped-def]
-    """Extend the other tree toward a node of one until it is there; say whether that is so."""
+    """Extend the other tree toward a node of one until it is there; say whether that is so.
+
+    Args:
+        search: ``FlatSearch``; its ``links`` are written.
+        tree, other: The one and the other.
+        node: Of the one.
+        forward: Whether that is the tree from the start.
+    """
     aim = tree.z[node]
     at = nearest_node(search, other, aim)
     while other.size[0] + 1 < other.parent.shape[0]:

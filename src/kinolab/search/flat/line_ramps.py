@@ -48,7 +48,7 @@ def put_line(search, pieces, kind, begin, end):  # type: ignore[no-untyped-def]
         if found > 0.0:
             slope = STEEPER * found
             T = line_seconds(length, speed, found)
-            if T >= least:
+            if least <= T:
                 break
             least, pace, best = T, speed, found
     if best == 0.0:
@@ -60,9 +60,11 @@ def put_line(search, pieces, kind, begin, end):  # type: ignore[no-untyped-def]
 
 @kernel
 def steepest(search, pieces, first, kind, begin, length, fastest, slope):  # type: ignore[no-untyped-def]
-    """Return the largest possible acceleration along a line, at most ``slope``; 0 if there is none.
+    """Return the largest possible acceleration along a line, 0 if there is none.
 
-    The other arguments are those of ``ramp``.
+    Args:
+        search, pieces, first, kind, begin, length, fastest: As ``ramp`` takes them.
+        slope: The acceleration from which smaller ones are looked for.
     """
     for _ in range(HALVINGS):
         if ramp(search, pieces, first, kind, begin, length, fastest, slope):
