@@ -32,7 +32,7 @@ from kinolab.simulation.collision_context import (
 )
 from kinolab.simulation.limits import LimitArrays, limit_arrays
 from kinolab.simulation.machine import Machine, machine_of
-from kinolab.simulation.propagator import Propagator
+from kinolab.simulation.propagator import FREE, StepChecks, check_state
 from kinolab.steering.path_motion import MAX_STEPS
 
 GOALS, NEAREST = 16, 4  # places in the goal that are drawn, and from which a tree grows
@@ -121,7 +121,9 @@ def flat_search(problem: PlanningTask, seed: int, reach: float, max_nodes: int) 
     sizes |= {"capacity": max_nodes, "corners": MAX_CORNERS, "step capacity": MAX_STEPS}
     sizes |= {"state capacity": MAX_STEPS + 1}
     limits, random = limit_arrays(problem), generator(seed)
-    places = _places(problem, flat, seed)
+    context = collision_context(problem)
+    machine = machine_of(problem)
+    places = _places(problem, flat, seed, StepChecks(machine, limits, *context))
     tight = _tightened(problem, flat, limits, places)
     own = flat.entry[:outputs]
     flat = flat._replace(
@@ -130,7 +132,6 @@ def flat_search(problem: PlanningTask, seed: int, reach: float, max_nodes: int) 
     )
     period = np.where(np.isfinite(flat.period), flat.period * flat.weight, np.inf)
     ways = np.minimum((flat.upper - flat.lower) * flat.weight, period / 2)
-    context = collision_context(problem)
 
     def tree() -> FlatTree:
         return allocate(FlatTree, sizes, neighbours=r_tree(max_nodes, period))
@@ -141,7 +142,7 @@ def flat_search(problem: PlanningTask, seed: int, reach: float, max_nodes: int) 
     return allocate(
         FlatSearch,
         sizes,
-        machine=machine_of(problem),
+        machine=machine,
         flat=flat,
         limits=limits,
         tight=tight,
@@ -184,7 +185,7 @@ def _tightened(
     )
 
 
-def _places(problem: PlanningTask, flat: FlatMachine, seed: int) -> Array:
+def _places(problem: PlanningTask, flat: FlatMachine, seed: int, checks: StepChecks) -> Array:
     """Return places of rest in the goal where nothing is touched, shape (places, axes).
 
     Those at a limit are left out where there are others, and so are those that are far away.
@@ -192,8 +193,11 @@ def _places(problem: PlanningTask, flat: FlatMachine, seed: int) -> Array:
     random = np.random.default_rng(seed)
     x = problem.sample_goals(random, SPREAD * random.uniform(size=GOALS))
     x[:, flat.speeds] = 0.0
-    judge = Propagator(problem)
-    inside = [row for row in x if problem.goal_excess(row) <= 1.0 and judge.is_free(row.tolist())]
+    record = Record(checks)
+    free = [check_state(record, row)[0] == FREE for row in x]
+    inside = [
+        row for row, one in zip(x, free, strict=True) if one and problem.goal_excess(row) <= 1
+    ]
     places = np.array(inside).reshape(-1, problem.model.nx)[:, flat.entry]
     lower, upper = tightened(problem.bounds[flat.entry], WITHIN).T
     well = ((places >= lower) & (places <= upper)).all(axis=1)
