@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar, final
 
@@ -11,8 +12,10 @@ from kinolab.problem import PlanningTask
 from kinolab.search import AbstractPlanner, Budget, Outcome, SearchResult, setting, unsolved
 from kinolab.search.flat.flat_search import FlatConnection
 from kinolab.search.flat.flat_trees import FILLED, LINKED
+from kinolab.search.tree.compiled_planner import rejection_sources
 
 SLICE = 200  # iterations of the trees between two looks at the clock
+HELD = 20  # steps for which inputs are held, where it is told what was in the way
 BATCH = 50  # shortcuts after which a motion is followed
 
 
@@ -31,7 +34,6 @@ class FlatConnect(AbstractPlanner):
     """
 
     name: ClassVar[str] = "flat_connect"
-    in_threads: ClassVar[bool] = True
     work_per_iteration: ClassVar[float] = 2e-5
 
     reach: float = setting(
@@ -66,12 +68,15 @@ class FlatConnect(AbstractPlanner):
                 search.begin()
         u = search.u
         outcome = Outcome.SOLVED
+        rejections: Mapping[str, Mapping[str, float]] = {}
         if u is None:
             u = search.approach()
             outcome = unsolved(budget, len(u))
+            if not budget.interrupted:
+                rejections = rejection_sources(problem, search.states, HELD, budget)
         times = problem.step * np.arange(len(u) + 1.0)
         statistics = {"restarts": float(restarts), "nodes": float(search.nodes)}
-        return SearchResult(outcome, times, u, budget.iterations, statistics)
+        return SearchResult(outcome, times, u, budget.iterations, statistics, rejections)
 
     def _shorten(self, search: FlatConnection, budget: Budget) -> bool:
         """Try shortcuts of the motion that was found last; say whether it leads into the goal."""

@@ -283,6 +283,14 @@ class FlatConnection:
         return own.u[:steps].copy()
 
     @property
+    def states(self) -> Array:
+        """States of rest that the first tree has, shape (n, nx)."""
+        z = self._own.ahead.z[: int(self._own.ahead.size[0])]
+        x = np.tile(self._own.flat.base, (len(z), 1))
+        x[:, self._own.flat.entry[: z.shape[1]]] = z
+        return x
+
+    @property
     def nodes(self) -> int:
         """Of both trees."""
         return int(self._own.ahead.size[0] + self._own.behind.size[0])
