@@ -40,6 +40,7 @@ class FlatMachine(NamedTuple):
     lower: Array  # (outputs,) where outputs are sampled
     upper: Array  # (outputs,)
     weight: Array  # (outputs,) in the metric
+    timed: bool  # whether that is the time at full speed
     period: Array  # (outputs,) of each, infinite if it has none
 
 
@@ -55,6 +56,7 @@ def flat_machine(problem: PlanningTask) -> FlatMachine:
     constant = bool(np.ptp(gains, axis=0).max() <= ROUNDING * np.abs(gains).max())
     lower, upper = problem.model.control_bounds.T
     own = entry if kind == FULL else entry[:2]
+    weight, timed = _weights(problem, kind, own)
     base = problem.start.copy()
     base[problem.model.speeds] = 0.0
     return FlatMachine(
@@ -71,7 +73,8 @@ def flat_machine(problem: PlanningTask) -> FlatMachine:
         half=(upper - lower) / 2,
         lower=np.ascontiguousarray(problem.sampling_bounds[own, 0]),
         upper=np.ascontiguousarray(problem.sampling_bounds[own, 1]),
-        weight=_weights(problem, kind, own),
+        weight=weight,
+        timed=timed,
         period=np.where(problem.circular[own], 2 * np.pi, np.inf),
     )
 
@@ -152,10 +155,11 @@ def _gains(problem: PlanningTask) -> Array:
     return np.array(found)
 
 
-def _weights(problem: PlanningTask, kind: int, own: Integers) -> Array:
-    """Return the weights of outputs: times at full speed where all have limits, or lengths."""
+def _weights(problem: PlanningTask, kind: int, own: Integers) -> tuple[Array, bool]:
+    """Return the weights of outputs, and whether they make times at full speed of them."""
     if kind == PLANE:
-        return np.ones(2)
+        return np.ones(2), False
     bounds = np.minimum(np.abs(problem.rate_bounds), np.abs(problem.bounds[problem.model.speeds]))
     fastest = bounds.min(axis=1)
-    return 1.0 / (fastest if np.isfinite(fastest).all() else problem.scales[own])
+    timed = bool(np.isfinite(fastest).all())
+    return 1.0 / (fastest if timed else problem.scales[own]), timed

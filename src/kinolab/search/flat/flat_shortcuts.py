@@ -24,7 +24,6 @@ from kinolab.search.flat.flat_pieces import (
 )
 from kinolab.search.flat.flat_states import SLOW, is_possible
 from kinolab.search.flat.piece_sweeps import is_piece_free
-from kinolab.steering.path_motion import ROUNDING_FACTOR
 
 SAMPLES = 8  # intervals of a polynomial, at whose ends limits are looked at, at least
 LONGER, DURATIONS = 1.2, 16  # durations that are tried, each so many times the one before
@@ -123,14 +122,14 @@ def join(search, k, begin, end, longest):  # type: ignore[no-untyped-def]
         begin, end: Rows of ``work.knots``.
         longest: In [s].
     """
-    T, before = longest / LONGER**DURATIONS, 0.0
-    samples = SAMPLES
+    before = least_seconds(search, begin, end)
+    T, samples = max(before, longest / LONGER**DURATIONS), SAMPLES
     while search.flat.kind == PLANE and samples * search.step < longest:
         samples *= 2  # a curve may turn sharply where it is slow
     while not is_join_possible(search, k, begin, end, T, samples):
-        before, T = T, LONGER * T
-        if longest * ROUNDING_FACTOR < T:
+        if not longest > T:
             return math.inf
+        before, T = T, min(LONGER * T, longest)
     for _ in range(BISECTIONS):
         middle = 0.5 * (before + T)
         if is_join_possible(search, k, begin, end, middle, samples):
@@ -139,6 +138,15 @@ def join(search, k, begin, end, longest):  # type: ignore[no-untyped-def]
             before = middle
     possible = is_join_possible(search, k, begin, end, T, samples)
     return T if possible and not turns_back(search, k, samples) else math.inf
+
+
+@kernel
+def least_seconds(search, begin, end):  # type: ignore[no-untyped-def]
+    """Return what the way between two knots takes at full speed in [s]; 0 where none is known."""
+    a, b, least = search.work.knots[begin], search.work.knots[end], 0.0
+    for r in range(a.shape[0] if search.flat.timed else 0):
+        least = max(least, search.flat.weight[r] * abs(b[r, 0] - a[r, 0]))
+    return least
 
 
 @kernel

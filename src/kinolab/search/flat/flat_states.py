@@ -15,6 +15,7 @@ from kinolab.steering.path_motion import LIMIT_FRACTION, ROUNDING_FACTOR
 
 TRIES = 3  # of inputs that a law may cut off: from their middle, from there, and to be sure
 CUT_OFF = 1e-9  # of half their ranges by which they are then corrected at most
+FAR_OFF = 2.0  # times half their ranges: no law that is cut off asks for so much less
 SLOW = 1e-6  # [m/s] below which a curve of the plane has no direction of its own
 
 
@@ -87,6 +88,9 @@ def inputs_for(search, x, slopes, u):  # type: ignore[no-untyped-def]
             return 0
         if off <= CUT_OFF:
             return 0
+        for i in range(u.shape[0]):
+            if abs(u[i] - flat.middle[i]) > FAR_OFF * flat.half[i]:
+                return 1
     return 1
 
 

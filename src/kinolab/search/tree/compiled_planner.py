@@ -158,8 +158,7 @@ class AbstractCompiledPlanner(AbstractTreeSearch):
         if there_is_one or budget.interrupted:
             return result  # nobody asks why none was found
         states = tree.nodes.x[: int(tree.nodes.size[0])]
-        sources = rejection_sources(own, states, self.max_steps, budget)
-        return replace(result, rejections=sources)
+        return replace(result, rejections=rejection_sources(own, states, self.max_steps, budget))
 
 
 def rejection_sources(
