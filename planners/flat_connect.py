@@ -26,7 +26,8 @@ class FlatConnect(AbstractPlanner):
 
     For machines whose inputs accelerate all that can move: arms, points and platforms, and wheels
     that turn on the spot. Nothing is integrated before a way is found, which takes milliseconds.
-    Each further tree looks for another way round the obstacles.
+    Each further tree looks for another way round the obstacles. Where a motion is improved anyway,
+    the first one is returned after a few shortcuts.
 
     Source: Kuffner, LaValle, RRT-Connect, ICRA 2000; Hauser, Ng-Thow-Hing, Fast smoothing of
     manipulator trajectories using optimal bounded-acceleration shortcuts, ICRA 2010; Duong, Ramsey,
@@ -40,10 +41,10 @@ class FlatConnect(AbstractPlanner):
         0.2, 1e-3, 1.0, unit="diagonals", meaning="Longest extension of a tree, of the whole space."
     )
     shortcuts: int = setting(
-        200, 0, 1_000_000, meaning="Shortcuts that are tried of each motion that the trees find."
+        400, 0, 1_000_000, meaning="Shortcuts that are tried of each motion that the trees find."
     )
     rounds: int = setting(
-        2, 1, 100_000, meaning="Motions that are found, each by new trees; the shortest is kept."
+        1, 1, 100_000, meaning="Motions that are found, each by new trees; the shortest is kept."
     )
     max_nodes: int = setting(
         20_000, 128, 20_000_000, unit="nodes", meaning="Most states of a tree; then it begins anew."
@@ -58,7 +59,8 @@ class FlatConnect(AbstractPlanner):
         search, found, restarts = FlatConnection(problem, seed, self.reach, self.max_nodes), 0, 0
         search.prepare()
         budget.restart()  # code was compiled and loaded until here
-        while found < self.rounds and not budget.over:
+        rounds = 1 if budget.improve == 0.0 else self.rounds
+        while found < rounds and not budget.over:
             ended, made = search.grow(int(min(SLICE, budget.left)))
             budget.spend(made)
             if ended == LINKED and search.connect():
@@ -80,7 +82,7 @@ class FlatConnect(AbstractPlanner):
 
     def _shorten(self, search: FlatConnection, budget: Budget) -> bool:
         """Try shortcuts of the motion that was found last; say whether it leads into the goal."""
-        left, leads = self.shortcuts, False
+        left, leads = min(self.shortcuts, BATCH if budget.improve == 0.0 else self.shortcuts), False
         while left > 0 and not budget.over:
             tried = int(min(BATCH, left, budget.left))
             leads = search.shorten(tried) or leads
