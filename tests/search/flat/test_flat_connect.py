@@ -174,7 +174,9 @@ def test_an_arm_whose_inertia_changes_ends_where_it_must() -> None:
     x = np.zeros(4)
     for held in found.u:
         x = solve_ivp(rates, (0.0, 0.02), x, args=(held,), rtol=1e-9, atol=1e-11).y[:, -1]
-    assert np.abs(x - [1.6, 0.5, 0.0, 0.0]).max() <= 0.05
+    off = x - [1.6, 0.5, 0.0, 0.0]
+    off[:2] = np.angle(np.exp(1j * off[:2]))  # it may come from either side
+    assert np.abs(off).max() <= 0.05
 
 
 @pytest.mark.parametrize(
