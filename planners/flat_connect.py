@@ -15,6 +15,10 @@ from kinolab.search.flat.flat_trees import FILLED, LINKED
 from kinolab.search.tree.compiled_planner import rejection_sources
 
 SLICE = 200  # iterations of the trees between two looks at the clock
+NO_PLACE = (
+    "flat_connect comes to rest in the goal, where it found no free place to rest; "
+    "auto also plans for goals that are passed at speed."
+)
 HELD = 20  # steps for which inputs are held, where it is told what was in the way
 BATCH = 50  # shortcuts after which a motion is followed
 
@@ -60,7 +64,7 @@ class FlatConnect(AbstractPlanner):
         search.prepare()
         budget.restart()  # code was compiled and loaded until here
         rounds = 1 if budget.improve == 0.0 else self.rounds
-        while found < rounds and not budget.over:
+        while search.has_goals and found < rounds and not budget.over:
             ended, made = search.grow(int(min(SLICE, budget.left)))
             budget.spend(made)
             if ended == LINKED and search.connect():
@@ -78,7 +82,10 @@ class FlatConnect(AbstractPlanner):
                 rejections = rejection_sources(problem, search.states, HELD, budget)
         times = problem.step * np.arange(len(u) + 1.0)
         statistics = {"restarts": float(restarts), "nodes": float(search.nodes)}
-        return SearchResult(outcome, times, u, budget.iterations, statistics, rejections)
+        warnings = () if search.has_goals else (NO_PLACE,)
+        return SearchResult(
+            outcome, times, u, budget.iterations, statistics, rejections, warnings=warnings
+        )
 
     def _shorten(self, search: FlatConnection, budget: Budget) -> bool:
         """Try shortcuts of the motion that was found last; say whether it leads into the goal."""

@@ -200,3 +200,11 @@ def test_a_start_at_speed_is_refused(tmp_path: Path) -> None:
     problem = problem_of(tmp_path, OPEN, "start.phi_dot=1.0")
     with pytest.raises(InputError, match="it does not start at rest"):
         problem.solve(planner="flat_connect")
+
+
+def test_a_goal_in_which_nothing_can_rest_is_told(tmp_path: Path) -> None:
+    problem = problem_of(tmp_path, OPEN, "goal.phi_dot=4.0", "goal.tolerance=0.5")
+    found = planners.get("flat_connect")().solve(problem, 1, Budget(5.0, max_iterations=100))
+    assert found.outcome is Outcome.NOT_FOUND
+    (warning,) = found.warnings
+    assert warning.endswith("auto also plans for goals that are passed at speed.")

@@ -36,6 +36,7 @@ from kinolab.simulation.propagator import FREE, StepChecks, check_state
 from kinolab.steering.path_motion import MAX_STEPS
 
 GOALS, NEAREST = 16, 4  # places in the goal that are drawn, and from which a tree grows
+DRAWS = 10  # of so many, until one of them is free
 SPREAD = 0.5  # of the goal's tolerance, in which they are; the rest is for what is off at the end
 WITHIN = 0.99  # of the range of a coordinate, whose limits a motion that is followed may not pass
 MAX_PIECES = 256  # of a motion, three for each of its lines
@@ -190,14 +191,14 @@ def _places(problem: PlanningTask, flat: FlatMachine, seed: int, checks: StepChe
 
     Those at a limit are left out where there are others, and so are those that are far away.
     """
-    random = np.random.default_rng(seed)
-    x = problem.sample_goals(random, SPREAD * random.uniform(size=GOALS))
-    x[:, flat.speeds] = 0.0
-    record = Record(checks)
-    free = [check_state(record, row)[0] == FREE for row in x]
-    inside = [
-        row for row, one in zip(x, free, strict=True) if one and problem.goal_excess(row) <= 1
-    ]
+    random, record, inside = np.random.default_rng(seed), Record(checks), list[Array]()
+    for _ in range(DRAWS):
+        x = problem.sample_goals(random, SPREAD * random.uniform(size=GOALS))
+        x[:, flat.speeds] = 0.0
+        free = [row for row in x if check_state(record, row)[0] == FREE]
+        inside += [row for row in free if problem.goal_excess(row) <= 1.0]
+        if inside:
+            break
     places = np.array(inside).reshape(-1, problem.model.nx)[:, flat.entry]
     lower, upper = tightened(problem.bounds[flat.entry], WITHIN).T
     well = ((places >= lower) & (places <= upper)).all(axis=1)
@@ -219,7 +220,7 @@ class FlatConnection:
     """
 
     def __init__(self, problem: PlanningTask, seed: int, reach: float, max_nodes: int) -> None:
-        self._model = problem.model  # owns the compiled code
+        self._problem = problem  # whose model owns the compiled code
         self._own = flat_search(problem, seed, reach, max_nodes)
         self._search = Record(self._own)
         self._draft, self._known = Record(self._own.draft), Record(self._own.known)
@@ -262,7 +263,7 @@ class FlatConnection:
         """
         shorten_pieces(self._search, attempts)
         steps, refused = follow_pieces(self._search, self._draft, True)
-        if refused:
+        if refused or not self._problem.goal_excess(self._own.states[steps]) <= 1.0:
             copy_pieces(self._known, self._draft)
             return False
         copy_pieces(self._draft, self._known)
@@ -272,7 +273,7 @@ class FlatConnection:
 
     def approach(self) -> Array:
         """Return inputs (N, nu) to the place nearest to the goal that the first tree has."""
-        own, nothing = self._own, np.zeros((0, self._model.nu))
+        own, nothing = self._own, np.zeros((0, self._problem.model.nu))
         if not self.has_goals:
             return nothing
         node = int(nearest_node(self._search, self._ahead, own.goals[0, : own.corners.shape[1]]))
