@@ -21,6 +21,7 @@ from kinolab.errors import MissingPlannerError
 from kinolab.loading import build_problem
 from kinolab.problem import PlanningTask
 from kinolab.scenario import scenario_from
+from kinolab.search.flat.flat_search import FlatConnection
 from kinolab.search.tree import AbstractCompiledPlanner, search_state
 from kinolab.show.film.animation import animate
 from kinolab.simulation.resimulated_goal import resimulated_violation
@@ -67,6 +68,7 @@ def _planners() -> None:
         growth.begin()
         growth.grow(0)
         growth.grow(1)
+    FlatConnection(problem, 1, reach=1.0, max_nodes=128).prepare()
     resimulated_violation(problem, np.zeros((1, problem.model.nu)))
 
 

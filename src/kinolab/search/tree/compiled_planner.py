@@ -29,7 +29,6 @@ from kinolab.search.tree.tree import (
     COST_UNIT,
     FULL,
     REACHED,
-    Tree,
     controls_to,
     nearer,
     step_counts,
@@ -158,28 +157,28 @@ class AbstractCompiledPlanner(AbstractTreeSearch):
         there_is_one = outcome is Outcome.SOLVED or budget.below < math.inf
         if there_is_one or budget.interrupted:
             return result  # nobody asks why none was found
-        sources = rejection_sources(own, tree.nodes, self.max_steps, budget)
-        return replace(result, rejections=sources)
+        states = tree.nodes.x[: int(tree.nodes.size[0])]
+        return replace(result, rejections=rejection_sources(own, states, self.max_steps, budget))
 
 
 def rejection_sources(
-    problem: PlanningTask, nodes: Tree, max_steps: int, budget: Budget
+    problem: PlanningTask, states: Array, max_steps: int, budget: Budget
 ) -> dict[str, dict[str, float]]:
     """Estimate the fractions of rejections by cause and source, as ``Rejections.shares``.
 
     Args:
         problem: The planning problem.
-        nodes: Nodes that motions begin from, at least one.
+        states: From which motions begin, shape (n, nx), at least one.
         max_steps: Maximum control duration in steps.
         budget: Of the finished search; if no time is left, few motions are made.
     """
     with budget.preparing():
         generator, judge = np.random.default_rng(0), Propagator(problem)
     lower, upper = problem.model.control_bounds.T
-    for node in generator.integers(nodes.size[0], size=MAX_MOTIONS):
+    for node in generator.integers(len(states), size=MAX_MOTIONS):
         if budget.elapsed > budget.time_limit + MAX_SECONDS:
             break
-        x, u = nodes.x[node].tolist(), generator.uniform(lower, upper).tolist()
+        x, u = states[node].tolist(), generator.uniform(lower, upper).tolist()
         for _ in range(generator.integers(max_steps) + 1):
             x, free = judge.step(x, u, problem.step)
             if not free:
