@@ -1,0 +1,176 @@
+"""A machine as a control system x_dot = f(x, u), and its motions from random regular states."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from kinolab.dynamics.analysis.fields.linear_controllability import normals_at
+from kinolab.dynamics.analysis.fields.system_fields import vector_fields
+from kinolab.dynamics.analysis.fields.vector_fields import VectorFields
+from kinolab.dynamics.analysis.flat.time_series import series_of
+from kinolab.dynamics.derivation.expression_graph import ExpressionGraph, Node
+from kinolab.dynamics.language.inputs import bounds_of
+from kinolab.dynamics.language.mechanism import Mechanism
+from kinolab.dynamics.model import Model
+from kinolab.numerics.arrays import Array
+
+
+@dataclass(frozen=True, eq=False)
+class ControlSystem:
+    """The equations of motion x_dot = f(x, u) as nodes of an expression graph.
+
+    Attributes:
+        system: The machine, without feedback.
+        fields: Its vector fields.
+        tape: The expression graph.
+        state: Nodes of x, shape (nx,).
+        inputs: Nodes of u, shape (nu,).
+        rates: Nodes of f, shape (nx,).
+    """
+
+    system: Mechanism
+    fields: VectorFields
+    tape: ExpressionGraph
+    state: tuple[Node, ...]
+    inputs: tuple[Node, ...]
+    rates: tuple[Node, ...]
+
+    @classmethod
+    def of(cls, system: Mechanism) -> ControlSystem:
+        """Derive a machine.
+
+        Raises:
+            InputError: If it cannot be derived.
+        """
+        fields = vector_fields(system)
+        tape, count = fields.tape, len(fields.state) - fields.prolonged * len(system.inputs)
+        inputs = tuple(tape.variable(entry.name) for entry in system.inputs)
+        rates = list(fields.drift[:count])
+        if not fields.prolonged:
+            for u, field in zip(inputs, fields.inputs.values(), strict=True):
+                pushed = [tape.mul(u, entry) for entry in field]
+                rates = [tape.add(rate, push) for rate, push in zip(rates, pushed, strict=True)]
+        return cls(system, fields, tape, fields.state[:count], inputs, tuple(rates))
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the state entries, shape (nx,)."""
+        return self.fields.names[: len(self.state)]
+
+    def without_effect(self) -> tuple[int, ...]:
+        """Return the entries of the state on which no other one's rate depends."""
+        felt: set[Node] = set()
+        for node, rate in zip(self.state, self.rates, strict=True):
+            felt |= self.tape.depends_on(rate) - {node}
+        return tuple(k for k, node in enumerate(self.state) if node not in felt)
+
+    @cached_property
+    def model(self) -> Model:
+        """The machine, compiled."""
+        return Model(self.system)
+
+    def tangents(self, x: Array) -> Array:
+        """Return directions in which a state may differ, in units of its scales, columns."""
+        scales = self.model.state_scales
+        normals = np.array([row * scales for row in normals_at(self.model, x)])
+        if not len(normals):
+            return np.diag(scales)
+        _, values, rows = np.linalg.svd(normals)
+        # 1e-9 of a normal: one that repeats the others
+        return np.asarray(scales[:, None] * rows[int((values > 1e-9 * values[0]).sum()) :].T)
+
+    def motions(self) -> Iterator[Motion]:
+        """Yield motions from a few random regular states under random inputs; deterministic."""
+        generator = np.random.default_rng(0)
+        for point in self.fields.points:
+            x = np.array([point[name] for name in self.names])
+            yield Motion(self, x, generator)
+
+
+class Motion:
+    """A motion from a state as a series in time, with derivatives by the state and the inputs.
+
+    Attributes:
+        order: Of the last coefficient that is known of the state.
+        basis: Directions in which the first state is changed, columns, shape (nx, d).
+    """
+
+    def __init__(self, control: ControlSystem, x: Array, generator: np.random.Generator) -> None:
+        self._control, self._generator = control, generator
+        self.basis, self.order = control.tangents(x), 0
+        self._x = np.hstack([x[:, None], self.basis])[:, None, :]  # (nx, orders, 1 + D)
+        self._u: Array = np.empty((len(control.inputs), 0, 1))
+        self._grow()
+
+    @property
+    def dimension(self) -> int:
+        """Dimension d of the state manifold."""
+        return self.basis.shape[1]
+
+    @property
+    def work(self) -> int:
+        """Multiplications that the next coefficient takes, about."""
+        nodes = len(self._control.tape.needed(self._control.rates))
+        return nodes * (self.order + 1) ** 2 * self.width(self.order)
+
+    def width(self, order: int) -> int:
+        """Return the number of derivatives of a coefficient."""
+        return self.dimension + len(self._control.inputs) * (order + 1)
+
+    def extend(self) -> None:
+        """Find one more coefficient of the state."""
+        rates = series_of(self._control.tape, self._control.rates, self._variables())
+        self.order += 1
+        more = np.array([rate[-1:] for rate in rates]) / self.order
+        self._x = np.concatenate([self._x, more], axis=1)
+        self._grow()
+
+    def along(self, nodes: Sequence[Node]) -> Array:
+        """Return the derivatives of functions of the state along the motion.
+
+        Args:
+            nodes: The functions.
+
+        Returns:
+            Of each coefficient of each function by the state (d) and by each coefficient of the
+            inputs (nu each), all in units of their scales; shape (n, order + 1, d + nu * orders).
+        """
+        found = np.array(series_of(self._control.tape, nodes, self._variables()))
+        return np.asarray(found[:, :, 1:] * self._units)
+
+    @property
+    def _units(self) -> Array:
+        """Scales of the inputs' coefficients, in units of the time in which the state changes."""
+        ranges = np.array([np.ptp(bounds_of(u)) / 2 for u in self._control.system.inputs])
+        sizes = np.abs(self._x[:, :, 0]).T / self._control.model.state_scales
+        k = np.arange(1, self.order + 1)
+        rate = float(np.max(sizes[1:].max(axis=1) ** (1 / k), initial=1e-6))
+        powers = rate ** np.arange(self.order + 1.0)
+        return np.concatenate([np.ones(self.dimension), np.outer(powers, ranges).ravel()])
+
+    def _variables(self) -> Mapping[str, Array | float]:
+        inputs = [entry.name for entry in self._control.system.inputs]
+        known: dict[str, Array | float] = dict(self._control.fields.values)
+        known |= dict(zip(self._control.names, self._x, strict=True))
+        return known | dict(zip(inputs, self._u, strict=True))
+
+    def _grow(self) -> None:
+        """Let the inputs have one more coefficient, and all series its derivatives."""
+        count, orders = len(self._u), self.order + 1
+        wider = self._x.shape[2] + count
+        self._x = np.pad(self._x, ((0, 0), (0, 0), (0, count)))
+        grown = np.zeros((count, orders, wider))
+        grown[:, : orders - 1, : self._u.shape[2]] = self._u if orders > 1 else 0.0
+        for k, entry in enumerate(self._control.system.inputs):
+            lower, upper = bounds_of(entry)
+            # well within the limits, as a thrust must not be negative
+            fraction = 0.5 + 0.25 * np.tanh(self._generator.normal())
+            bend = 0.1 * self._generator.normal()
+            span = upper - lower
+            grown[k, -1, 0] = lower + fraction * span if orders == 1 else bend * span
+            grown[k, -1, wider - count + k] = 1.0
+        self._u = grown

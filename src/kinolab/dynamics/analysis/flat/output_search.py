@@ -1,0 +1,227 @@
+"""Search for flat outputs among candidates, and among points on the axes of bodies."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import scipy
+
+from kinolab.dynamics.analysis.fields.growth_vectors import MAX_WORK
+from kinolab.dynamics.analysis.flat.control_system import ControlSystem, Motion
+from kinolab.dynamics.analysis.flat.output_candidates import Candidate, Candidates, Point
+from kinolab.dynamics.analysis.flat.relative_degrees import (
+    ClearRank,
+    Extension,
+    clear_rank,
+    extension,
+    least_orders,
+)
+from kinolab.dynamics.derivation.expression_graph import Node
+from kinolab.numerics.arrays import Array
+
+OutputSet = tuple[Candidate, ...]
+
+
+@dataclass(frozen=True)
+class Found:
+    """Outputs that are flat.
+
+    Attributes:
+        outputs: They, as many as inputs.
+        orders: Number of derivatives of each that states and inputs need.
+        left_over: Names of states that they do not determine, on which nothing else depends.
+        margin: Smallest singular value that counted, of all ranks that prove it.
+    """
+
+    outputs: OutputSet
+    orders: tuple[int, ...]
+    left_over: tuple[str, ...]
+    margin: float
+
+
+class OutputSearch:
+    """The search of one machine, at a few random motions.
+
+    Args:
+        control: The machine.
+    """
+
+    def __init__(self, control: ControlSystem) -> None:
+        self._control = control
+        self.candidates = Candidates(control)
+        self._motions = list(control.motions())
+        self._rolled = self._what_rolls()
+        self.tried = 0  # sets of candidates
+        self.finished = True  # whether the algorithm has ended for all of them
+
+    def found(self) -> Found | None:
+        """Return flat outputs, None where none are found."""
+        sets = list(self.candidates.sets())
+        return self._among(sets) or self._among(list(self._beside_points()))
+
+    def _among(self, sets: list[OutputSet]) -> Found | None:
+        """Return the first flat set, in the fewest steps of the algorithm."""
+        self.tried += len(sets)
+        motion, left = self._motions[0], sets
+        for k in range(1, motion.dimension + 2):
+            if not left:
+                return None
+            if not self._reaches(motion, k):
+                break
+            table = self._table(motion, left, k)
+            results = [(chosen, self._extension(table, chosen)) for chosen in left]
+            for chosen, result in results:
+                missing = self._missing(chosen)
+                if self._flat(result, missing) and (proved := self._proved(chosen, missing, k)):
+                    return proved
+            left = [chosen for chosen, result in results if not (result.closed and result.clear)]
+        self.finished &= not left
+        return None
+
+    def _proved(self, chosen: OutputSet, missing: tuple[int, ...], k: int) -> Found | None:
+        """Return what is flat at all motions; with how many derivatives."""
+        margins = []
+        for motion in self._motions:
+            self._reaches(motion, k)
+            result = self._extension(self._table(motion, [chosen], k), chosen)
+            if not self._flat(result, missing):
+                return None
+            margins.append(result.margin)
+        orders, motion = None, self._motions[0]
+        while orders is None:
+            rows = self._rows(self._table(motion, [chosen], k), chosen)
+            orders = least_orders(rows, motion.dimension - len(missing))
+            k += 1
+            if orders is None and not self._reaches(motion, k):
+                return None
+        names = tuple(self._control.names[i] for i in missing)
+        return Found(chosen, orders, names, min(margins))
+
+    def _flat(self, result: Extension, missing: Sequence[int]) -> bool:
+        wanted = result.dimension - len(missing)
+        return result.closed and result.clear and result.determined == wanted
+
+    def _missing(self, chosen: OutputSet) -> tuple[int, ...]:
+        """Return what rolls and is not in the outputs."""
+        tape = self._control.tape
+        used = frozenset[Node]().union(*(tape.depends_on(one.node) for one in chosen))
+        return tuple(k for k in self._rolled if self._control.state[k] not in used)
+
+    def _what_rolls(self) -> tuple[int, ...]:
+        """Return angles on which no other rate depends and that move no body's centre."""
+        tape, points = self._control.tape, self.candidates.points
+        placed = frozenset[Node]().union(
+            *(tape.depends_on(one.node) for point in points for one in point.entries)
+        )
+        basis = self._motions[0].basis
+        return tuple(
+            k
+            for k in self._control.without_effect()
+            if self._control.state[k] not in placed
+            and k < self._control.model.nq
+            and np.count_nonzero(basis[k]) == 1  # no constraint is on it
+        )
+
+    def _reaches(self, motion: Motion, k: int) -> bool:
+        """Extend a motion to k derivatives, if that does not take too long."""
+        while motion.order < k:
+            if motion.work > MAX_WORK:
+                return False
+            motion.extend()
+        return True
+
+    def _table(self, motion: Motion, sets: Sequence[OutputSet], k: int) -> dict[Node, Array]:
+        nodes = list(dict.fromkeys(one.node for chosen in sets for one in chosen))
+        rows = motion.along(nodes)[:, : k + 1, : motion.width(k)]
+        return dict(zip(nodes, rows, strict=True))
+
+    def _rows(self, table: dict[Node, Array], chosen: OutputSet) -> Array:
+        return np.array([table[one.node] for one in chosen])
+
+    def _extension(self, table: dict[Node, Array], chosen: OutputSet) -> Extension:
+        return extension(self._rows(table, chosen), self._motions[0].dimension)
+
+    def _beside_points(self) -> Iterator[OutputSet]:
+        """Yield sets with a point beside a centre of mass, where the algorithm goes further.
+
+        The place of a point is affine in its offset along an axis, and so are all derivatives. For
+        all but a few offsets the algorithm ends after k steps; it goes further where the pencil of
+        matrices dy^(k)/du^(k) loses rank, which is a generalised eigenvalue.
+        """
+        count = len(self._control.inputs)
+        for point in self.candidates.points:
+            if not point.central or not 2 <= len(point.entries) <= count:
+                continue
+            for others in self._others(point, count - len(point.entries)):
+                for axis in range(3):
+                    for offset in self._offsets(point, axis, others):
+                        beside = self.candidates.beside(point, axis, offset)
+                        yield (*beside.entries, *others)
+
+    def _others(self, point: Point, count: int) -> Iterator[OutputSet]:
+        nodes = {one.node for one in point.entries}
+        for chosen in self.candidates.sets():
+            if nodes <= {one.node for one in chosen}:
+                others = tuple(one for one in chosen if one.node not in nodes)
+                if len(others) == count:
+                    yield others
+
+    def _offsets(self, point: Point, axis: int, others: OutputSet) -> list[float]:
+        """Return the offsets that stand out at two motions alike."""
+        pencils = [self._pencil(motion, point, axis, others) for motion in self._motions[:2]]
+        if any(pencil is None for pencil in pencils):
+            return []
+        first, second = ([*_rank_drops(*pencil)] for pencil in pencils if pencil is not None)
+        # 1e-6 of an offset: both are exact but for rounding
+        return [a for a in first if any(abs(a - b) <= 1e-6 * abs(a) for b in second)]
+
+    def _pencil(
+        self, motion: Motion, point: Point, axis: int, others: OutputSet
+    ) -> tuple[Array, Array, ClearRank] | None:
+        """Return dy/du without an offset, its change per metre, and the rank of most sums."""
+        places = [one.node for one in (*point.entries, *others)]
+        slopes = self.candidates.slopes(point, axis)
+        tape, count = self._control.tape, len(places)
+        if all(not tape.depends_on(node) & frozenset(self._control.state) for node in slopes):
+            return None
+        for k in range(1, motion.dimension + 2):
+            if not self._reaches(motion, k):
+                return None
+            base = motion.along(places)[:, : k + 1, : motion.width(k)]
+            change = np.zeros_like(base)
+            change[: len(slopes)] = motion.along(slopes)[:, : k + 1, : motion.width(k)]
+            result = extension(base + change, motion.dimension)
+            if result.closed and result.clear:
+                own = [m[:, :, motion.dimension :].reshape(count * (k + 1), -1) for m in (base, change)]
+                size = np.abs(own).max(axis=(0, 2))[:, None]
+                flat = [m / np.where(size > 0, size, 1.0) for m in own]
+                return flat[0], flat[1], clear_rank(flat[0] + flat[1])
+        return None
+
+
+def _rank_drops(base: Array, change: Array, generic: ClearRank) -> Iterator[float]:
+    """Yield the real numbers s for which base + s change has less than its generic rank."""
+    generator, rank = np.random.default_rng(0), generic.value
+    left = generator.normal(size=(rank, len(base)))
+    right = generator.normal(size=(base.shape[1], rank))
+    values = scipy.linalg.eigvals(left @ base @ right, -(left @ change @ right))
+    for value in values[np.isfinite(values)]:
+        # 1e-4 and 1e3 [m]: an offset of a machine; rounding parts eigenvalues from the real axis
+        if 1e-4 < abs(value) < 1e3 and abs(value.imag) < 1e-4 * abs(value):
+            refined = _refined(base, change, rank, float(value.real))
+            if refined is not None:
+                yield refined
+
+
+def _refined(base: Array, change: Array, rank: int, s: float) -> float | None:
+    """Return s where the smallest singular value vanishes, by Newton's method; None if nowhere."""
+    for _ in range(8):
+        left, values, right = np.linalg.svd(base + s * change)
+        slope = left[:, rank - 1] @ change @ right[rank - 1]
+        if values[rank - 1] < 1e-13 * values[0] or slope == 0.0:
+            break
+        s -= float(values[rank - 1] / slope)
+    values = np.linalg.svd(base + s * change, compute_uv=False)
+    return s if values[rank - 1] < 1e-11 * values[0] else None
