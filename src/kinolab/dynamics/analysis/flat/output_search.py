@@ -64,40 +64,64 @@ class OutputSearch:
     def _among(self, sets: list[OutputSet]) -> Found | None:
         """Return the first flat set, in the fewest steps of the algorithm."""
         self.tried += len(sets)
-        motion, left = self._motions[0], sets
-        for k in range(1, motion.dimension + 2):
+        left = sets
+        for k in range(1, self._motions[0].dimension + 2):
             if not left:
                 return None
-            if not self._reaches(motion, k):
+            if not self._reaches(self._motions[0], k):
                 break
-            table = self._table(motion, left, k)
-            results = [(chosen, self._extension(table, chosen)) for chosen in left]
-            for chosen, result in results:
-                missing = self._missing(chosen)
-                if self._flat(result, missing) and (proved := self._proved(chosen, missing, k)):
-                    return proved
-            left = [chosen for chosen, result in results if not (result.closed and result.clear)]
+            undecided = []
+            for chosen, result in zip(left, self._after(left, k), strict=True):
+                if self._flat(result, self._missing(chosen)):
+                    if (proved := self._proved(chosen, k)) is not None:
+                        return proved
+                elif not (result.closed and result.clear):
+                    undecided.append(chosen)
+            left = undecided
         self.finished &= not left
         return None
 
-    def _proved(self, chosen: OutputSet, missing: tuple[int, ...], k: int) -> Found | None:
-        """Return what is flat at all motions; with how many derivatives."""
-        margins = []
+    def proved(self, chosen: OutputSet) -> Found | None:
+        """Return what some outputs, as many as inputs, are; None if they are not flat."""
+        return self._among([chosen]) if len(chosen) == len(self._control.inputs) else None
+
+    def _after(self, sets: list[OutputSet], k: int) -> list[Extension]:
+        """Return what k steps give; at another motion where the first one leaves doubt."""
+        table = self._table(self._motions[0], sets, k)
+        results = [self._extension(table, chosen) for chosen in sets]
+        for i, chosen in enumerate(sets):
+            for motion in self._motions[1:]:
+                if not results[i].clear and self._reaches(motion, k):
+                    results[i] = self._extension(self._table(motion, [chosen], k), chosen)
+        return results
+
+    def _proved(self, chosen: OutputSet, k: int) -> Found | None:
+        """Return what is flat at two motions and refuted at none; with how many derivatives."""
+        missing, flat = self._missing(chosen), list[tuple[Motion, Extension]]()
         for motion in self._motions:
             self._reaches(motion, k)
             result = self._extension(self._table(motion, [chosen], k), chosen)
-            if not self._flat(result, missing):
+            if self._flat(result, missing):
+                flat.append((motion, result))
+            elif result.clear:
                 return None
-            margins.append(result.margin)
-        orders, motion = None, self._motions[0]
-        while orders is None:
-            rows = self._rows(self._table(motion, [chosen], k), chosen)
-            orders = least_orders(rows, motion.dimension - len(missing))
-            k += 1
-            if orders is None and not self._reaches(motion, k):
-                return None
+        if len(flat) < 2:
+            return None
+        motion = max(flat, key=lambda pair: pair[1].margin)[0]
+        orders = self._orders(motion, chosen, k, motion.dimension - len(missing))
         names = tuple(self._control.names[i] for i in missing)
-        return Found(chosen, orders, names, min(margins))
+        return orders and Found(chosen, orders, names, min(result.margin for _, result in flat))
+
+    def _orders(
+        self, motion: Motion, chosen: OutputSet, k: int, dimension: int
+    ) -> tuple[int, ...] | None:
+        while self._reaches(motion, k) and k <= 2 * motion.dimension:
+            rows = self._rows(self._table(motion, [chosen], k), chosen)
+            found = least_orders(rows, motion.dimension, dimension)
+            if found is not None:
+                return found
+            k += 1
+        return None
 
     def _flat(self, result: Extension, missing: Sequence[int]) -> bool:
         wanted = result.dimension - len(missing)

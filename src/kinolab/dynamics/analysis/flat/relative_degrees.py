@@ -22,7 +22,7 @@ from kinolab.numerics.arrays import Array
 # Of the largest entry of a row, in units of scales: what is left of terms that cancelled.
 CANCELLED = 1e-12
 # A rank is clear where no singular value, relative to the largest, is between these two.
-NONZERO, ZERO = 1e-7, 1e-10
+NONZERO, ZERO = 1e-9, 1e-12
 
 
 @dataclass(frozen=True)
@@ -111,27 +111,35 @@ def extension(rows: Array, dimension: int) -> Extension:
     )
 
 
-def recovers(rows: Array, orders: tuple[int, ...], dimension: int) -> bool:
+def recovers(rows: Array, orders: tuple[int, ...], dimension: int, wanted: int) -> bool:
     """Return whether derivatives of outputs up to orders determine states and inputs.
 
     Args:
         rows: As those of ``extension``.
         orders: Number of derivatives of each output.
         dimension: Of the state space.
+        wanted: How many of its dimensions are to be determined.
     """
     kept = np.concatenate([row[: order + 1] for row, order in zip(rows, orders, strict=True)])
-    own = dimension + len(rows)
-    return clear_rank(kept).value - clear_rank(kept[:, own:]).value == own
+    own, inputs = clear_rank(kept), clear_rank(kept[:, dimension + len(rows) :])
+    return own.clear and inputs.clear and own.value - inputs.value == wanted + len(rows)
 
 
-def least_orders(rows: Array, dimension: int) -> tuple[int, ...] | None:
-    """Return how many derivatives of each output are needed; None if there are too few."""
+def least_orders(rows: Array, dimension: int, wanted: int) -> tuple[int, ...] | None:
+    """Return how many derivatives of each output are needed; None if there are too few.
+
+    Args:
+        rows: As those of ``extension``.
+        dimension: Of the state space.
+        wanted: How many of its dimensions are to be determined.
+    """
     orders = (rows.shape[1] - 1,) * len(rows)
-    if not recovers(rows, orders, dimension):
+    if not recovers(rows, orders, dimension, wanted):
         return None
     for i in range(len(orders)):
-        while orders[i] and recovers(
-            rows, fewer := (*orders[:i], orders[i] - 1, *orders[i + 1 :]), dimension
-        ):
+        while orders[i]:
+            fewer = (*orders[:i], orders[i] - 1, *orders[i + 1 :])
+            if not recovers(rows, fewer, dimension, wanted):
+                break
             orders = fewer
     return orders

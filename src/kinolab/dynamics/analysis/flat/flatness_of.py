@@ -1,0 +1,172 @@
+"""Which outputs of a machine are flat, whether given or found, and why it is not where it is not."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from enum import Enum
+
+import sympy
+
+from kinolab.arguments import checked
+from kinolab.dynamics.analysis.flat.control_system import ControlSystem
+from kinolab.dynamics.analysis.flat.not_flat import why_not_flat
+from kinolab.dynamics.analysis.flat.output_candidates import Candidate
+from kinolab.dynamics.analysis.flat.output_search import Found, OutputSearch
+from kinolab.dynamics.derivation.lowering import Lowering
+from kinolab.dynamics.language.flatness import Flat, FlatOutputs, PlaneCurves, output
+from kinolab.dynamics.language.forces import Friction
+from kinolab.dynamics.language.mechanism import Mechanism
+from kinolab.dynamics.language.mechanism_parts import require_one_mode
+from kinolab.errors import row_of
+
+
+class Flatness(Enum):
+    """What is known; the value begins the sentence that says so."""
+
+    FLAT = "flat"
+    NOT_FLAT = "not flat"
+    UNDECIDED = "not known to be flat"
+
+
+@checked
+@dataclass(frozen=True)
+class FlatOutput:
+    """A flat output.
+
+    Attributes:
+        said: What it is, in words.
+        expression: It in coordinates and parameters.
+        order: Number of its derivatives that states and inputs need.
+    """
+
+    said: str
+    expression: sympy.Expr
+    order: int
+
+
+@checked
+@dataclass(frozen=True)
+class FlatnessFound:
+    """What is known of the flatness of a machine.
+
+    Attributes:
+        flatness: Whether it is flat; proved where it is said.
+        outputs: Its flat outputs, as many as inputs; none where none are known.
+        given: Whether they are those that the machine says it has.
+        left_over: Names of states that they do not determine and on which nothing depends, such as
+            how far a wheel has rolled.
+        neglected: Forces without which the outputs are flat, in words; with them, they are not.
+        reason: Why it is not flat, or what was tried.
+        margin: Smallest singular value of the ranks that prove it, relative to the largest.
+        inverse: Coordinates as functions of the outputs, for steering; None where these have no
+            closed form that is known.
+    """
+
+    flatness: Flatness
+    outputs: tuple[FlatOutput, ...] = ()
+    given: bool = False
+    left_over: tuple[str, ...] = ()
+    neglected: tuple[str, ...] = ()
+    reason: str = ""
+    margin: float = 0.0
+    inverse: Flat | None = None
+
+    def __str__(self) -> str:
+        """What ``plan describe`` says of it."""
+        begin = self.flatness.value
+        if self.neglected:
+            begin = f"flat if {row_of(self.neglected)} is neglected"
+        if not self.outputs:
+            return f"{begin}: {self.reason}"
+        orders = [_ordinal(one.order) for one in self.outputs]
+        same = len(set(orders)) == 1
+        to = f"{orders[0] if same else row_of(orders)} derivative{'s' * (len(orders) > 1)}"
+        which = "its" if len(orders) == 1 else "their"
+        text = f"{begin}: {row_of(one.said for one in self.outputs)}, to {which} {to}"
+        if self.left_over:
+            text += f"; this leaves {row_of(self.left_over)}, on which nothing depends"
+        return f"{text} ({'given' if self.given else 'found'})"
+
+
+@checked
+def flatness_of(system: Mechanism) -> FlatnessFound:
+    """Return what is known of the flatness of a machine.
+
+    Outputs are called flat only where the dynamic extension algorithm proves it, at random states
+    with clear ranks, and a machine is called not flat only by a theorem. So a machine of which
+    neither is said may be flat all the same.
+
+    Args:
+        system: The machine; of one with modes, ``in_mode`` gives what can be examined. Its feedback
+            is left out, which changes nothing.
+
+    Raises:
+        InputError: If it cannot be derived, or has modes.
+    """
+    require_one_mode(system)
+    plant = system.with_feedback(None)
+    if not plant.inputs:
+        return FlatnessFound(Flatness.NOT_FLAT, reason="it has no inputs")
+    first = _of_machine(plant)
+    if first.outputs or first.flatness is Flatness.NOT_FLAT:
+        return first
+    kept = [effort for effort in plant.efforts if not isinstance(effort, Friction)]
+    if len(kept) == len(plant.efforts):
+        return first
+    second = _of_machine(plant.changed(efforts=kept))
+    return _neglecting(second, plant) if second.outputs else first
+
+
+def _of_machine(system: Mechanism) -> FlatnessFound:
+    """Return what is known of a machine with all its forces."""
+    control = ControlSystem.of(system)
+    search = OutputSearch(control)
+    if system.flat is not None and (found := search.proved(_given(control, system.flat))):
+        return _told(found, given=True, inverse=system.flat)
+    if found := search.found():
+        return _told(found, given=False, inverse=_inverse(system, found))
+    if reason := why_not_flat(control):
+        return FlatnessFound(Flatness.NOT_FLAT, reason=reason)
+    tried = f"none of {search.tried} sets of coordinates and points that were tried is a flat output"
+    short = "" if search.finished else ", as far as this was computed"
+    return FlatnessFound(Flatness.UNDECIDED, reason=tried + short)
+
+
+def _given(control: ControlSystem, flat: Flat) -> tuple[Candidate, ...]:
+    """Return the outputs of a flat map as candidates."""
+    fields = control.fields
+    named = {s.name: s for s in (*fields.symbols, *fields.constants)}
+    bound = {symbol: control.tape.variable(name) for name, symbol in named.items()}
+    lower = Lowering(control.tape, bound)
+    pairs = [(c.name, c) for c in (flat.x, flat.y)] if isinstance(flat, PlaneCurves) else flat.outputs
+    return tuple(Candidate(lower(formula), name, formula) for name, formula in pairs)
+
+
+def _told(found: Found, *, given: bool, inverse: Flat | None) -> FlatnessFound:
+    outputs = tuple(
+        FlatOutput(one.said, one.expression, order)
+        for one, order in zip(found.outputs, found.orders, strict=True)
+    )
+    return FlatnessFound(
+        Flatness.FLAT, outputs, given, found.left_over, margin=found.margin, inverse=inverse
+    )
+
+
+def _inverse(system: Mechanism, found: Found) -> Flat | None:
+    """Return coordinates as functions of the outputs where the outputs are the coordinates."""
+    symbols = [one.symbol for one in found.outputs]
+    if set(symbols) != set(system.coordinates):
+        return None
+    pairs = [(one.said, one.symbol) for one in found.outputs]
+    return FlatOutputs(tuple(pairs), tuple((symbol, output(name)) for name, symbol in pairs))
+
+
+def _neglecting(found: FlatnessFound, system: Mechanism) -> FlatnessFound:
+    """Return what is known without friction, as what it is."""
+    friction = tuple(str(e) for e in system.efforts if isinstance(e, Friction))
+    reason = "these outputs are flat without friction only"
+    return replace(found, flatness=Flatness.UNDECIDED, neglected=friction, reason=reason)
+
+
+def _ordinal(number: int) -> str:
+    return f"{number}{dict(enumerate(('st', 'nd', 'rd'), 1)).get(number, 'th')}"
