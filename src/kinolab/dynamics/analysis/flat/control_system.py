@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
@@ -18,6 +17,8 @@ from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.model import Model
 from kinolab.numerics.arrays import Array
 
+ROUNDING = 1e-12  # of the largest slope of a rate
+
 
 @dataclass(frozen=True, eq=False)
 class ControlSystem:
@@ -30,6 +31,7 @@ class ControlSystem:
         state: Nodes of x, shape (nx,).
         inputs: Nodes of u, shape (nu,).
         rates: Nodes of f, shape (nx,).
+        model: A machine of the same states, compiled.
     """
 
     system: Mechanism
@@ -38,10 +40,15 @@ class ControlSystem:
     state: tuple[Node, ...]
     inputs: tuple[Node, ...]
     rates: tuple[Node, ...]
+    model: Model
 
     @classmethod
-    def of(cls, system: Mechanism) -> ControlSystem:
+    def of(cls, system: Mechanism, model: Model | None = None) -> ControlSystem:
         """Derive a machine.
+
+        Args:
+            system: The machine, without feedback.
+            model: A machine of the same states, if one is compiled.
 
         Raises:
             InputError: If it cannot be derived.
@@ -54,7 +61,8 @@ class ControlSystem:
             for u, field in zip(inputs, fields.inputs.values(), strict=True):
                 pushed = [tape.mul(u, entry) for entry in field]
                 rates = [tape.add(rate, push) for rate, push in zip(rates, pushed, strict=True)]
-        return cls(system, fields, tape, fields.state[:count], inputs, tuple(rates))
+        state = fields.state[:count]
+        return cls(system, fields, tape, state, inputs, tuple(rates), model or Model(system))
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -62,16 +70,14 @@ class ControlSystem:
         return self.fields.names[: len(self.state)]
 
     def without_effect(self) -> tuple[int, ...]:
-        """Return the entries of the state on which no other one's rate depends."""
-        felt: set[Node] = set()
-        for node, rate in zip(self.state, self.rates, strict=True):
-            felt |= self.tape.depends_on(rate) - {node}
-        return tuple(k for k, node in enumerate(self.state) if node not in felt)
-
-    @cached_property
-    def model(self) -> Model:
-        """The machine, compiled."""
-        return Model(self.system)
+        """Return the entries of the state on which no rate depends."""
+        found = []
+        for motion in self.motions():
+            slopes = np.abs(motion.along(self.rates)[:, 0, : motion.dimension])
+            slopes /= self.model.state_scales[:, None]
+            felt = slopes.max(axis=0) > ROUNDING * slopes.max(initial=1e-300)
+            found.append(np.abs(motion.basis[:, felt]).max(axis=1, initial=0.0) == 0.0)
+        return tuple(np.flatnonzero(np.all(found, axis=0)).tolist())
 
     def tangents(self, x: Array) -> Array:
         """Return directions in which a state may differ, in units of its scales, columns."""
@@ -89,6 +95,17 @@ class ControlSystem:
         for point in self.fields.points:
             x = np.array([point[name] for name in self.names])
             yield Motion(self, x, generator)
+
+    def motions_near_rest(self) -> Iterator[Motion]:
+        """Yield motions from a few states near rest and within limits; deterministic."""
+        generator, model = np.random.default_rng(0), self.model
+        lower, upper = model.state_bounds.T
+        for point in self.fields.points:
+            x = np.array([point[name] for name in self.names])
+            if not self.fields.held and not model.space.spheres:
+                # 0.2 of what counts as a large difference: no angle is beyond a quarter of a turn
+                x = model.rest() + 0.2 * model.state_scales * generator.uniform(-1, 1, len(x))
+            yield Motion(self, np.clip(x, lower, upper), generator)
 
 
 class Motion:
@@ -112,10 +129,16 @@ class Motion:
         return self.basis.shape[1]
 
     @property
+    def start(self) -> tuple[Array, Array]:
+        """The first state, shape (nx,), and inputs, shape (nu,)."""
+        return self._x[:, 0, 0], self._u[:, 0, 0]
+
+    @property
     def work(self) -> int:
         """Multiplications that the next coefficient takes, about."""
         nodes = len(self._control.tape.needed(self._control.rates))
-        return nodes * (self.order + 1) ** 2 * self.width(self.order)
+        # A product of short series takes as long as a thousand multiplications.
+        return nodes * max((self.order + 1) ** 2 * self.width(self.order), 1000)
 
     def width(self, order: int) -> int:
         """Return the number of derivatives of a coefficient."""
@@ -128,6 +151,10 @@ class Motion:
         more = np.array([rate[-1:] for rate in rates]) / self.order
         self._x = np.concatenate([self._x, more], axis=1)
         self._grow()
+
+    def values(self, nodes: Sequence[Node]) -> Array:
+        """Return the coefficients of functions of the state, shape (n, order + 1)."""
+        return np.array(series_of(self._control.tape, nodes, self._variables()))[:, :, 0]
 
     def along(self, nodes: Sequence[Node]) -> Array:
         """Return the derivatives of functions of the state along the motion.

@@ -107,20 +107,20 @@ def flatness_of(system: Mechanism) -> FlatnessFound:
     plant = system.with_feedback(None)
     if not plant.inputs:
         return FlatnessFound(Flatness.NOT_FLAT, reason="it has no inputs")
-    first = _of_machine(plant)
+    control = ControlSystem.of(plant)
+    first = _of_machine(control)
     if first.outputs or first.flatness is Flatness.NOT_FLAT:
         return first
     kept = [effort for effort in plant.efforts if not isinstance(effort, Friction)]
     if len(kept) == len(plant.efforts):
         return first
-    second = _of_machine(plant.changed(efforts=kept))
+    second = _of_machine(ControlSystem.of(plant.changed(efforts=kept), control.model))
     return _neglecting(second, plant) if second.outputs else first
 
 
-def _of_machine(system: Mechanism) -> FlatnessFound:
+def _of_machine(control: ControlSystem) -> FlatnessFound:
     """Return what is known of a machine with all its forces."""
-    control = ControlSystem.of(system)
-    search = OutputSearch(control)
+    system, search = control.system, OutputSearch(control)
     if system.flat is not None and (found := search.proved(_given(control, system.flat))):
         return _told(found, given=True, inverse=system.flat)
     if found := search.found():

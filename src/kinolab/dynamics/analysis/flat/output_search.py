@@ -53,6 +53,7 @@ class OutputSearch:
         self.candidates = Candidates(control)
         self._motions = list(control.motions())
         self._rolled = self._what_rolls()
+        self._work = 0  # multiplications so far
         self.tried = 0  # sets of candidates
         self.finished = True  # whether the algorithm has ended for all of them
 
@@ -68,7 +69,7 @@ class OutputSearch:
         for k in range(1, self._motions[0].dimension + 2):
             if not left:
                 return None
-            if not self._reaches(self._motions[0], k):
+            if self._work > MAX_WORK or not self._reaches(self._motions[0], k):
                 break
             undecided = []
             for chosen, result in zip(left, self._after(left, k), strict=True):
@@ -151,7 +152,8 @@ class OutputSearch:
     def _reaches(self, motion: Motion, k: int) -> bool:
         """Extend a motion to k derivatives, if that does not take too long."""
         while motion.order < k:
-            if motion.work > MAX_WORK:
+            self._work += motion.work
+            if self._work > MAX_WORK:
                 return False
             motion.extend()
         return True
@@ -165,7 +167,11 @@ class OutputSearch:
         return np.array([table[one.node] for one in chosen])
 
     def _extension(self, table: dict[Node, Array], chosen: OutputSet) -> Extension:
-        return extension(self._rows(table, chosen), self._motions[0].dimension)
+        rows = self._rows(table, chosen)
+        count, orders, width = rows.shape
+        # three ranks: a singular value decomposition takes 4 n^2 m multiplications
+        self._work += 12 * (count * orders) ** 2 * width
+        return extension(rows, self._motions[0].dimension)
 
     def _beside_points(self) -> Iterator[OutputSet]:
         """Yield sets with a point beside a centre of mass, where the algorithm goes further.

@@ -1,0 +1,153 @@
+"""Whether a flat map that a machine says it has holds along the machine's own motions.
+
+Coordinates that the map determines from a motion's outputs and their derivatives must be those of
+the motion.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from kinolab.dynamics.analysis.flat.control_system import ControlSystem, Motion
+from kinolab.dynamics.derivation.lowering import Lowering
+from kinolab.dynamics.language.flatness import CURVATURE, FlatOutputs, PlaneCurves, output_symbols
+from kinolab.dynamics.language.forces import Friction
+from kinolab.dynamics.language.mechanism import Mechanism
+from kinolab.errors import InputError, Mistake
+from kinolab.store import pickled
+
+TOLERANCE = 1e-9  # of a coordinate, or of its scale if that is larger; formulas are exact
+CHECKED = pickled("flat map", bool)
+
+
+@dataclass(frozen=True)
+class WrongMap:
+    """A coordinate that a flat map gets wrong.
+
+    Attributes:
+        coordinate: Its name.
+        true: Its value in [m] or [rad] in a motion.
+        mapped: What the map makes of the outputs of that motion.
+        outputs: These and their derivatives, by name.
+    """
+
+    coordinate: str
+    true: float
+    mapped: float
+    outputs: dict[str, float]
+
+
+def check_flat_map(system: Mechanism) -> None:
+    """Raise if a machine's flat map is not the inverse of its outputs along its motions.
+
+    Friction may be neglected by a map. The check is made once per machine, then remembered.
+
+    Raises:
+        InputError: With the coordinate that is wrong, and by how much.
+    """
+    if system.flat is None or system.modes:
+        return
+    control = ControlSystem.of(system.with_feedback(None))
+    wrong = wrong_map(control)
+    if wrong is None:
+        return
+    where = f"system {system.name!r} flat {_field(system)} {wrong.coordinate}"
+    along = ", ".join(f"{name} = {value:.4g}" for name, value in wrong.outputs.items())
+    what = (
+        f"in a motion of the machine whose outputs are {along}, {wrong.coordinate} is "
+        f"{wrong.true:.6g}, and the flat map makes it {wrong.mapped:.6g}."
+    )
+    remedy = (
+        "Correct its expression, which must hold along every motion without friction, or leave out "
+        "flat=; plan describe says which outputs are flat."
+    )
+    raise InputError([Mistake(where, what, remedy)])
+
+
+def wrong_map(control: ControlSystem) -> WrongMap | None:
+    """Return the first coordinate that the machine's flat map gets wrong; None if none is.
+
+    Args:
+        control: The machine; where its map does not hold, it is asked without its friction.
+    """
+    found = next(_wrong(control), None)
+    system = control.system
+    kept = [effort for effort in system.efforts if not isinstance(effort, Friction)]
+    if found is None or len(kept) == len(system.efforts):
+        return found
+    return next(_wrong(ControlSystem.of(system.changed(efforts=kept), control.model)), None)
+
+
+def _wrong(control: ControlSystem) -> Iterator[WrongMap]:
+    """Yield what is wrong at a few states near rest."""
+    flat, scales = control.system.flat, control.model.state_scales
+    for motion in control.motions_near_rest():
+        for _ in range(2):  # derivatives that a flat map may ask for
+            motion.extend()
+        if isinstance(flat, PlaneCurves):
+            outputs, mapped = _along_curve(control, flat, motion)
+        elif isinstance(flat, FlatOutputs):
+            outputs, mapped = _by_outputs(control, flat, motion)
+        else:
+            return
+        for name, value in mapped.items():
+            k = control.names.index(name)
+            true = float(motion.start[0][k])
+            off = value - true
+            if isinstance(flat, PlaneCurves) or control.model.circular[k]:
+                off = math.remainder(off, 2 * math.pi)
+            if not abs(off) <= TOLERANCE * max(abs(true), scales[k]):
+                yield WrongMap(name, true, value, outputs)
+
+
+def _by_outputs(
+    control: ControlSystem, flat: FlatOutputs, motion: Motion
+) -> tuple[dict[str, float], dict[str, float]]:
+    """Return outputs with their derivatives, and the coordinates that follow from them."""
+    lower = _lowering(control)
+    values = motion.values([lower(formula) for _, formula in flat.outputs])
+    symbols = [s for s in output_symbols(name for name, _ in flat.outputs) if s != CURVATURE]
+    derivatives = (values * [1.0, 1.0, 2.0]).ravel()  # of Taylor coefficients
+    outputs = dict(zip((s.name for s in symbols), map(float, derivatives), strict=True))
+    return outputs, _evaluated(control, dict(zip(symbols, derivatives, strict=True)), flat.determined)
+
+
+def _along_curve(
+    control: ControlSystem, flat: PlaneCurves, motion: Motion
+) -> tuple[dict[str, float], dict[str, float]]:
+    """Return the curve with its derivatives, and heading and steered coordinates along it."""
+    lower = _lowering(control)
+    (x, x1, x2), (y, y1, y2) = motion.values([lower(flat.x), lower(flat.y)]) * [1.0, 1.0, 2.0]
+    heading = float(motion.start[0][control.names.index(flat.heading.name)])
+    ahead = math.copysign(1.0, x1 * math.cos(heading) + y1 * math.sin(heading))
+    speed = ahead * math.hypot(x1, y1)
+    curvature = (x1 * y2 - y1 * x2) / speed**3
+    outputs = {"x": x, "x'": x1, "x''": x2, "y": y, "y'": y1, "y''": y2}
+    mapped = {flat.heading.name: math.atan2(ahead * y1, ahead * x1)}
+    mapped |= _evaluated(control, {CURVATURE: curvature}, flat.steered)
+    return {name: float(value) for name, value in outputs.items()}, mapped
+
+
+def _evaluated(control: ControlSystem, given: dict, pairs: tuple) -> dict[str, float]:
+    """Return coordinates by name from expressions of outputs and of coordinates before them."""
+    found, known = {}, {**given, **control.system.substitutions}
+    for coordinate, formula in pairs:
+        with np.errstate(all="ignore"):
+            value = complex(formula.xreplace(known).evalf())
+        found[coordinate.name] = value.real if value.imag == 0.0 else math.nan
+        known[coordinate] = found[coordinate.name]
+    return found
+
+
+def _lowering(control: ControlSystem) -> Lowering:
+    fields = control.fields
+    named = {s.name: s for s in (*fields.symbols, *fields.constants)}
+    return Lowering(control.tape, {s: control.tape.variable(name) for name, s in named.items()})
+
+
+def _field(system: Mechanism) -> str:
+    return "steered" if isinstance(system.flat, PlaneCurves) else "determined"
