@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -69,6 +70,11 @@ class ControlSystem:
         """Names of the state entries, shape (nx,)."""
         return self.fields.names[: len(self.state)]
 
+    @cached_property
+    def operations(self) -> int:
+        """Number of operations of the equations of motion."""
+        return len(self.tape.needed(self.rates))
+
     def without_effect(self) -> tuple[int, ...]:
         """Return the entries of the state on which no rate depends."""
         found = []
@@ -111,13 +117,27 @@ class ControlSystem:
 class Motion:
     """A motion from a state as a series in time, with derivatives by the state and the inputs.
 
+    Args:
+        control: The machine.
+        x: The first state, shape (nx,).
+        generator: Draws the coefficients of the inputs.
+        held: Constant inputs instead, shape (nu,), and the pace at which the state would change in
+            [1/s].
+
     Attributes:
         order: Of the last coefficient that is known of the state.
         basis: Directions in which the first state is changed, columns, shape (nx, d).
     """
 
-    def __init__(self, control: ControlSystem, x: Array, generator: np.random.Generator) -> None:
-        self._control, self._generator = control, generator
+    def __init__(
+        self,
+        control: ControlSystem,
+        x: Array,
+        generator: np.random.Generator,
+        *,
+        held: tuple[Array, float] | None = None,
+    ) -> None:
+        self._control, self._generator, self._held = control, generator, held
         self.basis, self.order = control.tangents(x), 0
         self._x = np.hstack([x[:, None], self.basis])[:, None, :]  # (nx, orders, 1 + D)
         self._u: Array = np.empty((len(control.inputs), 0, 1))
@@ -136,9 +156,9 @@ class Motion:
     @property
     def work(self) -> int:
         """Multiplications that the next coefficient takes, about."""
-        nodes = len(self._control.tape.needed(self._control.rates))
-        # A product of short series takes as long as a thousand multiplications.
-        return nodes * max((self.order + 1) ** 2 * self.width(self.order), 1000)
+        # A product of short series takes as long as 3000 multiplications.
+        each = max((self.order + 1) ** 2 * self.width(self.order), 3_000)
+        return self._control.operations * each
 
     def width(self, order: int) -> int:
         """Return the number of derivatives of a coefficient."""
@@ -170,13 +190,20 @@ class Motion:
         return np.asarray(found[:, :, 1:] * self._units)
 
     @property
-    def _units(self) -> Array:
-        """Scales of the inputs' coefficients, in units of the time in which the state changes."""
-        ranges = np.array([np.ptp(bounds_of(u)) / 2 for u in self._control.system.inputs])
-        sizes = np.abs(self._x[:, :, 0]).T / self._control.model.state_scales
+    def pace(self) -> float:
+        """How quickly the state changes in its scales, as by the radius of convergence, in [1/s]."""
+        if self._held is not None:
+            return self._held[1]
+        sizes = np.abs(self._x[:, 1:, 0]).T / self._control.model.state_scales
         k = np.arange(1, self.order + 1)
-        rate = float(np.max(sizes[1:].max(axis=1) ** (1 / k), initial=1e-6))
-        powers = rate ** np.arange(self.order + 1.0)
+        # 1e-6 [1/s]: a motion that stands still
+        return float(np.max(sizes.max(axis=1) ** (1 / k), initial=1e-6))
+
+    @property
+    def _units(self) -> Array:
+        """Scales of the state's directions and of the inputs' coefficients."""
+        ranges = np.array([np.ptp(bounds_of(u)) / 2 for u in self._control.system.inputs])
+        powers = self.pace ** np.arange(self.order + 1.0)
         return np.concatenate([np.ones(self.dimension), np.outer(powers, ranges).ravel()])
 
     def _variables(self) -> Mapping[str, Array | float]:
@@ -192,12 +219,17 @@ class Motion:
         self._x = np.pad(self._x, ((0, 0), (0, 0), (0, count)))
         grown = np.zeros((count, orders, wider))
         grown[:, : orders - 1, : self._u.shape[2]] = self._u if orders > 1 else 0.0
-        for k, entry in enumerate(self._control.system.inputs):
-            lower, upper = bounds_of(entry)
-            # well within the limits, as a thrust must not be negative
-            fraction = 0.5 + 0.25 * np.tanh(self._generator.normal())
-            bend = 0.1 * self._generator.normal()
-            span = upper - lower
-            grown[k, -1, 0] = lower + fraction * span if orders == 1 else bend * span
-            grown[k, -1, wider - count + k] = 1.0
+        grown[:, -1, 0] = self._drawn(orders) if self._held is None else self._constant(orders)
+        grown[range(count), -1, range(wider - count, wider)] = 1.0
         self._u = grown
+
+    def _drawn(self, orders: int) -> Array:
+        """Return random coefficients, well within limits: a thrust must not be negative."""
+        lower, upper = np.array([bounds_of(u) for u in self._control.system.inputs]).T
+        draws = self._generator.normal(size=len(lower))
+        share = 0.5 + 0.25 * np.tanh(draws) if orders == 1 else 0.1 * draws
+        return np.asarray((lower if orders == 1 else 0.0) + share * (upper - lower))
+
+    def _constant(self, orders: int) -> Array:
+        assert self._held is not None
+        return self._held[0] if orders == 1 else np.zeros_like(self._held[0])

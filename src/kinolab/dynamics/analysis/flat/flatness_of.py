@@ -10,7 +10,7 @@ import sympy
 from kinolab.arguments import checked
 from kinolab.dynamics.analysis.flat.control_system import ControlSystem
 from kinolab.dynamics.analysis.flat.not_flat import why_not_flat
-from kinolab.dynamics.analysis.flat.output_candidates import Candidate
+from kinolab.dynamics.analysis.flat.output_candidates import AXES, Candidate
 from kinolab.dynamics.analysis.flat.output_search import Found, OutputSearch
 from kinolab.dynamics.derivation.lowering import Lowering
 from kinolab.dynamics.language.flatness import Flat, FlatOutputs, PlaneCurves, output
@@ -57,6 +57,7 @@ class FlatnessFound:
             how far a wheel has rolled.
         neglected: Forces without which the outputs are flat, in words; with them, they are not.
         reason: Why it is not flat, or what was tried.
+        singular: Where derivatives up to these orders do not suffice, as far as that is known.
         margin: Smallest singular value of the ranks that prove it, relative to the largest.
         inverse: Coordinates as functions of the outputs, for steering; None where these have no
             closed form that is known.
@@ -68,24 +69,33 @@ class FlatnessFound:
     left_over: tuple[str, ...] = ()
     neglected: tuple[str, ...] = ()
     reason: str = ""
+    singular: str = ""
     margin: float = 0.0
     inverse: Flat | None = None
 
     def __str__(self) -> str:
         """What ``plan describe`` says of it."""
-        begin = self.flatness.value
-        if self.neglected:
-            begin = f"flat if {row_of(self.neglected)} is neglected"
         if not self.outputs:
-            return f"{begin}: {self.reason}"
+            return f"{self.flatness.value}: {self.reason}"
+        begin = "flat if friction is neglected" if self.neglected else "flat"
         orders = [_ordinal(one.order) for one in self.outputs]
         same = len(set(orders)) == 1
         to = f"{orders[0] if same else row_of(orders)} derivative{'s' * (len(orders) > 1)}"
-        which = "its" if len(orders) == 1 else "their"
-        text = f"{begin}: {row_of(one.said for one in self.outputs)}, to {which} {to}"
+        text = f"{begin}: {self._row()}, to {'its' if len(orders) == 1 else 'their'} {to}"
         if self.left_over:
-            text += f"; this leaves {row_of(self.left_over)}, on which nothing depends"
+            text += f"; this leaves {row_of(self.left_over)} free, on which nothing depends"
+        if self.singular:
+            text += f"; singular {self.singular}"
         return f"{text} ({'given' if self.given else 'found'})"
+
+    def _row(self) -> str:
+        """Name the outputs; entries of one point together."""
+        entries: dict[str, list[str]] = {}
+        for one in self.outputs:
+            entry, _, point = one.said.partition(" of ")
+            known = bool(point) and entry in AXES
+            entries.setdefault(point if known else one.said, []).extend([entry] * known)
+        return row_of(f"{row_of(own)} of {what}" if own else what for what, own in entries.items())
 
 
 @checked
@@ -108,19 +118,21 @@ def flatness_of(system: Mechanism) -> FlatnessFound:
     if not plant.inputs:
         return FlatnessFound(Flatness.NOT_FLAT, reason="it has no inputs")
     control = ControlSystem.of(plant)
-    first = _of_machine(control)
+    search = OutputSearch(control)
+    first = _of_machine(control, search)
     if first.outputs or first.flatness is Flatness.NOT_FLAT:
         return first
     kept = [effort for effort in plant.efforts if not isinstance(effort, Friction)]
-    if len(kept) == len(plant.efforts):
+    if len(kept) == len(plant.efforts) or (search.exhausted and plant.flat is None):
         return first
-    second = _of_machine(ControlSystem.of(plant.changed(efforts=kept), control.model))
+    smooth = ControlSystem.of(plant.changed(efforts=kept), control.model)
+    second = _of_machine(smooth, OutputSearch(smooth))
     return _neglecting(second, plant) if second.outputs else first
 
 
-def _of_machine(control: ControlSystem) -> FlatnessFound:
+def _of_machine(control: ControlSystem, search: OutputSearch) -> FlatnessFound:
     """Return what is known of a machine with all its forces."""
-    system, search = control.system, OutputSearch(control)
+    system = control.system
     if system.flat is not None and (found := search.proved(_given(control, system.flat))):
         return _told(found, given=True, inverse=system.flat)
     if found := search.found():
@@ -148,7 +160,13 @@ def _told(found: Found, *, given: bool, inverse: Flat | None) -> FlatnessFound:
         for one, order in zip(found.outputs, found.orders, strict=True)
     )
     return FlatnessFound(
-        Flatness.FLAT, outputs, given, found.left_over, margin=found.margin, inverse=inverse
+        Flatness.FLAT,
+        outputs,
+        given,
+        found.left_over,
+        singular="at rest" if found.at_rest is False else "",
+        margin=found.margin,
+        inverse=inverse,
     )
 
 

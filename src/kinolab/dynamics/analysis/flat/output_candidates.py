@@ -95,8 +95,9 @@ class Candidates:
         """Return a point on an axis of a point's frame, in [m] from it."""
         arm = [0.0, 0.0, 0.0]
         arm[axis] = offset
-        where = f"along its {AXES[axis]} axis from {point.said}"
-        return self._point(f"{offset:.6g} m {where}", point.frame @ move(*arm), central=False)
+        way = "along" if offset > 0 else "against"
+        said = f"the point {abs(offset):.6g} m {way} the {AXES[axis]} axis from {point.said}"
+        return self._point(said, point.frame @ move(*arm), central=False)
 
     def slopes(self, point: Point, axis: int) -> list[Node]:
         """Return how the entries of a point change along an axis of its frame."""
@@ -105,6 +106,7 @@ class Candidates:
 
     def _sets(self) -> Iterator[tuple[Candidate, ...]]:
         count, seen = len(self._control.inputs), set[frozenset[Node]]()
+        yield from self._with_headings(count)
         for how_many in range(count + 1):
             for points in combinations(self.points, how_many):
                 for chosen in self._completed(points, count):
@@ -113,13 +115,20 @@ class Candidates:
                         seen.add(key)
                         yield chosen
 
+    def _with_headings(self, count: int) -> Iterator[tuple[Candidate, ...]]:
+        """Yield a place and the heading there, as of multirotors, where there are four inputs."""
+        if all(isinstance(c, Coordinate) for c in self._control.system.coordinates):
+            return
+        for point in self.points:
+            if point.central and len(point.entries) == 3 == count - 1:
+                heading = self._heading(point)
+                if self._tape.depends_on(heading.node) & frozenset(self._control.state):
+                    yield (*point.entries, heading)
+
     def _completed(
         self, points: Sequence[Point], count: int
     ) -> Iterator[tuple[Candidate, ...]]:
         places = [one for point in points for one in point.entries]
-        headings = [self._heading(point) for point in points[:1] if len(places) == count - 1 == 3]
-        for heading in headings:
-            yield (*places, heading)
         if len(places) > count:
             yield from combinations(places, count) if len(points) == 1 else ()
             return

@@ -4,24 +4,31 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 import scipy
 
-from kinolab.dynamics.analysis.fields.growth_vectors import MAX_WORK
+from kinolab.dynamics.analysis.equilibrium import equilibrium
 from kinolab.dynamics.analysis.flat.control_system import ControlSystem, Motion
 from kinolab.dynamics.analysis.flat.output_candidates import Candidate, Candidates, Point
 from kinolab.dynamics.analysis.flat.relative_degrees import (
     ClearRank,
     Extension,
+    cleaned,
     clear_rank,
     extension,
     least_orders,
+    recovers,
 )
 from kinolab.dynamics.derivation.expression_graph import Node
 from kinolab.numerics.arrays import Array
 
-OutputSet = tuple[Candidate, ...]
+OutputSet: TypeAlias = tuple[Candidate, ...]
+
+MOST_WORK = 3_000_000_000  # multiplications, a second or two
+# Where an input acts along each velocity, coordinates are flat by so many derivatives.
+SURE_ORDER = 2
 
 
 @dataclass(frozen=True)
@@ -33,12 +40,14 @@ class Found:
         orders: Number of derivatives of each that states and inputs need.
         left_over: Names of states that they do not determine, on which nothing else depends.
         margin: Smallest singular value that counted, of all ranks that prove it.
+        at_rest: Whether they determine states and inputs at rest, too; None where no rest is known.
     """
 
     outputs: OutputSet
     orders: tuple[int, ...]
     left_over: tuple[str, ...]
     margin: float
+    at_rest: bool | None
 
 
 class OutputSearch:
@@ -51,6 +60,7 @@ class OutputSearch:
     def __init__(self, control: ControlSystem) -> None:
         self._control = control
         self.candidates = Candidates(control)
+        self._sets = list(self.candidates.sets())
         self._motions = list(control.motions())
         self._rolled = self._what_rolls()
         self._work = 0  # multiplications so far
@@ -59,8 +69,7 @@ class OutputSearch:
 
     def found(self) -> Found | None:
         """Return flat outputs, None where none are found."""
-        sets = list(self.candidates.sets())
-        return self._among(sets) or self._among(list(self._beside_points()))
+        return self._among(self._sets) or self._among(list(self._beside_points()))
 
     def _among(self, sets: list[OutputSet]) -> Found | None:
         """Return the first flat set, in the fewest steps of the algorithm."""
@@ -69,7 +78,7 @@ class OutputSearch:
         for k in range(1, self._motions[0].dimension + 2):
             if not left:
                 return None
-            if self._work > MAX_WORK or not self._reaches(self._motions[0], k):
+            if not self._reaches(self._motions[0], k):
                 break
             undecided = []
             for chosen, result in zip(left, self._after(left, k), strict=True):
@@ -81,6 +90,11 @@ class OutputSearch:
             left = undecided
         self.finished &= not left
         return None
+
+    @property
+    def exhausted(self) -> bool:
+        """Whether more would take too long."""
+        return self._work > MOST_WORK
 
     def proved(self, chosen: OutputSet) -> Found | None:
         """Return what some outputs, as many as inputs, are; None if they are not flat."""
@@ -100,7 +114,8 @@ class OutputSearch:
         """Return what is flat at two motions and refuted at none; with how many derivatives."""
         missing, flat = self._missing(chosen), list[tuple[Motion, Extension]]()
         for motion in self._motions:
-            self._reaches(motion, k)
+            if not self._reaches(motion, k):
+                break
             result = self._extension(self._table(motion, [chosen], k), chosen)
             if self._flat(result, missing):
                 flat.append((motion, result))
@@ -110,8 +125,24 @@ class OutputSearch:
             return None
         motion = max(flat, key=lambda pair: pair[1].margin)[0]
         orders = self._orders(motion, chosen, k, motion.dimension - len(missing))
+        if orders is None:
+            return None
         names = tuple(self._control.names[i] for i in missing)
-        return orders and Found(chosen, orders, names, min(result.margin for _, result in flat))
+        margin = min(result.margin for _, result in flat)
+        return Found(chosen, orders, names, margin, self._at_rest(chosen, orders, len(missing)))
+
+    def _at_rest(self, chosen: OutputSet, orders: tuple[int, ...], missing: int) -> bool | None:
+        """Return whether as many derivatives suffice at an equilibrium; None if none is found."""
+        model, generator = self._control.model, np.random.default_rng(0)
+        rest = equilibrium(model, model.rest(), polish=True)
+        if rest is None:
+            return None
+        pace = self._motions[0].pace
+        motion = Motion(self._control, rest[0], generator, held=(rest[1], pace))
+        if not self._reaches(motion, max(orders)):
+            return None
+        rows = self._rows(self._table(motion, [chosen], max(orders)), chosen)
+        return recovers(rows, orders, motion.dimension, motion.dimension - missing)
 
     def _orders(
         self, motion: Motion, chosen: OutputSet, k: int, dimension: int
@@ -153,7 +184,7 @@ class OutputSearch:
         """Extend a motion to k derivatives, if that does not take too long."""
         while motion.order < k:
             self._work += motion.work
-            if self._work > MAX_WORK:
+            if self.exhausted and k > SURE_ORDER:
                 return False
             motion.extend()
         return True
@@ -167,10 +198,13 @@ class OutputSearch:
         return np.array([table[one.node] for one in chosen])
 
     def _extension(self, table: dict[Node, Array], chosen: OutputSet) -> Extension:
-        rows = self._rows(table, chosen)
+        return self._counted(self._rows(table, chosen))
+
+    def _counted(self, rows: Array) -> Extension:
+        """Return how far the algorithm is; the work is counted."""
         count, orders, width = rows.shape
-        # three ranks: a singular value decomposition takes 4 n^2 m multiplications
-        self._work += 12 * (count * orders) ** 2 * width
+        # three ranks by 4 n^2 m multiplications each, and as long as 200000 for what is around them
+        self._work += 12 * (count * orders) ** 2 * width + 200_000
         return extension(rows, self._motions[0].dimension)
 
     def _beside_points(self) -> Iterator[OutputSet]:
@@ -186,13 +220,16 @@ class OutputSearch:
                 continue
             for others in self._others(point, count - len(point.entries)):
                 for axis in range(3):
+                    if self.exhausted:
+                        self.finished = False
+                        return
                     for offset in self._offsets(point, axis, others):
                         beside = self.candidates.beside(point, axis, offset)
                         yield (*beside.entries, *others)
 
     def _others(self, point: Point, count: int) -> Iterator[OutputSet]:
         nodes = {one.node for one in point.entries}
-        for chosen in self.candidates.sets():
+        for chosen in self._sets:
             if nodes <= {one.node for one in chosen}:
                 others = tuple(one for one in chosen if one.node not in nodes)
                 if len(others) == count:
@@ -204,8 +241,9 @@ class OutputSearch:
         if any(pencil is None for pencil in pencils):
             return []
         first, second = ([*_rank_drops(*pencil)] for pencil in pencils if pencil is not None)
-        # 1e-6 of an offset: both are exact but for rounding
-        return [a for a in first if any(abs(a - b) <= 1e-6 * abs(a) for b in second)]
+        # 1e-6 of an offset: both are exact but for rounding, which leaves 12 digits
+        alike = [a for a in first if any(abs(a - b) <= 1e-6 * abs(a) for b in second)]
+        return [float(f"{offset:.12g}") for offset in alike]
 
     def _pencil(
         self, motion: Motion, point: Point, axis: int, others: OutputSet
@@ -222,12 +260,12 @@ class OutputSearch:
             base = motion.along(places)[:, : k + 1, : motion.width(k)]
             change = np.zeros_like(base)
             change[: len(slopes)] = motion.along(slopes)[:, : k + 1, : motion.width(k)]
-            result = extension(base + change, motion.dimension)
+            result = self._counted(base + change)
             if result.closed and result.clear:
-                own = [m[:, :, motion.dimension :].reshape(count * (k + 1), -1) for m in (base, change)]
-                size = np.abs(own).max(axis=(0, 2))[:, None]
-                flat = [m / np.where(size > 0, size, 1.0) for m in own]
-                return flat[0], flat[1], clear_rank(flat[0] + flat[1])
+                both = np.concatenate([base, change], axis=2).reshape(count * (k + 1), -1)
+                first, second = np.split(cleaned(both), 2, axis=1)
+                first, second = first[:, motion.dimension :], second[:, motion.dimension :]
+                return first, second, clear_rank(first + second)
         return None
 
 

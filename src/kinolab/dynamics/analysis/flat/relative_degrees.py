@@ -19,8 +19,8 @@ import numpy as np
 from kinolab.dynamics.analysis.jets.ranks import scales_of
 from kinolab.numerics.arrays import Array
 
-# Of the largest entry of a row, in units of scales: what is left of terms that cancelled.
-CANCELLED = 1e-12
+# Of the largest entry of a row, in units of scales; less is left of terms that cancelled.
+CANCELLED = 1e-11
 # A rank is clear where no singular value, relative to the largest, is between these two.
 NONZERO, ZERO = 1e-9, 1e-12
 
@@ -45,11 +45,19 @@ class ClearRank:
         return self.smallest > NONZERO and self.largest_ignored < ZERO
 
 
-def clear_rank(rows: Array) -> ClearRank:
-    """Return the rank of a matrix (m, n) whose columns have comparable units; rows need not."""
-    size = np.abs(rows).max(axis=1, keepdims=True, initial=0.0)
+def cleaned(rows: Array) -> Array:
+    """Divide rows (…, n) by their largest entries, and make those 0 that are rounding.
+
+    Args:
+        rows: With all of their columns, which have comparable units.
+    """
+    size = np.abs(rows).max(axis=-1, keepdims=True, initial=0.0)
     rows = rows / np.where(size > 0, size, 1.0)
-    rows = np.where(np.abs(rows) > CANCELLED, rows, 0.0)
+    return np.where(np.abs(rows) > CANCELLED, rows, 0.0)
+
+
+def clear_rank(rows: Array) -> ClearRank:
+    """Return the rank of a matrix (m, n) of rows that were cleaned."""
     if not rows.any():
         return ClearRank(0, 1.0, 0.0)
     heights, widths = scales_of(np.abs(rows))
@@ -97,6 +105,7 @@ def extension(rows: Array, dimension: int) -> Extension:
             (nu, k + 1, dimension + nu * (k + 1)).
         dimension: Of the state space.
     """
+    rows = cleaned(rows)
     count, orders, width = rows.shape
     before = clear_rank(rows[:, :-1, dimension : width - count].reshape(count * (orders - 1), -1))
     after = clear_rank(rows[:, :, dimension:].reshape(count * orders, -1))
@@ -120,6 +129,7 @@ def recovers(rows: Array, orders: tuple[int, ...], dimension: int, wanted: int) 
         dimension: Of the state space.
         wanted: How many of its dimensions are to be determined.
     """
+    rows = cleaned(rows)
     kept = np.concatenate([row[: order + 1] for row, order in zip(rows, orders, strict=True)])
     own, inputs = clear_rank(kept), clear_rank(kept[:, dimension + len(rows) :])
     return own.clear and inputs.clear and own.value - inputs.value == wanted + len(rows)
