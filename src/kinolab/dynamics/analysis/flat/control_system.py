@@ -12,8 +12,9 @@ from kinolab.dynamics.analysis.fields.linear_controllability import normals_at
 from kinolab.dynamics.analysis.fields.system_fields import vector_fields
 from kinolab.dynamics.analysis.fields.vector_fields import VectorFields
 from kinolab.dynamics.analysis.flat.time_series import series_of
+from kinolab.dynamics.analysis.jets.ranks import rank_of
 from kinolab.dynamics.derivation.expression_graph import ExpressionGraph, Node
-from kinolab.dynamics.language.inputs import bounds_of
+from kinolab.dynamics.language.inputs import Input, bounds_of
 from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.model import Model
 from kinolab.numerics.arrays import Array
@@ -30,7 +31,9 @@ class ControlSystem:
         fields: Its vector fields.
         tape: The expression graph.
         state: Nodes of x, shape (nx,).
-        inputs: Nodes of u, shape (nu,).
+        pushes: The inputs that count: as many as act along independent directions.
+        idle: Those besides, which may be anything; half-way between their limits here.
+        inputs: Nodes of those that count, u, shape (nu,).
         rates: Nodes of f, shape (nx,).
         model: A machine of the same states, compiled.
     """
@@ -39,6 +42,8 @@ class ControlSystem:
     fields: VectorFields
     tape: ExpressionGraph
     state: tuple[Node, ...]
+    pushes: tuple[Input, ...]
+    idle: tuple[Input, ...]
     inputs: tuple[Node, ...]
     rates: tuple[Node, ...]
     model: Model
@@ -56,14 +61,25 @@ class ControlSystem:
         """
         fields = vector_fields(system)
         tape, count = fields.tape, len(fields.state) - fields.prolonged * len(system.inputs)
-        inputs = tuple(tape.variable(entry.name) for entry in system.inputs)
+        pushes = system.inputs if fields.prolonged else _independent(system, fields)
+        idle = tuple(entry for entry in system.inputs if entry not in pushes)
+        nodes = {e.name: tape.variable(e.name) for e in pushes}
+        nodes |= {e.name: tape.constant(sum(bounds_of(e)) / 2) for e in idle}
         rates = list(fields.drift[:count])
-        if not fields.prolonged:
-            for u, field in zip(inputs, fields.inputs.values(), strict=True):
-                pushed = [tape.mul(u, entry) for entry in field]
-                rates = [tape.add(rate, push) for rate, push in zip(rates, pushed, strict=True)]
-        state = fields.state[:count]
-        return cls(system, fields, tape, state, inputs, tuple(rates), model or Model(system))
+        for name, field in ({} if fields.prolonged else fields.inputs).items():
+            pushed = [tape.mul(nodes[name], entry) for entry in field]
+            rates = [tape.add(rate, push) for rate, push in zip(rates, pushed, strict=True)]
+        return cls(
+            system=system,
+            fields=fields,
+            tape=tape,
+            state=fields.state[:count],
+            pushes=pushes,
+            idle=idle,
+            inputs=tuple(nodes[entry.name] for entry in pushes),
+            rates=tuple(rates),
+            model=model or Model(system),
+        )
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -202,12 +218,12 @@ class Motion:
     @property
     def _units(self) -> Array:
         """Scales of the state's directions and of the inputs' coefficients."""
-        ranges = np.array([np.ptp(bounds_of(u)) / 2 for u in self._control.system.inputs])
+        ranges = np.array([np.ptp(bounds_of(u)) / 2 for u in self._control.pushes])
         powers = self.pace ** np.arange(self.order + 1.0)
         return np.concatenate([np.ones(self.dimension), np.outer(powers, ranges).ravel()])
 
     def _variables(self) -> Mapping[str, Array | float]:
-        inputs = [entry.name for entry in self._control.system.inputs]
+        inputs = [entry.name for entry in self._control.pushes]
         known: dict[str, Array | float] = dict(self._control.fields.values)
         known |= dict(zip(self._control.names, self._x, strict=True))
         return known | dict(zip(inputs, self._u, strict=True))
@@ -225,7 +241,7 @@ class Motion:
 
     def _drawn(self, orders: int) -> Array:
         """Return random coefficients, well within limits: a thrust must not be negative."""
-        lower, upper = np.array([bounds_of(u) for u in self._control.system.inputs]).T
+        lower, upper = np.array([bounds_of(u) for u in self._control.pushes]).T
         draws = self._generator.normal(size=len(lower))
         share = 0.5 + 0.25 * np.tanh(draws) if orders == 1 else 0.1 * draws
         return np.asarray((lower if orders == 1 else 0.0) + share * (upper - lower))
@@ -233,3 +249,15 @@ class Motion:
     def _constant(self, orders: int) -> Array:
         assert self._held is not None
         return self._held[0] if orders == 1 else np.zeros_like(self._held[0])
+
+
+def _independent(system: Mechanism, fields: VectorFields) -> tuple[Input, ...]:
+    """Return the inputs whose fields are independent of those before them at a regular state."""
+    chosen, rows = list[Input](), list[list[float]]()
+    values = dict(fields.values) | dict(fields.points[0])
+    for entry in system.inputs:
+        row = fields.tape.evaluate(fields.inputs[entry.name], values)
+        if rank_of(np.array([*rows, row])).value > len(rows):
+            chosen.append(entry)
+            rows.append(row)
+    return tuple(chosen)

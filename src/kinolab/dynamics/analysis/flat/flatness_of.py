@@ -9,6 +9,7 @@ import sympy
 
 from kinolab.arguments import checked
 from kinolab.dynamics.analysis.flat.control_system import ControlSystem
+from kinolab.dynamics.analysis.flat.given_map import wrong_map
 from kinolab.dynamics.analysis.flat.not_flat import why_not_flat
 from kinolab.dynamics.analysis.flat.output_candidates import AXES, Candidate
 from kinolab.dynamics.analysis.flat.output_search import Found, OutputSearch
@@ -55,6 +56,7 @@ class FlatnessFound:
         given: Whether they are those that the machine says it has.
         left_over: Names of states that they do not determine and on which nothing depends, such as
             how far a wheel has rolled.
+        idle: Names of inputs that may be anything besides, as others act alike.
         neglected: Forces without which the outputs are flat, in words; with them, they are not.
         reason: Why it is not flat, or what was tried.
         singular: Where derivatives up to these orders do not suffice, as far as that is known.
@@ -67,6 +69,7 @@ class FlatnessFound:
     outputs: tuple[FlatOutput, ...] = ()
     given: bool = False
     left_over: tuple[str, ...] = ()
+    idle: tuple[str, ...] = ()
     neglected: tuple[str, ...] = ()
     reason: str = ""
     singular: str = ""
@@ -84,6 +87,8 @@ class FlatnessFound:
         text = f"{begin}: {self._row()}, to {'its' if len(orders) == 1 else 'their'} {to}"
         if self.left_over:
             text += f"; this leaves {row_of(self.left_over)} free, on which nothing depends"
+        if self.idle:
+            text += f"; {row_of(self.idle)} can be anything besides"
         if self.singular:
             text += f"; singular {self.singular}"
         return f"{text} ({'given' if self.given else 'found'})"
@@ -134,9 +139,10 @@ def _of_machine(control: ControlSystem, search: OutputSearch) -> FlatnessFound:
     """Return what is known of a machine with all its forces."""
     system = control.system
     if system.flat is not None and (found := search.proved(_given(control, system.flat))):
-        return _told(found, given=True, inverse=system.flat)
+        inverse = None if wrong_map(control) else system.flat
+        return _told(control, found, given=True, inverse=inverse)
     if found := search.found():
-        return _told(found, given=False, inverse=_inverse(system, found))
+        return _told(control, found, given=False, inverse=_inverse(system, found))
     if reason := why_not_flat(control):
         return FlatnessFound(Flatness.NOT_FLAT, reason=reason)
     tried = f"none of {search.tried} sets of coordinates and points that were tried is a flat output"
@@ -154,7 +160,9 @@ def _given(control: ControlSystem, flat: Flat) -> tuple[Candidate, ...]:
     return tuple(Candidate(lower(formula), name, formula) for name, formula in pairs)
 
 
-def _told(found: Found, *, given: bool, inverse: Flat | None) -> FlatnessFound:
+def _told(
+    control: ControlSystem, found: Found, *, given: bool, inverse: Flat | None
+) -> FlatnessFound:
     outputs = tuple(
         FlatOutput(one.said, one.expression, order)
         for one, order in zip(found.outputs, found.orders, strict=True)
@@ -164,6 +172,7 @@ def _told(found: Found, *, given: bool, inverse: Flat | None) -> FlatnessFound:
         outputs,
         given,
         found.left_over,
+        tuple(entry.name for entry in control.idle),
         singular="at rest" if found.at_rest is False else "",
         margin=found.margin,
         inverse=inverse,
