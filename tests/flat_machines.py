@@ -205,9 +205,7 @@ def underwater_glider() -> System:
     g = parameter("g", 9.81, "m/s^2")
     x, z, theta, s = length("x"), length("z"), angle("theta"), length("s", -0.3, 0.3)
     hull = move(x, 0, z) @ rot_y(theta)
-    glider = Body(
-        "hull", hull, mass=40.0, inertia=9.0, added_mass=(2.0, 50.0, 50.0, 0.5, 8.0, 8.0)
-    )
+    glider = Body("hull", hull, mass=40.0, inertia=9.0, added_mass=(2.0, 50.0, 50.0, 0.5, 8.0, 8.0))
     battery = Body("battery", hull @ move(s, 0, -0.05), mass=9.0)
     V = velocity(hull)
     force = (-6.0 * V.x, 0, -120.0 * V.z)  # of the water: drag along the hull, lift across it

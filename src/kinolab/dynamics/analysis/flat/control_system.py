@@ -111,14 +111,14 @@ class ControlSystem:
         # 1e-9 of a normal: one that repeats the others
         return np.asarray(scales[:, None] * rows[int((values > 1e-9 * values[0]).sum()) :].T)
 
-    def motions(self) -> Iterator[Motion]:
+    def motions(self) -> Iterator[MotionSeries]:
         """Yield motions from a few random regular states under random inputs; deterministic."""
         generator = np.random.default_rng(0)
         for point in self.fields.points:
             x = np.array([point[name] for name in self.names])
-            yield Motion(self, x, generator)
+            yield MotionSeries(self, x, generator)
 
-    def motions_near_rest(self) -> Iterator[Motion]:
+    def motions_near_rest(self) -> Iterator[MotionSeries]:
         """Yield motions from a few states near rest and within limits; deterministic."""
         generator, model = np.random.default_rng(0), self.model
         lower, upper = model.state_bounds.T
@@ -127,10 +127,10 @@ class ControlSystem:
             if not self.fields.held and not model.space.spheres:
                 # 0.2 of what counts as a large difference: no angle is beyond a quarter of a turn
                 x = model.rest() + 0.2 * model.state_scales * generator.uniform(-1, 1, len(x))
-            yield Motion(self, np.clip(x, lower, upper), generator)
+            yield MotionSeries(self, np.clip(x, lower, upper), generator)
 
 
-class Motion:
+class MotionSeries:
     """A motion from a state as a series in time, with derivatives by the state and the inputs.
 
     Args:
@@ -162,7 +162,7 @@ class Motion:
     @property
     def dimension(self) -> int:
         """Dimension d of the state manifold."""
-        return self.basis.shape[1]
+        return int(self.basis.shape[1])
 
     @property
     def start(self) -> tuple[Array, Array]:
@@ -207,7 +207,7 @@ class Motion:
 
     @property
     def pace(self) -> float:
-        """How quickly the state changes in its scales, as by the radius of convergence, in [1/s]."""
+        """How quickly the state changes, in its scales: one over a radius of convergence, [1/s]."""
         if self._held is not None:
             return self._held[1]
         sizes = np.abs(self._x[:, 1:, 0]).T / self._control.model.state_scales

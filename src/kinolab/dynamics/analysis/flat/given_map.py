@@ -7,16 +7,18 @@ the motion.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
-from kinolab.dynamics.analysis.flat.control_system import ControlSystem, Motion
+from kinolab.dynamics.analysis.flat.control_system import ControlSystem, MotionSeries
 from kinolab.dynamics.derivation.lowering import Lowering
 from kinolab.dynamics.language.flatness import CURVATURE, FlatOutputs, PlaneCurves, output_symbols
-from kinolab.dynamics.language.forces import Friction
+from kinolab.dynamics.language.forces import Effort
 from kinolab.dynamics.language.mechanism import Mechanism
+from kinolab.dynamics.model import Model
 from kinolab.errors import InputError, Mistake
 from kinolab.store import pickled
 
@@ -40,32 +42,40 @@ class WrongMap:
     mapped: float
     outputs: dict[str, float]
 
+    @property
+    def sentence(self) -> str:
+        """What is wrong, where, and by how much."""
+        along = ", ".join(f"{name} = {value:.4g}" for name, value in self.outputs.items())
+        return (
+            f"in a motion of the machine with {along}, {self.coordinate} is {self.true:.6g}, and "
+            f"the flat map makes it {self.mapped:.6g}."
+        )
 
-def check_flat_map(system: Mechanism) -> None:
+
+def check_flat_map(model: Model) -> None:
     """Raise if a machine's flat map is not the inverse of its outputs along its motions.
 
-    Friction may be neglected by a map. The check is made once per machine, then remembered.
+    Friction may be neglected by a map. A machine is checked once, which is remembered on disk.
 
     Raises:
         InputError: With the coordinate that is wrong, and by how much.
     """
-    if system.flat is None or system.modes:
-        return
-    control = ControlSystem.of(system.with_feedback(None))
-    wrong = wrong_map(control)
-    if wrong is None:
-        return
-    where = f"system {system.name!r} flat {_field(system)} {wrong.coordinate}"
-    along = ", ".join(f"{name} = {value:.4g}" for name, value in wrong.outputs.items())
-    what = (
-        f"in a motion of the machine whose outputs are {along}, {wrong.coordinate} is "
-        f"{wrong.true:.6g}, and the flat map makes it {wrong.mapped:.6g}."
-    )
-    remedy = (
-        "Correct its expression, which must hold along every motion without friction, or leave out "
-        "flat=; plan describe says which outputs are flat."
-    )
-    raise InputError([Mistake(where, what, remedy)])
+
+    def checked() -> bool:
+        system, plant = model.system, model.plant
+        wrong = wrong_map(ControlSystem.of(plant.system, plant))
+        if wrong is None:
+            return True
+        field = "steered" if isinstance(system.flat, PlaneCurves) else "determined"
+        where = f"system {system.name!r} flat {field} {wrong.coordinate}"
+        remedy = (
+            "Correct its expression, which must hold along every motion without friction, or leave "
+            "out flat=: plan describe tells which outputs are flat."
+        )
+        raise InputError([Mistake(where, wrong.sentence, remedy)])
+
+    if model.machine.flat is not None and not model.machine.modes:
+        CHECKED.get([model.key], checked)
 
 
 def wrong_map(control: ControlSystem) -> WrongMap | None:
@@ -76,10 +86,16 @@ def wrong_map(control: ControlSystem) -> WrongMap | None:
     """
     found = next(_wrong(control), None)
     system = control.system
-    kept = [effort for effort in system.efforts if not isinstance(effort, Friction)]
+    kept = without_friction(system)
     if found is None or len(kept) == len(system.efforts):
         return found
     return next(_wrong(ControlSystem.of(system.changed(efforts=kept), control.model)), None)
+
+
+def without_friction(system: Mechanism) -> tuple[Effort, ...]:
+    """Return the forces besides those that only take energy out; a rope pulls, too."""
+    efforts = system.efforts
+    return tuple(one for one in efforts if not one.size or hasattr(one, "stiffness"))
 
 
 def _wrong(control: ControlSystem) -> Iterator[WrongMap]:
@@ -97,15 +113,15 @@ def _wrong(control: ControlSystem) -> Iterator[WrongMap]:
         for name, value in mapped.items():
             k = control.names.index(name)
             true = float(motion.start[0][k])
-            off = value - true
-            if isinstance(flat, PlaneCurves) or control.model.circular[k]:
-                off = math.remainder(off, 2 * math.pi)
+            other = motion.start[0].copy()
+            other[k] = value
+            off = control.model.space.difference(motion.start[0], other)[k]
             if not abs(off) <= TOLERANCE * max(abs(true), scales[k]):
                 yield WrongMap(name, true, value, outputs)
 
 
 def _by_outputs(
-    control: ControlSystem, flat: FlatOutputs, motion: Motion
+    control: ControlSystem, flat: FlatOutputs, motion: MotionSeries
 ) -> tuple[dict[str, float], dict[str, float]]:
     """Return outputs with their derivatives, and the coordinates that follow from them."""
     lower = _lowering(control)
@@ -113,11 +129,13 @@ def _by_outputs(
     symbols = [s for s in output_symbols(name for name, _ in flat.outputs) if s != CURVATURE]
     derivatives = (values * [1.0, 1.0, 2.0]).ravel()  # of Taylor coefficients
     outputs = dict(zip((s.name for s in symbols), map(float, derivatives), strict=True))
-    return outputs, _evaluated(control, dict(zip(symbols, derivatives, strict=True)), flat.determined)
+    return outputs, _evaluated(
+        control, dict(zip(symbols, derivatives, strict=True)), flat.determined
+    )
 
 
 def _along_curve(
-    control: ControlSystem, flat: PlaneCurves, motion: Motion
+    control: ControlSystem, flat: PlaneCurves, motion: MotionSeries
 ) -> tuple[dict[str, float], dict[str, float]]:
     """Return the curve with its derivatives, and heading and steered coordinates along it."""
     lower = _lowering(control)
@@ -132,7 +150,9 @@ def _along_curve(
     return {name: float(value) for name, value in outputs.items()}, mapped
 
 
-def _evaluated(control: ControlSystem, given: dict, pairs: tuple) -> dict[str, float]:
+def _evaluated(
+    control: ControlSystem, given: Mapping[Any, float], pairs: Sequence[tuple[Any, Any]]
+) -> dict[str, float]:
     """Return coordinates by name from expressions of outputs and of coordinates before them."""
     found, known = {}, {**given, **control.system.substitutions}
     for coordinate, formula in pairs:
@@ -147,7 +167,3 @@ def _lowering(control: ControlSystem) -> Lowering:
     fields = control.fields
     named = {s.name: s for s in (*fields.symbols, *fields.constants)}
     return Lowering(control.tape, {s: control.tape.variable(name) for name, s in named.items()})
-
-
-def _field(system: Mechanism) -> str:
-    return "steered" if isinstance(system.flat, PlaneCurves) else "determined"

@@ -8,7 +8,7 @@ driftless systems, Mathematics of Control, Signals and Systems 7, 1994 (two velo
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import combinations
 
@@ -98,7 +98,7 @@ def _jet_work(fields: VectorFields, degree: int) -> int:
     return work_for(replace(fields, inputs={}), degree)
 
 
-def _involutive(fields: VectorFields, point: dict[str, float], k: int) -> bool | None:
+def _involutive(fields: VectorFields, point: Mapping[str, float], k: int) -> bool | None:
     """Return whether span(g, …, ad_f^k g) is involutive at a state; None where that is unclear."""
     layers = BracketFiltration.at(fields, point, k + 2)
     if layers.drift is None:

@@ -125,9 +125,7 @@ class Candidates:
                 if self._tape.depends_on(heading.node) & frozenset(self._control.state):
                     yield (*point.entries, heading)
 
-    def _completed(
-        self, points: Sequence[Point], count: int
-    ) -> Iterator[tuple[Candidate, ...]]:
+    def _completed(self, points: Sequence[Point], count: int) -> Iterator[tuple[Candidate, ...]]:
         places = [one for point in points for one in point.entries]
         if len(places) > count:
             yield from combinations(places, count) if len(points) == 1 else ()

@@ -9,8 +9,7 @@ from typing import TypeAlias
 import numpy as np
 import scipy
 
-from kinolab.dynamics.analysis.equilibrium import equilibrium
-from kinolab.dynamics.analysis.flat.control_system import ControlSystem, Motion
+from kinolab.dynamics.analysis.flat.control_system import ControlSystem, MotionSeries
 from kinolab.dynamics.analysis.flat.output_candidates import Candidate, Candidates, Point
 from kinolab.dynamics.analysis.flat.relative_degrees import (
     ClearRank,
@@ -32,7 +31,7 @@ SURE_ORDER = 2
 
 
 @dataclass(frozen=True)
-class Found:
+class ProvedOutputs:
     """Outputs that are flat.
 
     Attributes:
@@ -55,10 +54,11 @@ class OutputSearch:
 
     Args:
         control: The machine.
+        rest: A state of rest, shape (nx,), with the inputs that hold it, shape (nu,), if known.
     """
 
-    def __init__(self, control: ControlSystem) -> None:
-        self._control = control
+    def __init__(self, control: ControlSystem, rest: tuple[Array, Array] | None = None) -> None:
+        self._control, self._rest = control, rest
         self.candidates = Candidates(control)
         self._sets = list(self.candidates.sets())
         self._motions = list(control.motions())
@@ -67,11 +67,11 @@ class OutputSearch:
         self.tried = 0  # sets of candidates
         self.finished = True  # whether the algorithm has ended for all of them
 
-    def found(self) -> Found | None:
+    def found(self) -> ProvedOutputs | None:
         """Return flat outputs, None where none are found."""
         return self._among(self._sets) or self._among(list(self._beside_points()))
 
-    def _among(self, sets: list[OutputSet]) -> Found | None:
+    def _among(self, sets: list[OutputSet]) -> ProvedOutputs | None:
         """Return the first flat set, in the fewest steps of the algorithm."""
         self.tried += len(sets)
         left = sets
@@ -96,7 +96,7 @@ class OutputSearch:
         """Whether more would take too long."""
         return self._work > MOST_WORK
 
-    def proved(self, chosen: OutputSet) -> Found | None:
+    def proved(self, chosen: OutputSet) -> ProvedOutputs | None:
         """Return what some outputs, as many as inputs, are; None if they are not flat."""
         return self._among([chosen]) if len(chosen) == len(self._control.inputs) else None
 
@@ -110,9 +110,9 @@ class OutputSearch:
                     results[i] = self._extension(self._table(motion, [chosen], k), chosen)
         return results
 
-    def _proved(self, chosen: OutputSet, k: int) -> Found | None:
+    def _proved(self, chosen: OutputSet, k: int) -> ProvedOutputs | None:
         """Return what is flat at two motions and refuted at none; with how many derivatives."""
-        missing, flat = self._missing(chosen), list[tuple[Motion, Extension]]()
+        missing, flat = self._missing(chosen), list[tuple[MotionSeries, Extension]]()
         for motion in self._motions:
             if not self._reaches(motion, k):
                 break
@@ -129,23 +129,23 @@ class OutputSearch:
             return None
         names = tuple(self._control.names[i] for i in missing)
         margin = min(result.margin for _, result in flat)
-        return Found(chosen, orders, names, margin, self._at_rest(chosen, orders, len(missing)))
+        at_rest = self._at_rest(chosen, orders, len(missing))
+        return ProvedOutputs(chosen, orders, names, margin, at_rest)
 
     def _at_rest(self, chosen: OutputSet, orders: tuple[int, ...], missing: int) -> bool | None:
         """Return whether as many derivatives suffice at an equilibrium; None if none is found."""
-        model, generator = self._control.model, np.random.default_rng(0)
-        rest = equilibrium(model, model.rest(), polish=True)
-        if rest is None:
+        if self._rest is None or self._control.idle:
             return None
-        pace = self._motions[0].pace
-        motion = Motion(self._control, rest[0], generator, held=(rest[1], pace))
+        (x, u), generator = self._rest, np.random.default_rng(0)
+        held = (u, self._motions[0].pace)
+        motion = MotionSeries(self._control, x, generator, held=held)
         if not self._reaches(motion, max(orders)):
             return None
         rows = self._rows(self._table(motion, [chosen], max(orders)), chosen)
         return recovers(rows, orders, motion.dimension, motion.dimension - missing)
 
     def _orders(
-        self, motion: Motion, chosen: OutputSet, k: int, dimension: int
+        self, motion: MotionSeries, chosen: OutputSet, k: int, dimension: int
     ) -> tuple[int, ...] | None:
         while self._reaches(motion, k) and k <= 2 * motion.dimension:
             rows = self._rows(self._table(motion, [chosen], k), chosen)
@@ -180,7 +180,7 @@ class OutputSearch:
             and np.count_nonzero(basis[k]) == 1  # no constraint is on it
         )
 
-    def _reaches(self, motion: Motion, k: int) -> bool:
+    def _reaches(self, motion: MotionSeries, k: int) -> bool:
         """Extend a motion to k derivatives, if that does not take too long."""
         while motion.order < k:
             self._work += motion.work
@@ -189,7 +189,7 @@ class OutputSearch:
             motion.extend()
         return True
 
-    def _table(self, motion: Motion, sets: Sequence[OutputSet], k: int) -> dict[Node, Array]:
+    def _table(self, motion: MotionSeries, sets: Sequence[OutputSet], k: int) -> dict[Node, Array]:
         nodes = list(dict.fromkeys(one.node for chosen in sets for one in chosen))
         rows = motion.along(nodes)[:, : k + 1, : motion.width(k)]
         return dict(zip(nodes, rows, strict=True))
@@ -246,7 +246,7 @@ class OutputSearch:
         return [float(f"{offset:.12g}") for offset in alike]
 
     def _pencil(
-        self, motion: Motion, point: Point, axis: int, others: OutputSet
+        self, motion: MotionSeries, point: Point, axis: int, others: OutputSet
     ) -> tuple[Array, Array, ClearRank] | None:
         """Return dy/du without an offset, its change per metre, and the rank of most sums."""
         places = [one.node for one in (*point.entries, *others)]

@@ -124,7 +124,7 @@ def recovers(rows: Array, orders: tuple[int, ...], dimension: int, wanted: int) 
     """Return whether derivatives of outputs up to orders determine states and inputs.
 
     Args:
-        rows: As those of ``extension``.
+        rows: As those of ``extension``, shape (nu, k + 1, dimension + nu * (k + 1)).
         orders: Number of derivatives of each output.
         dimension: Of the state space.
         wanted: How many of its dimensions are to be determined.
@@ -139,7 +139,7 @@ def least_orders(rows: Array, dimension: int, wanted: int) -> tuple[int, ...] | 
     """Return how many derivatives of each output are needed; None if there are too few.
 
     Args:
-        rows: As those of ``extension``.
+        rows: As those of ``extension``, shape (nu, k + 1, dimension + nu * (k + 1)).
         dimension: Of the state space.
         wanted: How many of its dimensions are to be determined.
     """

@@ -103,7 +103,7 @@ def _coefficients(name: str, at: float, order: int) -> Array:
     if name == "reciprocal":
         if at == 0.0:
             raise ZeroDivisionError("an expression divides by zero at this state")
-        return (-1.0 / at) ** np.arange(order + 1) / at
+        return np.asarray((-1.0 / at) ** np.arange(order + 1) / at, dtype=float)
     return np.array(taylor(name, at, order, lambda n, value: UNARY[n](value)), dtype=float)
 
 

@@ -1,4 +1,4 @@
-"""Which outputs of a machine are flat, whether given or found, and why it is not where it is not."""
+"""Which outputs of a machine are flat, given or found, and where it is known, why it is not."""
 
 from __future__ import annotations
 
@@ -8,16 +8,17 @@ from enum import Enum
 import sympy
 
 from kinolab.arguments import checked
+from kinolab.dynamics.analysis.equilibrium import equilibrium
 from kinolab.dynamics.analysis.flat.control_system import ControlSystem
-from kinolab.dynamics.analysis.flat.given_map import wrong_map
+from kinolab.dynamics.analysis.flat.given_map import without_friction, wrong_map
 from kinolab.dynamics.analysis.flat.not_flat import why_not_flat
 from kinolab.dynamics.analysis.flat.output_candidates import AXES, Candidate
-from kinolab.dynamics.analysis.flat.output_search import Found, OutputSearch
+from kinolab.dynamics.analysis.flat.output_search import OutputSearch, ProvedOutputs
 from kinolab.dynamics.derivation.lowering import Lowering
 from kinolab.dynamics.language.flatness import Flat, FlatOutputs, PlaneCurves, output
-from kinolab.dynamics.language.forces import Friction
 from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.language.mechanism_parts import require_one_mode
+from kinolab.dynamics.language.symbols import Coordinate
 from kinolab.errors import row_of
 
 
@@ -123,15 +124,17 @@ def flatness_of(system: Mechanism) -> FlatnessFound:
     if not plant.inputs:
         return FlatnessFound(Flatness.NOT_FLAT, reason="it has no inputs")
     control = ControlSystem.of(plant)
-    search = OutputSearch(control)
+    model = control.model
+    rest = equilibrium(model, model.rest(), polish=True)
+    search = OutputSearch(control, rest)
     first = _of_machine(control, search)
     if first.outputs or first.flatness is Flatness.NOT_FLAT:
         return first
-    kept = [effort for effort in plant.efforts if not isinstance(effort, Friction)]
+    kept = without_friction(plant)
     if len(kept) == len(plant.efforts) or (search.exhausted and plant.flat is None):
         return first
     smooth = ControlSystem.of(plant.changed(efforts=kept), control.model)
-    second = _of_machine(smooth, OutputSearch(smooth))
+    second = _of_machine(smooth, OutputSearch(smooth, rest))
     return _neglecting(second, plant) if second.outputs else first
 
 
@@ -145,7 +148,9 @@ def _of_machine(control: ControlSystem, search: OutputSearch) -> FlatnessFound:
         return _told(control, found, given=False, inverse=_inverse(system, found))
     if reason := why_not_flat(control):
         return FlatnessFound(Flatness.NOT_FLAT, reason=reason)
-    tried = f"none of {search.tried} sets of coordinates and points that were tried is a flat output"
+    tried = (
+        f"none of {search.tried} sets of coordinates and points that were tried is a flat output"
+    )
     short = "" if search.finished else ", as far as this was computed"
     return FlatnessFound(Flatness.UNDECIDED, reason=tried + short)
 
@@ -156,12 +161,14 @@ def _given(control: ControlSystem, flat: Flat) -> tuple[Candidate, ...]:
     named = {s.name: s for s in (*fields.symbols, *fields.constants)}
     bound = {symbol: control.tape.variable(name) for name, symbol in named.items()}
     lower = Lowering(control.tape, bound)
-    pairs = [(c.name, c) for c in (flat.x, flat.y)] if isinstance(flat, PlaneCurves) else flat.outputs
+    pairs = (
+        [(c.name, c) for c in (flat.x, flat.y)] if isinstance(flat, PlaneCurves) else flat.outputs
+    )
     return tuple(Candidate(lower(formula), name, formula) for name, formula in pairs)
 
 
 def _told(
-    control: ControlSystem, found: Found, *, given: bool, inverse: Flat | None
+    control: ControlSystem, found: ProvedOutputs, *, given: bool, inverse: Flat | None
 ) -> FlatnessFound:
     outputs = tuple(
         FlatOutput(one.said, one.expression, order)
@@ -179,18 +186,18 @@ def _told(
     )
 
 
-def _inverse(system: Mechanism, found: Found) -> Flat | None:
+def _inverse(system: Mechanism, found: ProvedOutputs) -> Flat | None:
     """Return coordinates as functions of the outputs where the outputs are the coordinates."""
-    symbols = [one.symbol for one in found.outputs]
-    if set(symbols) != set(system.coordinates):
+    pairs = [(one.said, one.symbol) for one in found.outputs if isinstance(one.symbol, Coordinate)]
+    if {symbol for _, symbol in pairs} != set(system.coordinates):
         return None
-    pairs = [(one.said, one.symbol) for one in found.outputs]
     return FlatOutputs(tuple(pairs), tuple((symbol, output(name)) for name, symbol in pairs))
 
 
 def _neglecting(found: FlatnessFound, system: Mechanism) -> FlatnessFound:
     """Return what is known without friction, as what it is."""
-    friction = tuple(str(e) for e in system.efforts if isinstance(e, Friction))
+    kept = without_friction(system)
+    friction = tuple(str(effort) for effort in system.efforts if effort not in kept)
     reason = "these outputs are flat without friction only"
     return replace(found, flatness=Flatness.UNDECIDED, neglected=friction, reason=reason)
 
