@@ -14,6 +14,7 @@ from kinolab.dynamics.analysis.flat.given_map import without_friction, wrong_map
 from kinolab.dynamics.analysis.flat.not_flat import why_not_flat
 from kinolab.dynamics.analysis.flat.output_candidates import AXES, Candidate
 from kinolab.dynamics.analysis.flat.output_search import OutputSearch, ProvedOutputs
+from kinolab.dynamics.analysis.flat.plane_inverse import plane_curves
 from kinolab.dynamics.derivation.lowering import Lowering
 from kinolab.dynamics.language.flatness import Flat, FlatOutputs, PlaneCurves, output
 from kinolab.dynamics.language.mechanism import Mechanism
@@ -145,7 +146,7 @@ def _of_machine(control: ControlSystem, search: OutputSearch) -> FlatnessFound:
         inverse = None if wrong_map(control) else system.flat
         return _told(control, found, given=True, inverse=inverse)
     if found := search.found():
-        return _told(control, found, given=False, inverse=_inverse(system, found))
+        return _told(control, found, given=False, inverse=_inverse(control, found))
     if reason := why_not_flat(control):
         return FlatnessFound(Flatness.NOT_FLAT, reason=reason)
     tried = (
@@ -186,11 +187,12 @@ def _told(
     )
 
 
-def _inverse(system: Mechanism, found: ProvedOutputs) -> Flat | None:
-    """Return coordinates as functions of the outputs where the outputs are the coordinates."""
+def _inverse(control: ControlSystem, found: ProvedOutputs) -> Flat | None:
+    """Return coordinates as functions of the outputs: of themselves, or along a plane curve."""
     pairs = [(one.said, one.symbol) for one in found.outputs if isinstance(one.symbol, Coordinate)]
-    if {symbol for _, symbol in pairs} != set(system.coordinates):
-        return None
+    if {symbol for _, symbol in pairs} != set(control.system.coordinates):
+        symbols = [one.symbol for one in found.outputs]
+        return plane_curves(control, symbols, found.left_over)
     return FlatOutputs(tuple(pairs), tuple((symbol, output(name)) for name, symbol in pairs))
 
 
