@@ -40,7 +40,10 @@ def cart_pole(mass: float = 1.0) -> System:
         ("crane", "flat if friction is neglected: X, Y and Z, to their 4th derivatives (given)"),
         ("pendulum", "flat: theta, to its 2nd derivative (found)"),
         ("quad2dpole_v0", "flat: x and y of the centre of mass of pole, to their 6th derivatives"),
-        ("quad3d_v0", "flat: x, y, z and the tangent of the heading at the centre of mass of quad"),
+        (
+            "quad3d_v0",
+            "flat: x, y, z and the tangent of the heading of quadrotor, to their 4th, 4th,",
+        ),
         ("acrobot_v0", "not flat: it has one input (tau) and static feedback does not linearise"),
         ("satellite", "not flat: no input affects 3 of its 12 dimensions"),  # its momentum
         ("snakeboard", "not known to be flat: none of "),

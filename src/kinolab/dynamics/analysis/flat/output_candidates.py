@@ -23,6 +23,7 @@ from kinolab.dynamics.language.frames import Frame, move, movers_of, pose
 from kinolab.dynamics.language.symbols import Coordinate
 
 AXES = ("x", "y", "z")
+CENTRE = "the centre of mass of "
 MOST_SETS = 2000  # of candidates; a test of one takes a millisecond
 
 
@@ -153,7 +154,7 @@ class Candidates:
         bodies = self._control.system.bodies
         located = [body for body in bodies if body.located]
         for body in located:
-            yield f"the centre of mass of {body.name}", body.frame, True
+            yield f"{CENTRE}{body.name}", body.frame, True
         for body in located:
             for k in range(1, len(body.frame.motions)):
                 frame = Frame(body.frame.motions[:k])
@@ -175,4 +176,5 @@ class Candidates:
     def _heading(self, point: Point) -> Candidate:
         rows = pose_nodes(self._lower, [point.frame])
         node = self._tape.div(rows[4], rows[0])
-        return Candidate(node, f"the tangent of the heading at {point.said}", None, point.frame, 3)
+        body = point.said.removeprefix(CENTRE)
+        return Candidate(node, f"the tangent of the heading of {body}", None, point.frame, 3)

@@ -32,6 +32,8 @@ def plane_curves(
     if len(outputs) != 2 or not all(isinstance(one, Coordinate) for one in outputs):
         return None
     x, y = outputs
+    if x.unit != "m" or y.unit != "m":
+        return None
     rest = [c for c in system.coordinates if c not in (x, y) and c.name not in left_over]
     if not all(isinstance(c, Coordinate) for c in rest):
         return None
