@@ -15,12 +15,14 @@ from kinolab.dynamics import (
     angle,
     length,
     move,
+    output,
     parameter,
     rot_y,
     toward,
 )
 from kinolab.dynamics.analysis.flatness_of import Flatness
 from kinolab.errors import InputError
+from tests.flat_machines import pvtol, quadrotor_with_pendulum, truck_with_two_trailers
 
 
 def cart_pole(mass: float = 1.0) -> System:
@@ -83,3 +85,39 @@ def test_of_inputs_that_act_alike_one_is_left() -> None:
 def test_a_machine_with_modes_is_asked_mode_by_mode() -> None:
     with pytest.raises(InputError, match="mode"):
         systems.get("biped").flatness()
+
+
+@pytest.mark.parametrize("name", ["car", "diff_drive", "rolling_disk"])
+def test_plane_curves_that_are_found_are_those_that_were_given(name: str) -> None:
+    given = systems.get(name)
+    found = given.changed(flat=None).flatness()
+    assert str(found.inverse) == str(given.flat)
+    assert found.inverse is not None
+    assert not found.given
+
+
+def test_an_aircrafts_lean_follows_from_the_acceleration_of_huygens_centre() -> None:
+    """Martin, Devasia, Paden 1996: its thrust is the only force there besides weight."""
+    found = pvtol().flatness().inverse
+    assert isinstance(found, FlatOutputs)
+    (theta, lean), *_ = found.determined
+    assert theta.name == "theta"
+    assert str(lean) == "atan(X''/(Z'' + g))"
+
+
+def test_where_no_closed_form_is_known_there_is_no_inverse() -> None:
+    for machine in (quadrotor_with_pendulum(), truck_with_two_trailers()):
+        found = machine.flatness()
+        assert found.outputs
+        assert found.inverse is None
+
+
+def test_a_map_that_is_wrong_is_no_inverse() -> None:
+    x = length("x")
+    cart = Body("cart", move(x), mass=1.0)
+    push = Force("push", on=cart, along=WORLD.x, limit=1.0)
+    for factor, holds in ((1, True), (2, False)):
+        flat = FlatOutputs((("X", x),), ((x, factor * output("X")),))
+        found = System("cart", bodies=[cart], inputs=[push], flat=flat).flatness()
+        assert found.given
+        assert (found.inverse is not None) == holds

@@ -11,6 +11,7 @@ from kinolab.arguments import checked
 from kinolab.dynamics.analysis.equilibrium import equilibrium
 from kinolab.dynamics.analysis.flat.control_system import ControlSystem
 from kinolab.dynamics.analysis.flat.given_map import without_friction, wrong_map
+from kinolab.dynamics.analysis.flat.hanging_inverse import hanging_map
 from kinolab.dynamics.analysis.flat.not_flat import why_not_flat
 from kinolab.dynamics.analysis.flat.output_candidates import AXES, Candidate
 from kinolab.dynamics.analysis.flat.output_search import OutputSearch, ProvedOutputs
@@ -188,11 +189,12 @@ def _told(
 
 
 def _inverse(control: ControlSystem, found: ProvedOutputs) -> Flat | None:
-    """Return coordinates as functions of the outputs: of themselves, or along a plane curve."""
+    """Return coordinates as functions of the outputs, as far as that is known."""
     pairs = [(one.said, one.symbol) for one in found.outputs if isinstance(one.symbol, Coordinate)]
     if {symbol for _, symbol in pairs} != set(control.system.coordinates):
         symbols = [one.symbol for one in found.outputs]
-        return plane_curves(control, symbols, found.left_over)
+        curves = plane_curves(control, symbols, found.left_over)
+        return curves or hanging_map(control, found.outputs)
     return FlatOutputs(tuple(pairs), tuple((symbol, output(name)) for name, symbol in pairs))
 
 

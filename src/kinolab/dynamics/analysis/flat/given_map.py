@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import sympy
 
 from kinolab.dynamics.analysis.flat.control_system import ControlSystem, MotionSeries
 from kinolab.dynamics.derivation.lowering import Lowering
@@ -157,7 +158,7 @@ def _evaluated(
     found, known = {}, {**given, **control.system.substitutions}
     for coordinate, formula in pairs:
         with np.errstate(all="ignore"):
-            value = complex(formula.xreplace(known).evalf())
+            value = complex(sympy.sympify(formula.xreplace(known)).evalf())
         found[coordinate.name] = value.real if value.imag == 0.0 else math.nan
         known[coordinate] = found[coordinate.name]
     return found
