@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 import sympy
 
+import kinolab
 from kinolab import systems
 from kinolab.analyze.examine.flat_map import flat_map
 from kinolab.analyze.examine.remarks.subject import Subject
@@ -24,6 +25,9 @@ from kinolab.dynamics import (
 )
 from kinolab.dynamics.analysis.flat.given_map import check_flat_map
 from kinolab.errors import InputError
+from tests.flat_machines import pvtol
+
+BOUNDS = {"bounds": {"x": [-5, 5], "y": [-5, 5], "z": [0, 9]}}
 
 
 def cranes_map() -> FlatOutputs:
@@ -89,3 +93,20 @@ def test_examine_remarks_on_it() -> None:
     (remark,) = flat_map(Subject(broken_crane(0)))
     assert remark.title == "flat map that does not hold: theta_x"
     assert not list(flat_map(Subject(systems.get("crane"))))
+
+
+def test_a_scenario_with_a_wrong_map_is_refused_and_one_with_a_right_map_is_not() -> None:
+    tables = {"start": {"l": 5}, "goal": {"x": 1, "y": 0, "l": 5}, "world": BOUNDS}
+    kinolab.load(tables | {"system": systems.get("crane")})
+    with pytest.raises(InputError, match="flat determined theta_x: in a motion of the machine"):
+        kinolab.load(tables | {"system": broken_crane(0)})
+
+
+def test_a_centre_of_mass_is_no_flat_output_where_forces_push_it_aside() -> None:
+    """It makes do with 4 of 6 dimensions; what is left are zero dynamics."""
+    aircraft = pvtol()
+    x, z, _ = aircraft.coordinates
+    wrong = FlatOutputs((("X", x), ("Z", z)), ((x, output("X")), (z, output("Z"))))
+    found = aircraft.changed(flat=wrong).flatness()
+    assert not found.given
+    assert "0.625 m" in str(found)
