@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from enum import Enum
 
+import numpy as np
 import sympy
 
 from kinolab.arguments import checked
@@ -60,7 +61,7 @@ class FlatnessFound:
         left_over: Names of states that they do not determine and on which nothing depends, such as
             how far a wheel has rolled.
         idle: Names of inputs that may be anything besides, as others act alike.
-        neglected: Forces without which the outputs are flat, in words; with them, they are not.
+        neglected: Forces without which the outputs are flat, in words; with them, none are known.
         reason: Why it is not flat, or what was tried.
         singular: Where derivatives up to these orders do not suffice, as far as that is known.
         margin: Smallest singular value of the ranks that prove it, relative to the largest.
@@ -125,18 +126,26 @@ def flatness_of(system: Mechanism) -> FlatnessFound:
     plant = system.with_feedback(None)
     if not plant.inputs:
         return FlatnessFound(Flatness.NOT_FLAT, reason="it has no inputs")
-    control = ControlSystem.of(plant)
-    model = control.model
-    rest = equilibrium(model, model.rest(), polish=True)
-    search = OutputSearch(control, rest)
+    try:
+        with np.errstate(all="ignore"):  # what is not finite has no rank, and raises
+            return _of_plant(ControlSystem.of(plant))
+    except (ArithmeticError, np.linalg.LinAlgError) as error:
+        what = f"its equations have no series at the states that were tried ({error})"
+        return FlatnessFound(Flatness.UNDECIDED, reason=what)
+
+
+def _of_plant(control: ControlSystem) -> FlatnessFound:
+    """Return what is known of a machine, or else of it without friction."""
+    plant, model = control.system, control.model
+    search = OutputSearch(control, equilibrium(model, model.rest(), polish=True))
     first = _of_machine(control, search)
     if first.outputs or first.flatness is Flatness.NOT_FLAT:
         return first
     kept = without_friction(plant)
     if len(kept) == len(plant.efforts) or (search.exhausted and plant.flat is None):
         return first
-    smooth = ControlSystem.of(plant.changed(efforts=kept), control.model)
-    second = _of_machine(smooth, OutputSearch(smooth, rest))
+    smooth = ControlSystem.of(plant.changed(efforts=kept), model)
+    second = _of_machine(smooth, OutputSearch(smooth))
     return _neglecting(second, plant) if second.outputs else first
 
 
@@ -190,12 +199,13 @@ def _told(
 
 def _inverse(control: ControlSystem, found: ProvedOutputs) -> Flat | None:
     """Return coordinates as functions of the outputs, as far as that is known."""
-    pairs = [(one.said, one.symbol) for one in found.outputs if isinstance(one.symbol, Coordinate)]
-    if {symbol for _, symbol in pairs} != set(control.system.coordinates):
-        symbols = [one.symbol for one in found.outputs]
+    symbols = [one.symbol for one in found.outputs]
+    own = [symbol for symbol in symbols if isinstance(symbol, Coordinate)]
+    if set(own) != set(control.system.coordinates):
         curves = plane_curves(control, symbols, found.left_over)
         return curves or hanging_map(control, found.outputs)
-    return FlatOutputs(tuple(pairs), tuple((symbol, output(name)) for name, symbol in pairs))
+    named = tuple((f"{symbol.name}_flat", symbol) for symbol in own)
+    return FlatOutputs(named, tuple((symbol, output(name)) for name, symbol in named))
 
 
 def _neglecting(found: FlatnessFound, system: Mechanism) -> FlatnessFound:

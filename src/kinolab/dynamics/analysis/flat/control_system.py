@@ -58,6 +58,7 @@ class ControlSystem:
 
         Raises:
             InputError: If it cannot be derived.
+            ArithmeticError: If its equations are undefined at a random state.
         """
         fields = vector_fields(system)
         tape, count = fields.tape, len(fields.state) - fields.prolonged * len(system.inputs)
@@ -256,7 +257,10 @@ def _independent(system: Mechanism, fields: VectorFields) -> tuple[Input, ...]:
     chosen, rows = list[Input](), list[list[float]]()
     values = dict(fields.values) | dict(fields.points[0])
     for entry in system.inputs:
-        row = fields.tape.evaluate(fields.inputs[entry.name], values)
+        try:
+            row = fields.tape.evaluate(fields.inputs[entry.name], values)
+        except ValueError as error:  # such as the logarithm of a negative number
+            raise ArithmeticError(str(error)) from error
         if rank_of(np.array([*rows, row])).value > len(rows):
             chosen.append(entry)
             rows.append(row)

@@ -101,16 +101,12 @@ def without_friction(system: Mechanism) -> tuple[Effort, ...]:
 
 def _wrong(control: ControlSystem) -> Iterator[WrongMap]:
     """Yield what is wrong at a few states near rest."""
-    flat, scales = control.system.flat, control.model.state_scales
+    scales = control.model.state_scales
     for motion in control.motions_near_rest():
-        for _ in range(2):  # derivatives that a flat map may ask for
-            motion.extend()
-        if isinstance(flat, PlaneCurves):
-            outputs, mapped = _along_curve(control, flat, motion)
-        elif isinstance(flat, FlatOutputs):
-            outputs, mapped = _by_outputs(control, flat, motion)
-        else:
-            return
+        try:
+            outputs, mapped = _mapped(control, motion)
+        except ArithmeticError:
+            continue  # a state at which something is singular
         for name, value in mapped.items():
             k = control.names.index(name)
             true = float(motion.start[0][k])
@@ -119,6 +115,19 @@ def _wrong(control: ControlSystem) -> Iterator[WrongMap]:
             off = control.model.space.difference(motion.start[0], other)[k]
             if not abs(off) <= TOLERANCE * max(abs(true), scales[k]):
                 yield WrongMap(name, true, value, outputs)
+
+
+def _mapped(
+    control: ControlSystem, motion: MotionSeries
+) -> tuple[dict[str, float], dict[str, float]]:
+    """Return the outputs of a motion, and what its machine's flat map makes of them."""
+    flat = control.system.flat
+    for _ in range(2):  # derivatives that a flat map may ask for
+        motion.extend()
+    if isinstance(flat, PlaneCurves):
+        return _along_curve(control, flat, motion)
+    assert isinstance(flat, FlatOutputs)
+    return _by_outputs(control, flat, motion)
 
 
 def _by_outputs(

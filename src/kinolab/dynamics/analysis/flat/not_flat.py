@@ -50,7 +50,8 @@ def why_not_flat(control: ControlSystem) -> str:
     if len(fields.inputs) == 1:
         return _of_one_input(fields)
     pushed = next(iter(reached.growth), 0)
-    if motions == 2 == pushed == len(fields.inputs) and not control.system.states:
+    affine = not fields.prolonged and not control.system.states
+    if affine and motions == 2 == pushed == len(fields.inputs):
         return _of_two_velocities(control, disguised)
     return ""
 

@@ -62,6 +62,8 @@ class OutputSearch:
         self.candidates = Candidates(control)
         self._sets = list(self.candidates.sets())
         self._motions = list(control.motions())
+        if not self._motions:
+            raise ArithmeticError("no regular state was found")
         self._rolled = self._what_rolls()
         self._work = 0  # multiplications so far
         self.tried = 0  # sets of candidates

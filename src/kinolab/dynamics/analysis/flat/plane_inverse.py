@@ -29,14 +29,12 @@ def plane_curves(
         left_over: Names of coordinates that they leave free.
     """
     system = control.system
-    if len(outputs) != 2 or not all(isinstance(one, Coordinate) for one in outputs):
+    places = [one for one in outputs if isinstance(one, Coordinate) and one.unit == "m"]
+    coordinates = [c for c in system.coordinates if isinstance(c, Coordinate)]
+    if not len(places) == len(outputs) == 2 or len(coordinates) < len(system.coordinates):
         return None
-    x, y = outputs
-    if x.unit != "m" or y.unit != "m":
-        return None
-    rest = [c for c in system.coordinates if c not in (x, y) and c.name not in left_over]
-    if not all(isinstance(c, Coordinate) for c in rest):
-        return None
+    x, y = places
+    rest = [c for c in coordinates if c not in places and c.name not in left_over]
     for heading in rest:
         others = [c for c in rest if c is not heading]
         for steered in _steering(control, x, y, heading, others):

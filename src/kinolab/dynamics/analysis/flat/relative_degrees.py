@@ -86,16 +86,6 @@ class Extension:
     clear: bool
     margin: float
 
-    @property
-    def flat(self) -> bool:
-        """Whether the total relative degree is the number of states and of added integrators."""
-        return self.closed and self.clear and self.determined == self.dimension
-
-    @property
-    def fails(self) -> bool:
-        """Whether it has ended without."""
-        return self.closed and self.clear and self.determined < self.dimension
-
 
 def extension(rows: Array, dimension: int) -> Extension:
     """Return how far the algorithm is after as many steps as there are derivatives.

@@ -30,7 +30,7 @@ def series_of(
         known: The series of variables, shape (K, 1 + D) each, or constants, by label.
 
     Raises:
-        ArithmeticError, ValueError: Where the expressions are undefined.
+        ArithmeticError: Where the expressions are undefined.
     """
     shape = next(value.shape for value in known.values() if isinstance(value, np.ndarray))
 
@@ -43,7 +43,10 @@ def series_of(
         **{"neg": lambda a: -a, "add": _sum, "sub": lambda a, b: _sum(a, -b)},
         **{"mul": _product, "div": _quotient, "fmax": _larger},
     }
-    return [_whole(value, shape) for value in tape.folded(outputs, leaf, functions)]
+    try:
+        return [_whole(value, shape) for value in tape.folded(outputs, leaf, functions)]
+    except ValueError as error:  # such as the logarithm of a negative number
+        raise ArithmeticError(str(error)) from error
 
 
 def _whole(value: Array | float, shape: tuple[int, ...]) -> Array:
