@@ -200,6 +200,7 @@ VALID: dict[str, dict[str, Any]] = {
         "tolerance": 1e-9,
         "work": 1000,
     },
+    "flatness_of": {"system": SYSTEM},
     "force_of": {"constraint": ROPE},
     "growth_vector": {"fields": FIELDS, "at": SAMPLE, "exact": False, "tolerance": 1e-9},
     "hat": {"twist": (0, 0, 0, 0, 0, 0)},

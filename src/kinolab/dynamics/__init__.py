@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from kinolab.dynamics.analysis.fields.system_fields import allowed_motions as allowed_motions
     from kinolab.dynamics.analysis.fields.system_fields import vector_fields as vector_fields
     from kinolab.dynamics.analysis.fields.vector_fields import VectorFields as VectorFields
+    from kinolab.dynamics.analysis.flatness_of import flatness_of as flatness_of
     from kinolab.dynamics.analysis.least_dissipation import LeastDissipation as LeastDissipation
     from kinolab.dynamics.analysis.least_dissipation import least_dissipation as least_dissipation
     from kinolab.dynamics.analysis.trim import StateFunctions as StateFunctions

@@ -17,6 +17,7 @@ from kinolab.dynamics.model import Model
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
+    from kinolab.dynamics.analysis.flatness_of import FlatnessFound
     from kinolab.dynamics.language.inputs import Limit
     from kinolab.dynamics.translation import CasadiFunctions, SympyModel
 
@@ -27,6 +28,16 @@ class System(Mechanism):
     def model(self) -> Model:
         """Derive and compile the equations of motion; a regulator is designed first."""
         return Model(with_law(self))
+
+    def flatness(self) -> FlatnessFound:
+        """Return which outputs of the machine are flat, or why it is not, as far as is known.
+
+        Raises:
+            InputError: If it cannot be derived, or has modes.
+        """
+        from kinolab.dynamics.analysis.flatness_of import flatness_of
+
+        return flatness_of(self)
 
     def equations(self) -> Equations:
         """Return human-readable equations of motion, in the author's symbols."""

@@ -69,11 +69,15 @@ class ScenarioMachine:
         """Return its equations of motion, its regulator designed.
 
         Raises:
-            InputError: If they cannot be derived.
+            InputError: If they cannot be derived, or its flat map does not hold.
         """
         if self._kept is not None:
             return self._kept
         model = self._system.model()
+        if model.machine.flat is not None:
+            from kinolab.dynamics.analysis.flat.given_map import check_flat_map
+
+            check_flat_map(model)
         if self._content is not None:
             model.keep(self._content)
             model.keep(_content_of_texts(model.files, self._scenario))  # a run's, checked later

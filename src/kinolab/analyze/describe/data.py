@@ -11,6 +11,7 @@ from kinolab.analyze.describe.decoupling import Decoupling
 from kinolab.analyze.describe.description import Description
 from kinolab.dynamics.analysis.fields.linear_controllability import LinearControllability
 from kinolab.dynamics.analysis.fields.small_time import SmallTimeVerdict
+from kinolab.dynamics.analysis.flatness_of import FlatnessFound
 from kinolab.dynamics.language.inputs import Input, bounds_of
 from kinolab.dynamics.machine_facts import CoordinateFacts
 from kinolab.problem.warnings import machine_warnings
@@ -37,7 +38,8 @@ def description_to_json(found: Description) -> dict[str, Any]:
         "cyclic_coordinates": list(found.cyclic),
         "conserved_momenta": list(found.conserved),
         "conserved_totals": list(found.momenta),
-        "flat_outputs": list(found.flat),
+        "flat_outputs": [one.said for one in found.flat.outputs] if found.flat else [],
+        "flatness": None if found.flat is None else _flatness(found.flat),
         "decoupling_fields": _decoupling(found.decoupling),
         "coordinates": [_coordinate(one) for one in found.machine.coordinates],
         "inputs": [_input(entry) for entry in found.inputs],
@@ -66,6 +68,20 @@ def description_to_json(found: Description) -> dict[str, Any]:
         "controllability": list(sentences(found)),
         "modes": [asdict(mode) for mode in found.generalisations],
         "left_out": list(found.left_out),
+    }
+
+
+def _flatness(found: FlatnessFound) -> dict[str, Any]:
+    return {
+        "verdict": found.flatness.value,
+        "sentence": str(found),
+        "outputs": [
+            {"name": one.said, "formula": str(one.expression), "derivatives": one.order}
+            for one in found.outputs
+        ],
+        "given": found.given,
+        "left_over": list(found.left_over),
+        "neglected": list(found.neglected),
     }
 
 

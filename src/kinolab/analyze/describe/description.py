@@ -20,13 +20,12 @@ from kinolab.dynamics import Model, System, VectorFields
 from kinolab.dynamics.analysis.fields.growth_vectors import Filtration, filtration
 from kinolab.dynamics.analysis.fields.involutive import InvolutiveClosure, involutive_closure
 from kinolab.dynamics.analysis.fields.system_fields import vector_fields
+from kinolab.dynamics.analysis.flatness_of import FlatnessFound, flatness_of
 from kinolab.dynamics.derivation.derivation import is_kinematic
 from kinolab.dynamics.derivation.singularity import singularity_of
 from kinolab.dynamics.derivation.symbol_table import SymbolTable
 from kinolab.dynamics.derivation.velocity_coordinates import constraint_rows, independent_rows
-from kinolab.dynamics.lagrange.printing import one_line
 from kinolab.dynamics.language.constraints import PositionConstraint
-from kinolab.dynamics.language.flatness import PlaneCurves
 from kinolab.dynamics.language.inputs import Input
 from kinolab.dynamics.machine_facts import MachineFacts
 from kinolab.errors import InputError
@@ -77,7 +76,7 @@ class Description:
         conserved: Coordinates on which neither energies nor forces depend, without forces of their
             own: their momenta stay as they are.
         momenta: Those of all bodies together that no input changes, of a machine with an attitude.
-        flat: Its flat outputs, in words, as far as they are known.
+        flat: What is known of its flatness; None where it has not been asked.
         decoupling: The directions that it can follow at any speed, of a machine whose inputs do not
             push along every velocity; None if the notion does not apply.
     """
@@ -106,7 +105,7 @@ class Description:
     cyclic: tuple[str, ...] = ()
     conserved: tuple[str, ...] = ()
     momenta: tuple[str, ...] = ()
-    flat: tuple[str, ...] = ()
+    flat: FlatnessFound | None = None
     decoupling: Decoupling | None = None
 
 
@@ -169,7 +168,7 @@ def describe(system: System, *, switching: Sequence[str] = ()) -> Description:
         cyclic=cyclic_coordinates_of(system),
         conserved=conserved_momenta(system),
         momenta=momenta_of(system),
-        flat=flat_outputs_of(system, pushed_everywhere=pushes == freedom),
+        flat=flatness_of(system),
         decoupling=decoupling_of(system, closure.leaf) if closure and pushes < freedom else None,
     )
 
@@ -212,26 +211,3 @@ def _kinds(system: System, closure: InvolutiveClosure | None) -> Iterator[Constr
         if closure is not None and constraint.name in closure.redundant:
             kind = "repeats others"
         yield ConstraintKind(constraint.name, kind)
-
-
-def flat_outputs_of(system: System, *, pushed_everywhere: bool) -> tuple[str, ...]:
-    """Return the flat outputs that a machine says it has, or has because it is fully actuated.
-
-    Args:
-        system: The machine.
-        pushed_everywhere: Whether inputs push in as many directions as it has degrees of freedom.
-
-    Returns:
-        One text each; empty where none is known, which does not mean that there is none.
-
-    Source: Murray, Rathinam, Sluis, Differential flatness of mechanical control systems, 1995,
-    section 2.
-    """
-    if isinstance(system.flat, PlaneCurves):
-        point = f"{system.flat.x.name} and {system.flat.y.name}"
-        return (f"{point}, of a point that rolls along any smooth curve in the plane",)
-    if system.flat is not None:
-        return tuple(f"{name} = {one_line(value)}" for name, value in system.flat.outputs)
-    if system.constraints or system.states or not pushed_everywhere or not system.inputs:
-        return ()
-    return ("its coordinates, since inputs push along all of them",)

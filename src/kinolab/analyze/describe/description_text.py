@@ -76,17 +76,18 @@ def _parameters(found: Description) -> Iterator[str]:
 
 
 def _known(found: Description) -> Iterator[str]:
-    """Yield the symmetries, what no input changes, and the flat outputs."""
+    """Yield the symmetries, what no input changes, and what is known of flatness."""
     symmetries = f"L does not depend on {', '.join(found.cyclic)}" if found.cyclic else ""
     if found.conserved:
         symmetries += f"; no input changes the momentum of {', '.join(found.conserved)}"
     for title, told in (
         ("symmetries", symmetries),
         ("no input changes", "; ".join(found.momenta)),
-        ("flat outputs", "; ".join(found.flat)),
     ):
         if told:
             yield from _wrapped(f"{title}: {told}", "  ")
+    if found.flat is not None:
+        yield from _wrapped(str(found.flat), "  ")
 
 
 def _watched(found: Description) -> Iterator[str]:

@@ -15,6 +15,7 @@ from kinolab.analyze.examine.behaviour import behaviour
 from kinolab.analyze.examine.dampers import dampers
 from kinolab.analyze.examine.drums import drums, wound
 from kinolab.analyze.examine.energy_sources import energy_sources
+from kinolab.analyze.examine.flat_map import flat_map
 from kinolab.analyze.examine.forces_twice import forces_twice, turned_twice
 from kinolab.analyze.examine.law_check import LawCheck
 from kinolab.analyze.examine.laws import laws, modes_alone
@@ -183,6 +184,7 @@ def remarks_on(subject: Subject) -> Iterator[Remark]:
     yield from dampers(subject)
     yield from forces_twice(subject)
     yield from turned_twice(subject)
+    yield from flat_map(subject)
 
 
 def _law_of(

@@ -131,7 +131,7 @@ class BracketFiltration:
             for j, inner in enumerate(layer):
                 if first and i - skipped >= j:
                     continue  # [g, g] = 0 and [g_j, g_i] = -[g_i, g_j] add nothing
-                made = _bracket(space, outer, inner)
+                made = bracket(space, outer, inner)
                 if made.jet.any():
                     yield made
 
@@ -156,7 +156,7 @@ def _base(name: str, jet: Jet) -> Bracket:
     return Bracket((name,), jet, np.maximum(size, 1e-2 * size.max(initial=0.0)))
 
 
-def _bracket(space: JetSpace, f: Bracket, g: Bracket) -> Bracket:
+def bracket(space: JetSpace, f: Bracket, g: Bracket) -> Bracket:
     """Return [f, g] = Dg f - Df g, one order lower than g."""
     higher = jet_space(space.variables, space.order + 1)
     fj, gj = (higher.lower(part.jet, space.order + 1) for part in (f, g))

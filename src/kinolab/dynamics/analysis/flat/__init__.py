@@ -1,0 +1,1 @@
+"""Flat outputs: found among the points and coordinates of a machine, refuted, or checked."""
