@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, ClassVar, final
 
@@ -16,6 +16,7 @@ from kinolab.concurrency.coroutine import Coroutine
 from kinolab.errors import InputError
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.work import WorkClock, charge, counted_work
+from kinolab.planners.flat_connect import FlatConnect
 from kinolab.planners.kpiece_fast import KPIECEFast
 from kinolab.planners.rrt_fast import RRTFast
 from kinolab.problem import PlanningTask
@@ -46,6 +47,7 @@ ITERATIONS_BEFORE_GUESSES = 4000
 WORK_PER_TURN = 5e-3  # [s] of a guess at least
 EVEN_WORK = 0.2  # [s] of the trees, until which they and guesses get the same time
 LATER_SHARE = 1 / 2  # of the time of guesses, for trees that have not arrived by then
+FLAT_ITERATIONS = 5000  # in flat outputs, before anything else: some milliseconds, too
 MEMBERS: tuple[type[AbstractCompiledPlanner], ...] = (KPIECEFast, RRTFast)
 
 
@@ -58,7 +60,8 @@ class Auto(AbstractCompiledPlanner):
     solve machines that swing and fly. For machines whose mechanics switch, which get none, the same
     trees grow with other random numbers on another processor. If the inputs accelerate a rolling
     machine along all that its constraints leave, and they leave few velocities, most guesses are
-    motions without masses. Of cars of bounded curvature the shortest curves come first.
+    motions without masses. Of cars of bounded curvature the shortest curves come first, of machines
+    whose inputs accelerate all that can move a motion in their flat outputs.
 
     Source: Gomes, Selman, Algorithm portfolios, Artificial Intelligence 126(1-2), 2001.
     """
@@ -77,9 +80,28 @@ class Auto(AbstractCompiledPlanner):
         # Where a motion is known, or was refused, others are wanted.
         first = math.isinf(budget.below) and not budget.refused
         motion = self._curve(problem, seed, budget) if first else None
-        if motion is None:
-            return super().solve(problem, seed, budget)
-        return SearchResult(Outcome.SOLVED, motion.t, motion.inputs, budget.iterations)
+        if motion is not None:
+            return SearchResult(Outcome.SOLVED, motion.t, motion.inputs, budget.iterations)
+        found = self._flat(problem, seed, budget) if first else None
+        return found or super().solve(problem, seed, budget)
+
+    def _flat(self, problem: PlanningTask, seed: int, budget: Budget) -> SearchResult | None:
+        """Return what is found in flat outputs, by little work; None where that is nothing."""
+        with suppress(InputError):  # of a machine that is not flat
+            most = budget.iterations + int(min(FLAT_ITERATIONS, budget.left))
+            own = replace(
+                budget,
+                max_iterations=most,
+                improve=None,  # all shortcuts: they take less time than any improvement
+                cancelled=lambda: budget.interrupted or budget.cancelled(),
+            )
+            found = FlatConnect().solve(problem, seed, own)
+            charge(FlatConnect.work_per_iteration * (own.iterations - budget.iterations))
+            budget.started, budget.prepared = own.started, own.prepared  # without compilation
+            budget.iterations = own.iterations
+            if found.outcome is Outcome.SOLVED:
+                return found
+        return None
 
     def _curve(self, problem: PlanningTask, seed: int, budget: Budget) -> Trajectory | None:
         """Return a motion along the curves of a car of bounded curvature, None without one."""
