@@ -11,7 +11,7 @@ import pytest
 
 import kinolab
 from kinolab.analyze.execute.conditions import Conditions
-from kinolab.analyze.execute.tracker import Tracker
+from kinolab.steering.tracker import Tracker
 from kinolab.cli import run
 from kinolab.dynamics import (
     Body,

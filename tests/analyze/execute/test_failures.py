@@ -14,7 +14,7 @@ from kinolab.analyze.execute.conditions import Conditions
 from kinolab.analyze.execute.execution import Executor
 from kinolab.analyze.execute.execution_diagnosis import diagnose_execution
 from kinolab.analyze.execute.execution_report import summary_lines
-from kinolab.analyze.execute.tracker import Tracker
+from kinolab.steering.tracker import Tracker
 from kinolab.cli import run
 from kinolab.dynamics import (
     Body,

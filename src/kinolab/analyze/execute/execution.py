@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from kinolab.analyze.execute.conditions import Conditions
 from kinolab.analyze.execute.failure import Failure, FailureCount, FailureGroup, Outcome
 from kinolab.analyze.execute.run_monitor import RunMonitor
-from kinolab.analyze.execute.tracker import LARGE_DEVIATION, Tracker
+from kinolab.steering.tracker import LARGE_DEVIATION, Tracker
 from kinolab.dynamics import Model
 from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.errors import InputError, KinolabError, Mistake

@@ -1,0 +1,162 @@
+"""Equations of motion as data, and the Taylor coefficients of their solutions over boxes.
+
+They are kept on disk beside a machine's code, so that only the first proof about it needs symbols.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from kinolab.dynamics.codegen.derived_code import derivations_of
+from kinolab.dynamics.derivation.cancellation import Cancellation
+from kinolab.dynamics.derivation.expression_graph import Operation
+from kinolab.dynamics.derivation.formulas import Formulas
+from kinolab.dynamics.model import Model
+from kinolab.numerics import intervals
+from kinolab.numerics.arrays import Array
+from kinolab.numerics.interval_series import Series, beginning, further, scaled
+from kinolab.numerics.intervals import IntervalArray
+from kinolab.store import pickled
+
+
+@dataclass(frozen=True)
+class FlowFormulas:
+    """The equations of motion of a machine without modes.
+
+    Attributes:
+        names: Of the entries of the state, then of the inputs, then of the parameters.
+        nx: Number of entries of the state.
+        rates: The derivative of the state, length nx.
+    """
+
+    names: tuple[str, ...]
+    nx: int
+    rates: Formulas
+
+    @classmethod
+    def of(cls, model: Model) -> FlowFormulas:
+        """Return those of a machine, without its feedback."""
+        plant = model.plant
+        return KEPT.get([f"{plant.key} flow"], lambda: cls._derived(plant))
+
+    @classmethod
+    def _derived(cls, plant: Model) -> FlowFormulas:
+        (d,) = derivations_of(plant.system)
+        tape = d.binding.tape
+        shorter = Cancellation(tape).rewritten(d.derivative)
+        rates = min(d.derivative, shorter, key=lambda nodes: len(tape.needed(nodes)))
+        names = [tape.operations[node].label for nodes in d.arguments.values() for node in nodes]
+        return cls(tuple(names), len(d.state), Formulas.of(tape, rates))
+
+    def coefficients(
+        self, boxes: IntervalArray, orders: int, slopes: IntervalArray | None = None
+    ) -> list[IntervalArray]:
+        """Enclose the Taylor coefficients in time of the solutions that start in boxes.
+
+        Inputs and parameters stay as they are.
+
+        Args:
+            boxes: Of states, inputs and parameters, shape (entries, m).
+            orders: How many: those of order 0, 1, ..., orders.
+            slopes: Derivatives of all entries by what derivatives are wanted of, shape
+                (entries, wanted, m); None for values alone.
+
+        Returns:
+            For each order an interval array (nx, 1 + wanted, m): values, then derivatives; infinite
+            where there is no bound.
+        """
+        starts = _starts(boxes, slopes)
+        variables = [Series(one, steady=i >= self.nx) for i, one in enumerate(starts)]
+        tape, shape = _Tape(self, variables), starts[0].low.shape
+        found = [_stacked(starts[: self.nx], shape)]
+        for n in range(orders):
+            rates = [scaled(rate, 1.0 / (n + 1)) for rate in tape.order(n)]
+            found.append(_stacked(rates, shape))
+            for i, variable in enumerate(variables[: self.nx]):
+                variable.append(IntervalArray(found[-1].low[i], found[-1].high[i]))
+        return found
+
+    def along(self, coefficients: list[IntervalArray]) -> list[IntervalArray]:
+        """Enclose the Taylor coefficients of the rates along a curve of states, and all else.
+
+        Args:
+            coefficients: Of the curve, for each order a box (entries, m) that holds it at all
+                points.
+
+        Returns:
+            Of the rates, for each order an interval array (nx, m).
+        """
+        variables = [
+            Series(IntervalArray(low[None], high[None]), steady=False)
+            for low, high in zip(coefficients[0].low, coefficients[0].high, strict=True)
+        ]
+        tape, shape, found = _Tape(self, variables), (1, coefficients[0].low.shape[1]), []
+        for n in range(len(coefficients)):
+            if n:
+                for i, variable in enumerate(variables):
+                    one = coefficients[n]
+                    variable.append(IntervalArray(one.low[i][None], one.high[i][None]))
+            made = _stacked(tape.order(n), shape)
+            found.append(IntervalArray(made.low[:, 0], made.high[:, 0]))
+        return found
+
+
+class _Tape:
+    """The operations of the rates, each with as many Taylor coefficients as are known."""
+
+    def __init__(self, flow: FlowFormulas, variables: Sequence[Series]) -> None:
+        self.operations, self.ends = flow.rates.operations, flow.rates.ends
+        self.variables = dict(zip(flow.names, variables, strict=True))
+        self.series: list[Series] = []
+        self.helpers: list[dict[str, Series]] = [{} for _ in self.operations]
+
+    def order(self, n: int) -> list[IntervalArray]:
+        """Return the rates' coefficients of order n, once the variables' are known."""
+        for k, operation in enumerate(self.operations):
+            operands = [self.series[j] for j in operation.operands]
+            if n == 0:
+                self.series.append(self._beginning(operation, operands))
+            elif operands and not self.series[k].steady:
+                own, helper = self.series[k], self.helpers[k]
+                own.append(further(operation.name, n, operands, own, helper))
+        zero = intervals.point(np.zeros((1, 1)))
+        return [self.series[k][n] if n < len(self.series[k]) else zero for k in self.ends]
+
+    def _beginning(self, operation: Operation, operands: Sequence[Series]) -> Series:
+        if operation.name == "variable":
+            return self.variables[operation.label]
+        if operation.name == "const":
+            return Series(intervals.point(np.full((1, 1), operation.value)), steady=True)
+        first = beginning(operation.name, [a[0] for a in operands])
+        return Series(first, steady=all(a.steady for a in operands))
+
+
+def _starts(boxes: IntervalArray, slopes: IntervalArray | None) -> list[IntervalArray]:
+    """Return the coefficient of order 0 of each entry, shape (1 + wanted, m)."""
+    lows, highs = boxes.low[:, None], boxes.high[:, None]
+    if slopes is not None:
+        lows = np.concatenate([lows, slopes.low], axis=1)
+        highs = np.concatenate([highs, slopes.high], axis=1)
+    return [IntervalArray(low, high) for low, high in zip(lows, highs, strict=True)]
+
+
+def _stacked(rows: Sequence[IntervalArray], shape: tuple[int, ...]) -> IntervalArray:
+    """Return coefficients below each other; what is no number is anything."""
+    low, high = (
+        np.stack([_filled(getattr(one, end), shape) for one in rows]) for end in ("low", "high")
+    )
+    bad = np.isnan(low) | np.isnan(high)
+    return IntervalArray(np.where(bad, -np.inf, low), np.where(bad, np.inf, high))
+
+
+def _filled(side: Array, shape: tuple[int, ...]) -> Array:
+    """Return a coefficient with all its rows and boxes: derivatives that are missing are 0."""
+    full = np.zeros(shape)
+    full[: len(side)] = side
+    return full
+
+
+KEPT = pickled("flow", FlowFormulas)
