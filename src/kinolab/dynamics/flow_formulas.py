@@ -30,17 +30,19 @@ class FlowFormulas:
         names: Of the entries of the state, then of the inputs, then of the parameters.
         nx: Number of entries of the state.
         rates: The derivative of the state, length nx.
+        cables: World positions of both ends of every cable, 6 per cable.
     """
 
     names: tuple[str, ...]
     nx: int
     rates: Formulas
+    cables: Formulas
 
     @classmethod
     def of(cls, model: Model) -> FlowFormulas:
         """Return those of a machine, without its feedback."""
         plant = model.plant
-        return KEPT.get([f"{plant.key} flow"], lambda: cls._derived(plant))
+        return KEPT.get([f"{plant.key} flow and cables"], lambda: cls._derived(plant))
 
     @classmethod
     def _derived(cls, plant: Model) -> FlowFormulas:
@@ -49,7 +51,7 @@ class FlowFormulas:
         shorter = Cancellation(tape).rewritten(d.derivative)
         rates = min(d.derivative, shorter, key=lambda nodes: len(tape.needed(nodes)))
         names = [tape.operations[node].label for nodes in d.arguments.values() for node in nodes]
-        return cls(tuple(names), len(d.state), Formulas.of(tape, rates))
+        return cls(tuple(names), len(d.state), Formulas.of(tape, rates), Formulas.of(tape, d.cables))
 
     def coefficients(
         self, boxes: IntervalArray, orders: int, slopes: IntervalArray | None = None
@@ -70,7 +72,7 @@ class FlowFormulas:
         """
         starts = _starts(boxes, slopes)
         variables = [Series(one, steady=i >= self.nx) for i, one in enumerate(starts)]
-        tape, shape = _Tape(self, variables), starts[0].low.shape
+        tape, shape = _Tape(self.rates, self.names, variables), starts[0].low.shape
         found = [_stacked(starts[: self.nx], shape)]
         for n in range(orders):
             rates = [scaled(rate, 1.0 / (n + 1)) for rate in tape.order(n)]
@@ -80,41 +82,51 @@ class FlowFormulas:
         return found
 
     def along(self, coefficients: list[IntervalArray]) -> list[IntervalArray]:
-        """Enclose the Taylor coefficients of the rates along a curve of states, and all else.
+        """Enclose the Taylor coefficients of the rates along a curve, as the function of this name."""
+        return along(self.rates, self.names, coefficients)
 
-        Args:
-            coefficients: Of the curve, for each order a box (entries, m) that holds it at all
-                points.
 
-        Returns:
-            Of the rates, for each order an interval array (nx, m).
-        """
-        variables = [
-            Series(IntervalArray(low[None], high[None]), steady=False)
-            for low, high in zip(coefficients[0].low, coefficients[0].high, strict=True)
-        ]
-        tape, shape, found = _Tape(self, variables), (1, coefficients[0].low.shape[1]), []
-        for n in range(len(coefficients)):
-            if n:
-                for i, variable in enumerate(variables):
-                    one = coefficients[n]
-                    variable.append(IntervalArray(one.low[i][None], one.high[i][None]))
-            made = _stacked(tape.order(n), shape)
-            found.append(IntervalArray(made.low[:, 0], made.high[:, 0]))
-        return found
+def along(
+    formulas: Formulas, names: Sequence[str], coefficients: list[IntervalArray]
+) -> list[IntervalArray]:
+    """Enclose the Taylor coefficients of formulas along a curve of their variables.
+
+    Args:
+        formulas: Functions of the variables.
+        names: Of the variables.
+        coefficients: Of the curve, for each order a box (variables, m) that holds it at all points.
+
+    Returns:
+        Of the functions, for each order an interval array (functions, m); infinite where there is
+        no bound.
+    """
+    variables = [
+        Series(IntervalArray(low[None], high[None]), steady=False)
+        for low, high in zip(coefficients[0].low, coefficients[0].high, strict=True)
+    ]
+    tape, shape, found = _Tape(formulas, names, variables), (1, coefficients[0].low.shape[1]), []
+    for n, one in enumerate(coefficients):
+        if n:
+            for variable, low, high in zip(variables, one.low, one.high, strict=True):
+                variable.append(IntervalArray(low[None], high[None]))
+        made = _stacked(tape.order(n), shape)
+        found.append(IntervalArray(made.low[:, 0], made.high[:, 0]))
+    return found
 
 
 class _Tape:
-    """The operations of the rates, each with as many Taylor coefficients as are known."""
+    """The operations of formulas, each with as many Taylor coefficients as are known."""
 
-    def __init__(self, flow: FlowFormulas, variables: Sequence[Series]) -> None:
-        self.operations, self.ends = flow.rates.operations, flow.rates.ends
-        self.variables = dict(zip(flow.names, variables, strict=True))
+    def __init__(
+        self, formulas: Formulas, names: Sequence[str], variables: Sequence[Series]
+    ) -> None:
+        self.operations, self.ends = formulas.operations, formulas.ends
+        self.variables = dict(zip(names, variables, strict=True))
         self.series: list[Series] = []
         self.helpers: list[dict[str, Series]] = [{} for _ in self.operations]
 
     def order(self, n: int) -> list[IntervalArray]:
-        """Return the rates' coefficients of order n, once the variables' are known."""
+        """Return the functions' coefficients of order n, once the variables' are known."""
         for k, operation in enumerate(self.operations):
             operands = [self.series[j] for j in operation.operands]
             if n == 0:
@@ -145,18 +157,11 @@ def _starts(boxes: IntervalArray, slopes: IntervalArray | None) -> list[Interval
 
 def _stacked(rows: Sequence[IntervalArray], shape: tuple[int, ...]) -> IntervalArray:
     """Return coefficients below each other; what is no number is anything."""
-    low, high = (
-        np.stack([_filled(getattr(one, end), shape) for one in rows]) for end in ("low", "high")
-    )
+    low, high = np.zeros((len(rows), *shape)), np.zeros((len(rows), *shape))
+    for i, one in enumerate(rows):  # derivatives that are missing are 0
+        low[i, : len(one.low)], high[i, : len(one.high)] = one.low, one.high
     bad = np.isnan(low) | np.isnan(high)
     return IntervalArray(np.where(bad, -np.inf, low), np.where(bad, np.inf, high))
-
-
-def _filled(side: Array, shape: tuple[int, ...]) -> Array:
-    """Return a coefficient with all its rows and boxes: derivatives that are missing are 0."""
-    full = np.zeros(shape)
-    full[: len(side)] = side
-    return full
 
 
 KEPT = pickled("flow", FlowFormulas)
