@@ -17,7 +17,15 @@ from kinolab.dynamics.derivation.formulas import Formulas
 from kinolab.dynamics.model import Model
 from kinolab.numerics import intervals
 from kinolab.numerics.arrays import Array
-from kinolab.numerics.interval_series import Series, beginning, further, scaled
+from kinolab.numerics.interval_matrices import meet
+from kinolab.numerics.interval_series import (
+    Series,
+    beginning,
+    further,
+    products,
+    scaled,
+    summed,
+)
 from kinolab.numerics.intervals import IntervalArray
 from kinolab.store import pickled
 
@@ -100,17 +108,40 @@ def along(
         Of the functions, for each order an interval array (functions, m); infinite where there is
         no bound.
     """
-    variables = [
-        Series(IntervalArray(low[None], high[None]), steady=False)
-        for low, high in zip(coefficients[0].low, coefficients[0].high, strict=True)
-    ]
+    variables = [Series(one, steady=False) for one in _starts(coefficients[0], None)]
     tape, shape, found = _Tape(formulas, names, variables), (1, coefficients[0].low.shape[1]), []
     for n, one in enumerate(coefficients):
         if n:
-            for variable, low, high in zip(variables, one.low, one.high, strict=True):
-                variable.append(IntervalArray(low[None], high[None]))
+            for variable, coefficient in zip(variables, _starts(one, None), strict=True):
+                variable.append(coefficient)
         made = _stacked(tape.order(n), shape)
         found.append(IntervalArray(made.low[:, 0], made.high[:, 0]))
+        if n == 0 and len(coefficients) > 2:
+            tape.first = _changes(formulas, names, coefficients)
+    return found
+
+
+def _changes(
+    formulas: Formulas, names: Sequence[str], coefficients: list[IntervalArray]
+) -> list[IntervalArray]:
+    """Enclose the coefficients of order 1 of all operations, each by its own gradient.
+
+    Made of its operands' coefficients, it would forget that these come from the same entries.
+
+    Args:
+        formulas: Functions of the variables.
+        names: Of the variables.
+        coefficients: As of ``along``.
+    """
+    count, m = coefficients[0].low.shape
+    unit = intervals.point(np.repeat(np.eye(count)[:, :, None], m, axis=2))
+    variables = [Series(one, steady=False) for one in _starts(coefficients[0], unit)]
+    tape = _Tape(formulas, names, variables)
+    tape.order(0)
+    by, found = (coefficients[1].low, coefficients[1].high), []
+    for series in tape.series:
+        low, high = products((series.low[0, 1:], series.high[0, 1:]), by) if series.low.shape[1] > 1 else (np.zeros((1, 1)),) * 2
+        found.append(summed(low, high))
     return found
 
 
@@ -124,6 +155,7 @@ class _Tape:
         self.variables = dict(zip(names, variables, strict=True))
         self.series: list[Series] = []
         self.helpers: list[dict[str, Series]] = [{} for _ in self.operations]
+        self.first: list[IntervalArray] | None = None  # coefficients of order 1 that are known
 
     def order(self, n: int) -> list[IntervalArray]:
         """Return the functions' coefficients of order n, once the variables' are known."""
@@ -133,9 +165,16 @@ class _Tape:
                 self.series.append(self._beginning(operation, operands))
             elif operands and not self.series[k].steady:
                 own, helper = self.series[k], self.helpers[k]
-                own.append(further(operation.name, n, operands, own, helper))
+                made = further(operation.name, n, operands, own, helper)
+                own.append(self._closer(k, made) if n == 1 else made)
         zero = intervals.point(np.zeros((1, 1)))
         return [self.series[k][n] if n < len(self.series[k]) else zero for k in self.ends]
+
+    def _closer(self, k: int, made: IntervalArray) -> IntervalArray:
+        """Return what two enclosures of an operation's coefficient of order 1 have in common."""
+        if self.first is None:
+            return made
+        return meet(made, IntervalArray(self.first[k].low[None], self.first[k].high[None]))
 
     def _beginning(self, operation: Operation, operands: Sequence[Series]) -> Series:
         if operation.name == "variable":

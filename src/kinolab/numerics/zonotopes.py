@@ -88,7 +88,7 @@ class Zonotope:
         ECC 2003.
         """
         count, n = self.free.shape[1], len(self.centre)
-        if count <= most:
+        if count <= most or not np.isfinite(self.free).all():
             return self
         sizes = np.abs(self.free) / scales[:, None]
         order = np.argsort(sizes.sum(axis=0) - sizes.max(axis=0), kind="stable")

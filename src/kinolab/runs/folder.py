@@ -39,6 +39,7 @@ from kinolab.runs.certificate_file import CERTIFICATE, certificate_to_json, unch
 from kinolab.runs.dynobench_result import has_its_steps, result_text
 from kinolab.runs.readme import README, readme_of
 from kinolab.runs.report import report_of
+from kinolab.runs.tube_file import TUBE, check_tube
 from kinolab.scenario import load_scenario, write_scenario
 from kinolab.scenario.dynobench import is_environment
 from kinolab.search.graph import SearchGraph, read_graph
@@ -61,7 +62,7 @@ MOTION_FORMATS: dict[str, Callable[[Trajectory], bytes]] = {  # every one is wri
 PLOT_NAMES = ("states", "inputs", "phase", "configuration")  # by ``plan plot``
 PLOTS = tuple(f"plots/{name}.{form}" for form in ("svg", "png") for name in PLOT_NAMES)
 PICTURES = (FILM, "animation.mp4", PAGE, MODEL)
-OPTIONAL = (CERTIFICATE, "search.npz", "result.yaml", *PICTURES, *EXECUTION, *PLOTS)
+OPTIONAL = (CERTIFICATE, TUBE, "search.npz", "result.yaml", *PICTURES, *EXECUTION, *PLOTS)
 
 
 @dataclass(frozen=True)
@@ -285,7 +286,8 @@ def _motion_in(folder: Path, problem: PlanningTask) -> Trajectory:
 def check_run(folder: Path, told: Told | None = None, *, thorough: bool = False) -> Certificate:
     """Verify a finished run from its files alone.
 
-    What is verified is ``trajectory.csv``; a ``trajectory.npz`` beside it must say the same.
+    What is verified is ``trajectory.csv``; a ``trajectory.npz`` beside it must say the same. What a
+    ``tube.json`` beside it says is proved again.
 
     Args:
         folder: Of the run.
@@ -300,6 +302,8 @@ def check_run(folder: Path, told: Told | None = None, *, thorough: bool = False)
     files = [unchanged(run.folder, run.problem, run.report)]
     if (folder / NPZ).is_file():
         files.append(_same_in_npz(folder, _motion_in(folder, run.problem)))
+    if (folder / TUBE).is_file():
+        files.append(check_tube(folder, run.problem, run.trajectory))
     if certificate.cost is not None:
         files.append(_same_cost(certificate.cost, run.report.get("cost")))
     return replace(certificate, checks=(*files, *certificate.checks))

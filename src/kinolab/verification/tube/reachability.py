@@ -151,6 +151,8 @@ class _Propagation:
             found = self._bounds(guess, first)
             self._append(sets, inputs, guess, found, first)
             during.append(found.moved[:, : len(inputs) - first].T)
+            if len(inputs) == first:
+                break  # the set at its beginning is known: another guess would not help
         return Tube(self.about.nominal, sets, inputs, np.concatenate(during))
 
     def _guess(self, start: Zonotope, first: int) -> IntervalArray:
@@ -211,7 +213,8 @@ class _Propagation:
         by_x, by_u, by_p = slopes[:, :nx], slopes[:, nx : nx + nu], slopes[:, nx + nu :]
         sizes = np.concatenate([y.magnitude, np.maximum(-held.low, held.high), self.p])
         least, most = ends[0] + self.remainder.low[:, k], ends[1] + self.remainder.high[:, k]
-        centre, apart = 0.5 * (least + most), 0.5 * (most - least)
+        with np.errstate(invalid="ignore"):  # where nothing is known
+            centre, apart = 0.5 * (least + most), 0.5 * (most - least)
         feedback = np.abs(by_u) @ (np.abs(held.gain) @ y.magnitude + np.abs(held.centre))
         sums = np.abs(slopes) @ sizes + feedback + np.abs(self.about.nominal.x[k + 1])
         rest = (off @ sizes + apart) * (1.0 + SUMS) + SUMS * (sums + np.abs(least) + np.abs(most))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
@@ -82,6 +83,29 @@ class Uncertainty:
     def measurement_radii(self, problem: PlanningTask) -> Array:
         """Return by how much each measured entry of the state is off at most, shape (nx,)."""
         return self.noise * problem.scales
+
+    def __str__(self) -> str:
+        """Say it in words."""
+        groups: dict[float, list[str]] = {}
+        for name, share in self.parameters.items():
+            groups.setdefault(share, []).append(name)
+        told = [f"{', '.join(names)} within {100 * share:.3g} %" for share, names in groups.items()]
+        if self.noise:
+            told.append(f"measurements within {100 * self.noise:.3g} % of their scales")
+        if self.disturbance:
+            told.append(f"inputs off by up to {100 * self.disturbance:.3g} % of their ranges")
+        return " and ".join(told) or "nothing uncertain"
+
+    @classmethod
+    def from_json(cls, data: Mapping[str, Any]) -> Uncertainty:
+        """Return what ``to_json`` returned.
+
+        Raises:
+            KeyError: If something is missing.
+            TypeError: If something is no number.
+        """
+        shares = {str(name): float(share) for name, share in data["parameters"].items()}
+        return cls(shares, float(data["noise"]), float(data["disturbance"]))
 
     def to_json(self) -> dict[str, object]:
         """Return it as data."""
