@@ -11,6 +11,7 @@ Walther, Evaluating Derivatives, 2nd ed., 2008, section 13.2 (the recurrences).
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import reduce
 from typing import TypeAlias
 
 import numpy as np
@@ -56,14 +57,22 @@ def summed(low: Array, high: Array) -> IntervalArray:
     size = np.maximum(np.abs(low), np.abs(high)).sum(axis=0)
     # a product and a sum of n terms err by n units at most, and so does the bound of that
     slack = (len(low) + 4) * UNIT * size + intervals.SMALLEST
-    return IntervalArray(low.sum(axis=0) - slack, high.sum(axis=0) + slack)
+    least, most = low.sum(axis=0) - slack, high.sum(axis=0) + slack
+    bad = np.isnan(least) | np.isnan(most)  # of sums of what has no bound
+    return IntervalArray(np.where(bad, -np.inf, least), np.where(bad, np.inf, most))
 
 
 def products(a: tuple[Array, Array], b: tuple[Array, Array]) -> tuple[Array, Array]:
-    """Return lower and upper ends of products of intervals, without rounding; NaN where undefined."""
-    one, two, three, four = a[0] * b[0], a[0] * b[1], a[1] * b[0], a[1] * b[1]
-    low = np.minimum(np.minimum(one, two), np.minimum(three, four))
-    return low, np.maximum(np.maximum(one, two), np.maximum(three, four))
+    """Return lower and upper ends of products of intervals, without rounding.
+
+    Zero times what has no bound is zero, as of ``intervals.mul``: the number itself is finite.
+    """
+    ends = [x * y for x in a for y in b]
+    low, high = reduce(np.minimum, ends), reduce(np.maximum, ends)
+    if np.isnan(low).any():
+        ends = [np.where(np.isnan(end), 0.0, end) for end in ends]
+        low, high = reduce(np.minimum, ends), reduce(np.maximum, ends)
+    return low, high
 
 
 def convolved(

@@ -50,7 +50,7 @@ def check_tube(folder: Path, problem: PlanningTask, trajectory: Trajectory) -> C
     """Prove what ``tube.json`` says once more, of the files as they are."""
     try:
         data = json_file(folder / TUBE)
-        stored, files = data["proof"], dict(data["files"])
+        stored, files = dict(data["proof"]), dict(data["files"])
         asked, share = Uncertainty.from_json(data["asked"]), float(data["share"])
     except (OSError, RecursionError, AttributeError, LookupError, TypeError, ValueError) as error:
         return Check("tube", float("inf"), 0.0, False, f"{TUBE} cannot be read ({why(error)})")

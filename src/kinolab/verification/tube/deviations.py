@@ -13,8 +13,10 @@ Kearfott, Cloud, Introduction to Interval Analysis, SIAM 2009, chapter 10.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from kinolab.dynamics.flow_formulas import FlowFormulas
 from kinolab.numerics import intervals
@@ -89,25 +91,57 @@ def _rates(
         starts: The coefficients of order 1 and 2 at the part's beginning, shape (nx, m).
         h: Its length in [s], shape (m,).
     """
-    nx, span, found = flow.nx, IntervalArray(np.zeros_like(h), h), starts
-    none = np.zeros_like(off.low[nx:])
+    count = len(h)
+    rates = tuple(IntervalArray(*np.full((2, flow.nx, count), np.nan)) for _ in starts)
+    found, sure, rows = starts, np.zeros(count, dtype=bool), np.arange(count)
     for _ in range(ATTEMPTS):
-        first = _with(found[0], off.low[nx:], off.high[nx:])
-        second = _with(found[1], none, none)
-        around = intervals.add(nominal, hull(first, intervals.point(np.zeros_like(first.low))))
-        _, *rates = flow.along([around, first, second])
+        some = [_columns(one, rows) for one in (nominal, off, *starts, *found)]
+        made = _along(flow, some[0], some[1], some[4], some[5])
+        span = IntervalArray(np.zeros(len(rows)), h[rows])
         moved = [
             intervals.add(start, intervals.mul(span, rate))
-            for start, rate in zip(starts, rates, strict=True)
+            for start, rate in zip(some[2:4], made, strict=True)
         ]
-        held = [within(a, b) for a, b in zip(moved, found, strict=True)]
-        sure = np.logical_and(*held).all(axis=0)
-        if sure.all():
+        held = [within(a, b) for a, b in zip(moved, some[4:], strict=True)]
+        sure[rows] = np.logical_and(*held).all(axis=0)
+        for whole, part in zip(rates, made, strict=True):
+            whole.low[:, rows], whole.high[:, rows] = part.low, part.high
+        sizes = [np.isfinite(one.low) & np.isfinite(one.high) for one in moved]
+        going = np.logical_and(*sizes).all(axis=0) & ~sure[rows]
+        if not going.any():
             break
+        wider = [_wider(a, b, inside) for a, b, inside in zip(some[4:], moved, held, strict=True)]
         found = tuple(
-            _wider(a, b, inside) for a, b, inside in zip(found, moved, held, strict=True)
+            _replaced(one, _columns(wide, going), rows[going])
+            for one, wide in zip(found, wider, strict=True)
         )  # type: ignore[assignment]
+        rows = rows[going]
     return (rates[0], rates[1]), sure
+
+
+def _along(
+    flow: FlowFormulas,
+    nominal: IntervalArray,
+    off: IntervalArray,
+    first: IntervalArray,
+    second: IntervalArray,
+) -> list[IntervalArray]:
+    """Return the rates of coefficients of order 1 and 2 in boxes of them, each (nx, m)."""
+    held = IntervalArray(off.low[flow.nx :], off.high[flow.nx :])
+    one, two = _with(first, held), _with(second, intervals.point(np.zeros_like(held.low)))
+    around = intervals.add(nominal, hull(one, intervals.point(np.zeros_like(one.low))))
+    return flow.along([around, one, two])[1:]
+
+
+def _columns(a: IntervalArray, rows: NDArray[Any]) -> IntervalArray:
+    return IntervalArray(a.low[:, rows], a.high[:, rows])
+
+
+def _replaced(a: IntervalArray, part: IntervalArray, rows: NDArray[np.intp]) -> IntervalArray:
+    """Return intervals of which some columns are others."""
+    low, high = a.low.copy(), a.high.copy()
+    low[:, rows], high[:, rows] = part.low, part.high
+    return IntervalArray(low, high)
 
 
 def _wider(found: IntervalArray, moved: IntervalArray, held: Array) -> IntervalArray:
@@ -117,9 +151,10 @@ def _wider(found: IntervalArray, moved: IntervalArray, held: Array) -> IntervalA
     return IntervalArray(low, np.where(held, found.high, moved.high + slack))
 
 
-def _with(states: IntervalArray, low: Array, high: Array) -> IntervalArray:
+def _with(states: IntervalArray, held: IntervalArray) -> IntervalArray:
     """Return boxes of states with those of inputs and parameters below them."""
-    return IntervalArray(np.concatenate([states.low, low]), np.concatenate([states.high, high]))
+    pairs = (states.low, held.low), (states.high, held.high)
+    return IntervalArray(*(np.concatenate(pair) for pair in pairs))
 
 
 def _first(a: IntervalArray, count: int) -> IntervalArray:

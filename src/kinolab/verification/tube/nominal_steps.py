@@ -23,7 +23,7 @@ from kinolab.numerics.intervals import IntervalArray
 ORDER = 8  # of the Taylor polynomials: their remainder is of the 9th order in the length of a part
 # Of a state's scale: how far apart the bounds of a nominal step are at most; a step is divided into
 # up to so many parts until they are. The verifier allows 1e-6 between a motion and its rows.
-NOMINAL_WIDTH, MOST_PARTS = 1e-7, 64
+NOMINAL_WIDTH, MOST_PARTS = 1e-7, 16
 BOXES = 8  # that a step is in, of its parts
 ATTEMPTS = 12  # to find a box that contains a part; each costs an evaluation of the rates
 

@@ -28,7 +28,8 @@ from kinolab.verification.tube.reachability import NominalMotion, Reachability, 
 from kinolab.verification.tube.tube_poses import TubePoses
 from kinolab.verification.tube.uncertainty import Uncertainty
 
-BISECTIONS = 7  # of the uncertainty: what is proved is told to a hundredth of what was asked for
+# What is proved is at most so often halved, and then told to a sixteenth of itself.
+HALVINGS, BISECTIONS = 8, 4
 Told = Callable[[str], None]
 
 
@@ -129,14 +130,25 @@ class Prover:
     def largest(
         self, uncertainty: Uncertainty, told: Told = lambda _: None
     ) -> tuple[float, TubeProof | None]:
-        """Return the largest share of an uncertainty that is proved, and its proof, by bisection."""
-        low, high, best = 0.0, 1.0, None
-        for _ in range(BISECTIONS):
+        """Return a share of an uncertainty that is proved, nearly the largest, and its proof."""
+        low, high, best = 0.5, 1.0, None
+        for _ in range(HALVINGS):
+            best = self._proved(uncertainty.times(low), told, low)
+            if best is not None:
+                break
+            low, high = 0.5 * low, low
+        for _ in range(BISECTIONS if best is not None else 0):
             middle = 0.5 * (low + high)
-            told(f"proving {middle:.3g} of it")
-            proof = self.prove(uncertainty.times(middle))
-            low, high, best = (middle, high, proof) if proof.proved else (low, middle, best)
-        return low, best
+            found = self._proved(uncertainty.times(middle), told, middle)
+            low, high = (middle, high) if found is not None else (low, middle)
+            best = found or best
+        return (low if best is not None else 0.0), best
+
+    def _proved(self, uncertainty: Uncertainty, told: Told, share: float) -> TubeProof | None:
+        """Return a proof that holds to the end; None where there is none."""
+        told(f"proving {share:.3g} of what was asked for")
+        found = self.prove(uncertainty)
+        return found if found.proved else None
 
     def _feedback(self, uncertainty: Uncertainty) -> list[HeldFeedback]:
         tracker, problem = self.tracker, self.problem
@@ -164,6 +176,7 @@ def _require_smooth(problem: PlanningTask, trajectory: Trajectory) -> None:
         f"{name} has a feedback law of its own.": model.plant is not model,
         "its scenario takes an integrator's steps for the truth.": problem.scenario.integration.truth
         == "discrete",
+        f"{name} closes loops, and other parameters would open them.": machine.closes_loops,
         "its cost is a state.": problem.cost_entry is not None,
         "it has no steps.": not len(trajectory.u),
     }
