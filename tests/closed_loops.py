@@ -46,7 +46,7 @@ def executed(prover: Prover, uncertainty: Uncertainty, seed: int, *, corner: boo
     return np.array(states)
 
 
-def outside(prover: Prover, tube: Any, states: Array) -> Array:
+def outside(tube: Any, states: Array) -> Array:
     """Return by how much states (N+1, nx) are outside a tube, shape (steps + 1, nx)."""
     off = states[: tube.steps + 1] - tube.nominal.x[: tube.steps + 1]
     return np.maximum(off - tube.bounds.high, tube.bounds.low - off)

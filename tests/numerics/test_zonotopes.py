@@ -7,12 +7,14 @@ from typing import Any
 import mpmath
 import numpy as np
 import pytest
+from scipy.linalg import expm
 
 from kinolab.numerics import intervals
-from kinolab.numerics.interval_matrices import growth
-from kinolab.numerics.interval_series import Series, beginning, further
+from kinolab.numerics.interval_analysis.interval_matrices import growth
+from kinolab.numerics.interval_analysis.interval_series import Series, beginning
+from kinolab.numerics.interval_analysis.taylor_recurrences import further
+from kinolab.numerics.interval_analysis.zonotopes import Zonotope
 from kinolab.numerics.intervals import IntervalArray
-from kinolab.numerics.zonotopes import Zonotope
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 UNARY = ("sin", "cos", "tan", "exp", "log", "sqrt", "tanh", "atan")
@@ -80,8 +82,7 @@ def taylor(name: str, polynomial: list[float], off: Any) -> list[Any]:
 
 
 def test_growth_bounds_exponentials() -> None:
-    """Of matrices of all sizes, some with a row of another unit; SciPy's exponential of the whole."""
-    from scipy.linalg import expm
+    """Of matrices of all sizes, with a row of another unit; SciPy's exponential of the whole."""
 
     rng = np.random.default_rng(3)
     for scale in (1e-3, 0.1, 1.0):

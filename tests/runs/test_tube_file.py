@@ -1,4 +1,4 @@
-"""``tube.json`` is proved again by ``plan check``; one that says more than was proved is refused."""
+"""``tube.json`` is proved again by ``plan check``; one that says more is refused."""
 
 from __future__ import annotations
 
@@ -21,7 +21,11 @@ Data = dict[str, Any]
 
 
 def cart() -> System:
-    m, c, x = parameter("m", 2.0, "kg"), parameter("c", 0.5, "N s/m"), length("x", -5.0, 5.0, speed=2.0)
+    m, c, x = (
+        parameter("m", 2.0, "kg"),
+        parameter("c", 0.5, "N s/m"),
+        length("x", -5.0, 5.0, speed=2.0),
+    )
     frame = move(x)
     body = Body("cart", frame, mass=m, shape=Sphere(0.1))
     return System(
@@ -47,7 +51,9 @@ def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
     push = np.where(np.arange(40) < 20, 1.0, -1.0)[:, None]
     motion = resimulate(problem, 0.05 * np.arange(41.0), push)
     folder = tmp_path_factory.mktemp("tube")
-    write_run(folder, problem, PlanResult("solved", motion, None, "rrt", 1, 1, 0.0, {"search": 0.0}))
+    write_run(
+        folder, problem, PlanResult("solved", motion, None, "rrt", 1, 1, 0.0, {"search": 0.0})
+    )
     assert run(["prove", str(folder), "--percent", "3", "--quiet"]) == 0
     return folder
 

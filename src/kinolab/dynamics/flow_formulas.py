@@ -16,16 +16,15 @@ from kinolab.dynamics.derivation.expression_graph import Operation
 from kinolab.dynamics.derivation.formulas import Formulas
 from kinolab.dynamics.model import Model
 from kinolab.numerics import intervals
-from kinolab.numerics.arrays import Array
-from kinolab.numerics.interval_matrices import meet
-from kinolab.numerics.interval_series import (
+from kinolab.numerics.interval_analysis.interval_matrices import meet
+from kinolab.numerics.interval_analysis.interval_series import (
     Series,
     beginning,
-    further,
     products,
     scaled,
     summed,
 )
+from kinolab.numerics.interval_analysis.taylor_recurrences import further
 from kinolab.numerics.intervals import IntervalArray
 from kinolab.store import pickled
 
@@ -59,7 +58,9 @@ class FlowFormulas:
         shorter = Cancellation(tape).rewritten(d.derivative)
         rates = min(d.derivative, shorter, key=lambda nodes: len(tape.needed(nodes)))
         names = [tape.operations[node].label for nodes in d.arguments.values() for node in nodes]
-        return cls(tuple(names), len(d.state), Formulas.of(tape, rates), Formulas.of(tape, d.cables))
+        return cls(
+            tuple(names), len(d.state), Formulas.of(tape, rates), Formulas.of(tape, d.cables)
+        )
 
     def coefficients(
         self, boxes: IntervalArray, orders: int, slopes: IntervalArray | None = None
@@ -90,7 +91,7 @@ class FlowFormulas:
         return found
 
     def along(self, coefficients: list[IntervalArray]) -> list[IntervalArray]:
-        """Enclose the Taylor coefficients of the rates along a curve, as the function of this name."""
+        """Enclose the rates' Taylor coefficients along a curve, as the function ``along``."""
         return along(self.rates, self.names, coefficients)
 
 
@@ -140,7 +141,11 @@ def _changes(
     tape.order(0)
     by, found = (coefficients[1].low, coefficients[1].high), []
     for series in tape.series:
-        low, high = products((series.low[0, 1:], series.high[0, 1:]), by) if series.low.shape[1] > 1 else (np.zeros((1, 1)),) * 2
+        low, high = (
+            products((series.low[0, 1:], series.high[0, 1:]), by)
+            if series.low.shape[1] > 1
+            else (np.zeros((1, 1)),) * 2
+        )
         found.append(summed(low, high))
     return found
 

@@ -24,7 +24,11 @@ Array = np.ndarray[Any, np.dtype[np.float64]]
 
 def cart(limit: float = 100.0) -> System:
     """A mass that a force pushes against drag; linear in the state, and in the force."""
-    m, c, x = parameter("m", 2.0, "kg"), parameter("c", 0.5, "N s/m"), length("x", -5.0, 5.0, speed=2.0)
+    m, c, x = (
+        parameter("m", 2.0, "kg"),
+        parameter("c", 0.5, "N s/m"),
+        length("x", -5.0, 5.0, speed=2.0),
+    )
     frame = move(x)
     body = Body("cart", frame, mass=m, shape=Sphere(0.1))
     push = Force("push", on=body, along=frame.x, limit=limit)
@@ -85,7 +89,7 @@ def test_machines_within_the_uncertainty_stay_in_the_tube(
     assert tube.complete
     for seed in range(12):
         states = executed(made, uncertainty, seed, corner=seed % 2 == 0)
-        assert (outside(made, tube, states) <= 1e-9 * made.problem.scales).all()
+        assert (outside(tube, states) <= 1e-9 * made.problem.scales).all()
 
 
 def test_a_tube_is_at_most_three_times_as_wide_as_what_is_seen(swinging: Prover) -> None:

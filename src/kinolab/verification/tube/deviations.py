@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from kinolab.dynamics.flow_formulas import FlowFormulas
 from kinolab.numerics import intervals
 from kinolab.numerics.arrays import Array
-from kinolab.numerics.interval_matrices import hull, within
+from kinolab.numerics.interval_analysis.interval_matrices import hull, within
 from kinolab.numerics.intervals import IntervalArray
 
 ATTEMPTS = 12  # at boxes that contain the coefficients; each costs an evaluation of the rates

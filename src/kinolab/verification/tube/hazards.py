@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from kinolab.numerics.arrays import Array
-from kinolab.numerics.interval_series import products
+from kinolab.numerics.interval_analysis.interval_series import products
 from kinolab.numerics.intervals import IntervalArray
 from kinolab.problem import PlanningTask
 from kinolab.problem.goal import DirectionTarget, Goal, PointTarget

@@ -12,9 +12,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from kinolab.numerics.arrays import Array
-from kinolab.numerics.zonotopes import SUMS, Zonotope
+from kinolab.numerics.interval_analysis.zonotopes import SUMS, Zonotope
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,7 +38,7 @@ class HeldInputs:
     steps: Array
     low: Array
     high: Array
-    cut: Array
+    cut: NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)

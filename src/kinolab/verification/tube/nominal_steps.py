@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from kinolab.dynamics.flow_formulas import FlowFormulas
 from kinolab.numerics import intervals
 from kinolab.numerics.arrays import Array
-from kinolab.numerics.interval_matrices import growth, hull, meet, product, within
+from kinolab.numerics.interval_analysis.interval_matrices import growth, meet, product, within
 from kinolab.numerics.intervals import IntervalArray
 
 ORDER = 8  # of the Taylor polynomials: their remainder is of the 9th order in the length of a part
@@ -55,8 +55,8 @@ def nominal_steps(flow: FlowFormulas, entries: Array, h: Array, scales: Array) -
     rows, parts, kept = np.arange(len(h)), 1, []
     while len(rows):
         found = _steps(flow, entries[:, rows], h[rows], parts)
-        wide = ~(found.ends.width <= NOMINAL_WIDTH * scales[:, None]).all(axis=0)
-        good = ~wide if 2 * parts <= MOST_PARTS else np.ones_like(wide)
+        narrow = np.all(found.ends.width <= NOMINAL_WIDTH * scales[:, None], axis=0)
+        good = np.asarray(narrow | (2 * parts > MOST_PARTS))
         kept.append((rows[good], _part(found, good)))
         rows, parts = rows[~good], 2 * parts
     return _joined(kept)

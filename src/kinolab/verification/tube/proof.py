@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from kinolab.dynamics.flow_formulas import FlowFormulas
 from kinolab.errors import InputError, Mistake
-from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 from kinolab.problem.unwrapping import unwrapped
 from kinolab.simulation.reference import OdeMotion, reference_motion
@@ -42,7 +41,7 @@ class TubeProof:
         large: As of the ``Tracker`` whose gains act.
         tube: Contains all motions, as far as it is proved.
         hazards: What is not excluded, the earliest first.
-        excess: How far the end is from the goal at most, in tolerances; infinite if it is not known.
+        excess: How far the end is from the goal at most, in tolerances; infinite if not known.
         spare: Clearance that is left at least, in [m], as far as nothing is touched.
         enough: Largest ``excess`` that is in the goal.
     """
@@ -70,7 +69,9 @@ class TubeProof:
         """What is not excluded that could happen first; None if everything is."""
         until = self.tube.proved_until
         if not self.tube.complete:
-            what = "beyond this time no bound is found: deviations may grow too fast for the feedback"
+            what = (
+                "beyond this time no bound is found: deviations may grow too fast for the feedback"
+            )
             return min((*self.hazards, Hazard(until, what)), key=lambda hazard: hazard.time)
         if self.hazards or self.proved:
             return self.hazards[0] if self.hazards else None
@@ -157,7 +158,12 @@ class Prover:
         x = self.about.nominal.x
         return [
             HeldFeedback(
-                tracker.gains[k], tracker.u[k], x[k] - tracker.x[k], tracker.limits, noise, disturbance
+                tracker.gains[k],
+                tracker.u[k],
+                x[k] - tracker.x[k],
+                tracker.limits,
+                noise,
+                disturbance,
             )
             for k in range(len(self.about.nominal.u))
         ]
@@ -171,16 +177,18 @@ def _require_smooth(problem: PlanningTask, trajectory: Trajectory) -> None:
     """
     machine, model, name = problem.machine, problem.whole or problem.model, problem.machine.name
     remedy = "plan execute tries it on a hundred machines."
+    discrete = problem.scenario.integration.truth == "discrete"
     reasons = {
         f"{name} switches between modes.": bool(machine.modes),
         f"{name} has a feedback law of its own.": model.plant is not model,
-        "its scenario takes an integrator's steps for the truth.": problem.scenario.integration.truth
-        == "discrete",
+        "its scenario takes an integrator's steps for the truth.": discrete,
         f"{name} closes loops, and other parameters would open them.": machine.closes_loops,
         "its cost is a state.": problem.cost_entry is not None,
         "it has no steps.": not len(trajectory.u),
     }
-    mistakes = [Mistake("prove", f"no tube is made: {why}", remedy) for why, on in reasons.items() if on]
+    mistakes = [
+        Mistake("prove", f"no tube is made: {why}", remedy) for why, on in reasons.items() if on
+    ]
     if mistakes:
         raise InputError(mistakes)
 

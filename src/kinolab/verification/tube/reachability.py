@@ -16,16 +16,16 @@ import numpy as np
 
 from kinolab.dynamics.flow_formulas import FlowFormulas
 from kinolab.numerics.arrays import Array
-from kinolab.numerics.interval_matrices import middle, radius
+from kinolab.numerics.interval_analysis.interval_matrices import middle, radius
+from kinolab.numerics.interval_analysis.zonotopes import SUMS, Zonotope
 from kinolab.numerics.intervals import IntervalArray
-from kinolab.numerics.zonotopes import SUMS, Zonotope
 from kinolab.verification.tube.deviations import DeviationBounds, deviation_bounds
 from kinolab.verification.tube.held_feedback import HeldFeedback, HeldInputs
 from kinolab.verification.tube.nominal_steps import NominalSteps, nominal_steps
 
 WINDOW = 128  # steps that are enclosed at once
 GENERATORS = 12  # times nx: that are kept beside those of parameters
-ROUNDS = 6  # of enclosures for each window, on average
+ROUNDS = 4  # of enclosures for each window, on average; deviations that need more run away
 ROOM = 1.1  # factor on what comes out, for the next guess
 
 

@@ -1,7 +1,8 @@
 """Where bodies are in a tube, and how far from where the nominal motion has them.
 
-Along the straight line from a nominal state to another one, poses change by at most their derivative
-along it. A shape that is symmetric about an axis is carried by its centre and the axis alone.
+Along the straight line from a nominal state to another one, poses change by at most their
+derivative along it. A shape that is symmetric about an axis is carried by its centre and the axis
+alone.
 """
 
 from __future__ import annotations
@@ -14,9 +15,9 @@ from kinolab.dynamics.flow_formulas import along
 from kinolab.dynamics.language.shapes import Shape
 from kinolab.numerics import intervals
 from kinolab.numerics.arrays import Array
-from kinolab.numerics.interval_matrices import hull
+from kinolab.numerics.interval_analysis.interval_matrices import hull
+from kinolab.numerics.interval_analysis.zonotopes import SUMS
 from kinolab.numerics.intervals import IntervalArray
-from kinolab.numerics.zonotopes import SUMS
 from kinolab.problem import PlanningTask
 from kinolab.verification.tube.nominal_steps import BOXES
 from kinolab.verification.tube.reachability import Reachability, Tube
@@ -72,7 +73,7 @@ class TubePoses:
         each = (-1, 12, n, BOXES)
         apart = np.linalg.norm(_shaped(ends, (-1, 3, n, BOXES)).magnitude, axis=1)
         cables = apart.max(axis=(0, 2), initial=0.0) * (1.0 + SUMS)
-        return cls(states, off, *(_shaped(a, each) for a in (frames, moved)), cables)
+        return cls(states, off, _shaped(frames, each), _shaped(moved, each), cables)
 
     def displacements(self, problem: PlanningTask) -> Array:
         """Return how far points of the machine are from their nominal places at most, (steps,).

@@ -54,7 +54,9 @@ class Uncertainty:
         for name, share in self.parameters.items():
             where = f"parameter {name}"
             if name not in values:
-                yield unknown_name("parameter", name, known=model.parameter_names, where="parameters")
+                yield unknown_name(
+                    "parameter", name, known=model.parameter_names, where="parameters"
+                )
             elif not 0.0 <= share < 1.0:  # above it a mass could be negative
                 low = values[name] * (1.0 - share)
                 what = f"within {share:.0%} of {values[name]:g} it could be {low:g}."
@@ -73,16 +75,16 @@ class Uncertainty:
         """Return by how much each parameter of the machine is off at most, in SI units."""
         model = (problem.whole or problem.model).plant
         shares = [self.parameters.get(name, 0.0) for name in model.parameter_names]
-        return np.abs(model.parameter_vector() * np.array(shares)) * (1.0 + 1e-15)
+        return np.asarray(np.abs(model.parameter_vector() * np.array(shares)) * (1.0 + 1e-15))
 
     def input_radii(self, problem: PlanningTask) -> Array:
         """Return by how much each input is off at most, shape (nu,)."""
         model = (problem.whole or problem.model).plant
-        return self.disturbance * np.ptp(model.control_bounds, axis=1)
+        return np.asarray(self.disturbance * np.ptp(model.control_bounds, axis=1))
 
     def measurement_radii(self, problem: PlanningTask) -> Array:
         """Return by how much each measured entry of the state is off at most, shape (nx,)."""
-        return self.noise * problem.scales
+        return np.asarray(self.noise * problem.scales)
 
     def __str__(self) -> str:
         """Say it in words."""

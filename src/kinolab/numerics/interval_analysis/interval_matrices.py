@@ -11,7 +11,7 @@ import numpy as np
 
 from kinolab.numerics import intervals
 from kinolab.numerics.arrays import Array
-from kinolab.numerics.interval_series import products, summed
+from kinolab.numerics.interval_analysis.interval_series import products, summed
 from kinolab.numerics.intervals import IntervalArray
 
 TERMS = 24  # of an exponential's series; the rest is bounded
@@ -42,17 +42,17 @@ def meet(a: IntervalArray, b: IntervalArray) -> IntervalArray:
 
 
 def within(a: IntervalArray, b: IntervalArray) -> Array:
-    """Say where an interval lies in another one."""
+    """Say where an interval lies in another one, shape (...)."""
     return np.asarray((b.low <= a.low) & (a.high <= b.high))
 
 
 def middle(a: IntervalArray) -> Array:
-    """Return a number in each."""
+    """Return a number in each, shape (...)."""
     return 0.5 * (a.low + a.high)
 
 
 def radius(a: IntervalArray, at: Array) -> Array:
-    """Return how far each reaches from a number in it, rounding included."""
+    """Return how far each reaches from a number in it, shape (...), rounding included."""
     reach = np.maximum(a.high - at, at - a.low)
     return reach * (1.0 + intervals.ROUNDING) + intervals.SMALLEST
 

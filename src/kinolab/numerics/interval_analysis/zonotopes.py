@@ -49,7 +49,7 @@ class Zonotope:
     @property
     def radius(self) -> Array:
         """Half edges of the smallest box about it, shape (n,)."""
-        return np.abs(self.generators).sum(axis=1) * (1.0 + SUMS) + SMALLEST
+        return np.asarray(np.abs(self.generators).sum(axis=1) * (1.0 + SUMS) + SMALLEST)
 
     @property
     def bounds(self) -> IntervalArray:
@@ -60,7 +60,7 @@ class Zonotope:
     @property
     def magnitude(self) -> Array:
         """The largest magnitude of each entry, shape (n,)."""
-        return (np.abs(self.centre) + self.radius) * (1.0 + SUMS)
+        return np.asarray((np.abs(self.centre) + self.radius) * (1.0 + SUMS))
 
     def mapped(self, matrix: Array) -> Zonotope:
         """Return its image under a matrix (k, n); what rounding adds is a box of its own."""
