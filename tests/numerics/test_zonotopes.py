@@ -11,7 +11,7 @@ from scipy.linalg import expm
 
 from kinolab.numerics import intervals
 from kinolab.numerics.interval_analysis.interval_matrices import growth
-from kinolab.numerics.interval_analysis.interval_series import Series, beginning
+from kinolab.numerics.interval_analysis.interval_series import Expansion, beginning
 from kinolab.numerics.interval_analysis.taylor_recurrences import further
 from kinolab.numerics.interval_analysis.zonotopes import Zonotope
 from kinolab.numerics.intervals import IntervalArray
@@ -55,10 +55,10 @@ def test_maps_and_sums_hold_those_of_points() -> None:
 def test_series_of_functions_hold_those_of_another_library(name: str) -> None:
     """Of f(0.7 + 0.3 t - 0.2 t^2), in 50 digits; derivatives by 0.7 by central differences."""
     polynomial = [0.7, 0.3, -0.2]
-    a = Series(row(polynomial[0], 1.0), steady=False)
+    a = Expansion(row(polynomial[0], 1.0), steady=False)
     for n in range(1, ORDER):
         a.append(row(polynomial[n] if n < 3 else 0.0, 0.0))
-    own, helper = Series(beginning(name, [a[0]]), steady=False), {}
+    own, helper = Expansion(beginning(name, [a[0]]), steady=False), {}
     for n in range(1, ORDER):
         own.append(further(name, n, [a], own, helper))
     with mpmath.workdps(50):

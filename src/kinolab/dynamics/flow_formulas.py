@@ -10,7 +10,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kinolab.dynamics.codegen.derived_code import derivations_of
 from kinolab.dynamics.derivation.cancellation import Cancellation
 from kinolab.dynamics.derivation.expression_graph import Operation
 from kinolab.dynamics.derivation.formulas import Formulas
@@ -18,7 +17,7 @@ from kinolab.dynamics.model import Model
 from kinolab.numerics import intervals
 from kinolab.numerics.interval_analysis.interval_matrices import meet
 from kinolab.numerics.interval_analysis.interval_series import (
-    Series,
+    Expansion,
     beginning,
     products,
     scaled,
@@ -53,6 +52,8 @@ class FlowFormulas:
 
     @classmethod
     def _derived(cls, plant: Model) -> FlowFormulas:
+        from kinolab.dynamics.codegen.derived_code import derivations_of
+
         (d,) = derivations_of(plant.system)
         tape = d.binding.tape
         shorter = Cancellation(tape).rewritten(d.derivative)
@@ -80,7 +81,7 @@ class FlowFormulas:
             where there is no bound.
         """
         starts = _starts(boxes, slopes)
-        variables = [Series(one, steady=i >= self.nx) for i, one in enumerate(starts)]
+        variables = [Expansion(one, steady=i >= self.nx) for i, one in enumerate(starts)]
         tape, shape = _Tape(self.rates, self.names, variables), starts[0].low.shape
         found = [_stacked(starts[: self.nx], shape)]
         for n in range(orders):
@@ -109,7 +110,7 @@ def along(
         Of the functions, for each order an interval array (functions, m); infinite where there is
         no bound.
     """
-    variables = [Series(one, steady=False) for one in _starts(coefficients[0], None)]
+    variables = [Expansion(one, steady=False) for one in _starts(coefficients[0], None)]
     tape, shape, found = _Tape(formulas, names, variables), (1, coefficients[0].low.shape[1]), []
     for n, one in enumerate(coefficients):
         if n:
@@ -136,7 +137,7 @@ def _changes(
     """
     count, m = coefficients[0].low.shape
     unit = intervals.point(np.repeat(np.eye(count)[:, :, None], m, axis=2))
-    variables = [Series(one, steady=False) for one in _starts(coefficients[0], unit)]
+    variables = [Expansion(one, steady=False) for one in _starts(coefficients[0], unit)]
     tape = _Tape(formulas, names, variables)
     tape.order(0)
     by, found = (coefficients[1].low, coefficients[1].high), []
@@ -154,12 +155,12 @@ class _Tape:
     """The operations of formulas, each with as many Taylor coefficients as are known."""
 
     def __init__(
-        self, formulas: Formulas, names: Sequence[str], variables: Sequence[Series]
+        self, formulas: Formulas, names: Sequence[str], variables: Sequence[Expansion]
     ) -> None:
         self.operations, self.ends = formulas.operations, formulas.ends
         self.variables = dict(zip(names, variables, strict=True))
-        self.series: list[Series] = []
-        self.helpers: list[dict[str, Series]] = [{} for _ in self.operations]
+        self.series: list[Expansion] = []
+        self.helpers: list[dict[str, Expansion]] = [{} for _ in self.operations]
         self.first: list[IntervalArray] | None = None  # coefficients of order 1 that are known
 
     def order(self, n: int) -> list[IntervalArray]:
@@ -181,13 +182,13 @@ class _Tape:
             return made
         return meet(made, IntervalArray(self.first[k].low[None], self.first[k].high[None]))
 
-    def _beginning(self, operation: Operation, operands: Sequence[Series]) -> Series:
+    def _beginning(self, operation: Operation, operands: Sequence[Expansion]) -> Expansion:
         if operation.name == "variable":
             return self.variables[operation.label]
         if operation.name == "const":
-            return Series(intervals.point(np.full((1, 1), operation.value)), steady=True)
+            return Expansion(intervals.point(np.full((1, 1), operation.value)), steady=True)
         first = beginning(operation.name, [a[0] for a in operands])
-        return Series(first, steady=all(a.steady for a in operands))
+        return Expansion(first, steady=all(a.steady for a in operands))
 
 
 def _starts(boxes: IntervalArray, slopes: IntervalArray | None) -> list[IntervalArray]:

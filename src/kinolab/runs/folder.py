@@ -35,11 +35,10 @@ from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 from kinolab.problem.unwrapping import unwrapped
 from kinolab.runs.assets import assets_of, digest_of, portable_scenario
-from kinolab.runs.certificate_file import CERTIFICATE, certificate_to_json, unchanged
+from kinolab.runs.certificate_file import CERTIFICATE, TUBE, certificate_to_json, unchanged
 from kinolab.runs.dynobench_result import has_its_steps, result_text
 from kinolab.runs.readme import README, readme_of
 from kinolab.runs.report import report_of
-from kinolab.runs.tube_file import TUBE, check_tube
 from kinolab.scenario import load_scenario, write_scenario
 from kinolab.scenario.dynobench import is_environment
 from kinolab.search.graph import SearchGraph, read_graph
@@ -303,6 +302,8 @@ def check_run(folder: Path, told: Told | None = None, *, thorough: bool = False)
     if (folder / NPZ).is_file():
         files.append(_same_in_npz(folder, _motion_in(folder, run.problem)))
     if (folder / TUBE).is_file():
+        from kinolab.runs.tube_file import check_tube
+
         files.append(check_tube(folder, run.problem, run.trajectory))
     if certificate.cost is not None:
         files.append(_same_cost(certificate.cost, run.report.get("cost")))

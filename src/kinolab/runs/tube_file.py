@@ -9,13 +9,13 @@ from typing import Any
 from kinolab.files import utf_8, write_whole
 from kinolab.problem import PlanningTask
 from kinolab.runs.assets import digest_of
+from kinolab.runs.certificate_file import TUBE
 from kinolab.trajectory import Trajectory
 from kinolab.untrusted import json_file, why
 from kinolab.verification import Check
 from kinolab.verification.tube.claim import Claim, proof_to_json, proved_again
 from kinolab.verification.tube.uncertainty import Uncertainty
 
-TUBE = "tube.json"
 ABOUT = ("scenario.toml", "trajectory.csv")  # assets are listed in the report, whose hashes count
 NOT_PROVED = (
     "That the machine's equations of motion are those of the real one: only its parameters vary.",
@@ -23,6 +23,7 @@ NOT_PROVED = (
     "met, and that speeds stay within their limits.",
     "What a computer does between two steps of its feedback: it acts at the rows of the plan, at "
     "once, and inputs are held between them.",
+    "Anything about machines that begin elsewhere than the plan does.",
     "The clearance of the plan itself, which is the certificate's.",
 )
 

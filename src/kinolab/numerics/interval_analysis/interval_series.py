@@ -21,7 +21,7 @@ UNIT = np.finfo(float).eps
 NOTHING = IntervalArray(np.asarray(-np.inf), np.asarray(np.inf))
 
 
-class Series:
+class Expansion:
     """The coefficients of one function of time.
 
     Args:
@@ -82,8 +82,8 @@ def products(a: tuple[Array, Array], b: tuple[Array, Array]) -> tuple[Array, Arr
 
 
 def convolved(
-    a: Series,
-    b: Series,
+    a: Expansion,
+    b: Expansion,
     n: int,
     first: int = 0,
     last: int | None = None,

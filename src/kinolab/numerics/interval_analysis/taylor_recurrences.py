@@ -13,7 +13,7 @@ import numpy as np
 
 from kinolab.numerics import intervals
 from kinolab.numerics.interval_analysis.interval_series import (
-    Series,
+    Expansion,
     added,
     alike,
     beginning,
@@ -23,11 +23,17 @@ from kinolab.numerics.interval_analysis.interval_series import (
 )
 from kinolab.numerics.intervals import IntervalArray
 
-Rule: TypeAlias = Callable[[int, list[Series], Series, dict[str, Series]], IntervalArray | None]
+Rule: TypeAlias = Callable[
+    [int, list[Expansion], Expansion, dict[str, Expansion]], IntervalArray | None
+]
 
 
 def further(
-    name: str, n: int, operands: list[Series], own: Series, helper: dict[str, Series]
+    name: str,
+    n: int,
+    operands: list[Expansion],
+    own: Expansion,
+    helper: dict[str, Expansion],
 ) -> IntervalArray:
     """Return the coefficient of order n >= 1 of an operation whose lower ones are known.
 
@@ -45,7 +51,7 @@ def further(
     return IntervalArray(np.zeros((1, 1)), np.zeros((1, 1))) if found is None else found
 
 
-def _at(a: Series, n: int) -> IntervalArray | None:
+def _at(a: Expansion, n: int) -> IntervalArray | None:
     return a[n] if n < len(a) else None
 
 
@@ -61,21 +67,29 @@ def _over(a: IntervalArray | None, b: IntervalArray) -> IntervalArray | None:
     return None if a is None else quotient(a, b)
 
 
-def _div(n: int, of: list[Series], own: Series, _: dict[str, Series]) -> IntervalArray | None:
+def _div(
+    n: int, of: list[Expansion], own: Expansion, _: dict[str, Expansion]
+) -> IntervalArray | None:
     rest = _plus(_at(of[0], n), convolved(of[1], own, n, 1), -1)
     return _over(rest, of[1][0])
 
 
-def _sqrt(n: int, of: list[Series], own: Series, _: dict[str, Series]) -> IntervalArray | None:
+def _sqrt(
+    n: int, of: list[Expansion], own: Expansion, _: dict[str, Expansion]
+) -> IntervalArray | None:
     rest = _plus(_at(of[0], n), convolved(own, own, n, 1, n - 1), -1)
     return _over(rest, scaled(own[0], 2.0))
 
 
-def _exp(n: int, of: list[Series], own: Series, _: dict[str, Series]) -> IntervalArray | None:
+def _exp(
+    n: int, of: list[Expansion], own: Expansion, _: dict[str, Expansion]
+) -> IntervalArray | None:
     return convolved(of[0], own, n, 1, weight=1.0 / n)
 
 
-def _log(n: int, of: list[Series], own: Series, _: dict[str, Series]) -> IntervalArray | None:
+def _log(
+    n: int, of: list[Expansion], own: Expansion, _: dict[str, Expansion]
+) -> IntervalArray | None:
     rest = _plus(_at(of[0], n), convolved(own, of[0], n, 1, n - 1, 1.0 / n), -1)
     return _over(rest, of[0][0])
 
@@ -84,9 +98,9 @@ def _wave(other: str, sign: float) -> Rule:
     """Return the rule of a sine (cos, 1) or a cosine (sin, -1), beside which the other one goes."""
 
     def rule(
-        n: int, of: list[Series], own: Series, helper: dict[str, Series]
+        n: int, of: list[Expansion], own: Expansion, helper: dict[str, Expansion]
     ) -> IntervalArray | None:
-        beside = helper.setdefault(other, Series(beginning(other, [of[0][0]]), steady=False))
+        beside = helper.setdefault(other, Expansion(beginning(other, [of[0][0]]), steady=False))
         if len(beside) < n:  # its coefficient of order n - 1, by its own rule
             made = convolved(of[0], own, n - 1, 1, weight=-sign / (n - 1))
             beside.append(
@@ -101,9 +115,9 @@ def _from_square(sign: int) -> Rule:
     """Return the rule of y' = (1 + sign y^2) a': the tangent (1) or tanh (-1)."""
 
     def rule(
-        n: int, of: list[Series], own: Series, helper: dict[str, Series]
+        n: int, of: list[Expansion], own: Expansion, helper: dict[str, Expansion]
     ) -> IntervalArray | None:
-        while len(helper.setdefault("square", Series(_square(own, 0), steady=False))) < n:
+        while len(helper.setdefault("square", Expansion(_square(own, 0), steady=False))) < n:
             helper["square"].append(_square(own, len(helper["square"])))
         rest = convolved(of[0], helper["square"], n, 1, weight=sign / n)
         return _plus(_at(of[0], n), rest)
@@ -111,7 +125,7 @@ def _from_square(sign: int) -> Rule:
     return rule
 
 
-def _square(own: Series, n: int) -> IntervalArray:
+def _square(own: Expansion, n: int) -> IntervalArray:
     if n == 0:
         return beginning("mul", [own[0]] * 2)
     made = convolved(own, own, n)
@@ -119,16 +133,18 @@ def _square(own: Series, n: int) -> IntervalArray:
     return made
 
 
-def _atan(n: int, of: list[Series], own: Series, helper: dict[str, Series]) -> IntervalArray | None:
+def _atan(
+    n: int, of: list[Expansion], own: Expansion, helper: dict[str, Expansion]
+) -> IntervalArray | None:
     one = IntervalArray(np.ones((1, 1)), np.ones((1, 1)))
-    below = helper.setdefault("below", Series(added(_square(of[0], 0), one), steady=False))
+    below = helper.setdefault("below", Expansion(added(_square(of[0], 0), one), steady=False))
     while len(below) < n:
         below.append(_square(of[0], len(below)))
     rest = convolved(own, below, n, 1, n - 1, 1.0 / n)
     return _over(_plus(_at(of[0], n), rest, -1), below[0])
 
 
-def _kink(n: int, of: list[Series]) -> IntervalArray | None:
+def _kink(n: int, of: list[Expansion]) -> IntervalArray | None:
     """Return what a magnitude's coefficient is where the sign is known; elsewhere it has none."""
     a, slope = of[0], _at(of[0], n)
     if slope is None:
@@ -139,7 +155,7 @@ def _kink(n: int, of: list[Series]) -> IntervalArray | None:
     return IntervalArray(least, most)
 
 
-def _larger(n: int, of: list[Series]) -> IntervalArray | None:
+def _larger(n: int, of: list[Expansion]) -> IntervalArray | None:
     a, b = of
     zero = IntervalArray(np.zeros((1, 1)), np.zeros((1, 1)))
     x, y = alike(_at(a, n) or zero, _at(b, n) or zero)
@@ -149,7 +165,7 @@ def _larger(n: int, of: list[Series]) -> IntervalArray | None:
     return IntervalArray(least, most)
 
 
-def _jump(_: int, of: list[Series]) -> IntervalArray | None:
+def _jump(_: int, of: list[Expansion]) -> IntervalArray | None:
     known = (of[0].low[0, :1] > 0) | (of[0].high[0, :1] < 0)
     return IntervalArray(np.where(known, 0.0, -np.inf), np.where(known, 0.0, np.inf))
 
@@ -165,7 +181,7 @@ RULES: dict[str, Rule] = {
     "tanh": _from_square(-1),
     "atan": _atan,
 }
-OF_OPERANDS: dict[str, Callable[[int, list[Series]], IntervalArray | None]] = {
+OF_OPERANDS: dict[str, Callable[[int, list[Expansion]], IntervalArray | None]] = {
     "add": lambda n, of: _plus(_at(of[0], n), _at(of[1], n)),
     "sub": lambda n, of: _plus(_at(of[0], n), _at(of[1], n), -1),
     "neg": lambda n, of: _plus(None, _at(of[0], n), -1),

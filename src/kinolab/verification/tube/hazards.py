@@ -80,10 +80,17 @@ def _dot(
     return np.asarray(products(rows, (factors, factors))[1].sum(axis=(0, 1)))
 
 
-def wrapping_hazards(problem: PlanningTask, tube: Tube) -> Iterator[Hazard]:
-    """Yield where a deviation is so large that its sign is ambiguous: of circles and attitudes."""
+def wrapping_hazards(problem: PlanningTask, tube: Tube, noise: Array) -> Iterator[Hazard]:
+    """Yield where a deviation is so large that its sign is ambiguous: of circles and attitudes.
+
+    Args:
+        problem: The machine.
+        tube: Deviations from the nominal motion.
+        noise: By how much measurements are off at most, shape (nx,).
+    """
     bounds, t = tube.bounds, tube.nominal.t
-    size = np.maximum(np.abs(bounds.low), np.abs(bounds.high))
+    # 1e-6 of a scale: by how much nominal states may differ from the plan's
+    size = np.maximum(np.abs(bounds.low), np.abs(bounds.high)) + noise + 1e-6 * problem.scales
     far = (size[:, problem.circular] >= np.pi).any(axis=1)
     for part in problem.space.spheres:  # chords longer than 1 are of turns beyond 1 rad
         far |= np.linalg.norm(size[:, part.own], axis=1) >= 1.0

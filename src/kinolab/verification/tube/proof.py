@@ -122,7 +122,7 @@ class Prover:
         found = [
             *([contact] if contact else []),
             *limit_hazards(problem, tube, poses),
-            *wrapping_hazards(problem, tube),
+            *wrapping_hazards(problem, tube, uncertainty.measurement_radii(problem)),
         ]
         hazards = tuple(sorted(found, key=lambda hazard: hazard.time))
         excess = goal_excess(problem, tube, poses) if tube.complete else np.inf
@@ -183,6 +183,7 @@ def _require_smooth(problem: PlanningTask, trajectory: Trajectory) -> None:
         f"{name} has a feedback law of its own.": model.plant is not model,
         "its scenario takes an integrator's steps for the truth.": discrete,
         f"{name} closes loops, and other parameters would open them.": machine.closes_loops,
+        "it has goals on the way.": bool(problem.via),
         "its cost is a state.": problem.cost_entry is not None,
         "it has no steps.": not len(trajectory.u),
     }
