@@ -38,6 +38,8 @@ def limit_hazards(problem: PlanningTask, tube: Tube, poses: TubePoses) -> Iterat
     model, t = problem.whole or problem.model, tube.nominal.t
     counts = np.ones(model.nx, dtype=bool)
     counts[model.speeds] = False
+    for part in problem.space.spheres:  # unit vectors, of which nothing else is limited
+        counts[part.own] = False
     for i in np.flatnonzero(counts & ~problem.circular):
         lower, upper = model.state_bounds[i]
         low, high = poses.states.low[i], poses.states.high[i]
