@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from kinolab.search.ompl import OmplSetup
     from kinolab.solve.replanning.replanner import Replanner
     from kinolab.trajectory import Trajectory
+    from kinolab.verification.tube.claim import Claim
 
 
 def load(source: str | Path | Mapping[str, Any], *, overrides: Sequence[str] = ()) -> Problem:
@@ -365,6 +366,44 @@ class Plan(PlanResult):
         from kinolab.solve.plan_summary import plan_text
 
         return plan_text(self.problem, self)
+
+    def prove(
+        self,
+        percent: float = 5.0,
+        parameters: Sequence[str] = (),
+        *,
+        noise: float = 0.0,
+        disturbance: float = 0.0,
+    ) -> Claim:
+        """Prove that every machine within some bounds carries the plan out, or how far it is so.
+
+        Args:
+            percent: By how much of its value each parameter may be off.
+            parameters: Which are uncertain; as ``plan prove`` chooses them when left out.
+            noise: By how much a measurement is off at most, as a share of the state's scale.
+            disturbance: By how much an input is off at most, as a share of its range.
+
+        Returns:
+            ``.proved``, ``.share`` of what was asked that is proved, and ``.proof`` with its tube;
+            ``print`` shows what it says.
+
+        Raises:
+            InputError: If there is no motion, or no proof for such a machine or such bounds.
+        """
+        from kinolab.analyze.execute.conditions import kept_by_default
+        from kinolab.verification.tube.claim import claimed
+        from kinolab.verification.tube.proof import Prover
+        from kinolab.verification.tube.uncertainty import Uncertainty, varied_by_default
+
+        require_fit("prove percent", float, percent)
+        if self.problem is None or self.trajectory is None:
+            what = "this plan has no motion, or does not know its problem."
+            raise InputError([Mistake("prove", what, "Prove what problem.solve(…) returned.")])
+        kept = kept_by_default(self.problem.system)
+        varied = tuple(parameters) or varied_by_default(self.problem, kept)
+        asked = Uncertainty(dict.fromkeys(varied, percent / 100.0), noise, disturbance)
+        asked.require(self.problem)
+        return claimed(Prover(self.problem, self.trajectory), asked)
 
     def save(self, folder: str | Path) -> Path:
         """Write the folder of a run, as the command line does but for its pictures.

@@ -22,8 +22,9 @@ from kinolab.cli.terminal import say
 from kinolab.errors import KinolabError, shortened_quotes
 
 COMMANDS = (
-    "scenario", "studio", "check", "execute", "bench", "plot", "video", "gallery", "view", "list",
-    "equations", "describe", "simulate", "examine", "export", "new", "course", "warm-up", "help",
+    "scenario", "studio", "check", "execute", "prove", "bench", "plot", "video", "gallery", "view",
+    "list", "equations", "describe", "simulate", "examine", "export", "new", "course",
+    "warm-up", "help",
 )  # fmt: skip
 OF_MACHINES = ("describe", "equations", "examine", "export", "simulate", "new")  # in their folder
 HELP = ("-h", "--help")

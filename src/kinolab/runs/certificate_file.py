@@ -15,7 +15,7 @@ from kinolab.untrusted import json_file
 from kinolab.verification import Certificate, Check
 from kinolab.verification.dense_motion import MAX_SPACING
 
-CERTIFICATE = "certificate.json"
+CERTIFICATE, TUBE = "certificate.json", "tube.json"
 NOT_PROVED = (
     "That the machine is as it is described: its masses, friction and shapes were taken as given.",
     "That a machine which is disturbed, or differs from its description, follows the plan: "

@@ -35,7 +35,7 @@ from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 from kinolab.problem.unwrapping import unwrapped
 from kinolab.runs.assets import assets_of, digest_of, portable_scenario
-from kinolab.runs.certificate_file import CERTIFICATE, certificate_to_json, unchanged
+from kinolab.runs.certificate_file import CERTIFICATE, TUBE, certificate_to_json, unchanged
 from kinolab.runs.dynobench_result import has_its_steps, result_text
 from kinolab.runs.readme import README, readme_of
 from kinolab.runs.report import report_of
@@ -61,7 +61,7 @@ MOTION_FORMATS: dict[str, Callable[[Trajectory], bytes]] = {  # every one is wri
 PLOT_NAMES = ("states", "inputs", "phase", "configuration")  # by ``plan plot``
 PLOTS = tuple(f"plots/{name}.{form}" for form in ("svg", "png") for name in PLOT_NAMES)
 PICTURES = (FILM, "animation.mp4", PAGE, MODEL)
-OPTIONAL = (CERTIFICATE, "search.npz", "result.yaml", *PICTURES, *EXECUTION, *PLOTS)
+OPTIONAL = (CERTIFICATE, TUBE, "search.npz", "result.yaml", *PICTURES, *EXECUTION, *PLOTS)
 
 
 @dataclass(frozen=True)
@@ -285,7 +285,8 @@ def _motion_in(folder: Path, problem: PlanningTask) -> Trajectory:
 def check_run(folder: Path, told: Told | None = None, *, thorough: bool = False) -> Certificate:
     """Verify a finished run from its files alone.
 
-    What is verified is ``trajectory.csv``; a ``trajectory.npz`` beside it must say the same.
+    What is verified is ``trajectory.csv``; a ``trajectory.npz`` beside it must say the same. What a
+    ``tube.json`` beside it says is proved again.
 
     Args:
         folder: Of the run.
@@ -300,6 +301,10 @@ def check_run(folder: Path, told: Told | None = None, *, thorough: bool = False)
     files = [unchanged(run.folder, run.problem, run.report)]
     if (folder / NPZ).is_file():
         files.append(_same_in_npz(folder, _motion_in(folder, run.problem)))
+    if (folder / TUBE).is_file():
+        from kinolab.runs.tube_file import check_tube
+
+        files.append(check_tube(folder, run.problem, run.trajectory))
     if certificate.cost is not None:
         files.append(_same_cost(certificate.cost, run.report.get("cost")))
     return replace(certificate, checks=(*files, *certificate.checks))

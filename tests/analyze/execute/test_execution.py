@@ -11,7 +11,6 @@ import pytest
 
 import kinolab
 from kinolab.analyze.execute.conditions import Conditions
-from kinolab.analyze.execute.tracker import Tracker
 from kinolab.cli import run
 from kinolab.dynamics import (
     Body,
@@ -31,6 +30,7 @@ from kinolab.errors import InputError
 from kinolab.problem import PlanningTask
 from kinolab.runs import write_run
 from kinolab.solve import PlanResult
+from kinolab.steering.tracker import Tracker
 from kinolab.trajectory import Trajectory
 from kinolab.world import box_obstacle
 from tests.executions import execute

@@ -14,7 +14,6 @@ from kinolab.analyze.execute.conditions import Conditions
 from kinolab.analyze.execute.execution import Executor
 from kinolab.analyze.execute.execution_diagnosis import diagnose_execution
 from kinolab.analyze.execute.execution_report import summary_lines
-from kinolab.analyze.execute.tracker import Tracker
 from kinolab.cli import run
 from kinolab.dynamics import (
     Body,
@@ -33,6 +32,7 @@ from kinolab.dynamics.language.json.machine_file import machine_from_json, machi
 from kinolab.errors import InputError
 from kinolab.runs import write_run
 from kinolab.solve import PlanResult
+from kinolab.steering.tracker import Tracker
 from tests.analyze.execute.failing_plans import CASES, GROUND, REST, FailingPlan, carriage
 from tests.executions import execute
 

@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 from kinolab.analyze.execute.conditions import Conditions
 from kinolab.analyze.execute.failure import Failure, FailureCount, FailureGroup, Outcome
 from kinolab.analyze.execute.run_monitor import RunMonitor
-from kinolab.analyze.execute.tracker import LARGE_DEVIATION, Tracker
 from kinolab.dynamics import Model
 from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.errors import InputError, KinolabError, Mistake
@@ -25,6 +24,7 @@ from kinolab.problem.unwrapping import unwrapped
 from kinolab.simulation import ReferenceStep
 from kinolab.simulation.dop853 import TOO_SMALL
 from kinolab.simulation.reference import REASONS, DivergedError
+from kinolab.steering.tracker import LARGE_DEVIATION, Tracker
 from kinolab.trajectory import Trajectory
 
 KEPT = 1000  # runs whose paths are kept; of further ones only how they ended

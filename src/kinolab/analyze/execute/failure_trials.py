@@ -11,8 +11,8 @@ import numpy as np
 
 from kinolab.analyze.execute.execution import Execution, ExecutionRun, Executor
 from kinolab.analyze.execute.failure import FailureGroup
-from kinolab.analyze.execute.tracker import Tracker
 from kinolab.errors import KinolabError
+from kinolab.steering.tracker import Tracker
 
 STIFFER, STRONGER = 4.0, 2.0  # factors on how stiff the gains, and how strong the inputs are
 TRIAL_SECONDS = 15.0  # for all changes together, as a diagnosis of a search takes

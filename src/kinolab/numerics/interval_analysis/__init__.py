@@ -1,0 +1,1 @@
+"""Interval analysis beyond single operations: Taylor series, matrices, sets of states."""

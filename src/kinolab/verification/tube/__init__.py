@@ -1,0 +1,1 @@
+"""Tubes: all motions of a machine with uncertain parameters, disturbances and measurements."""
