@@ -68,6 +68,7 @@ class PlanImprover:
     _gained: float = 1.0  # largest factor by which a duration was reduced
     _seconds: float = 0.0  # [s] of work on the plan
     _subproblem: float = 0.0  # [s] of that for one subproblem of the whole motion
+    _done: float = 0.0  # [s] of work on the best motion, when it was last given more
     _last_half_gain: float = 0.0  # fraction by which the second half of it made a motion shorter
 
     def plan(self, found: PlanResult, budget: Budget) -> PlanResult:
@@ -126,6 +127,7 @@ class PlanImprover:
         A rejected motion is repaired if possible; otherwise the caller searches again.
         """
         self._unfinished, self._out_of_time, incumbent = False, 0.0, self._incumbent
+        self._done = 0.0
         refused, limit = incumbent.best.status == REFUSED, self.request.time_limit
         seconds, begun = self._seconds, incumbent.time()
         if refused:  # most of the time is for another search
@@ -235,9 +237,9 @@ class PlanImprover:
         best = min(ways, key=lambda way: way.duration).progress
         if self.request.effort(self.problem) != "auto" or more <= 0.0 or remaining.cancelled():
             return False
-        short_of_work = best.work >= 0.5 * remaining.time_limit  # no other reason to have ended
-        if not short_of_work or best.expected_gain < STILL_GAINING:
-            return False
+        done, self._done = self._done, best.work
+        if best.work <= done or best.expected_gain < STILL_GAINING:
+            return False  # nothing came of the last time, or hardly anything will
         self._seconds += more
         remaining.time_limit += more
         return True
