@@ -82,7 +82,7 @@ class Auto(AbstractCompiledPlanner):
         motion = self._curve(problem, seed, budget) if first else None
         if motion is not None:
             return SearchResult(Outcome.SOLVED, motion.t, motion.inputs, budget.iterations)
-        found = self._flat(problem, seed, budget) if first else None
+        found = None if budget.refused else self._flat(problem, seed, budget)
         return found or super().solve(problem, seed, budget)
 
     def _flat(self, problem: PlanningTask, seed: int, budget: Budget) -> SearchResult | None:

@@ -48,7 +48,8 @@ def maze() -> PlanningTask:
 
 @pytest.fixture(scope="module")
 def plan(maze: PlanningTask) -> PlanResult:
-    return maze.solve(seed=1, improve=0.6)  # [s] of work: the improvement begins as with more
+    """From a motion of trees: that in flat outputs is short already."""
+    return maze.solve(seed=1, planner="kpiece_fast", improve=0.6)  # [s] of work: as with more
 
 
 def searched(

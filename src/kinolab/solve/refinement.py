@@ -43,6 +43,7 @@ class Shortening:
         minimised: The duration in [s] that knots have come to in this round, whose motion may not
             be known yet, and the fraction by which that was still becoming shorter.
         over: Whether nothing more is gained.
+        spent: Whether that is because there was no more work.
     """
 
     given: Trajectory
@@ -51,6 +52,7 @@ class Shortening:
     curve: list[tuple[float, float]] = field(default_factory=list)
     minimised: tuple[float, float] = UNKNOWN
     over: bool = False
+    spent: bool = False
 
     def duration_at(self, work: float) -> float:
         """Return the duration in [s] that so many seconds of work had led to."""
@@ -66,7 +68,7 @@ class Shortening:
         """The fraction by which as much work again may be expected to make it shorter, about."""
         duration, still = self.minimised
         promise = max(still, 1.0 - duration / self.shortest.duration)
-        return promise if self.over else max(self.last_half_gain, promise)
+        return promise if self.over and not self.spent else max(self.last_half_gain, promise)
 
 
 class Refinement:
@@ -111,7 +113,7 @@ class Refinement:
             if over is None:  # failed or interrupted: its thread ends as soon as it asks its budget
                 self._work = None
             made.over = over is not False
-        made.work = self._remaining.elapsed
+        made.work, made.spent = self._remaining.elapsed, self._remaining.over
         if made.shortest is not before and incumbent.beaten_by(made.shortest):
             incumbent.take(made.shortest, "shorten")
         return made
