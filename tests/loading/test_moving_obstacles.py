@@ -218,6 +218,24 @@ def test_motions_that_are_wrong(motion: dict[str, Any], sentence: str) -> None:
 
 
 @pytest.mark.parametrize(
+    ("table", "sentence"),
+    [
+        ("t,x,y,z\n0,0,0,0\n1,1,,0\n", "line 3, column y: it is empty"),
+        ("t,x,y,z\n0,0,0,0\n\n1,1,0,abc\n", "line 4, column z: 'abc' is no finite number"),
+        ("t,x,y,z\n0,0,nan,0\n1,1,0,0\n", "line 2, column y: 'nan' is no finite number"),
+        ("t,x,y,z\n0,0,0\n1,1,0,0\n", "line 2 has 3 entries, not 4"),
+    ],
+)
+def test_a_table_of_poses_that_is_wrong_says_where(
+    table: str, sentence: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "cart.csv").write_text(table)
+    with pytest.raises(InputError, match=sentence):
+        corridor(file="cart.csv")
+
+
+@pytest.mark.parametrize(
     ("placed", "motion", "sentence"),
     [
         ("position", {"points": GATE}, "position is not used, because motion.points says"),

@@ -19,6 +19,7 @@ from kinolab.errors import InputError, Mistake
 from kinolab.numerics.arrays import Array
 from kinolab.problem.task import HORIZON, PlanningTask
 from kinolab.scenario import Issue, ObstacleEntry, Scenario, mistake_at
+from kinolab.scenario.toml_text import shortened
 from kinolab.scenario.values import WHOLE_POSES
 from kinolab.simulation.reference import resimulate
 from kinolab.trajectory import read_csv
@@ -98,7 +99,7 @@ def among_runs(model: Model, scenario: Scenario, load: Callable[[Path], Planning
         try:
             planned.append((entry, *_planned(scenario.folder / str(entry.run), load)))
         except (InputError, OSError) as error:
-            what = f"{entry.run} has no plan: {why(error)}."
+            what = f"{entry.run} has no plan: {why(error).rstrip('.')}."
             remedy = "Plan there first, or name the folder of another run."
             issue = Issue(("world", "obstacle", k, "run"), what, remedy)
             mistakes.append(mistake_at(issue, scenario.origin))
@@ -125,6 +126,8 @@ def _planned(
 def _among_planned(
     model: Model, planned: Sequence[tuple[ObstacleEntry, PlanningTask, Array, Array]]
 ) -> Mechanism:
+    from kinolab.dynamics.language.json.machine_file import machine_to_json
+    from kinolab.dynamics.language.json.size_limits import size_mistakes
     from kinolab.dynamics.movers import Mover, among, corners_of, fastest_between, polyline
 
     movers, fastest = [], 0.0
@@ -137,7 +140,11 @@ def _among_planned(
                 name = f"{entry.name} {body.name}"
                 movers.append(Mover(name, body.shapes, polyline(corners), color or body.color))
                 fastest = max(fastest, fastest_between(corners[:, 0], corners[:, 1:]))
-    return among(model.system, movers, fastest)
+    found = among(model.system, movers, fastest)
+    if too_large := list(size_mistakes(json.loads(machine_to_json(found)))):
+        what = f"with the motions of other plans, the machine is too large: {too_large[0].what}"
+        raise InputError([Mistake("[[world.obstacle]] run", what, "Name fewer or shorter plans.")])
+    return found
 
 
 def _described(
@@ -272,11 +279,21 @@ def _read(text: str) -> Iterator[list[float]]:
     names = [name.strip() for name in next(table, [])]
     if names not in ([*COLUMNS], [*COLUMNS[:4]]):
         raise ValueError(f"its columns are {', '.join(names)[:80]}")
-    for line, row in enumerate(table, start=2):
-        values = [*map(float, row)]
-        if len(values) != len(names) or not all(map(math.isfinite, values)):
-            raise ValueError(f"line {line} is not a row of {len(names)} finite numbers")
-        yield values
+    for row in filter(None, table):
+        if len(row) != len(names):
+            raise ValueError(f"line {table.line_num} has {len(row)} entries, not {len(names)}")
+        yield [_number(*cell, table.line_num) for cell in zip(names, row, strict=True)]
+
+
+def _number(column: str, cell: str, line: int) -> float:
+    try:
+        value = float(cell)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        found = f"{shortened(cell)!r} is no finite number" if cell.strip() else "it is empty"
+        raise ValueError(f"line {line}, column {column}: {found}")
+    return value
 
 
 def _closes(rows: Array) -> bool:
