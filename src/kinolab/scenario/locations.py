@@ -22,6 +22,7 @@ TABLE_LISTS: tuple[KeyPath, ...] = (
     ("goal", "point"),
     ("goal", "direction"),
     ("via",),
+    ("machine",),
     ("keep_out",),
 )
 
