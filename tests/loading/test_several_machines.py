@@ -122,8 +122,11 @@ def test_one_of_them_comes_to_rest() -> None:
         (lambda t: t["machine"][1].update(system={}), "2 system: none of name and file is given"),
         (lambda t: t.update(start={"x": 1.0}), "stands beside"),
         (lambda t: t["machine"][1].update(colour="red"), "'colour'"),
-        (lambda t: t["machine"][1]["start"].update(q=1.0), "right_q"),
-        (lambda t: t["machine"][1]["start"].update(x=1.0, y=1.0), "left_coin touches right_coin"),
+        (lambda t: t["machine"][1]["start"].update(q=1.0), r"\[\[machine\]\] 2 start.q: .*right_q"),
+        (
+            lambda t: t["machine"][1]["start"].update(x=1.0, y=1.0),
+            r"\[\[machine\]\] start: left_coin touches right_coin\. Move \[\[machine\]\] left or",
+        ),
     ],
 )
 def test_machines_that_are_wrong(change: Any, sentence: str) -> None:

@@ -123,7 +123,10 @@ def check_changed(
         origin: Where it is from, with what was changed.
         mistakes: In the changes; they come first.
     """
+    tables = document.get("machine")
     document, found = _side_by_side(document)
+    if tables and not found:
+        origin = replace(origin, machines=tuple(document["system"]["machines"]))
     mistakes += [mistake_at(issue, origin) for issue in found]
     document = _divided(document)
     issues, scenario = document_issues(document), None
