@@ -1,5 +1,6 @@
 """Obstacles that move in a scenario: plans that wait for them, and what is wrong with motions."""
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -215,6 +216,81 @@ def test_what_goes_on_and_hits_a_machine_that_waits_is_said() -> None:
 def test_motions_that_are_wrong(motion: dict[str, Any], sentence: str) -> None:
     with pytest.raises(InputError, match=sentence):
         corridor(**motion)
+
+
+@pytest.mark.parametrize(
+    ("table", "sentence"),
+    [
+        ("t,x,y,z\n0,0,0,0\n1,1,,0\n", "line 3, column y: it is empty"),
+        ("t,x,y,z\n0,0,0,0\n\n1,1,0,abc\n", "line 4, column z: 'abc' is no finite number"),
+        ("t,x,y,z\n0,0,nan,0\n1,1,0,0\n", "line 2, column y: 'nan' is no finite number"),
+        ("t,x,y,z\n0,0,0\n1,1,0,0\n", "line 2 has 3 entries, not 4"),
+    ],
+)
+def test_a_table_of_poses_that_is_wrong_says_where(
+    table: str, sentence: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "cart.csv").write_text(table)
+    with pytest.raises(InputError, match=sentence):
+        corridor(file="cart.csv")
+
+
+@pytest.mark.parametrize("names", ["t,x,y,z,yaw", "yaw,z,y,x,t", "t,x,y,z,roll,pitch,yaw"])
+def test_columns_of_a_table_go_by_their_names(
+    names: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    pose = {"x": 4.0, "y": 5.0, "z": 6.0, "yaw": 0.3}
+    rows = [{"t": t, **pose, "x": 4.0 + t} for t in (0.0, 1.0)]
+    lines = [",".join(str(row.get(name, 0.0)) for name in names.split(",")) for row in rows]
+    (tmp_path / "cart.csv").write_text("\n".join([names, *lines]))
+    problem = corridor(file="cart.csv")
+    at = problem.frames(problem.start).reshape(-1, 3, 4)[-1]
+    np.testing.assert_allclose(at[:, 3], (4.0, 5.0, 6.0), atol=1e-9)
+    np.testing.assert_allclose(at[:2, 0], (np.cos(0.3), np.sin(0.3)), atol=1e-9)
+
+
+@pytest.mark.parametrize(("period", "turn", "said"), [(1, 0.35, 0), (1000, 0.35, 1), (1, 20, 1)])
+def test_times_in_milliseconds_and_angles_in_degrees_are_noticed(
+    period: float, turn: float, said: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    rows = [f"{period * k},9,{k * k},0.5,{turn * k}" for k in range(10)]
+    (tmp_path / "cart.csv").write_text("\n".join(["t,x,y,z,yaw", *rows]))
+    found = [
+        s for s in problem_warnings(corridor(file="cart.csv")) if " ms " in s or "degrees" in s
+    ]
+    assert len(found) == said
+
+
+@pytest.mark.parametrize(
+    ("formula", "at"),
+    [
+        ("3 + 1 / (t - 2)", 2.0),
+        ("1 / (t - 7.3)**2", 7.3),
+        ("2 + log(t)", 0.0),
+        ("sqrt(5 - t)", 5.0),
+        ("sqrt(t - 5)", 0.0),
+        ("tan(t)", np.pi / 2),
+        ("1 / (1 + sin(t))", 3 * np.pi / 2),  # whose divisor has no change of sign
+        ("exp(exp(t))", np.log(np.log(np.finfo(float).max))),
+        ("1 / 0", 0.0),
+        *((text, None) for text in ("sin(t) / (t + 1)", "1 / (2 + cos(t))", "abs(t - 3)")),
+        *((text, None) for text in ("max(t - 2, 0)", "1 / (1 + exp(30 - t))", "log(t + 1)")),
+    ],
+)
+def test_where_a_formula_is_not_finite_is_said(formula: str, at: float | None) -> None:
+    motion = {"position": ["9", formula, "0.5"]}
+    if at is None:
+        corridor(**motion)
+        return
+    with pytest.raises(InputError, match=r"obstacle\]\] 3 motion.position: .* of gate") as caught:
+        corridor(**motion)
+    said = re.search(r"at t = (\S+) s\.", str(caught.value))
+    assert said
+    assert float(said[1]) == pytest.approx(at, abs=0.061)  # the last is known to a sample
+    assert ("or [bounds] time = [0, " in str(caught.value)) == (at > 0.0)
 
 
 @pytest.mark.parametrize(

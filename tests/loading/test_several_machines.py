@@ -115,12 +115,18 @@ def test_one_of_them_comes_to_rest() -> None:
     ("change", "sentence"),
     [
         (lambda t: t["machine"].pop(), "it is the only one"),
-        (lambda t: t["machine"][1].update(name="left"), "that of another one"),
-        (lambda t: t["machine"][1].pop("name"), "it has no name"),
+        (lambda t: t["machine"][1].update(name="left"), 'machine 1 is called "left", too'),
+        (lambda t: t["machine"][1].update(name="my coin"), '"my coin" has other characters'),
+        (lambda t: t["machine"][1].pop("name"), r"\[\[machine\]\] 2 name: the key is missing"),
+        (lambda t: t["machine"][1].pop("system"), r"2 system: the section is missing"),
+        (lambda t: t["machine"][1].update(system={}), "2 system: none of name and file is given"),
         (lambda t: t.update(start={"x": 1.0}), "stands beside"),
         (lambda t: t["machine"][1].update(colour="red"), "'colour'"),
-        (lambda t: t["machine"][1]["start"].update(q=1.0), "right_q"),
-        (lambda t: t["machine"][1]["start"].update(x=1.0, y=1.0), "left_coin touches right_coin"),
+        (lambda t: t["machine"][1]["start"].update(q=1.0), r"\[\[machine\]\] 2 start.q: .*right_q"),
+        (
+            lambda t: t["machine"][1]["start"].update(x=1.0, y=1.0),
+            r"\[\[machine\]\] start: left_coin touches right_coin\. Move \[\[machine\]\] left or",
+        ),
     ],
 )
 def test_machines_that_are_wrong(change: Any, sentence: str) -> None:
@@ -128,3 +134,23 @@ def test_machines_that_are_wrong(change: Any, sentence: str) -> None:
     change(table)
     with pytest.raises(KinolabError, match=sentence):
         kinolab.load(table).check_endpoints()
+
+
+@pytest.mark.parametrize("value", [3, "rolling_disk", [3, 3], True])
+@pytest.mark.parametrize("key", ["name", "system", "start", "goal", "bounds", "metric"])
+def test_no_key_of_a_machine_is_ignored_where_its_type_is_wrong(key: str, value: Any) -> None:
+    table = passing()
+    table["machine"][1][key] = value
+    if (key, value) == ("name", "rolling_disk"):
+        kinolab.load(table)
+        return
+    with pytest.raises(KinolabError) as caught:
+        kinolab.load(table)
+    assert f"[[machine]] 2 {key}: " in str(caught.value)
+    assert len(str(caught.value).splitlines()) == 1  # nothing that follows from it alone
+
+
+@pytest.mark.parametrize("table", [3, {}, [], [{}, 3], [[], []]])
+def test_what_is_no_list_of_machines_is_refused_in_words(table: Any) -> None:
+    with pytest.raises(KinolabError, match=r"machine"):
+        kinolab.load({**passing(), "machine": table})

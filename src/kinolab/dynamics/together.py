@@ -113,7 +113,10 @@ def _misfits(machines: Mapping[str, Mechanism]) -> Iterator[Mistake]:
     for name, system in machines.items():
         where = f"machine {name!r}"
         if system.modes:
-            yield Mistake(where, "it has modes.", "Plan for it alone: motion = { run = … }.")
+            remedy = (
+                f'Plan for it alone, then for others with [[world.obstacle]] run = "runs/{name}".'
+            )
+            yield Mistake(where, "it has modes.", remedy)
         if system.gravity is None and any(_falls(system, gravity) for gravity in given):
             yield Mistake(where, "it has no gravity, which another one has.", "Give it some.")
     if len(sizes) > 1:

@@ -13,12 +13,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from kinolab.dynamics import Model
-from kinolab.dynamics.codegen.state_space import whole_turns
+from kinolab.dynamics.codegen.state_space import TURN, whole_turns
 from kinolab.dynamics.machine_facts import TIME
 from kinolab.errors import InputError, Mistake
 from kinolab.numerics.arrays import Array
 from kinolab.problem.task import HORIZON, PlanningTask
 from kinolab.scenario import Issue, ObstacleEntry, Scenario, mistake_at
+from kinolab.scenario.locations import place_at
+from kinolab.scenario.toml_text import shortened
 from kinolab.scenario.values import WHOLE_POSES
 from kinolab.simulation.reference import resimulate
 from kinolab.trajectory import read_csv
@@ -31,7 +33,7 @@ if TYPE_CHECKING:
     from kinolab.dynamics.language.mechanism import Mechanism
     from kinolab.dynamics.language.shapes import Shape
 
-COLUMNS = ("t", "x", "y", "z", "roll", "pitch", "yaw")  # of a file; the last three can be missing
+COLUMNS = ("t", "x", "y", "z", "roll", "pitch", "yaw")  # of a file; the angles may be left out
 LONGEST = 600.0  # [s] for which rows are repeated, without [bounds] time
 MOST_CORNERS = WHOLE_POSES  # of a path: each is an operation of the machine's code
 CLOSED = 1e-6  # [m] or [rad] between the ends of a path that repeats
@@ -98,7 +100,7 @@ def among_runs(model: Model, scenario: Scenario, load: Callable[[Path], Planning
         try:
             planned.append((entry, *_planned(scenario.folder / str(entry.run), load)))
         except (InputError, OSError) as error:
-            what = f"{entry.run} has no plan: {why(error)}."
+            what = f"{entry.run} has no plan: {why(error).rstrip('.')}."
             remedy = "Plan there first, or name the folder of another run."
             issue = Issue(("world", "obstacle", k, "run"), what, remedy)
             mistakes.append(mistake_at(issue, scenario.origin))
@@ -125,6 +127,8 @@ def _planned(
 def _among_planned(
     model: Model, planned: Sequence[tuple[ObstacleEntry, PlanningTask, Array, Array]]
 ) -> Mechanism:
+    from kinolab.dynamics.language.json.machine_file import machine_to_json
+    from kinolab.dynamics.language.json.size_limits import size_mistakes
     from kinolab.dynamics.movers import Mover, among, corners_of, fastest_between, polyline
 
     movers, fastest = [], 0.0
@@ -137,7 +141,11 @@ def _among_planned(
                 name = f"{entry.name} {body.name}"
                 movers.append(Mover(name, body.shapes, polyline(corners), color or body.color))
                 fastest = max(fastest, fastest_between(corners[:, 0], corners[:, 1:]))
-    return among(model.system, movers, fastest)
+    found = among(model.system, movers, fastest)
+    if too_large := list(size_mistakes(json.loads(machine_to_json(found)))):
+        what = f"with the motions of other plans, the machine is too large: {too_large[0].what}"
+        raise InputError([Mistake("[[world.obstacle]] run", what, "Name fewer or shorter plans.")])
+    return found
 
 
 def _described(
@@ -152,7 +160,7 @@ def _described(
         Mover(
             entry.name,
             (_shape(obstacle),),
-            _pose(scenario, k, entry, corners),
+            _pose(scenario, k, entry, corners, min(horizon, HORIZON)),
             entry.colors[0] if entry.colors else None,
         )
         for (k, entry), corners, obstacle in moving
@@ -161,7 +169,23 @@ def _described(
     fastest = max(fastest_of(mover.pose, until) for mover in movers)
     found = among(model.system, movers, fastest, until=horizon)
     hulls = [f"{o.name} moves as its convex hull." for _, _, o in moving if not _convex(o)]
-    return found.changed(notes=[*found.notes, *(("", sentence) for sentence in hulls)])
+    units = [s for (_, e), corners, _ in moving for s in _units_meant(e.name, corners)]
+    return found.changed(notes=[*found.notes, *(("", sentence) for sentence in hulls + units)])
+
+
+def _units_meant(name: str, corners: Array | None) -> Iterator[str]:
+    """Yield what looks like milliseconds or degrees in rows of a time and a pose each."""
+    if corners is None:
+        return
+    times, angles = corners[:, 0], corners[:, 4:]
+    if times[-1] > LONGEST and (times == times.round()).all():
+        yield f"{name} moves for {times[-1] - times[0]:g} s; times in ms are to be divided by 1000."
+    largest = float(np.abs(angles).max(initial=0.0))
+    if largest > TURN and (angles == angles.round()).all():
+        yield (
+            f"{name} turns up to {largest:g} rad, in whole numbers and more than a whole turn; "
+            f"{largest:g} degrees are {math.radians(largest):.4g} rad."
+        )
 
 
 def _convex(obstacle: Obstacle) -> bool:
@@ -190,12 +214,13 @@ def _shape(obstacle: Obstacle) -> Shape:
 
 
 def _pose(
-    scenario: Scenario, k: int, entry: ObstacleEntry, corners: Array | None
+    scenario: Scenario, k: int, entry: ObstacleEntry, corners: Array | None, until: float
 ) -> tuple[sympy.Expr, ...]:
-    """Return x, y, z, roll, pitch and yaw of an obstacle as functions of time."""
+    """Return x, y, z, roll, pitch and yaw of an obstacle as functions of time, finite up to one."""
     import sympy
 
     from kinolab.dynamics.movers import polyline, t
+    from kinolab.dynamics.poles import first_pole
     from kinolab.problem.objective.formula import formula_in
 
     motion, still = entry.motion, (*entry.position, *entry.rpy)
@@ -208,8 +233,13 @@ def _pose(
         return tuple(at + t * rate for at, rate in zip(found, rates, strict=True))
     for key, first in (("position", 0), ("rpy", 3)):
         for i, text in enumerate(getattr(motion, key) or ()):
-            where = f"{scenario.origin.file.name} [[world.obstacle]] {k + 1} motion {key}"
+            where = place_at(("world", "obstacle", k, "motion", key), scenario.origin)
             found[first + i] = formula_in(text, {"t": t}, where)
+            if (pole := first_pole(found[first + i], until)) is not None:
+                what = f"{text!r} of {entry.name}, or its rate, is not finite at t = {pole:.6g} s."
+                remedy = f"Write a formula that is finite and smooth from t = 0 to {until:g} s"
+                remedy += f", or [bounds] time = [0, {0.9 * pole:.3g}]." if pole else "."
+                raise InputError([Mistake(where, what, remedy)])
     return tuple(found)
 
 
@@ -239,7 +269,9 @@ def _points(
         try:
             rows = np.array(list(_read(text_file(scenario.folder / motion.file))))
         except (OSError, ValueError, csv.Error) as error:
-            remedy = f"Write a line of {', '.join(COLUMNS)}, then a row for each time."
+            remedy = (
+                f"Write a line of {', '.join(COLUMNS)}, angles as needed, then a row for each time."
+            )
             raise refuse(key, f"{motion.file}: {why(error)}.", remedy) from error
     else:
         return None
@@ -270,13 +302,25 @@ def _read(text: str) -> Iterator[list[float]]:
     """
     table = csv.reader(text.splitlines())
     names = [name.strip() for name in next(table, [])]
-    if names not in ([*COLUMNS], [*COLUMNS[:4]]):
+    if len({*names}) < len(names) or not {*COLUMNS[:4]} <= {*names} <= {*COLUMNS}:
         raise ValueError(f"its columns are {', '.join(names)[:80]}")
-    for line, row in enumerate(table, start=2):
-        values = [*map(float, row)]
-        if len(values) != len(names) or not all(map(math.isfinite, values)):
-            raise ValueError(f"line {line} is not a row of {len(names)} finite numbers")
-        yield values
+    wanted = COLUMNS if {*names} & {*COLUMNS[4:]} else COLUMNS[:4]
+    for row in filter(None, table):
+        if len(row) != len(names):
+            raise ValueError(f"line {table.line_num} has {len(row)} entries, not {len(names)}")
+        given = {n: _number(n, cell, table.line_num) for n, cell in zip(names, row, strict=True)}
+        yield [given.get(name, 0.0) for name in wanted]
+
+
+def _number(column: str, cell: str, line: int) -> float:
+    try:
+        value = float(cell)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        found = f"{shortened(cell)!r} is no finite number" if cell.strip() else "it is empty"
+        raise ValueError(f"line {line}, column {column}: {found}")
+    return value
 
 
 def _closes(rows: Array) -> bool:

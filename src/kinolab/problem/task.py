@@ -324,7 +324,7 @@ class PlanningTask:
         """
         mistakes = [
             *self.start_breaches(),
-            *(Mistake(f"{self._file} [start]", what) for what in self._faults(self.start).values()),
+            *(Mistake(self._place("start"), what) for what in self._faults(self.start).values()),
             *self._goal_mistakes(),
         ]
         if mistakes:
@@ -339,7 +339,7 @@ class PlanningTask:
             remedy = "Move it to where they hold; no such state was found nearby."
             if near is not None:
                 remedy = f"The nearest start that holds has {self._changed_entries(near)}."
-            yield Mistake(f"{self._file} [start]", f"it breaks {sizes}.", remedy)
+            yield Mistake(self._place("start"), f"it breaks {sizes}.", remedy)
 
     def _changed_entries(self, near: Array) -> str:
         """Print the entries that differ from the start's, with enough digits to be consistent."""
@@ -356,6 +356,11 @@ class PlanningTask:
                 changed |= dict.fromkeys(part.entries)
                 changed[part.first] = f"{part.name} = {values[part.own].tolist()}"
         return ", ".join(text for _, text in sorted(changed.items()) if text)
+
+    def _place(self, section: str) -> str:
+        """Name the start or the goal, of which several machines have one each."""
+        several = self.scenario.origin.machines
+        return f"{self._file} {f'[[machine]] {section}' if several else f'[{section}]'}"
 
     @property
     def _file(self) -> str:
@@ -385,6 +390,10 @@ class PlanningTask:
                 remedy = LEANING if contact.body in round_ones else ""
             elif contact.obstacle == GROUND_NAME:
                 remedy = wheel
+            machines = self.scenario.origin.machines
+            owners = [member_of(name, machines) for name in (contact.body, contact.obstacle)]
+            if owners[0] != owners[1] and all(owners):
+                remedy = f" Move [[machine]] {owners[0]} or {owners[1]} away from the other."
             told = _contact_sentence(contact, remedy) + obstacles.get(contact.obstacle, "")
             yield told, told
 
@@ -397,7 +406,7 @@ class PlanningTask:
                 yield name, f"it breaks {name} by {-margin:g}."
 
     def _goal_mistakes(self) -> Iterator[Mistake]:
-        where = f"{self._file} [goal]"
+        where = self._place("goal")
         outside = list(self._goal_limits())
         if outside:
             yield from (Mistake(where, what) for what in outside)

@@ -9,7 +9,7 @@ from kinolab.dynamics.language.json.machine_folder import FEEDBACK_FILE, MACHINE
 from kinolab.loading.build import load
 from kinolab.loading.moving_obstacles import among_runs
 from kinolab.problem import PlanningTask
-from kinolab.scenario import Origin, Scenario
+from kinolab.scenario import ObstacleEntry, Origin, Scenario
 from kinolab.scenario.user_code import python_reference, text_of
 from kinolab.scenario.values import ROBOT_ONLY
 from kinolab.world.meshes.obj_materials import materials_file, with_materials
@@ -20,16 +20,16 @@ NAMING = (".obj", ".yaml", ".yml")  # endings of files that name another one
 
 def assets_of(problem: PlanningTask) -> dict[str, bytes]:
     """Return the files below assets/ by name: the machine, copies of the world's and a planner."""
-    meshes: dict[str, bytes] = {}
-    for index, path in _meshes(problem.scenario).items():
+    world: dict[str, bytes] = {}
+    for (index, _), path in _world_files(problem.scenario).items():
         content = path.read_bytes()
         beside = _beside(path, content, problem.scenario.folder)
         if beside is not None:
-            name = _mesh_name(index, beside)
-            meshes[name] = beside.read_bytes()
+            name = _copy_name(index, beside)
+            world[name] = beside.read_bytes()
             rename = with_materials if path.suffix.lower() == ".obj" else with_image
             content = rename(content, name)
-        meshes[_mesh_name(index, path)] = content
+        world[_copy_name(index, path)] = content
     file = _planner_file(problem.scenario)
     code = {file.name: text_of(file)} if file is not None else {}
     # whose feedback is a law, its gains included; the machines of other plans are part of it
@@ -37,15 +37,18 @@ def assets_of(problem: PlanningTask) -> dict[str, bytes]:
     if problem.alone is not None:
         model = among_runs(problem.alone[0], problem.scenario, load)
     machine = {name: text.encode() for name, text in model.files.items()}
-    return {**machine, **meshes, **code}
+    return {**machine, **world, **code}
 
 
-def _meshes(scenario: Scenario) -> dict[int, Path]:
-    return {
-        index: scenario.folder / entry.file
+def _world_files(scenario: Scenario) -> dict[tuple[int, str], Path]:
+    """Return the files that obstacles name, by the obstacle and whether it is shape or motion."""
+    named = {
+        (index, key): holder.file
         for index, entry in enumerate(scenario.world.obstacle)
-        if entry.file is not None
+        for key, holder in (("shape", entry), ("motion", entry.motion))
+        if holder is not None
     }
+    return {at: scenario.folder / file for at, file in named.items() if file is not None}
 
 
 def _beside(path: Path, content: bytes, root: Path) -> Path | None:
@@ -59,18 +62,17 @@ def _planner_file(scenario: Scenario) -> Path | None:
     return scenario.folder / reference[0] if reference else None
 
 
-def _mesh_name(index: int, path: Path) -> str:
+def _copy_name(index: int, path: Path) -> str:
     return f"{index + 1}_{path.name}"
 
 
 def portable_scenario(problem: PlanningTask) -> Scenario:
-    """Return the scenario with the machine, the meshes and the planner taken from assets/."""
+    """Return the scenario with all that other files have of it taken from assets/."""
     scenario = problem.scenario
-    meshes = _meshes(scenario)
+    files = _world_files(scenario)
+    copies = {at: f"assets/{_copy_name(at[0], path)}" for at, path in files.items()}
     obstacles = tuple(
-        entry.model_copy(update={entry.kind: f"assets/{_mesh_name(index, meshes[index])}"})
-        if index in meshes
-        else entry
+        _among_assets(entry, copies.get((index, "shape")), copies.get((index, "motion")))
         for index, entry in enumerate(scenario.world.obstacle)
         if entry.run is None
     )
@@ -84,6 +86,14 @@ def portable_scenario(problem: PlanningTask) -> Scenario:
             "world": scenario.world.model_copy(update={"obstacle": obstacles}),
         }
     ).located(Origin(Path("scenario.toml")))
+
+
+def _among_assets(entry: ObstacleEntry, shape: str | None, motion: str | None) -> ObstacleEntry:
+    """Return an obstacle with its files, where it has some, taken from others."""
+    changed: dict[str, object] = {} if shape is None else {entry.kind: shape}
+    if entry.motion is not None and motion is not None:
+        changed["motion"] = entry.motion.model_copy(update={"file": motion})
+    return entry.model_copy(update=changed)
 
 
 def _portable_planner(scenario: Scenario) -> str:
@@ -100,11 +110,13 @@ def used_assets(folder: Path, problem: PlanningTask) -> set[str]:
         problem: Built from its scenario.
     """
     scenario = problem.scenario
-    meshes = [path for path in _meshes(scenario).values() if path.is_file()]
+    world = list(_world_files(scenario).values())
     libraries = [
-        _beside(path, path.read_bytes(), folder) for path in meshes if path.suffix.lower() in NAMING
+        _beside(path, path.read_bytes(), folder)
+        for path in world
+        if path.suffix.lower() in NAMING and path.is_file()
     ]
-    files = [*_meshes(scenario).values(), *libraries, _planner_file(scenario)]
+    files = [*world, *libraries, _planner_file(scenario)]
     machine = {MACHINE_FILE} | (
         {FEEDBACK_FILE} if problem.machine.references is not None else set()
     )

@@ -1,8 +1,8 @@
 """The folder of a run: everything needed to check, draw and mail a plan.
 
 Every file is written whole or not at all. The folder is self-contained: the scenario in it points
-at copies of the machine, of all meshes and of a planner's file below ``assets/``. Reading it back
-runs no code: the machine is data, and the planner is not asked again.
+at copies of the machine, of all files of the world and of a planner's below ``assets/``. Reading it
+back runs no code: the machine is data, and the planner is not asked again.
 """
 
 from __future__ import annotations

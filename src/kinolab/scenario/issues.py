@@ -6,6 +6,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from kinolab.dynamics.machine_facts import member_of
+
 if TYPE_CHECKING:
     from kinolab.dynamics import System
 
@@ -53,9 +55,19 @@ class Origin:
         overrides: What was changed since it was read.
         machine: The machine, where Python gave it as an object; [system] then names none.
         notes: Sentences on what was read otherwise than a file says it.
+        machines: The names of the [[machine]] tables, in their order.
     """
 
     file: Path = field(default=Path("scenario.toml"), compare=False)
     overrides: tuple[Override, ...] = field(default=(), compare=False)
     machine: System | None = field(default=None, compare=False)
     notes: tuple[str, ...] = field(default=(), compare=False)
+    machines: tuple[str, ...] = field(default=(), compare=False)
+
+    def written(self, path: KeyPath) -> KeyPath:
+        """Return where it was written what stands at a path, of which machines have their own."""
+        name = member_of(str(path[1]), self.machines) if path[1:] else ""
+        if not name or path[0] not in ("start", "goal", "bounds", "metric"):
+            return path
+        own = str(path[1]).removeprefix(f"{name}_")
+        return ("machine", self.machines.index(name), path[0], own, *path[2:])

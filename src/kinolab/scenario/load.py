@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import re
 import tomllib
-from collections.abc import Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,17 +13,23 @@ from pydantic import ValidationError
 
 from kinolab.errors import InputError, Mistake
 from kinolab.scenario.file_lookup import read_text, scenario_path
-from kinolab.scenario.issues import Issue, Origin
+from kinolab.scenario.issues import Issue, KeyPath, Origin
 from kinolab.scenario.locations import mistake_at
 from kinolab.scenario.messages import explain
 from kinolab.scenario.overrides import apply_overrides
 from kinolab.scenario.partial_parse import parse_partially
-from kinolab.scenario.rules import document_issues, unknown_key
-from kinolab.scenario.schema import ALL, GoalSection, Scenario
-from kinolab.scenario.toml_text import MOST_PARTS, MOST_VALUES, has_too_many, long_key, shortened
+from kinolab.scenario.rules import document_issues, system_issues
+from kinolab.scenario.schema import ALL, GoalSection, MachineTables, Scenario
+from kinolab.scenario.toml_text import (
+    MOST_PARTS,
+    MOST_VALUES,
+    has_too_many,
+    long_key,
+    shortened,
+    shown,
+)
 from kinolab.scenario.user_code import python_reference
 
-OF_MACHINES = ("system", "start", "goal", "bounds", "metric")  # what each [[machine]] may have
 MISTAKE_LIMIT = 100  # nobody reads more, and every one of them takes time to word
 _BEGINNING = 'Begin with schema = 1, title = "…" and a [system] section.'
 
@@ -116,7 +123,10 @@ def check_changed(
         origin: Where it is from, with what was changed.
         mistakes: In the changes; they come first.
     """
+    tables = document.get("machine")
     document, found = _side_by_side(document)
+    if tables and not found:
+        origin = replace(origin, machines=tuple(document["system"]["machines"]))
     mistakes += [mistake_at(issue, origin) for issue in found]
     document = _divided(document)
     issues, scenario = document_issues(document), None
@@ -125,7 +135,9 @@ def check_changed(
     except ValidationError as error:
         issues = explain(error, document, MISTAKE_LIMIT) + issues
     issues = _in_reading_order(issues[: MISTAKE_LIMIT + 1], document)
-    if issues:
+    if found:  # what is left of several machines would be held against the others' names
+        scenario = None
+    elif issues:
         scenario = parse_partially(document, issues, origin)
     mistakes += [mistake_at(issue, origin) for issue in issues]
     return scenario, readable(mistakes, origin)
@@ -153,16 +165,10 @@ def _side_by_side(document: dict[str, Any]) -> tuple[dict[str, Any], list[Issue]
     if machines is None:
         return document, []
     entries = machines if isinstance(machines, list) else [machines]
-    issues, named = [], dict[str, dict[str, Any]]()
-    for k, entry in enumerate(entries):
-        name = entry.get("name") if isinstance(entry, dict) else None
-        if not isinstance(name, str) or not name.isidentifier() or name in named:
-            what = "it has no name, or that of another one, or not one of letters and digits."
-            issues.append(Issue(("machine", k, "name"), what, 'Write name = "left", for example.'))
-            continue
-        named[name] = entry
-        for key in {*entry} - {"name", *OF_MACHINES}:
-            issues.append(unknown_key(("machine", k, key), key, ("name", *OF_MACHINES)))
+    issues = [*_entry_issues(entries)]
+    broken = [issue.path for issue in issues]
+    sound = [_without(one, broken, k) for k, one in enumerate(entries) if isinstance(one, dict)]
+    named: dict[str, dict[str, Any]] = {one["name"]: one for one in sound if "name" in one}
     if len(entries) < 2:
         issues.append(Issue(("machine",), "it is the only one.", "Write [system], or another one."))
     made = {key: value for key, value in document.items() if key != "machine"}
@@ -177,6 +183,39 @@ def _side_by_side(document: dict[str, Any]) -> tuple[dict[str, Any], list[Issue]
     made["planner"] = {"name": "prioritized", **_table(made, "planner")}
     made["goal"] = _common_goal({name: _table(one, "goal") for name, one in named.items()}, issues)
     return made, issues
+
+
+def _entry_issues(entries: list[Any]) -> Iterator[Issue]:
+    """Yield what is wrong with the [[machine]] tables, each by itself and their names together."""
+    whole = {"machine": entries}
+    try:
+        MachineTables.model_validate(whole)
+    except ValidationError as error:
+        yield from explain(error, whole, MISTAKE_LIMIT)
+    taken: dict[str, int] = {}
+    for k, entry in enumerate(entries):
+        if not isinstance(entry, dict):
+            continue
+        if isinstance(name := entry.get("name"), str):
+            if what := _name_fault(name, taken):
+                yield Issue(("machine", k, "name"), what, 'Write name = "left", for example.')
+            taken.setdefault(name, k + 1)
+        for issue in system_issues(system := _table(entry, "system"), system.get("file")):
+            if system or isinstance(entry.get("system"), dict):
+                yield replace(issue, path=("machine", k, "system", *issue.path))
+
+
+def _name_fault(name: str, taken: Mapping[str, int]) -> str:
+    """Say what is wrong with the name of a [[machine]]; nothing is where all is well."""
+    if not name.isidentifier():
+        return f"{shown(name)} has other characters than letters, digits and _, or begins with one."
+    return f"machine {taken[name]} is called {shown(name)}, too." if name in taken else ""
+
+
+def _without(entry: dict[str, Any], broken: Collection[KeyPath], k: int) -> dict[str, Any]:
+    """Return a [[machine]] without the keys in which something is wrong."""
+    wrong = {path[2] for path in broken if path[:2] == ("machine", k) and len(path) > 2}
+    return {key: value for key, value in entry.items() if key not in wrong}
 
 
 def _common_goal(goals: dict[str, dict[str, Any]], issues: list[Issue]) -> dict[str, Any]:

@@ -22,6 +22,7 @@ TABLE_LISTS: tuple[KeyPath, ...] = (
     ("goal", "point"),
     ("goal", "direction"),
     ("via",),
+    ("machine",),
     ("keep_out",),
 )
 
@@ -47,7 +48,11 @@ def mistake_at(issue: Issue, origin: Origin) -> Mistake:
 def place_at(path: KeyPath, origin: Origin) -> str:
     """Name the override that wrote what stands at a path, or else its place in the file."""
     writers = [override for override in origin.overrides if override.touches(path)]
-    return writers[-1].where if writers else f"{origin.file.name} {place_text(path)}".rstrip()
+    return (
+        writers[-1].where
+        if writers
+        else f"{origin.file.name} {place_text(origin.written(path))}".rstrip()
+    )
 
 
 def place_text(path: KeyPath) -> str:

@@ -91,7 +91,10 @@ def _unknown(path: KeyPath, value: object) -> Issue:
 
 def _how_to_write(path: KeyPath) -> str:
     if len(path) == 1:
-        return f"Write [{path[0]}] on a line of its own, and its keys below it."
+        own = keys_of(section) if (section := section_at(path)) else []
+        listed = f" ({', '.join(own)})" if own else ""
+        remedy = f"Write [{path[0]}] on a line of its own, and its keys{listed} below it"
+        return f"{remedy}; in Python, a dictionary of them."
     return "Give a table such as { key = value }."
 
 

@@ -56,7 +56,10 @@ def document_issues(document: Mapping[str, object]) -> list[Issue]:
         ),
         *((("world", "obstacle", k, "motion"), motion_issues(one)) for k, one in motions.items()),
         (("world", "obstacle"), name_issues([one.get("name") for one in obstacles])),
-        (("objective",), objective_issues(objective) if "objective" in document else []),
+        (
+            ("objective",),
+            objective_issues(objective) if isinstance(document.get("objective"), dict) else [],
+        ),
         *((at, region_issues(one)) for at, one in _regions(goals)),
         (("integration",), integration_issues(integration)),
         (("planner",), planner_issues(planner)),

@@ -464,6 +464,12 @@ class MachineEntry(Section):
     metric: dict[str, NotNegative] = {}
 
 
+class MachineTables(Section):
+    """Every ``[[machine]]`` of a scenario, as they are written."""
+
+    machine: Annotated[Tables[MachineEntry], Wanted("a list of [[machine]] tables")] = ()
+
+
 class Scenario(Section):
     """Everything a scenario file says, checked and with its defaults filled in.
 

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 import sympy
 
@@ -22,6 +23,7 @@ from kinolab.dynamics.language.json.machine_file import (
     machine_to_json,
 )
 from kinolab.dynamics.language.json.size_limits import MAX_FILE_BYTES, size_mistakes
+from kinolab.dynamics.language.shapes.packed_rows import packed
 from kinolab.errors import InputError
 from tests.support import within
 
@@ -70,6 +72,27 @@ def coordinates(count: int) -> dict[str, Any]:
     return data
 
 
+def path(corners: int, symbol: str = "theta") -> Any:
+    """A sum of maxima of a symbol and 0, as a path of straight lines is written."""
+    rows = np.column_stack([np.arange(corners), np.cos(np.arange(corners))])
+    return ["add", 1, ["hinges", symbol, packed(rows, "<f8")]]
+
+
+def prescribed(corners: int, entries: int = 6, **facts: Any) -> dict[str, Any]:
+    """A pendulum beside a body that goes a path."""
+    data = document()
+    entry = {"expression": path(corners // entries)}
+    motions = [
+        {"is": "Translation", "by": [entry] * 3},
+        *({"is": "Rotation", "axis": axis, "angle": entry} for axis in "zyx"),
+    ]
+    bob = data["bodies"][0]
+    body = {**bob, "name": "cart", "frame": {"is": "Frame", "motions": motions}}
+    body |= {"mass": {"expression": 0}, "prescribed": True}
+    data["bodies"] = [bob, {**body, **facts}]
+    return data
+
+
 LARGE: dict[str, tuple[dict[str, Any], str]] = {
     "6 000 terms": (with_potential(terms(6_000)), "5000 are the most. Shorten it."),
     "a power of powers of powers": (with_potential(powers(5)), "more than 4 powers are nested"),
@@ -82,6 +105,12 @@ LARGE: dict[str, tuple[dict[str, Any], str]] = {
         "nested too deeply, more than 60",
     ),
     "1 000 bodies": (bodies(1_000), "machine.json bodies: these are 1000 bodies"),
+    "a path of 51 corners in a potential": (with_potential(path(51)), "51 maxima; 50 are the most"),
+    "a path of 60 corners of a body with mass": (
+        prescribed(60, mass={"expression": "m"}),
+        "60 maxima; 50 are the most",
+    ),
+    "paths of 10 000 corners": (prescribed(10_000), "more than 20000 values"),
     "65 coordinates": (coordinates(65), "coordinates: these are 65 coordinates, and a machine may"),
 }
 
@@ -93,6 +122,30 @@ def test_what_would_take_minutes_is_refused_in_words(data: dict[str, Any], said:
         equations_of(machine_from_json(text))
     assert said in str(caught.value)
     assert all(mistake.where.startswith("machine.json") for mistake in caught.value.mistakes)
+
+
+@pytest.mark.parametrize("corners", [60, 2_400])
+def test_a_path_of_many_corners_is_read_and_compiled(corners: int) -> None:
+    """The obstacle is where NumPy's sum over the corners says."""
+    text = json.dumps(prescribed(corners))
+    with within(30):
+        machine = machine_from_json(text)
+        model = Model(machine)
+    assert machine_to_json(machine_from_json(machine_to_json(machine))) == machine_to_json(machine)
+    at = 0.3 * corners / 6
+    x = np.zeros((1, model.nx))
+    x[0, 0] = at
+    k = np.arange(corners // 6)
+    expected = 1 + np.sum(np.cos(k) * np.maximum(at - k, 0.0))
+    found = model.frames(x).reshape(-1, 3, 4)[-1, :, 3]
+    np.testing.assert_allclose(found, expected, rtol=1e-9)
+
+
+@pytest.mark.parametrize("rows", ["AAAA", "?", packed([[0.0, np.nan]], "<f8"), 3, ["add", 1]])
+def test_a_path_that_is_damaged_is_refused(rows: Any) -> None:
+    tree = ["add", 1, ["hinges", "theta", rows]]
+    with within(20), pytest.raises(InputError):
+        machine_from_json(json.dumps(with_potential(tree)))
 
 
 def test_all_that_is_too_large_is_said_at_once() -> None:

@@ -1,7 +1,8 @@
 """Serialization of SymPy expressions as plain trees: ``["mul", "m", ["pow", "R", 2]]``, m R^2.
 
 A string is a symbol, a number a number, a list an operation from a fixed table. Reading calls only
-constructors from that table.
+constructors from that table. A path of many corners is one operation: ``["hinges", "time", rows]``
+is the sum of k max(time - c, 0) over packed rows of c and k.
 """
 
 from __future__ import annotations
@@ -10,9 +11,11 @@ import math
 from collections.abc import Iterable, Mapping
 from typing import Any
 
+import numpy as np
 import sympy
 
 from kinolab.dynamics.language.expressions import exact
+from kinolab.dynamics.language.shapes.packed_rows import packed, unpacked
 from kinolab.errors import InputError, Mistake
 
 OPERATIONS: dict[str, type] = {
@@ -31,6 +34,7 @@ OPERATIONS: dict[str, type] = {
     "max": sympy.Max,
 }
 CONSTANTS: dict[str, Any] = {"pi": sympy.pi, "E": sympy.E}
+HINGES = "hinges"
 NOTHING_NAMED: Mapping[sympy.Basic, str] = {}
 
 
@@ -55,6 +59,9 @@ def expression_to_tree(expression: Any, named: Mapping[sympy.Basic, str] = NOTHI
         return float(expression)
     if expression.is_Rational:
         return ["ratio", int(expression.p), int(expression.q)]
+    if expression.is_Add and (hinges := _hinges(expression)):
+        rest = [expression_to_tree(a, named) for a in expression.args if a not in hinges]
+        return ["add", *rest, *_packed_hinges(hinges)]
     for name, value in CONSTANTS.items():
         if expression == value:
             return [name]
@@ -65,6 +72,33 @@ def expression_to_tree(expression: Any, named: Mapping[sympy.Basic, str] = NOTHI
     names = [name for name, kind in OPERATIONS.items() if issubclass(kind, sympy.Function)]
     remedy = f"Write it with sums, products, powers, max, {', '.join(names)}."
     raise InputError([Mistake(str(expression), what, remedy)])
+
+
+def _hinge(symbol: sympy.Symbol, at: float, kink: float) -> sympy.Expr:
+    """Return kink max(symbol - at, 0), of which nothing is compared: that takes a millisecond."""
+    return sympy.Float(kink) * sympy.Max(symbol - sympy.Float(at), 0, evaluate=False)
+
+
+def _hinges(total: sympy.Add) -> dict[sympy.Expr, tuple[sympy.Symbol, float, float]]:
+    """Return symbol, place and kink of the terms that ``_hinge`` makes, where they are several."""
+    found = {}
+    for term in total.args:
+        kink, rest = term.as_coeff_Mul()
+        inner = [a for a in rest.args if not a.is_zero] if isinstance(rest, sympy.Max) else []
+        if len(inner) == 1:
+            less, symbol = inner[0].as_coeff_Add()
+            if symbol.is_Symbol and _hinge(symbol, -float(less), float(kink)) == term:
+                found[term] = (symbol, -float(less), float(kink))
+    return found if len(found) > 1 else {}
+
+
+def _packed_hinges(
+    hinges: Mapping[sympy.Expr, tuple[sympy.Symbol, float, float]],
+) -> list[list[str]]:
+    rows: dict[str, list[tuple[float, float]]] = {}
+    for symbol, at, kink in hinges.values():
+        rows.setdefault(symbol.name, []).append((at, kink))
+    return [[HINGES, name, packed(sorted(some), "<f8")] for name, some in rows.items()]
 
 
 def expanded_size(expressions: Iterable[sympy.Expr]) -> int:
@@ -102,6 +136,11 @@ def tree_to_expression(tree: Any, symbols: Mapping[str, sympy.Symbol], depth: in
             return _real(sympy.Rational(p, q))
         case [str(name)] if name in CONSTANTS:
             return CONSTANTS[name]
+        case ["hinges", str(name), str(text)] if name in symbols:
+            rows = unpacked(text, "<f8", columns=2)
+            if not np.isfinite(rows).all():
+                raise ValueError("a path has a corner that is not finite")
+            return sympy.Add(*(_hinge(symbols[name], *row) for row in rows.tolist()))
         case [str(name), *rest] if name in OPERATIONS and rest:
             arguments = [tree_to_expression(entry, symbols, depth + 1) for entry in rest]
             _check_cost(name, arguments)

@@ -38,15 +38,49 @@ def size_mistakes(data: Any) -> Iterator[Mistake]:
     broken = [text for text in _within(data) if isinstance(text, str) and is_broken(text)]
     for text in dict.fromkeys(broken):
         yield Mistake(f"{text!a}", "this is no Unicode text.", "Write it in UTF-8.")
-    if sum(1 for _ in _within(data)) > 20_000:  # in all expressions, records and lists
+    # In all expressions, records and lists; a corner of a path is two numbers. To read and to
+    # compile one takes 2 ms, wherever it is from.
+    if sum(1 for _ in _within(data)) + 2 * _corners(data) > 20_000:
         what = "it holds more than 20000 values."
         yield Mistake("", what, "Take fewer bodies and shorter expressions.")
+    # In all expressions: of a maximum, each term is compared with each, and forces have kinks. What
+    # time alone moves has no part in forces, and of its path's corners nothing is compared.
     maxima = sum(isinstance(value, list) and value[:1] == ["max"] for value in _within(data))
-    if maxima > 50:  # in all expressions: of a maximum, each term is compared with each
+    maxima += _corners(data) - _corners(_prescribed(data))
+    if maxima > 50:
         yield Mistake("", f"it holds {maxima} maxima; 50 are the most.", "Take fewer.")
     for value in _within(data):
         if isinstance(value, dict) and "expression" in value:
             yield from _expression_mistakes(value["expression"])
+
+
+def _prescribed(data: Any) -> list[Any]:
+    """Return the frames of massless bodies that time alone moves."""
+    return [
+        body.get("frame")
+        for body in (_list(data, "bodies") if isinstance(data, dict) else ())
+        if isinstance(body, dict)
+        and body.get("prescribed") is True
+        and not body.get("added_mass")
+        and all(entry == {"expression": 0} for entry in (body.get("mass"), *_list(body, "inertia")))
+    ]
+
+
+def _list(entry: Mapping[str, Any], key: str) -> list[Any]:
+    found = entry.get(key)
+    return found if isinstance(found, list) else []
+
+
+def _corners(data: Any) -> int:
+    """Return the number of corners of packed paths, 16 bytes each, of which base64 makes 64/3."""
+    return sum(
+        len(value[2]) * 3 // 64
+        for value in _within(data)
+        if isinstance(value, list)
+        and value[:1] == ["hinges"]
+        and isinstance(value[-1], str)
+        and len(value) == 3
+    )
 
 
 def _expression_mistakes(tree: Any) -> Iterator[Mistake]:

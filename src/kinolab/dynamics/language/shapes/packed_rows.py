@@ -1,4 +1,4 @@
-"""Tables of three columns as text, for machine files."""
+"""Tables of numbers as text, for machine files."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from numpy.typing import ArrayLike, NDArray
 
 
 def packed(rows: ArrayLike, dtype: str) -> str:
-    """Return rows (n, 3) in base64, each number as a type of NumPy's such as "<f8"."""
+    """Return rows (n, m) in base64, each number as a type of NumPy's such as "<f8"."""
     return base64.b64encode(np.asarray(rows).astype(dtype).tobytes()).decode()
 
 
-def unpacked(text: str, dtype: str) -> NDArray[Any]:
-    """Return the rows (n, 3) of ``packed``.
+def unpacked(text: str, dtype: str, columns: int = 3) -> NDArray[Any]:
+    """Return the rows of ``packed``, shape (n, columns).
 
     Raises:
         ValueError: If there are none.
     """
-    return np.frombuffer(base64.b64decode(text, validate=True), dtype).reshape(-1, 3)
+    return np.frombuffer(base64.b64decode(text, validate=True), dtype).reshape(-1, columns)
