@@ -10,6 +10,7 @@ from kinolab.dynamics.codegen.state_space import TURN
 from kinolab.dynamics.machine_facts import MachineFacts
 from kinolab.problem import PlanningTask
 from kinolab.problem.static_holding import rest_warnings
+from kinolab.scenario.schema import ALL
 
 MOST_NAMED = 5  # pairs of bodies in a warning
 
@@ -68,7 +69,8 @@ def _tolerances_of_nothing(problem: PlanningTask) -> Iterator[str]:
     section, names = problem.scenario.goal, problem.model.state_names
     wanted = {*(names[i] for i in problem.goal.indices), *section.values}
     for name in section.tolerance if isinstance(section.tolerance, dict) else ():
-        if name not in wanted:
+        begun = name.removesuffix(ALL)
+        if name not in wanted and not (begun != name and any(w.startswith(begun) for w in wanted)):
             yield (
                 f"[goal] tolerance.{name} counts for nothing, since the goal leaves {name} free; "
                 f"write {name} = value below [goal]."
