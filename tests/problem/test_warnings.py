@@ -67,6 +67,17 @@ def test_a_tolerance_of_one_machine_is_of_what_its_goal_says() -> None:
     assert [one.split()[1] for one in told] == ["tolerance.b_psi"]
 
 
+@pytest.mark.parametrize(
+    ("goal", "told"), [('at_rest=true,order="any"', True), ("at_rest=true", False),
+                       ('order="any"', False)]
+)  # fmt: skip
+def test_a_rest_that_is_asked_of_one_of_the_goals_that_may_be_last(goal: str, told: bool) -> None:
+    given = ["via=[{x=1.0,y=1.0},{x=2.0,y=1.0,at_rest=true}]", f"goal={{x=3.0,y=1.0,{goal}}}"]
+    problem = kinolab.load("rolling_disk_maze", overrides=given)
+    sentence = "In any order the motion may end in [[via]] 1, and need not be at rest there"
+    assert any(one.startswith(sentence) for one in problem_warnings(problem)) is told
+
+
 @pytest.mark.parametrize(("epsilon", "told"), [(0.0, True), (1e-3, False)])
 def test_equations_without_derivatives_at_the_start_are_told(epsilon: float, told: bool) -> None:
     """Drag that grows with the square of two velocities, from rest."""
