@@ -84,7 +84,7 @@ class FlatConnect(AbstractPlanner):
         statistics = {"restarts": float(restarts), "nodes": float(search.nodes)}
         warnings = () if search.has_goals else (NO_PLACE,)
         return SearchResult(
-            outcome, times, u, budget.iterations, statistics, rejections, warnings=warnings
+            outcome, times, u, budget.iterations, statistics, rejections, search.graph, warnings
         )
 
     def _shorten(self, search: FlatConnection, budget: Budget) -> bool:

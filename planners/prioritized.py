@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from itertools import count
 from typing import TYPE_CHECKING, ClassVar, NamedTuple, final
@@ -80,7 +80,7 @@ class Prioritized(AbstractPlanner):
                 break
             tried.add(tuple(order))
             most, drawn = self.iterations * 2**k, int(generator.integers(2**63))
-            motions, failed = self._in_order([alone[name] for name in order], drawn, most, budget)
+            motions, failed = self._in_order({n: alone[n] for n in order}, drawn, most, budget)
             if not failed:
                 inputs = _side_by_side(problem, alone, dict(zip(order, motions, strict=True)))
                 times = problem.step * np.arange(len(inputs) + 1.0)
@@ -91,12 +91,15 @@ class Prioritized(AbstractPlanner):
         return Auto().solve(problem, int(generator.integers(2**63)), budget)  # not the same again
 
     def _in_order(
-        self, alone: Sequence[PlanningTask], seed: int, most: int, budget: Budget
+        self, alone: Mapping[str, PlanningTask], seed: int, most: int, budget: Budget
     ) -> tuple[list[_Motion], bool]:
         """Return the motions of machines in their order, up to the first that finds none."""
         motions: list[_Motion] = []
         others: dict[str, tuple[tuple[Shape, ...], Array]] = {}
-        for k, task in enumerate(alone):
+        for k, (name, task) in enumerate(alone.items()):
+            if others and budget.told:
+                before = ", ".join([*alone][:k])
+                budget.told(f"deriving and compiling {name} among the motions of {before}")
             with budget.preparing():
                 here = among(task, others, CHORD) if others else task
             found = _found(here, task, seed + k, most, budget)

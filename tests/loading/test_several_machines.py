@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import kinolab
+from kinolab.dynamics.machine_facts import members
 from kinolab.errors import KinolabError
 from kinolab.runs import check_run
 from kinolab.scenario import write_scenario
@@ -83,8 +84,13 @@ def test_one_order_after_the_other() -> None:
         }
     )
     assert alone.model.nx * 2 == problem.model.nx
-    found = Prioritized(iterations=1, attempts=20).solve(problem, 1, Budget(60.0))
+    said: list[str] = []
+    budget = Budget(60.0, told=said.append)
+    found = Prioritized(iterations=1, attempts=20).solve(problem, 1, budget)
     assert found.outcome is Outcome.SOLVED
+    left, right = members(problem.machine.name)
+    among = "deriving and compiling {} among the motions of {}"
+    assert {among.format(left, right), among.format(right, left)}.intersection(said)
 
 
 def test_a_scenario_of_machines_says_what_each_begins_and_ends_with() -> None:

@@ -39,6 +39,7 @@ def test_angles_that_look_like_degrees(given: str, told: tuple[str, ...]) -> Non
         (("goal.tolerance={ psi = 0.1, phi = 0.2 }",), ["psi", "phi"]),
         (("goal.tolerance={ x = 0.1, psi_dot = 0.1 }", "goal.at_rest=true"), []),
         (("goal.tolerance={ x = 0.1 }",), []),
+        (('goal.tolerance={ "x*" = 0.1, "psi*" = 0.1 }',), ["psi*"]),  # of all that begins so
     ],
 )
 def test_a_tolerance_of_what_the_goal_leaves_free(given: tuple[str, ...], told: list[str]) -> None:
@@ -49,6 +50,32 @@ def test_a_tolerance_of_what_the_goal_leaves_free(given: tuple[str, ...], told: 
         for name in told
     ]
     assert list(problem_warnings(problem)) == wanted
+
+
+def test_a_tolerance_of_one_machine_is_of_what_its_goal_says() -> None:
+    """Of two machines; the goal of the second leaves all but its height free."""
+    problem = kinolab.load({
+        "world": {"bounds": {"x": [0, 4], "y": [0, 4]}},
+        "machine": [
+            {"name": "a", "system": {"name": "diff_drive"}, "start": {"x": 1.0, "y": 1.0},
+             "goal": {"x": 3.0, "y": 1.0, "tolerance": 0.2}},
+            {"name": "b", "system": {"name": "rolling_disk"}, "start": {"x": 1.0, "y": 3.0},
+             "goal": {"x": 3.0, "tolerance": {"x": 0.2, "psi": 0.1}}},
+        ],
+    })  # fmt: skip
+    told = [one for one in problem_warnings(problem) if "counts for nothing" in one]
+    assert [one.split()[1] for one in told] == ["tolerance.b_psi"]
+
+
+@pytest.mark.parametrize(
+    ("goal", "told"), [('at_rest=true,order="any"', True), ("at_rest=true", False),
+                       ('order="any"', False)]
+)  # fmt: skip
+def test_a_rest_that_is_asked_of_one_of_the_goals_that_may_be_last(goal: str, told: bool) -> None:
+    given = ["via=[{x=1.0,y=1.0},{x=2.0,y=1.0,at_rest=true}]", f"goal={{x=3.0,y=1.0,{goal}}}"]
+    problem = kinolab.load("rolling_disk_maze", overrides=given)
+    sentence = "In any order the motion may end in [[via]] 1, and need not be at rest there"
+    assert any(one.startswith(sentence) for one in problem_warnings(problem)) is told
 
 
 @pytest.mark.parametrize(("epsilon", "told"), [(0.0, True), (1e-3, False)])

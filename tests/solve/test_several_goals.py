@@ -9,6 +9,7 @@ import pytest
 import kinolab
 from kinolab.errors import EndpointError, InputError
 from kinolab.problem.goals_reached import goals_reached
+from kinolab.runs.report import goal_distance_by_unit
 from kinolab.simulation.reference import resimulate
 from kinolab.verification import verify
 from tests.support import problem_of
@@ -93,6 +94,22 @@ def test_any_order_is_as_short_as_the_best_of_all(tmp_path: Path) -> None:
     assert plan.duration is not None
     assert plan.duration <= 1.1 * best
     assert sorted(plan.certificate.reached)[-1] == pytest.approx(plan.duration, abs=0.5)
+
+
+def test_the_end_is_told_from_the_goal_where_it_is(tmp_path: Path) -> None:
+    """The goal that is written last is the nearest, and reached first."""
+    places = [(2.0, 0.0), (1.0, 0.0)]
+    problem = puck(tmp_path, *(goal(*p, 'order = "any"') for p in places))
+    plan = problem.solve(seed=1)
+    assert plan.certificate is not None
+    assert plan.trajectory is not None
+    there = float(np.hypot(*(plan.trajectory.x[-1][:2] - places[0])))
+    by_unit = goal_distance_by_unit(problem, plan)
+    assert by_unit is not None
+    assert by_unit["m"] == pytest.approx(there, abs=1e-12)
+    second, first = plan.certificate.reached
+    assert f"reaches [goal] at {first:.2f} s, [[via]] 1 at {second:.2f} s" in str(plan)
+    assert f"ending {there:.3g} m and" in str(plan)
 
 
 def test_a_motion_that_leaves_one_out_or_takes_them_in_another_order_does_not_pass(

@@ -241,7 +241,7 @@ def test_a_motion_too_quick_for_the_middle_of_the_goal_gets_more_steps(driven: B
 def test_what_the_verifier_refuses_is_discarded(
     driven: Both, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def lying(_problem: PlanningTask, given: Trajectory, _: object) -> Trajectory:
+    def lying(_problem: PlanningTask, given: Trajectory, *_: object) -> Trajectory:
         half = max(len(given.u) // 2, 1)
         return replace(given, t=given.t[: half + 1], x=given.x[-half - 1 :], u=given.u[-half:])
 
@@ -330,7 +330,7 @@ def test_ctrl_c_during_optimisation_keeps_the_best_so_far(
     after = 0
 
     def pressed(
-        problem: PlanningTask, given: Trajectory, spent: Callable[[], float]
+        problem: PlanningTask, given: Trajectory, spent: Callable[[], float], _: object
     ) -> Iterator[Trajectory]:
         def share() -> float:
             nonlocal after

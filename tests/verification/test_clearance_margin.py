@@ -61,7 +61,9 @@ def glide(problem: PlanningTask, times: list[float]) -> Certificate:
     """Verify the motion at 1 m/s along x, with knots at some times."""
     t = np.array(times)
     x = np.tile(problem.start, (len(t), 1))
-    x[:, problem.model.state_names.index("x")] = t
+    x[:, [k for k, name in enumerate(problem.model.state_names) if name in ("x", "time")]] = t[
+        :, None
+    ]
     names = problem.model.state_names, problem.model.control_names
     return verify(problem, Trajectory(t, x, np.zeros((len(t) - 1, 2)), *names))
 
@@ -98,13 +100,36 @@ def test_the_margin_is_the_smallest_clearance_between_knots(
     assert str(margin).startswith("smallest clearance 150 mm at t = 1.3")
 
 
-def test_two_bodies_that_approach_each_other_share_their_gap(tmp_path: Path) -> None:
-    """Each may move half of it; the other puck stands at (1.2, 0.6)."""
+def test_of_two_bodies_the_clearance_is_what_lies_between_them(tmp_path: Path) -> None:
+    """The other puck stands at (1.2, 0.6)."""
     margin = glide(passing(tmp_path, beside=True), [0.0, 2.0]).margin
     assert margin is not None
-    assert margin.clearance == pytest.approx((0.6 - 0.2) / 2, abs=REFINED)
+    assert margin.clearance == pytest.approx(0.6 - 0.2, abs=REFINED)
     assert margin.time == pytest.approx(1.2, abs=1e-3)
     assert [set(pair.split(" – ")) for pair in margin.beside] == [{"puck", "other"}]
+
+
+def test_an_obstacle_that_is_nearer_than_a_body_is_what_is_told(tmp_path: Path) -> None:
+    """The ball is passed with 0.3 m to spare, the other puck with 0.4 m."""
+    margin = glide(passing(tmp_path, ("ball", 0.7, -0.6), beside=True), [0.0, 2.0]).margin
+    assert margin is not None
+    assert margin.clearance == pytest.approx(0.6 - RADII, abs=REFINED)
+    assert margin.beside == ("puck – ball",)
+
+
+@pytest.mark.parametrize("clearance", [0.0, 0.05])
+def test_of_an_obstacle_that_moves_too(tmp_path: Path, clearance: float) -> None:
+    """A ball begins 0.5 m beside the puck, goes along with it and away from it at 0.1 m/s."""
+    rises = 'motion = { position = ["t", "0.5 + 0.1*t", "0"], rpy = ["0", "0", "0"] }'
+    passing(tmp_path)
+    text = PASSING + f'[[world.obstacle]]\nname = "ball"\nsphere = 0.2\n{rises}\n'
+    problem = problem_of(tmp_path, text, "start.y=-8.0", f"world.clearance={clearance}")
+    margin = glide(problem, [0.0, 2.0]).margin
+    assert margin is not None
+    assert margin.required == pytest.approx(problem.world.clearance)
+    assert margin.clearance + margin.required == pytest.approx(0.5 - RADII, abs=1e-3)
+    assert margin.beside == ("puck – ball",)
+    assert ("asks for" in str(margin)) == bool(clearance)
 
 
 def test_there_is_no_margin_in_an_empty_world(tmp_path: Path) -> None:

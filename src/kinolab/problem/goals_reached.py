@@ -36,6 +36,12 @@ def ends(problem: PlanningTask) -> list[PlanningTask]:
     return [replace(one, goal=goal) for one in last for goal in one.goal.each]
 
 
+def nearest_end(problem: PlanningTask, x: Array) -> PlanningTask:
+    """Return the problem with that goal alone in which a motion to a state (nx,) ends."""
+    own = ends(problem)
+    return own[0] if len(own) == 1 else min(own, key=lambda one: one.goal_excess(x))
+
+
 def goals_reached(problem: PlanningTask, t: Array, x: Array) -> list[float]:
     """Return when a motion reaches each goal and stays as long as it must, in [s]; NaN if never.
 

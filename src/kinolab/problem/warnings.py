@@ -10,6 +10,8 @@ from kinolab.dynamics.codegen.state_space import TURN
 from kinolab.dynamics.machine_facts import MachineFacts
 from kinolab.problem import PlanningTask
 from kinolab.problem.static_holding import rest_warnings
+from kinolab.scenario.locations import place_text
+from kinolab.scenario.schema import ALL
 
 MOST_NAMED = 5  # pairs of bodies in a warning
 
@@ -20,6 +22,7 @@ def problem_warnings(problem: PlanningTask) -> tuple[str, ...]:
         *problem.world.warnings,
         *_degrees(problem),
         *_tolerances_of_nothing(problem),
+        *_rest_where_it_may_not_end(problem),
         *_without_derivative(problem),
         *machine_warnings(problem.machine),
         *rest_warnings(problem),
@@ -68,8 +71,20 @@ def _tolerances_of_nothing(problem: PlanningTask) -> Iterator[str]:
     section, names = problem.scenario.goal, problem.model.state_names
     wanted = {*(names[i] for i in problem.goal.indices), *section.values}
     for name in section.tolerance if isinstance(section.tolerance, dict) else ():
-        if name not in wanted:
+        begun = name.removesuffix(ALL)
+        if name not in wanted and not (begun != name and any(w.startswith(begun) for w in wanted)):
             yield (
                 f"[goal] tolerance.{name} counts for nothing, since the goal leaves {name} free; "
                 f"write {name} = value below [goal]."
             )
+
+
+def _rest_where_it_may_not_end(problem: PlanningTask) -> Iterator[str]:
+    """Yield that of several goals in any order the last may be one that asks for no rest."""
+    *on_the_way, last = problem.scenario.goals.items()
+    moving = [place_text(place) for place, goal in on_the_way if not goal.at_rest]
+    if last[1].at_rest and last[1].order == "any" and moving:
+        yield (
+            f"In any order the motion may end in {' or '.join(moving)}, and need not be at rest "
+            "there: write at_rest = true in each goal where it shall be."
+        )

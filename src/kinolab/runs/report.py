@@ -13,6 +13,7 @@ from kinolab.loading import find_system
 from kinolab.numerics.arrays import finite_or_none
 from kinolab.problem import PlanningTask
 from kinolab.problem.goal_entries import distance_by_unit, goal_entries
+from kinolab.problem.goals_reached import nearest_end
 from kinolab.problem.warnings import problem_warnings
 from kinolab.runs.assets import digest_of
 from kinolab.simulation.held_law import law_sentence
@@ -103,7 +104,8 @@ def goal_distance_by_unit(problem: PlanningTask, plan: PlanResult) -> dict[str, 
     """
     if plan.trajectory is None:
         return None
-    return distance_by_unit(goal_entries(problem, plan.trajectory.x[-1]))
+    end = plan.trajectory.x[-1]
+    return distance_by_unit(goal_entries(nearest_end(problem, end), end))
 
 
 def versions() -> dict[str, str]:

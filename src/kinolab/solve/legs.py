@@ -20,7 +20,7 @@ import numpy as np
 from kinolab.errors import EndpointError, Mistake
 from kinolab.problem import PlanningTask
 from kinolab.problem.goal import Goal
-from kinolab.problem.goals_reached import each_goal, ends
+from kinolab.problem.goals_reached import each_goal, ends, nearest_end
 from kinolab.problem.static_holding import static_holding
 from kinolab.problem.time_steps import covering_steps
 from kinolab.scenario import place_at
@@ -173,14 +173,13 @@ def _whole(problem: PlanningTask, made: Sequence[PlanResult], motion: Trajectory
         return replace(_added(made), status=REFUSED, trajectory=motion, message=str(error))
     certificate = verify(problem, true)
     solved, last = certificate.passed, made[-1]
-    end = min(ends(problem), key=lambda one: one.goal_excess(true.x[-1]))
     plan = replace(
         _added(made),
         status="solved" if solved else REFUSED,
         message=last.message if solved else "The legs, joined, are no plan.",
         trajectory=true,
         certificate=certificate,
-        goal_distance=end.goal_distance(true.x[-1]),
+        goal_distance=nearest_end(problem, true.x[-1]).goal_distance(true.x[-1]),
         price=price(problem, true),
     )
     if not solved:

@@ -46,17 +46,21 @@ def summary(problem: PlanningTask, found: PlanResult, sentences: Sequence[str] =
         sentences: Of a diagnosis, if there is one; those of the plan's message are left out.
     """
     from kinolab.problem.goal_entries import distance_text
+    from kinolab.problem.goals_reached import nearest_end
 
     lines = [f"{found.status}: {found.message}"]
     if found.interrupted and found.status != "interrupted":
         lines[0] += " Interrupted before the time was over."
     if found.trajectory is not None:
+        x = found.trajectory.x[-1]
         lines.append(
             f"  motion of {found.trajectory.duration:.2f} s{_before(found)}, ending "
-            f"{distance_text(problem, found.trajectory.x[-1])} from the goal's centre, "
+            f"{distance_text(nearest_end(problem, x), x)} from the goal's centre, "
             f"{found.iterations} iterations in "
             f"{found.timings['search']:.2f} s"
         )
+    if found.certificate is not None and len(found.certificate.reached) > 1:
+        lines.append(f"  {goals_text(problem, found.certificate.reached)}")
     if found.price is not None:
         first = found.improvements[0].price if found.improvements else found.price
         before = "" if first in {None, found.price} else f" (first found: {first:.4g})"
@@ -72,6 +76,20 @@ def summary(problem: PlanningTask, found: PlanResult, sentences: Sequence[str] =
         lines.append(_more_time(found.statistics))
     lines += [f"  {sentence}" for sentence in sentences if sentence not in found.message]
     return "\n".join(lines)
+
+
+def goals_text(problem: PlanningTask, reached: Sequence[float]) -> str:
+    """Say when each of several goals is reached, the first that is first.
+
+    Args:
+        problem: Whose goals.
+        reached: When each is, in the order written, in [s].
+    """
+    from kinolab.scenario.locations import place_text
+
+    names = [place_text(place) for place in problem.scenario.goals]
+    rows = sorted(zip(reached, names, strict=True))
+    return "reaches " + ", ".join(f"{name} at {time:.2f} s" for time, name in rows)
 
 
 def _more_time(statistics: Mapping[str, float]) -> str:

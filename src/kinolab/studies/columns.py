@@ -68,7 +68,7 @@ COLUMNS = (
     Column("duration_bound", "number", "below which no plan's is, proved, in s; 0: unknown"),
     Column("first_duration", "number", "of the first verified motion, in s"),
     Column("goal_distance", "number", "norm of the goal errors at the end, in SI units"),
-    Column("clearance", "number", "smallest, in m"),
+    Column("clearance", "number", "smallest distance to an obstacle or between bodies, in m"),
     Column("steps", "whole", "of the motion"),
     Column("motion", "text", "hash of the times, states and inputs of the motion"),
     Column("statistics", "text", "the planner's own counters, as JSON"),

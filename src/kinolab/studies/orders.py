@@ -144,7 +144,7 @@ class SearchOrder(WorkOrder):
             "duration": plan.duration,
             "first_duration": found[0].duration if found else plan.duration,
             "goal_distance": plan.goal_distance if math.isfinite(plan.goal_distance) else None,
-            "clearance": margin.clearance if margin else None,
+            "clearance": margin.clearance + margin.required if margin else None,
             "steps": None if motion is None else len(motion.u),
             "motion": None if motion is None else digest.hexdigest()[:32],
             "checked": self._checked(problem, plan) if self.check else None,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from operator import itemgetter
 
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
@@ -23,8 +24,9 @@ class StateClearance:
     """The clearance at a state.
 
     Attributes:
-        clearance: How far every point may move, in [m]; infinite if there are no obstacles.
-        beside: The closest pairs of body and obstacle.
+        clearance: The distance in [m], beyond what the world asks for; infinite if there is
+            nothing to touch.
+        beside: The closest pairs of body and obstacle, or of two bodies.
     """
 
     clearance: float
@@ -39,12 +41,11 @@ class ClearanceMargin:
     """The smallest clearance along a motion.
 
     Attributes:
-        clearance: How far every point may move, in [m], before anything can touch, or come nearer
-            to an obstacle than ``required``.
+        clearance: The distance between the two that come closest, in [m], less ``required``.
         time: When it occurs, in [s].
         beside: The closest pairs of body and obstacle, or of two bodies.
-        required: The distance in [m] that ``[world] clearance`` keeps from that obstacle; 0 from
-            the ground, and between bodies.
+        required: The distance in [m] that ``[world] clearance`` keeps from that obstacle, whether
+            it stands or moves; 0 from the ground, and between bodies.
     """
 
     clearance: float
@@ -67,12 +68,20 @@ def _length(metres: float) -> str:
 def state_clearance(problem: PlanningTask, x: Array, checker: CollisionChecker) -> StateClearance:
     """Return the clearance at a state (nx,); 0 if it collides."""
     place = problem.placement(x)
-    clearance = checker.clearance(*place)
+    kinds = [(moving * part.clearance(*place), moving, part) for part, moving in _kinds(checker)]
+    clearance, moving, nearest = min(kinds, key=itemgetter(0))
     if math.isinf(clearance):
         return StateClearance(clearance, ())
-    reaching = checker.inflated(clearance + CONTACT_MARGIN, ground=problem.world.ground)
+    reaching = nearest.inflated(clearance / moving + CONTACT_MARGIN, ground=nearest.scene.ground)
     pairs = (f"{contact.body}{BETWEEN}{contact.obstacle}" for contact in reaching.contacts(*place))
     return StateClearance(clearance, tuple(dict.fromkeys(pairs)))
+
+
+def _kinds(checker: CollisionChecker) -> list[tuple[CollisionChecker, int]]:
+    """Return checkers of what can be touched, and how many of two that touch can move."""
+    if not len(checker.scene.own_pairs):
+        return [(checker, 1)]
+    return [(checker.without_pairs(), 1), (checker.of_pairs(), 2)]
 
 
 def least_clearance(search: ClearanceSearch) -> ClearanceMargin | None:
@@ -89,25 +98,27 @@ def least_clearance(search: ClearanceSearch) -> ClearanceMargin | None:
         TooFastError: If the motion is too fast to be sampled.
     """
     dense, problem = search.dense, search.dense.problem
-    if problem.world.ground and not all(body.touches_ground for body in problem.bodies):
-        ground = ClearanceSearch(dense, problem.ground_checker(), search.told)
-        ground.sample_slopes()
-        _settle(ground, math.inf)
-        alone = problem.checker().inflated(0.0, ground=False)
-        free = ClearanceSearch(dense, alone, search.told)
-        _settle(free, ground.least)
-        nearest = min(ground, free, key=lambda one: one.least)
-    else:
-        nearest = search
-        _settle(nearest, math.inf)
-    if not math.isfinite(nearest.least):
+    ground = problem.world.ground and not all(body.touches_ground for body in problem.bodies)
+    checker = problem.checker().inflated(0.0, ground=problem.world.ground and not ground)
+    searches, least, kinds = list[tuple[float, ClearanceSearch]](), math.inf, _kinds(checker)
+    for part, moving in [(problem.ground_checker(), 1), *kinds] if ground else kinds:
+        whole = not ground and len(kinds) == 1
+        one = search if whole else ClearanceSearch(dense, part, search.told)
+        if ground and not searches:
+            one.sample_slopes()
+        _settle(one, least / moving)
+        searches.append((moving * one.least, one))
+        least = min(least, moving * one.least)
+    if not math.isfinite(least):
         return None
+    nearest = min(searches, key=itemgetter(0))[1]
     nearest.pinpoint()
-    beside = state_clearance(problem, nearest.x, problem.checker()).beside
+    beside = state_clearance(problem, nearest.x, nearest.checker)
     obstacles = {obstacle.name for obstacle in problem.world.obstacles}
-    kept = any(pair.rpartition(BETWEEN)[2] in obstacles for pair in beside)
+    obstacles |= {body.name for body in problem.bodies if body.prescribed}
+    kept = any(obstacles.intersection(pair.split(BETWEEN)) for pair in beside.beside)
     required = problem.world.clearance if kept else 0.0
-    return ClearanceMargin(nearest.least, nearest.time, beside, required)
+    return ClearanceMargin(beside.clearance, nearest.time, beside.beside, required)
 
 
 def _settle(search: ClearanceSearch, known: float) -> None:

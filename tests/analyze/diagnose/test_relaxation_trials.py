@@ -9,7 +9,9 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
+import kinolab
 from kinolab import planners
+from kinolab.analyze.diagnose import diagnose
 from kinolab.analyze.diagnose.relaxation_trials import (
     RelaxationTrial,
     relaxation_trials,
@@ -151,3 +153,30 @@ def test_the_words_name_what_worked() -> None:
         "goal's tolerances."
     ]
     assert list(trial_sentences([])) == []
+
+
+@pytest.mark.search
+def test_what_moves_is_named_and_left_out() -> None:
+    """A wall as wide as the world runs over the robot; a box stands beside its way."""
+    wall = {"name": "wall", "box": [1.0, 4.0, 0.5], "position": [8.0, 2.0, 0.25],
+            "motion": {"velocity": [-0.9, 0.0, 0.0]}}  # fmt: skip
+    problem = kinolab.load({
+        "system": {"name": "diff_drive"},
+        "world": {"bounds": {"x": [0, 6], "y": [0, 4]}, "ground": "plane", "obstacle": [
+            wall, {"name": "box", "box": [0.2, 0.2, 0.2], "position": [3.0, 3.5, 0.1]}]},
+        "start": {"x": 1.0, "y": 2.0},
+        "goal": {"x": 5.0, "y": 2.0},
+    })  # fmt: skip
+    changes = {one.name: one for one in relaxations(problem, Shove())}
+    assert changes["obstacles"].words == "without the obstacles that stand"
+    moving = changes["moving obstacles"]
+    assert moving.words == "without wall, which moves,"
+    assert "time" not in moving.problem.model.state_names
+    plan = problem.solve(planner="auto", seed=1, max_iterations=3000, time_limit=PLENTY)
+    assert plan.status != "solved"
+    told = diagnose(problem, plan, max_iterations=3000).sentences
+    assert (
+        "Its dynamics and what moves (wall) aside, there is a way from the start to the goal."
+        in told
+    )
+    assert any("a search without wall, which moves, finds a plan" in one for one in told)

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from kinolab.dynamics.language.shapes import Sphere
+from kinolab.dynamics.language.shapes import Box, Sphere
 from kinolab.dynamics.machine_facts import BodyGeometry
 from kinolab.show.film.staging.stage import build_stage
 from kinolab.show.page.follow import follow_track
@@ -57,6 +57,39 @@ def test_a_wall_is_looked_at_from_the_side_on_which_the_machine_goes(side: float
     assert toward * side < 0.0 or side < 0.0
     assert still.outlook.seen > 0.9
     assert not still.outlook.veiled[0].any()
+
+
+def with_wall(motion: np.ndarray, moves: tuple[float, float]) -> tuple[Picture, np.ndarray]:
+    """Return the picture of a ball and a wall of 6 m that moves evenly by (x, y) meanwhile."""
+    wall = BodyGeometry("wall", (Box(6.0, 0.1, 4.0),), prescribed=True)
+    steps = np.linspace(0.0, 1.0, len(motion))
+    places = way(*((moves[0] * s, -0.5 + moves[1] * s, 2.0) for s in steps))
+    picture = Picture(bodies=[*BALL, wall], ground=True, bounds=BOUNDS)
+    return picture, np.concatenate([motion, places], axis=1)
+
+
+def test_an_obstacle_that_moves_hides_what_is_behind_it_at_each_time() -> None:
+    """It stands in front of the way as long as the machine goes there, or has gone before."""
+    motion = way(*((x, 0.0, 0.1) for x in np.linspace(-2, 2, 9)))
+    picture, both = with_wall(motion, (0.1, 0.0))
+    still = build_stage(picture, both, SIZE).still
+    assert np.cos(still.outlook.angles.azimuth) < 0.0  # from behind, as past a wall that stands
+    assert still.outlook.seen > 0.9
+    fixed = replace(picture, azimuth=0.0, elevation=0.1)
+    assert build_stage(fixed, both, SIZE).still.outlook.seen < 0.1
+    gone, away = with_wall(motion, (50.0, 0.0))
+    seen = build_stage(replace(gone, azimuth=0.0, elevation=0.1), away, SIZE).still.outlook.seen
+    assert 0.5 < seen < 1.0
+
+
+def test_the_whole_way_of_an_obstacle_that_moves_is_in_the_picture() -> None:
+    """It leaves the world's bounds by 4 m, and stays below the title."""
+    picture, both = with_wall(way(*((x, 0.0, 0.1) for x in np.linspace(-2, 2, 9))), (0.0, 7.5))
+    pen = build_stage(picture, both, SIZE).pen
+    corners = np.array([[x, y, 2.0 + z] for x in (-3, 3) for y in (6.95, 7.05) for z in (-2, 2)])
+    places = pen.camera.project(corners, SIZE)[:, :2]
+    assert (places >= (0.0, 0.05 * SIZE[1])).all()
+    assert (places <= SIZE).all()
 
 
 def test_what_a_scenario_says_about_its_camera_is_kept() -> None:

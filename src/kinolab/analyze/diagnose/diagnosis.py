@@ -17,6 +17,7 @@ from kinolab.analyze.diagnose.relaxation_trials import (
     relaxation_trials,
     trial_sentences,
 )
+from kinolab.analyze.diagnose.relaxations import moving_obstacles
 from kinolab.analyze.diagnose.state_clearance import (
     approach_sentences,
     clearance_sentences,
@@ -32,6 +33,7 @@ from kinolab.planners.auto import MEMBERS, Auto
 from kinolab.problem import PlanningTask
 from kinolab.problem.goal_entries import GoalEntry, goal_entries
 from kinolab.problem.goal_states import GoalStates, goal_states
+from kinolab.problem.machines.standing import standing
 from kinolab.problem.static_holding import (
     StaticHolding,
     best_static_holding,
@@ -208,14 +210,19 @@ def _described(problem: PlanningTask, plan: PlanResult, goals: GoalStates) -> Di
 
 
 def _passage(problem: PlanningTask, goals: GoalStates, say: Say) -> Passage | None:
-    """Search for a geometric path, if OMPL is installed."""
+    """Search for a geometric path, if OMPL is installed; obstacles that move are left out."""
+    moving = moving_obstacles(problem)
     try:
         from kinolab.analyze.diagnose.narrow_passage.passage import find_passage, is_applicable
     except ModuleNotFoundError:
         return None
+    still = standing(problem)
+    if still is not None:
+        problem, goals = still, goal_states(still)
     if not goals.inside or not is_applicable(problem):
         return None
-    return find_passage(problem, goals.inside, PASSAGE_SECONDS, say)
+    found = find_passage(problem, goals.inside, PASSAGE_SECONDS, say)
+    return replace(found, without=moving)
 
 
 def _sentences(

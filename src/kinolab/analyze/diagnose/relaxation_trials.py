@@ -96,7 +96,8 @@ def trial_sentences(tried: Sequence[RelaxationTrial]) -> Iterator[str]:
     """Name the change that makes the search succeed, or all that do so alone."""
     worked = {retry.change: retry.words for retry in tried if retry.solved}
     if list(worked) == [OBSTACLES]:
-        yield "Without the obstacles a plan is found, so they are what is in the way."
+        words = worked[OBSTACLES]
+        yield f"{words[0].upper()}{words[1:]} a plan is found, so they are what is in the way."
     elif len(worked) == 1:
         yield f"One change makes it work: a search {next(iter(worked.values()))} finds a plan."
     elif worked:

@@ -11,6 +11,7 @@ import numpy as np
 
 from kinolab.problem import PlanningTask
 from kinolab.problem.goal import Goal
+from kinolab.problem.machines.standing import standing
 from kinolab.search import AbstractPlanner
 from kinolab.simulation import stiffness
 
@@ -47,9 +48,14 @@ def relaxations(problem: PlanningTask, planner: AbstractPlanner) -> Iterator[Rel
         yield Relaxation("method", words, _integrated(problem, method="rosenbrock"), {})
         yield _finer_steps(problem, planner)
         return
+    still, names = standing(problem), moving_obstacles(problem)
     if problem.world.obstacles:
-        empty = replace(problem.world, obstacles=())
-        yield Relaxation(OBSTACLES, "without the obstacles", replace(problem, world=empty), {})
+        empty, which = replace(problem.world, obstacles=()), " that stand" if names else ""
+        words = f"without the obstacles{which}"
+        yield Relaxation(OBSTACLES, words, replace(problem, world=empty), {})
+    if still is not None:
+        moving = f"without {' and '.join(names)}, which move{'s' if len(names) == 1 else ''},"
+        yield Relaxation("moving obstacles", moving, still, {})
     wider = replace(problem, goal=_wider_goal(problem.goal))
     yield Relaxation(
         "tolerance", f"with {TOLERANCE_FACTOR:g} times the goal's tolerances", wider, {}
@@ -65,6 +71,11 @@ def relaxations(problem: PlanningTask, planner: AbstractPlanner) -> Iterator[Rel
         yield Relaxation("longer controls", words, problem, longer)
     if problem.scenario.integration.truth == "continuous":
         yield _finer_steps(problem, planner)
+
+
+def moving_obstacles(problem: PlanningTask) -> tuple[str, ...]:
+    """Return the names of the obstacles that move."""
+    return tuple(body.name for body in problem.bodies if body.prescribed)
 
 
 def _wider_goal(goal: Goal) -> Goal:

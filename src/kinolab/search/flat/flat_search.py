@@ -25,6 +25,7 @@ from kinolab.search.flat.flat_trees import (
     grow_trees,
     nearest_node,
 )
+from kinolab.search.graph import SearchGraph
 from kinolab.simulation.collision_context import (
     CollisionContext,
     CollisionScratch,
@@ -286,7 +287,19 @@ class FlatConnection:
     @property
     def states(self) -> Array:
         """States of rest that the first tree has, shape (n, nx)."""
-        z = self._own.ahead.z[: int(self._own.ahead.size[0])]
+        return self._states(self._own.ahead)
+
+    @property
+    def graph(self) -> SearchGraph:
+        """Both trees."""
+        ahead, behind = self._own.ahead, self._own.behind
+        x = np.concatenate([self._states(ahead), self._states(behind)])
+        parents = ahead.parent[: ahead.size[0]], behind.parent[: behind.size[0]]
+        later = np.where(parents[1] < 0, NONE, parents[1] + ahead.size[0])
+        return SearchGraph.of_tree(lambda rows: x[rows], np.concatenate([parents[0], later]))
+
+    def _states(self, tree: FlatTree) -> Array:
+        z = tree.z[: int(tree.size[0])]
         x = np.tile(self._own.flat.base, (len(z), 1))
         x[:, self._own.flat.entry[: z.shape[1]]] = z
         return x

@@ -104,7 +104,7 @@ def set_up(picture: Picture, motion: Array) -> tuple[Still, Array]:
         floor = Floor(low - margin, high + margin)
         flat = box_corners(np.append(floor.low, 0.0), np.append(floor.high, 0.0))[::2]
         cloud = np.concatenate([cloud, flat])
-    look = outlook(picture, obstacles, cloud, motion)
+    look = outlook(picture, obstacles, cloud, motion, machine)
     return Still(picture, obstacles, look, floor, largest, machine, reach), cloud
 
 
@@ -118,12 +118,8 @@ def seen_points(
     parts = [mesh.vertices for mesh in obstacles]
     ghosts = [ghost for ghost in (picture.start, picture.goal) if isinstance(ghost, Ghost)]
     tables = [motion, *(ghost.table[None] for ghost in ghosts)]
-    # What moves by itself may go on where nobody looks; its beginning is seen.
-    spans = [1 if body.prescribed else None for body in picture.bodies]
     for table in tables:
-        parts += [
-            swept(mesh, table[: spans[i], i]) for i, mesh in enumerate(machine) if len(mesh.faces)
-        ]
+        parts += [swept(mesh, table[:, i]) for i, mesh in enumerate(machine) if len(mesh.faces)]
     parts += [np.asarray(ghost.lines, dtype=np.float64) for ghost in ghosts]
     if picture.path is not None:
         parts += [np.asarray(path, dtype=np.float64) for path in (picture.path, *picture.others)]

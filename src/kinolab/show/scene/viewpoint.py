@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -45,7 +45,11 @@ class Outlook:
 
 
 def outlook(
-    picture: Picture, meshes: Sequence[SurfaceMesh], cloud: Array, motion: Array
+    picture: Picture,
+    meshes: Sequence[SurfaceMesh],
+    cloud: Array,
+    motion: Array,
+    machine: Sequence[SurfaceMesh] = (),
 ) -> Outlook:
     """Choose the direction from which start, goal and most of the way are seen.
 
@@ -54,18 +58,23 @@ def outlook(
         meshes: Of its obstacles.
         cloud: Points that the picture must contain, shape (n, 3), in [m].
         motion: Poses of the bodies along the way, shape (nt, nb, 12).
+        machine: A mesh of each body; those of obstacles that move hide what is behind them.
     """
     azimuth = -AZIMUTH if picture.azimuth is None else picture.azimuth
     given = picture.elevation
     usual = Angles(azimuth, usual_elevation(cloud, picture.up) if given is None else given)
     nothing = tuple(np.zeros(len(mesh.faces), dtype=bool) for mesh in meshes)
     watched, count = _watched(picture, motion), sum(len(mesh.faces) for mesh in meshes)
+    movers = [(k, machine[k]) for k in _prescribed(picture) if k < len(machine)]
+    count += sum(len(mesh.faces) for _, mesh in movers)
     if not count or count > MANY or not len(watched[0]):
         return Outlook(usual, 1.0, nothing)
     whole = join(meshes)
-    one_sided = np.concatenate([np.full(len(mesh.faces), is_room(mesh)) for mesh in meshes])
-    screens = Screens(whole.vertices, whole.faces, one_sided)
-    sight = _Sight(picture, cloud, screens, *watched)
+    counts = np.array([len(mesh.faces) for mesh in meshes], dtype=int)
+    one_sided = np.repeat([*map(is_room, meshes)], counts)
+    screens = Screens(whole.vertices, whole.faces, one_sided.astype(bool))
+    moving = {k: _placed(movers, motion[k]) for k in np.unique(watched[2]).tolist() if movers}
+    sight = _Sight(picture, cloud, screens, *watched, moving)
     best, most = usual, sight.fraction(usual)
     # 0.9: fraction seen from the usual direction with which nothing else is tried
     if picture.view == "perspective" and most < (MOST if count < FEW else 0.9):
@@ -76,7 +85,7 @@ def outlook(
             # 0.04: fraction that another direction must show besides
             if seen + FILLING * sight.filled(angles) > worth + 0.04:
                 best, most, worth = angles, seen, seen + FILLING * sight.filled(angles)
-    if most >= OPEN:
+    if most >= OPEN or not len(whole.faces):
         return Outlook(best, most, nothing)
     ends = np.cumsum([len(mesh.faces) for mesh in meshes])[:-1]
     return Outlook(best, most, tuple(np.split(_opened(sight, best, whole), ends)))
@@ -101,6 +110,8 @@ class _Sight:
     screens: Screens
     points: Array
     weights: Array
+    rows: NDArray[np.int64]  # of the motion, at which one wants to see each point
+    moving: Mapping[int, Screens]  # obstacles that move, where they are at these rows
 
     def hiding(self, angles: Angles) -> NDArray[np.int64]:
         camera = frame_scene(self.cloud, self.picture.up, self.picture.view, SIZE, angles=angles)
@@ -113,7 +124,12 @@ class _Sight:
         return float(np.min(np.ptp(places, axis=0) / SIZE))
 
     def fraction(self, angles: Angles) -> float:
-        return float(self.weights[self.hiding(angles) == SEEN].sum())
+        seen = self.hiding(angles) == SEEN
+        camera = frame_scene(self.cloud, self.picture.up, self.picture.view, SIZE, angles=angles)
+        for row, screens in self.moving.items():
+            there = self.rows == row
+            seen[there] &= screens.hiding(camera, self.points[there]) == SEEN
+        return float(self.weights[seen].sum())
 
 
 def _others(picture: Picture, usual: Angles) -> list[Angles]:
@@ -128,22 +144,40 @@ def _others(picture: Picture, usual: Angles) -> list[Angles]:
     return [angles for angles in both if angles != usual]
 
 
-def _watched(picture: Picture, motion: Array) -> tuple[Array, Array]:
-    """Points that one wants to see, shape (n, 3), and their weights, of sum 1.
+def _prescribed(picture: Picture) -> list[int]:
+    """Obstacles that move, by their places among the bodies."""
+    return [k for k, body in enumerate(picture.bodies) if body.prescribed]
+
+
+def _placed(movers: Sequence[tuple[int, SurfaceMesh]], poses: Array) -> Screens:
+    """Bodies with their meshes at one moment, of poses (nb, 12)."""
+    placed = []
+    for k, mesh in movers:
+        g = poses[k].reshape(3, 4)
+        placed.append(replace(mesh, vertices=mesh.vertices @ g[:, :3].T + g[:, 3]))
+    whole = join(placed)
+    return Screens(whole.vertices, whole.faces, np.zeros(len(whole.faces), dtype=bool))
+
+
+def _watched(picture: Picture, motion: Array) -> tuple[Array, Array, NDArray[np.int64]]:
+    """Points that one wants to see, (n, 3), their weights, of sum 1, and rows of the motion.
 
     Start and goal count for a fifth each, the way for the rest.
     """
-    count = motion.shape[1]
-    if not count or not len(motion):
-        return np.zeros((0, 3)), np.zeros(0)
-    bodies = np.unique(np.linspace(0, count - 1, min(BODIES, count)).astype(int))
+    own = np.setdiff1d(np.arange(motion.shape[1]), _prescribed(picture))
+    if not len(own) or not len(motion):
+        return np.zeros((0, 3)), np.zeros(0), np.zeros(0, dtype=np.int64)
+    bodies = own[np.unique(np.linspace(0, len(own) - 1, min(BODIES, len(own))).astype(int))]
     moments = np.unique(np.linspace(0, len(motion) - 1, min(MOMENTS, len(motion))).astype(int))
     way = motion[moments][:, bodies][..., 3::4].reshape(-1, 3)
     start = motion[0, bodies][:, 3::4]
-    parts = [(way, 0.6), (start, 0.2), (_goal(picture, bodies), 0.2)]
-    parts = [(points, weight) for points, weight in parts if len(points)]
-    weights = np.concatenate([np.full(len(points), w / len(points)) for points, w in parts])
-    return np.concatenate([points for points, _ in parts]), weights / weights.sum()
+    goal = _goal(picture, bodies)
+    parts = [(way, 0.6, np.repeat(moments, len(bodies))), (start, 0.2, np.zeros(len(start), int))]
+    parts.append((goal, 0.2, np.full(len(goal), len(motion) - 1)))
+    parts = [part for part in parts if len(part[0])]
+    weights = np.concatenate([np.full(len(points), w / len(points)) for points, w, _ in parts])
+    points, rows = (np.concatenate([part[i] for part in parts]) for i in (0, 2))
+    return points, weights / weights.sum(), rows.astype(np.int64)
 
 
 def _goal(picture: Picture, bodies: NDArray[np.int64]) -> Array:

@@ -63,7 +63,7 @@ class CollisionChecker:
         self_pairs: Sequence[tuple[str, str]] = (),
     ) -> None:
         self.bodies, self.cables = tuple(bodies), tuple(cables)
-        self.world = world
+        self.world, self._self_pairs = world, tuple(self_pairs)
         self._owners = shape_owners(bodies, cables)
         scene, self.grid = make_broadphase(bodies, cables, world, self_pairs)
         self.scene = scene._replace(kept=np.zeros(len(scene.own_pairs)))  # see ``_Beside``
@@ -123,6 +123,25 @@ class CollisionChecker:
         twin.scene = self.scene._replace(kept=np.full(len(self.scene.own_pairs), distance))
         twin._inflate(self.margin, self.scene.ground)
         return twin
+
+    def without_pairs(self) -> CollisionChecker:
+        """Return a checker of obstacles and ground alone, not of bodies among themselves.
+
+        It shares the obstacles with this one, not the scratch memory.
+        """
+        twin, scene = copy(self), self.scene
+        twin.scene = scene._replace(own_pairs=scene.own_pairs[:0], kept=scene.kept[:0])
+        twin._beside = self._beside and self._beside.without_pairs()
+        twin._inflate(self.margin, scene.ground)
+        return twin
+
+    def of_pairs(self) -> CollisionChecker:
+        """Return a checker of bodies and cables among themselves, and of obstacles that move."""
+        alone = World(clearance=self.world.clearance)
+        pairs = self._self_pairs
+        return CollisionChecker(
+            self.bodies, alone, cables=self.cables, margin=self.margin, self_pairs=pairs
+        )
 
     def build(self) -> None:
         """Build the search trees of meshes, which would be built when they are first needed."""
@@ -276,6 +295,12 @@ class _Beside:
     def inflated(self, margin: float) -> _Beside:
         """Return the same with another margin in [m], with scratch memory of its own."""
         return _Beside(self._alone.inflated(0.0, ground=False), self._clearance, margin)
+
+    def without_pairs(self) -> _Beside:
+        """Return the same of the obstacles that stand."""
+        twin = copy(self)
+        twin._alone, twin._wide = self._alone.without_pairs(), self._wide.without_pairs()
+        return twin
 
     def clearances(self, poses: Array, ends: Array, most: float) -> Array:
         """Return how far every point may move before too little is left, in [m]; 0 or less now."""

@@ -50,6 +50,7 @@ class Passage:
             and less than ``narrow_by`` may suffice.
         at_most: Whether less than ``narrow_by`` may suffice, because a body that blocks it is too
             thin to become so much narrower.
+        without: The obstacles that move, which are left out: a way at all times says nothing.
     """
 
     open: bool
@@ -57,6 +58,7 @@ class Passage:
     beside: tuple[str, ...] = ()
     finished: bool = True
     at_most: bool = False
+    without: tuple[str, ...] = ()
 
     @property
     def blocked(self) -> bool:
@@ -67,7 +69,9 @@ class Passage:
     def sentence(self) -> str:
         """Whether the machine's shape passes, and if not, by how much."""
         if self.open:
-            return "Its dynamics aside, there is a way from the start to the goal."
+            aside = " and what moves" if self.without else ""
+            moving = f" ({', '.join(self.without)})" if self.without else ""
+            return f"Its dynamics{aside}{moving} aside, there is a way from the start to the goal."
         if self.narrow_by is None:
             narrower = f" even for a machine {200 * SLIMMEST * SHRINKAGE_QUANTUM:g} cm narrower"
             missing = narrower if self.finished else " in time, its dynamics aside"
