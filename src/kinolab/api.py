@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
@@ -297,7 +298,12 @@ class Problem(PlanningTask):
         return Plan(**vars(plan), problem=self)
 
     def replanner(
-        self, plan: PlanResult | None = None, *, deadline: float = 0.1, period: float = 0.1
+        self,
+        plan: PlanResult | None = None,
+        *,
+        deadline: float = 0.1,
+        period: float = 0.1,
+        tolerance: float = 0.01,
     ) -> Replanner:
         """Return what plans again and again while the machine moves.
 
@@ -309,6 +315,8 @@ class Problem(PlanningTask):
             plan: The first plan; that of ``solve()`` when left out.
             deadline: Of each answer, in [s].
             period: From the beginning of one answer to that of the next, in [s].
+            tolerance: Of each state's scale: so far where the machine is may be from where it
+                should be, and its motion be kept for its own control to follow.
 
         Raises:
             InputError: If no first plan is found, or an argument does not fit.
@@ -316,8 +324,15 @@ class Problem(PlanningTask):
         from kinolab.solve.plan import make_planner
         from kinolab.solve.replanning.replanner import Proof, Replan, replanner
 
-        require_fit("replanner deadline", float, deadline)
-        require_fit("replanner period", float, period)
+        for name, value in {"deadline": deadline, "period": period}.items():
+            require_fit(f"replanner {name}", float, value)
+            if not 0.0 < value < math.inf:
+                what, remedy = f"it is {value:g} s.", "Give seconds, more than 0."
+                raise InputError([Mistake(f"replanner {name}", what, remedy)])
+        require_fit("replanner tolerance", float, tolerance)
+        if not 0.0 <= tolerance < math.inf:
+            what, remedy = f"it is {tolerance:g}.", "Give a part of a state's scale, at least 0."
+            raise InputError([Mistake("replanner tolerance", what, remedy)])
         plan = plan or self.solve()
         if plan.status != "solved" or plan.trajectory is None or plan.certificate is None:
             what = f"there is no plan to begin with: {plan.message}"
@@ -325,7 +340,15 @@ class Problem(PlanningTask):
         proof = Proof(0.0, plan.trajectory.duration, plan.certificate)
         first = Replan("searched", self, plan.trajectory, (proof,))
         searcher = make_planner(self, None, {})
-        return replanner(self, searcher, first, deadline=deadline, period=period, seed=plan.seed)
+        return replanner(
+            self,
+            searcher,
+            first,
+            deadline=deadline,
+            period=period,
+            seed=plan.seed,
+            tolerance=tolerance,
+        )
 
     def _repr_html_(self) -> str:
         """Show world, start and goal in 3D in a notebook."""

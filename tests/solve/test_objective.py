@@ -1,13 +1,19 @@
 """Plans of least cost, against closed forms and an independent collocation."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import kinolab
+from kinolab.analyze.diagnose.verification_summary import verification_sentences
 from kinolab.runs import check_run
+from kinolab.search import Budget
 from kinolab.simulation.reference import price, resimulate
+from kinolab.solve.cheaper import Cheapening
+from kinolab.solve.improve import MOST_SECONDS, PlanImprover
+from kinolab.solve.plan import PlanResult
 from kinolab.trajopt import cheapened
 from kinolab.verification import verify
 from tests.solve.test_several_goals import puck
@@ -114,6 +120,50 @@ def test_a_motion_that_takes_too_long_does_not_pass(tmp_path: Path) -> None:
     checks = {check.name: check for check in verify(block(tmp_path), slow.trajectory).checks}
     assert not checks["duration"].passed
     assert all(check.passed for name, check in checks.items() if name != "duration")
+
+
+def test_only_a_quicker_motion_may_take_all_of_the_time(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It is no plan while it takes longer than it may; else half of it is to make it cheap."""
+    limits = []
+
+    def noted(self: PlanImprover, found: PlanResult, _: Budget) -> PlanResult:
+        limits.append(self.request.time_limit)
+        return replace(found, status="nearest")
+
+    monkeypatch.setattr(PlanImprover, "plan", noted)
+    for most in ("0.3", "1000.0"):
+        block(tmp_path, f"objective.max_time={most}").solve("rrt_fast", seed=1, time_limit=8.0)
+    assert limits == [4.0, 8.0, 4.0]
+
+
+def test_a_motion_that_cannot_be_short_enough_is_told_so(tmp_path: Path) -> None:
+    """A block of 1 kg takes 2 sqrt(1 m / 5 N 1 kg) = 0.894 s with 5 N."""
+    problem = block(tmp_path, "objective.max_time=0.3")
+    plan = problem.solve("rrt_fast", seed=1, improve=1.0, time_limit=2.0)
+    assert plan.status == "verification_failed"
+    assert any(
+        "raise [objective] max_time, which is 0.3 s" in sentence
+        for sentence in verification_sentences(problem, plan)
+    )
+
+
+def test_cheapening_goes_on_while_that_saves_a_twentieth(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    saved = [0.5, 0.06, 0.04, 0.5]
+    monkeypatch.setattr(Cheapening, "_cheapen", lambda *_: saved.pop(0))
+    plan = block(tmp_path).solve("rrt_fast", seed=1, improve="auto")
+    assert saved == [0.5]
+    assert plan.statistics["improvement_seconds"] == MOST_SECONDS
+    assert plan.statistics["last_half_gain"] == 0.04
+
+
+def test_what_may_become_cheaper_is_told_so(tmp_path: Path) -> None:
+    plan = block(tmp_path).solve("rrt_fast", seed=1, improve=0.5)
+    assert plan.statistics["improvement_unfinished"] == 1.0
+    assert "cheaper" in str(plan)
 
 
 def test_a_report_that_tells_another_cost_does_not_pass(tmp_path: Path) -> None:

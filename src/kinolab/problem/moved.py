@@ -10,7 +10,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from kinolab.errors import UnknownNameError
+from kinolab.arguments import require_numbers
+from kinolab.errors import InputError, Mistake, UnknownNameError
 from kinolab.numerics.arrays import Array
 from kinolab.problem.task import PlanningTask
 from kinolab.world import Obstacle
@@ -26,17 +27,22 @@ def with_obstacles_at(problem: PlanningTask, places: Mapping[str, Sequence[float
         places: By names of obstacles: what ``position`` of their tables would be, (3,) in [m].
 
     Raises:
-        UnknownNameError: If there is no such obstacle.
+        InputError: If there is no such obstacle, it moves by itself, or a place is no position.
     """
     section = problem.scenario.world
     entries = {entry.name: entry for entry in section.obstacle}
     standing = {obstacle.name: obstacle for obstacle in problem.world.obstacles}
-    for name, place in places.items():
+    for name, given in places.items():
+        place = require_numbers(f"obstacles {name}", given, (3,))
+        if name in entries and entries[name].motion is not None:
+            what = f"the obstacle {name!r} moves by itself."
+            remedy = "Leave it out, or leave its motion out and say where it is."
+            raise InputError([Mistake("obstacles", what, remedy)])
         if name not in entries or name not in standing:
             raise UnknownNameError("obstacle", name, known=standing, where="obstacles")
-        by = np.asarray(place, dtype=float) - entries[name].position
+        by = place - entries[name].position
         standing[name] = _shifted(standing[name], by)
-        position = tuple(float(value) for value in place)
+        position = tuple(place.tolist())
         entries[name] = entries[name].model_copy(update={"position": position})
     world = replace(problem.world, obstacles=tuple(standing.values()))
     written = section.model_copy(update={"obstacle": tuple(entries.values())})

@@ -16,9 +16,10 @@ from kinolab.numerics.work import counted_work
 from kinolab.problem import PlanningTask
 from kinolab.search import AbstractPlanner, Budget
 from kinolab.simulation.reference import price
-from kinolab.solve.improve import LEAST_SECONDS, PATIENCE, SEARCHES_PER_WAY
+from kinolab.solve.improve import LEAST_SECONDS, MOST_SECONDS, PATIENCE, SEARCHES_PER_WAY
 from kinolab.solve.incumbent import AT_ONCE, Incumbent
 from kinolab.solve.plan import REFUSED, PlanResult, Request
+from kinolab.solve.refinement import STILL_GAINING
 from kinolab.solve.starts import Starts
 from kinolab.trajectory import Trajectory
 from kinolab.verification import verify
@@ -65,8 +66,10 @@ class Cheapening:
             incumbent.improvements.insert(0, first)
             incumbent.take(found.trajectory, "search")
         begun, seconds = incumbent.time(), quick.statistics.get("improvement_seconds", 0.0)
-        if seconds and self.request.effort(self.problem) == "auto":
+        auto = self.request.effort(self.problem) == "auto"
+        if seconds and auto:
             seconds = max(seconds, SEARCHES_PER_WAY * LEAST_SECONDS)
+        gain, unfinished = 0.0, False
         if seconds:
             patience = min(PATIENCE * seconds, self.request.time_limit - begun)
             with counted_work() as work:
@@ -76,8 +79,22 @@ class Cheapening:
                     cancelled=lambda: incumbent.cancelled() or incumbent.time() - begun > patience,
                 )
                 starts = Starts(replace(incumbent, problem=self.timed), self.searcher, remaining)
-                self._cheapen(incumbent, [quick.trajectory], starts)
-        best, statistics = incumbent.best, {"improvement_unfinished": 0.0}
+                gain = self._cheapen(incumbent, [quick.trajectory], starts)
+                while auto and gain >= STILL_GAINING and seconds < MOST_SECONDS:
+                    more = min(seconds, MOST_SECONDS - seconds)
+                    seconds, patience = seconds + more, patience + PATIENCE * more
+                    patience = min(patience, self.request.time_limit - begun)
+                    remaining.time_limit += more
+                    assert incumbent.best.trajectory is not None
+                    gain = self._cheapen(incumbent, [incumbent.best.trajectory], starts)
+                unfinished = remaining.over and not incumbent.cancelled()
+        best, limit = incumbent.best, self.request.time_limit
+        statistics = {
+            "improvement_unfinished": float(unfinished),
+            "improvement_out_of_time": limit if incumbent.time() >= limit else 0.0,
+            "improvement_seconds": seconds,
+            "last_half_gain": gain,
+        }
         if best.status == "solved" and best.duration is not None:
             statistics["final_duration"] = best.duration
         return incumbent.plan({"cheapen": incumbent.time() - begun}, statistics)
@@ -90,8 +107,9 @@ class Cheapening:
         cost = price(self.problem, quick.trajectory)
         return replace(quick, status=status, certificate=certificate, price=cost)
 
-    def _cheapen(self, incumbent: Incumbent, motions: list[Trajectory], starts: Starts) -> None:
-        """Make quick motions cost less, then those of further searches."""
+    def _cheapen(self, incumbent: Incumbent, motions: list[Trajectory], starts: Starts) -> float:
+        """Make motions cost less, then those of further searches; return what part that saves."""
+        before = incumbent.best.price or 0.0
         remaining, longest = starts.remaining, trajopt.most_time(self.problem)
         while not (incumbent.cancelled() or starts.exhausted or remaining.over):
             given, motions = motions[:AT_ONCE], motions[AT_ONCE:]
@@ -106,6 +124,7 @@ class Cheapening:
                 for fork in forks:
                     fork.end()
             motions = motions or [motion for _, motion in starts.others(longest)]
+        return 1.0 - (incumbent.best.price or 0.0) / before if before else 0.0
 
 
 def _cheapen(own: Incumbent, motion: Trajectory, seconds: float) -> None:

@@ -73,7 +73,7 @@ def summary(problem: PlanningTask, found: PlanResult, sentences: Sequence[str] =
         lines.append(f"  {found.certificate}")
     lines += [f"  warning: {sentence}" for sentence in found.warnings]
     if found.status == "solved" and found.statistics.get("improvement_unfinished"):
-        lines.append(_more_time(found.statistics))
+        lines.append(_more_time(found.statistics, "shorter" if found.price is None else "cheaper"))
     lines += [f"  {sentence}" for sentence in sentences if sentence not in found.message]
     return "\n".join(lines)
 
@@ -92,18 +92,18 @@ def goals_text(problem: PlanningTask, reached: Sequence[float]) -> str:
     return "reaches " + ", ".join(f"{name} at {time:.2f} s" for time, name in rows)
 
 
-def _more_time(statistics: Mapping[str, float]) -> str:
-    """Say what gives the improvement of a plan more time."""
+def _more_time(statistics: Mapping[str, float], better: str) -> str:
+    """Say what gives the improvement of a plan more time, and what it may become by that."""
     if limit := statistics["improvement_out_of_time"]:
         return (
             f"  the time limit of {limit:g} s ended its improvement: "
-            f"--time-limit {4 * limit:g} may make it shorter"
+            f"--time-limit {4 * limit:g} may make it {better}"
         )
     seconds, gain = statistics["improvement_seconds"], statistics.get("last_half_gain", 0.0)
     more = f"--set planner.improve={math.ceil(4 * seconds)}"
     if gain >= NOTABLE:
-        return f"  it was still becoming shorter after {seconds:.3g} s: {more} goes on"
-    return f"  with more time than {seconds:.3g} s it may become shorter: {more}"
+        return f"  it was still becoming {better} after {seconds:.3g} s: {more} goes on"
+    return f"  with more time than {seconds:.3g} s it may become {better}: {more}"
 
 
 def _before(found: PlanResult) -> str:

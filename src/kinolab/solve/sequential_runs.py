@@ -10,6 +10,7 @@ from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 
+from kinolab import trajopt
 from kinolab.problem import PlanningTask
 from kinolab.problem.objective.costed import without_objective
 from kinolab.search import AbstractPlanner, Budget
@@ -51,6 +52,7 @@ def sequential_runs(
         # On a busy computer being quick may take all of the time, and must not.
         improving.request = replace(request, time_limit=0.5 * request.time_limit)
         cheapening = Cheapening(problem, timed, searcher, request, lambda: clock.elapsed, better)
+    quick = improving.request
     budget: Budget | None = None
     last: Budget | None = None
     for seed in request.seeds():
@@ -74,6 +76,10 @@ def sequential_runs(
             clock.add(budget)
             found = replace(found, seed=seed)
             improved = improving.plan(replace(found, price=None), budget)
+            if (improved.duration or 0.0) > trajopt.most_time(problem):  # it is no plan yet
+                improving.request = request
+                improved = improving.plan(improved, budget)
+                improving.request = quick
             if cheapening is not None:
                 improved = cheapening.plan(found, improved, budget)
             searches.add(found, improved)

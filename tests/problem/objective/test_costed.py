@@ -46,7 +46,8 @@ def test_the_length_of_a_bob_s_path_is_its_angle_times_the_rod() -> None:
     problem = pendulum(length={"bob": 1.0})
     t = np.linspace(0.0, 0.5, STEPS + 1)
     motion = resimulate(problem, t, np.full((STEPS, 1), 5.0))
-    assert price(problem, motion) == pytest.approx(np.ptp(motion.x[:, 0]), abs=1e-4 * 0.5)
+    # [m] what a body that begins at rest counts too much while it is slower than some 0.1 mm/s
+    assert price(problem, motion) == pytest.approx(np.ptp(motion.x[:, 0]), abs=1e-7)
 
 
 def test_without_an_objective_there_is_no_price() -> None:

@@ -17,12 +17,14 @@ from kinolab.simulation.resimulated_goal import BROKEN, MISSED
 from kinolab.solve import PlanResult
 from kinolab.trajectory import Trajectory
 from kinolab.verification.certificate import conduct_checks
+from kinolab.verification.lower_bound import duration_bound
 
 
 def verification_sentences(problem: PlanningTask, plan: PlanResult) -> Iterator[str]:
     """Say where the planner's steps and the re-simulated motion disagree."""
     if plan.status == "verification_failed":
         yield _refusal(problem, plan)
+        yield from _too_long(problem, plan)
     misses = int(plan.statistics.get(MISSED, 0))
     if misses:
         yield (
@@ -59,6 +61,26 @@ def _refusal(problem: PlanningTask, plan: PlanResult) -> str:
         f"{_apart(problem, own[0].x, plan.trajectory.x)} away from the true motion: shorten "
         "[integration] step."
     )
+
+
+def _too_long(problem: PlanningTask, plan: PlanResult) -> Iterator[str]:
+    """Say of a motion that takes longer than max_time whether a shorter one may exist."""
+    failures = plan.certificate.failures if plan.certificate else ()
+    section = problem.scenario.objective
+    if section is None or all(check.name != "duration" for check in failures):
+        return
+    bound = duration_bound(problem)
+    if section.max_time is not None and bound.seconds > section.max_time:
+        yield (
+            f"No plan takes less than {bound.seconds:.3g} s, which is proved ({bound.reason}): "
+            f"raise [objective] max_time, which is {section.max_time:g} s."
+        )
+    else:
+        yield (
+            f"A motion that is short enough is not ruled out: no plan takes less than "
+            f"{bound.seconds:.3g} s, and no more is proved. More time to shorten this one may help "
+            "(--time-limit, --set planner.improve=30)."
+        )
 
 
 def own_motion(

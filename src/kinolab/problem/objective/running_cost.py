@@ -15,7 +15,8 @@ from kinolab.errors import InputError
 from kinolab.problem.objective.formula import formula
 from kinolab.scenario import Issue, Scenario, mistake_at, place_at
 
-SLOWEST = 1e-4  # [m/s] below which a body counts as resting: the norm of a speed has no slope at 0
+# [m/s] Of a body at rest: the norm of a speed has no slope at 0. At v it is SLOWEST^2 / 2v more.
+SLOWEST = 1e-4
 
 
 def running_cost(scenario: Scenario, system: Mechanism) -> sympy.Expr:
@@ -39,7 +40,7 @@ def running_cost(scenario: Scenario, system: Mechanism) -> sympy.Expr:
     frames = {body.name: body.frame for body in system.bodies}
     for name, weight in section.length.items():
         linear = velocity(frames[name]).linear
-        terms.append(weight * (sympy.sqrt(linear.dot(linear) + SLOWEST**2) - SLOWEST))
+        terms.append(weight * sympy.sqrt(linear.dot(linear) + SLOWEST**2))
     return sympy.Add(*(term for term in terms if term))
 
 

@@ -2,8 +2,9 @@
 
 Each time the motion that it follows is kept as far as it holds. What no longer fits is closed by
 motions between two of its states; only where that fails is the whole of it made anew, or searched
-for. Nothing is offered that was not verified by the deadline, together with a way to come to rest
-from it: where there is nothing, the machine comes to rest as the last answer had proved it can.
+for. Nothing is offered that was not verified, together with a way to come to rest from it: where
+nothing is by the deadline, the machine comes to rest as the last answer had proved it can. A motion
+that was searched for is made shorter between questions, from where the machine is not yet.
 
 Where: the loop that plans again.
 
@@ -17,13 +18,16 @@ import math
 import time
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from threading import Event
 from typing import NamedTuple
 
 import numpy as np
 
 from kinolab import trajopt
+from kinolab.arguments import require_fit, require_numbers
 from kinolab.concurrency.cancel import CancellationToken
 from kinolab.concurrency.coroutine import Coroutine
+from kinolab.errors import InputError, Mistake
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 from kinolab.problem.goal import Goal
@@ -32,6 +36,7 @@ from kinolab.search import AbstractPlanner, Budget
 from kinolab.simulation.reference import reference_motion
 from kinolab.solve.attempt import motion, old_objects_left_alone
 from kinolab.solve.plan import stream
+from kinolab.solve.refinement import STILL_GAINING
 from kinolab.trajectory import Trajectory
 from kinolab.trajopt.options import SHORT
 from kinolab.trajopt.segments import segment_problem
@@ -44,6 +49,8 @@ SUBPROBLEMS = 12  # of a mended part; those that succeed take two to five
 BRAKES = (40, 80, 20)
 # [s] of the first search, twice as long each time: what it looks for may have moved out of the way.
 SEARCH = 1.0
+# Of a state's scale, as MoveIt's allowed_start_tolerance: what a machine's own control makes up for
+OFF = 0.01
 
 
 @dataclass(frozen=True)
@@ -66,15 +73,18 @@ class Replan:
     """What a machine does from now on.
 
     Attributes:
-        by: How it was made: ``kept``, ``mended``, ``searched``, or ``stop`` where no motion into
-            the goal was verified in time.
-        problem: What it solves: from the state asked about, in the world as it is now; a stop, in
+        by: How it was made: ``kept``, ``mended``, ``shortened``, ``searched``, or ``stop`` where no
+            motion into the goal was verified in time.
+        problem: What it solves: from where the motion begins, in the world as it is now; a stop, in
             the world as it was when it was proved.
         trajectory: The motion, from time 0 on.
         proofs: Of its parts that are new, in order of time. What is between them was proved with an
             earlier answer, and is kept: there only what has moved since was held against it anew.
             Parts meet within 1e-6 of a state's scale.
         seconds: Of the clock, from question to answer.
+        off: By how much of an entry's scale the state that was asked about differs at most from
+            where the motion begins. Above the replanner's ``tolerance``, which only a stop can be,
+            nothing is proved of where the machine is.
     """
 
     by: str
@@ -82,13 +92,21 @@ class Replan:
     trajectory: Trajectory
     proofs: tuple[Proof, ...] = ()
     seconds: float = 0.0
+    off: float = 0.0
 
 
 class ProvedMotion(NamedTuple):
-    """A motion that a search has found, with its proof."""
+    """A motion that was found between questions, with its proof.
+
+    Attributes:
+        trajectory: The motion.
+        certificate: Of it.
+        stop: What follows it for a period, and comes to rest: proved, too.
+    """
 
     trajectory: Trajectory
     certificate: Certificate
+    stop: Replan | None = None
 
 
 @dataclass
@@ -103,6 +121,8 @@ class Replanner:
         period: From the beginning of one answer to that of the next, in [s]: so long the machine
             follows it, and then a stop where the next one is not there.
         seed: Of searches.
+        tolerance: Of an entry's scale: so far a measured state may be from the motion that the
+            machine follows. It is then kept as it is, for the machine's own control to follow.
         stop: What follows the last answer for a period, and comes to rest.
     """
 
@@ -112,12 +132,17 @@ class Replanner:
     deadline: float
     period: float
     seed: int = 1
+    tolerance: float = OFF
     stop: Replan = field(init=False)
     _way: Trajectory = field(init=False)  # the last motion into the goal
     _search: Coroutine[ProvedMotion | None] | None = None  # from where the stop ends
+    _ready: tuple[Trajectory | None, Replan | None] = None, None  # a way, and how to stop from it
     _searches: int = 0  # since the last motion into the goal
     _moved: set[str] = field(default_factory=set)  # since that was proved
     _moved_meanwhile: set[str] = field(default_factory=set)  # since the search began
+    _shorter: Coroutine[ProvedMotion | None] | None = None  # of the way, from further on
+    _moved_while_shortening: set[str] = field(default_factory=set)
+    _idle: Event = field(default_factory=Event)  # set while nothing is asked
     _pace: float = 0.0  # [s] of a verification, for each knot
     _asked: int = 0
 
@@ -140,29 +165,43 @@ class Replanner:
         """Return how the machine goes on.
 
         Args:
-            start: Where it will be when the answer is there, shape (nx,): from now on until then it
-                follows the last one.
+            start: Where it will be when the answer is there, shape (nx,), as measured or
+                estimated: from now on until then it follows the last one.
             elapsed: When that is, in seconds since the last answer's motion began.
             obstacles: What has moved, by name: positions (3,) in [m].
 
         Raises:
-            UnknownNameError: If there is no such obstacle.
+            InputError: If an argument is no state, no time or no position, or there is no such
+                obstacle.
         """
         begun = time.monotonic()
+        start = require_numbers("replan start", start, self.problem.start.shape)
+        require_fit("replan elapsed", float, elapsed)
+        require_fit("replan obstacles", Mapping | None, obstacles)
+        if not 0.0 <= elapsed < math.inf:
+            what, remedy = f"it is {elapsed:g} s.", "Give the seconds since the last answer began."
+            raise InputError([Mistake("replan elapsed", what, remedy)])
         moved = with_obstacles_at(self.problem, obstacles) if obstacles else self.problem
-        self.problem = replace(moved, start=np.asarray(start, dtype=float))
+        self.problem = replace(moved, start=start)
         self._asked += 1
-        self._moved |= set(obstacles or ())
-        self._moved_meanwhile |= set(obstacles or ())
-        with old_objects_left_alone():
-            answer = self._answered(elapsed, begun + self.deadline)
-        self.last = replace(answer, seconds=time.monotonic() - begun)
+        for known in (self._moved, self._moved_meanwhile, self._moved_while_shortening):
+            known.update(obstacles or ())
+        self._idle.clear()
+        try:
+            with old_objects_left_alone():
+                answer = self._answered(elapsed, begun + self.deadline)
+        finally:
+            self._idle.set()
+        off = _apart(self.problem, answer.trajectory)
+        self.last = replace(answer, seconds=time.monotonic() - begun, off=off)
         return self.last
 
     def _answered(self, elapsed: float, end: float) -> Replan:
         self.stop = self._stop_from(elapsed, end)
         for answer in self._candidates(elapsed, end):
-            stop = self._stopping(answer, end)
+            way, stop = self._ready
+            if answer.trajectory is not way or stop is None:
+                stop = self._stopping(answer, end)
             if stop is not None:
                 self._follow(answer, stop)
                 self._moved.clear()
@@ -172,6 +211,8 @@ class Replanner:
     def _follow(self, answer: Replan, stop: Replan) -> None:
         self._way, self.stop, self._searches = answer.trajectory, stop, 0
         self._give_up()
+        if answer.by == "searched" and self._asked:  # the first answer is as short as it is to be
+            self._shorten()
 
     def _give_up(self) -> None:
         """Let a search end by itself, from where the machine does not come to rest any more.
@@ -188,25 +229,41 @@ class Replanner:
         left = later(self.problem, known.trajectory, elapsed)
         if left is None:  # it is over, and the machine stands
             last = len(known.trajectory.u)
-            return replace(known, by="stop", trajectory=known.trajectory.piece(last, last))
+            left = known.trajectory.piece(last, last)
+            task = replace(known.problem, start=left.x[0])
+            return replace(known, by="stop", problem=task, trajectory=left)
         if not self._still_free(left, self._moved):
             brake = self._brake(self.problem, left, end)
             if brake is not None:
                 self._give_up()
                 return Replan("stop", replace(self.problem, goal=_rest(self.problem)), *brake)
-        return replace(known, by="stop", trajectory=left, proofs=_moved(known.proofs, -elapsed))
+        task, proofs = replace(known.problem, start=left.x[0]), _moved(known.proofs, -elapsed)
+        return replace(known, by="stop", problem=task, trajectory=left, proofs=proofs)
 
     def _candidates(self, elapsed: float, end: float) -> Iterator[Replan]:
         """Yield verified motions into the goal, the cheapest to find first."""
+        way = later(self.problem, self.last.trajectory, elapsed)
+        if way is None:
+            yield from self._arrived()
         if self.last.by != "stop":
-            yield from self._along(later(self.problem, self.last.trajectory, elapsed), (), end)
+            if (found := self._shortened(way)) is not None:
+                yield from self._along(*found, end, "shortened")
+            yield from self._along(way, (), end)
         elif (found := self._found(0.0)) is not None:
-            yield from self._along(*found, end)
+            yield from self._along(*found, end, "searched")
             self._give_up()  # what was found is of no use any more
         else:
             yield from self._along(self._nearest(), (), end)
-        if (found := self._found(end - time.monotonic())) is not None:
-            yield from self._along(*found, end)
+        # as much time again is for the proof that the machine can stop from it
+        if (found := self._found(0.5 * (end - time.monotonic()))) is not None:
+            yield from self._along(*found, end, "searched")
+
+    def _arrived(self) -> Iterator[Replan]:
+        """Yield that nothing is left to do, where the machine is in the goal."""
+        task, last = self.problem, len(self.last.trajectory.u)
+        end = self.last.trajectory.piece(last, last)
+        if task.goal_excess(task.start) <= 1.0 and not _touching(task, end):
+            yield Replan("kept", replace(task, start=end.x[0]), end)
 
     def _nearest(self) -> Trajectory:
         """Return the last way into the goal from where it is nearest to the machine."""
@@ -215,7 +272,7 @@ class Replanner:
         return way.piece(int(apart.max(axis=1).argmin()), len(way.u))
 
     def _along(
-        self, way: Trajectory | None, proofs: tuple[Proof, ...], end: float
+        self, way: Trajectory | None, proofs: tuple[Proof, ...], end: float, by: str = ""
     ) -> Iterator[Replan]:
         """Yield verified motions that leave a way as little as they can.
 
@@ -223,14 +280,19 @@ class Replanner:
             way: From near the machine into the goal; proved, but for what has moved since.
             proofs: Of what of it no earlier answer has proved.
             end: When they would come too late.
+            by: Where that way is from, if it is a new one.
         """
-        task, by = self.problem, "searched" if proofs else ""
+        task = self.problem
         if way is None or not len(way.u):
             return
-        moved = self._moved_meanwhile if proofs else self._moved
+        moved = {
+            "searched": self._moved_meanwhile,
+            "shortened": self._moved_while_shortening,
+        }.get(by, self._moved)
         broken = _touching(task, way)
-        if not (broken or _apart(task, way)) and self._still_free(way, moved):
-            yield Replan(by or "kept", task, way, proofs)
+        near = _apart(task, way) <= max(self.tolerance, SHORT.end_tolerance)
+        if near and not broken and self._still_free(way, moved):
+            yield Replan(by or "kept", replace(task, start=way.x[0]), way, proofs)
         for steps in WINDOWS:
             if time.monotonic() > end:
                 return
@@ -259,7 +321,15 @@ class Replanner:
             self._give_up()
             return None
         way, left = search.result.trajectory, self.stop.trajectory
-        joined = left.with_piece(len(left.u), len(left.u), way, self.problem.space)
+        last, space = len(left.u), self.problem.space
+        joined, stop = left.with_piece(last, last, way, space), search.result.stop
+        self._ready = None, None
+        if stop is not None:
+            whole = left.with_piece(last, last, stop.trajectory, space)
+            if self._still_free(whole, self._moved_meanwhile):
+                proofs = _moved(stop.proofs, left.duration)
+                task = replace(stop.problem, start=left.x[0])
+                self._ready = joined, Replan("stop", task, whole, proofs)
         return joined, (Proof(left.duration, joined.duration, search.result.certificate),)
 
     def _searching(self) -> Coroutine[ProvedMotion | None]:
@@ -277,11 +347,58 @@ class Replanner:
             if found is None or search.closed:
                 return None
             certificate = verify(task, found, margin=False)
-            return ProvedMotion(found, certificate) if certificate.passed else None
+            if not certificate.passed:
+                return None
+            proof = Proof(0.0, found.duration, certificate)
+            stop = self._stopping(Replan("searched", task, found, (proof,)), math.inf)
+            return ProvedMotion(found, certificate, stop)
 
         search: Coroutine[ProvedMotion | None] = Coroutine(work)
         search.resume()
         return search
+
+    def _shorten(self) -> None:
+        """Begin to shorten the way between questions, from where the machine is not soon.
+
+        As much time as that takes is left for its last subproblem and its verification.
+        """
+        way, self._moved_while_shortening = self._way, set()
+        k, last = int(np.searchsorted(way.t, 2.0 * SEARCH)), len(way.u)
+        if 2 * k > last:
+            self._shorter = None
+            return
+        rest = way.piece(k, last)
+        task, budget = replace(self.problem, start=rest.x[0]), Budget(SEARCH)
+
+        def spent() -> float:
+            self._idle.wait()  # whoever asks goes first
+            return budget.elapsed / SEARCH
+
+        def work() -> ProvedMotion | None:
+            short = trajopt.shorten(task, rest, spent)
+            if short.duration > (1.0 - STILL_GAINING) * rest.duration:
+                return None
+            certificate = verify(task, short, margin=False)
+            return ProvedMotion(short, certificate) if certificate.passed else None
+
+        self._shorter = Coroutine(work)
+        self._shorter.resume()
+
+    def _shortened(self, way: Trajectory | None) -> tuple[Trajectory, tuple[Proof, ...]] | None:
+        """Return the way made shorter further on, with its proof, once that is done."""
+        if way is None or self._shorter is None or not self._shorter.wait(0.0):
+            return None
+        found, self._shorter = self._shorter.result, None
+        if found is None:
+            return None
+        short, last = found.trajectory, len(way.u)
+        apart = np.abs(self.problem.space.difference(short.x[0], way.x)) / self.problem.scales
+        k = int(apart.max(axis=1).argmin())
+        if apart[k].max() > SHORT.end_tolerance:  # it is there already, or goes another way
+            self._shorten()
+            return None
+        joined = way.with_piece(k, last, short, self.problem.space)
+        return joined, (Proof(float(way.t[k]), joined.duration, found.certificate),)
 
     def _proofs(
         self, made: Trajectory, new: Sequence[tuple[int, int]], end: float
@@ -319,8 +436,11 @@ class Replanner:
         """Return what follows an answer until the next one is there, and comes to rest: proved."""
         task, trajectory = answer.problem, answer.trajectory
         k, last = int(np.searchsorted(trajectory.t, self.period)), len(trajectory.u)
-        if k >= last or task.rests(trajectory.x[k]):
+        if k >= last:
             return answer  # it has arrived by then
+        if task.rests(trajectory.x[k]):
+            known = tuple(one for one in answer.proofs if one.begin < trajectory.t[k])
+            return Replan("stop", replace(task, goal=_rest(task)), trajectory.piece(0, k), known)
         made = self._brake(replace(task, start=trajectory.x[k]), trajectory.piece(k, last), end)
         if made is None:
             return None
@@ -354,12 +474,15 @@ def replanner(
     deadline: float,
     period: float,
     seed: int = 1,
+    tolerance: float = OFF,
 ) -> Replanner:
     """Return what plans again from a first plan on, with everything compiled that it may need."""
-    made = Replanner(problem, searcher, first, math.inf, period, seed)
+    made = Replanner(problem, searcher, first, math.inf, period, seed, tolerance=0.0)
     beside = problem.start + SHORT.end_tolerance * 10.0 * problem.scales
-    made.replan(beside, 0.0, {one.name: one.position for one in problem.scenario.world.obstacle})
-    return Replanner(problem, searcher, first, deadline, period, seed, _pace=made._pace)
+    standing = {one.name for one in problem.world.obstacles}
+    known = {one.name: one.position for one in problem.scenario.world.obstacle}
+    made.replan(beside, 0.0, {name: known[name] for name in standing & set(known)})
+    return Replanner(problem, searcher, first, deadline, period, seed, tolerance, _pace=made._pace)
 
 
 def later(task: PlanningTask, known: Trajectory, elapsed: float) -> Trajectory | None:
@@ -394,10 +517,10 @@ def _after(late: float) -> CancellationToken:
     return lambda: time.monotonic() > late
 
 
-def _apart(task: PlanningTask, rest: Trajectory) -> bool:
-    """Say whether the machine is not where a motion begins."""
+def _apart(task: PlanningTask, rest: Trajectory) -> float:
+    """Return how far the machine is from where a motion begins, of an entry's scale at most."""
     apart = task.space.difference(task.start, rest.x[0]) / task.scales
-    return bool(np.abs(apart).max() > SHORT.end_tolerance)
+    return float(np.abs(apart).max())
 
 
 def _touching(task: PlanningTask, rest: Trajectory) -> list[tuple[int, int]]:

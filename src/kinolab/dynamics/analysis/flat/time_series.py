@@ -44,7 +44,8 @@ def series_of(
         **{"mul": _product, "div": _quotient, "fmax": _larger},
     }
     try:
-        return [_whole(value, shape) for value in tape.folded(outputs, leaf, functions)]
+        with np.errstate(all="ignore"):  # what is no number is found out by those who compare
+            return [_whole(value, shape) for value in tape.folded(outputs, leaf, functions)]
     except ValueError as error:  # such as the logarithm of a negative number
         raise ArithmeticError(str(error)) from error
 
