@@ -17,6 +17,7 @@ from kinolab.analyze.diagnose import diagnosis
 from kinolab.analyze.diagnose.narrow_passage import passage as narrow_passage
 from kinolab.analyze.diagnose.verification_summary import verification_sentences
 from kinolab.errors import KinolabError
+from kinolab.planners import auto
 from kinolab.problem import PlanningTask
 from kinolab.simulation.reference import resimulate
 from kinolab.solve import PlanResult
@@ -102,9 +103,10 @@ def test_the_narrow_door_comes_first(tmp_path: Path, monkeypatch: pytest.MonkeyP
     ],
 )
 def test_where_nothing_is_in_the_way_the_last_word_is_what_to_try(
-    planner: str, other: str, tmp_path: Path
+    planner: str, other: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """An open table, and a search of a single iteration within 20 s; both are given four times."""
+    monkeypatch.setattr(auto, "FLAT_ITERATIONS", 0)  # a straight line would solve it
     problem = problem_of(tmp_path, OPEN, "planner.max_iterations=1", "goal.tolerance=0.1")
     found = problem.solve(planner=planner, seed=1)
     why = kinolab.diagnose(problem, found)

@@ -10,6 +10,7 @@ import pytest
 
 import kinolab
 from kinolab import planners
+from kinolab.planners import auto
 from kinolab.problem import PlanningTask
 from kinolab.search import Budget, Outcome
 from kinolab.search.tree import AbstractCompiledPlanner, search_state
@@ -100,6 +101,13 @@ def test_no_state_passes_a_limit_between_two_steps(name: str, table: PlanningTas
             x = between[-1]
 
 
+@pytest.fixture
+def trees_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Before its trees, auto looks for a motion in flat outputs."""
+    monkeypatch.setattr(auto, "FLAT_ITERATIONS", 0)
+
+
+@pytest.mark.usefixtures("trees_alone")
 @pytest.mark.parametrize("name", COMPILED)
 def test_a_search_that_fails_names_what_was_in_the_way(name: str, tmp_path: Path) -> None:
     fence = '\n[[world.obstacle]]\nname = "fence"\nbox = [0.1, 9, 1]\nposition = [-0.5, 0, 0.5]\n'
@@ -114,6 +122,7 @@ def test_a_search_that_fails_names_what_was_in_the_way(name: str, tmp_path: Path
     assert not shorter.rejections
 
 
+@pytest.mark.usefixtures("trees_alone")
 @pytest.mark.parametrize("name", COMPILED)
 def test_a_goal_that_is_not_hit_by_chance_is_steered_into(name: str, tmp_path: Path) -> None:
     """In fewer iterations than auto makes before its first guess, which would lead there too."""
