@@ -76,7 +76,7 @@ class Auto(AbstractCompiledPlanner):
     )
 
     def solve(self, problem: PlanningTask, seed: int, budget: Budget) -> SearchResult:
-        """Take the shortest curves of a car of bounded curvature; where they fail, grow trees."""
+        """Take a car's shortest curves, or a motion in flat outputs; else grow trees."""
         # Where a motion is known, or was refused, others are wanted.
         first = math.isinf(budget.below) and not budget.refused
         motion = self._curve(problem, seed, budget) if first else None

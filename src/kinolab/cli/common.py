@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 from click.shell_completion import CompletionItem
@@ -50,6 +50,17 @@ NAMED = _Named()
 
 json_option = click.option("--json", "as_json", is_flag=True, help="Print one JSON object.")
 quiet_option = click.option("--quiet", is_flag=True, help="Print no progress on stderr.")
+# What options have that say by how much something may be off.
+SHARE: dict[str, Any] = {"type": float, "metavar": "SHARE", "default": 0.0, "show_default": True}
+large_option = click.option(
+    "--large",
+    type=click.FloatRange(0.0, 1.0, min_open=True),
+    metavar="SHARE",
+    default=0.2,
+    show_default=True,
+    help="Deviation that the gains answer strongly, as a share of one over each state's weight in "
+    "[metric]; smaller is stiffer.",
+)
 set_option = click.option(
     "--set",
     "overrides",

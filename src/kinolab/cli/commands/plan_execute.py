@@ -8,13 +8,11 @@ from typing import Any
 
 import click
 
-from kinolab.cli.common import PATH, json_option, quiet_option
+from kinolab.cli.common import PATH, SHARE, json_option, large_option, quiet_option
 from kinolab.cli.engines import dask_option, engine_of, jobs_option
 from kinolab.cli.interrupts import INTERRUPTS
 from kinolab.cli.progress import Progress
 from kinolab.cli.terminal import echo_json, escaped, say
-
-SHARE: dict[str, Any] = {"type": float, "metavar": "SHARE", "default": 0.0, "show_default": True}
 
 
 @click.command("execute")
@@ -50,15 +48,7 @@ SHARE: dict[str, Any] = {"type": float, "metavar": "SHARE", "default": 0.0, "sho
     multiple=True,
     help="The real machine's value of a parameter; may be repeated.",
 )
-@click.option(
-    "--large",
-    type=click.FloatRange(0.0, 1.0, min_open=True),
-    metavar="SHARE",
-    default=0.2,
-    show_default=True,
-    help="Deviation that the gains answer strongly, as a share of one over each state's weight in "
-    "[metric]; smaller is stiffer.",
-)
+@large_option
 @click.option("--untracked", is_flag=True, help="Leave out the feedback gains along the plan.")
 @click.option(
     "--runs",

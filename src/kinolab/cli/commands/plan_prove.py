@@ -7,7 +7,7 @@ from pathlib import Path
 
 import click
 
-from kinolab.cli.common import FAILED, PATH, json_option, quiet_option
+from kinolab.cli.common import FAILED, PATH, SHARE, json_option, large_option, quiet_option
 from kinolab.cli.interrupts import INTERRUPTS
 from kinolab.cli.progress import Progress
 from kinolab.cli.terminal import echo_json, escaped, say
@@ -31,28 +31,15 @@ from kinolab.cli.terminal import echo_json, escaped, say
 )
 @click.option(
     "--noise",
-    type=float,
-    metavar="SHARE",
-    default=0.0,
-    show_default=True,
+    **SHARE,
     help="By how much a measurement is off at most, as a share of the state's scale.",
 )
 @click.option(
     "--disturbance",
-    type=float,
-    metavar="SHARE",
-    default=0.0,
-    show_default=True,
+    **SHARE,
     help="By how much an input is off at most, in every step anew, as a share of its range.",
 )
-@click.option(
-    "--large",
-    type=click.FloatRange(0.0, 1.0, min_open=True),
-    metavar="SHARE",
-    default=0.2,
-    show_default=True,
-    help="As of plan execute: how stiff the gains along the plan are.",
-)
+@large_option
 @json_option
 @quiet_option
 def command(
