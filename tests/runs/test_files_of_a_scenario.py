@@ -82,6 +82,7 @@ def test_a_run_is_checked_where_the_files_of_its_scenario_are_not(key: str, tmp_
     assert certificate.passed
     again = kinolab.load(tmp_path / "mailed" / "scenario.toml")
     assert [o.name for o in again.world.obstacles] == [o.name for o in problem.world.obstacles]
+    assert again.world.clearance == problem.world.clearance
     for copy in (tmp_path / "mailed" / "assets").iterdir():
         content = copy.read_bytes()
         copy.write_bytes(content + b"\n")

@@ -7,9 +7,10 @@ from pathlib import Path
 
 from kinolab.dynamics.language.json.machine_folder import FEEDBACK_FILE, MACHINE_FILE
 from kinolab.loading.build import load
-from kinolab.loading.moving_obstacles import among_runs
+from kinolab.loading.moving_obstacles import among_runs, path_error
 from kinolab.problem import PlanningTask
 from kinolab.scenario import ObstacleEntry, Origin, Scenario
+from kinolab.scenario.schema import WorldSection
 from kinolab.scenario.user_code import python_reference, text_of
 from kinolab.scenario.values import ROBOT_ONLY
 from kinolab.world.meshes.obj_materials import materials_file, with_materials
@@ -83,9 +84,19 @@ def portable_scenario(problem: PlanningTask) -> Scenario:
         update={
             "system": scenario.system.model_copy(update=machine),
             "planner": scenario.planner.model_copy(update={"name": _portable_planner(scenario)}),
-            "world": scenario.world.model_copy(update={"obstacle": obstacles}),
+            "world": _keeping_clearance(problem, obstacles),
         }
     ).located(Origin(Path("scenario.toml")))
+
+
+def _keeping_clearance(problem: PlanningTask, kept: tuple[ObstacleEntry, ...]) -> WorldSection:
+    """Return the world without other plans' machines, and with the clearance that these ask for."""
+    scenario = problem.scenario
+    world = scenario.world.model_copy(update={"obstacle": kept})
+    left = path_error(scenario.model_copy(update={"world": world}))
+    errors = [obstacle.error for obstacle in problem.world.obstacles]
+    more = max([path_error(scenario), *errors]) - max([left, *errors])
+    return world.model_copy(update={"clearance": world.clearance + more})
 
 
 def _among_assets(entry: ObstacleEntry, shape: str | None, motion: str | None) -> ObstacleEntry:
