@@ -24,6 +24,7 @@ from kinolab.solve.improve import SEARCHES_PER_WAY, PlanImprover, _expected_gain
 from kinolab.solve.incumbent import Incumbent
 from kinolab.solve.plan import Request
 from kinolab.solve.refinement import RefinedWay
+from kinolab.solve.starts import Start
 from kinolab.trajectory import Trajectory
 from tests.support import OPEN, problem_of
 
@@ -61,6 +62,11 @@ def standing(problem: PlanningTask, duration: float) -> Trajectory:
     return Trajectory(t, x, u, model.state_names, model.control_names)
 
 
+def start_of(motion: Trajectory) -> Start:
+    """Return a motion of whose way nothing is known."""
+    return Start(motion, motion.duration)
+
+
 @dataclass
 class Race:
     """Two motions of which the longer one gets shorter sooner."""
@@ -81,7 +87,9 @@ class Race:
             self.problem, replace(plan, trajectory=self.given[0]), Budget(100.0), float
         )
         begun = self.clock.seconds
-        ways = improver._halved(self.given, Budget(work, clock=lambda: self.clock.seconds))
+        ways = improver._halved(
+            list(map(start_of, self.given)), Budget(work, clock=lambda: self.clock.seconds)
+        )
         self.taken = self.clock.seconds - begun
         return ways
 
@@ -117,7 +125,7 @@ def test_of_two_ways_the_one_goes_on_that_gets_shorter(race: Race) -> None:
     """How long motions are at first does not decide; both are shortened to the end, at once."""
     shorter, longer = race.given
     lost, won = race.shortened(6.0)
-    assert (lost.given, won.given) == (shorter, longer)
+    assert (lost.given.motion, won.given.motion) == (shorter, longer)
     assert race.turns[id(shorter)] == pytest.approx(6.0 / TURN, abs=1)
     assert race.turns[id(longer)] == pytest.approx(6.0 / TURN, abs=1)
     assert won.duration == pytest.approx(11.0 * QUICK ** race.turns[id(longer)])
@@ -130,7 +138,7 @@ def test_of_four_ways_the_best_has_most_of_the_work(race: Race) -> None:
     others = [standing(race.problem, 10.5), standing(race.problem, 10.6)]
     race.given += others
     *_, won = race.shortened(16.0)
-    assert won.given is longer
+    assert won.given.motion is longer
     # two rounds of 8 s, by two processors: 4 s for each of four, 8 s for each of two
     assert race.turns[id(longer)] == pytest.approx((4 + 8) / TURN, abs=3)
     assert 16.0 <= race.taken <= 1.25 * 16.0
@@ -181,5 +189,5 @@ def test_what_further_starts_may_gain_follows_from_the_spread(
     left = 3.0 if spent == 3.0 else 13.0 / 3.0  # [s]
     remaining = Budget(spent + left, started=0.0, clock=lambda: spent)
     motions = [standing(problem, duration) for duration in (*others, 10.0)]
-    ways = [RefinedWay(incumbent, motion, remaining, alone=True) for motion in motions]
+    ways = [RefinedWay(incumbent, start_of(motion), remaining, alone=True) for motion in motions]
     assert _expected_gain(ways, remaining) == pytest.approx(expected)

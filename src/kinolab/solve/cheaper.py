@@ -123,7 +123,7 @@ class Cheapening:
             finally:
                 for fork in forks:
                     fork.end()
-            motions = motions or [motion for _, motion in starts.others(longest)]
+            motions = motions or [start.motion for _, start in starts.others(longest)]
         return 1.0 - (incumbent.best.price or 0.0) / before if before else 0.0
 
 

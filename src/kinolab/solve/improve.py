@@ -14,7 +14,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from itertools import chain
 
 from kinolab import trajopt
 from kinolab.numerics.compiling import compilation
@@ -24,7 +25,7 @@ from kinolab.search import AbstractPlanner, Budget
 from kinolab.solve.incumbent import AT_ONCE, Incumbent
 from kinolab.solve.plan import CENTRE_TOLERANCE, REFUSED, PlanResult, Request
 from kinolab.solve.refinement import STILL_GAINING, RefinedWay, Refinement
-from kinolab.solve.starts import Arm, Starts
+from kinolab.solve.starts import Arm, Start, Starts
 from kinolab.trajectory import Trajectory
 
 # of the time limit, for repairing a motion that the verifier rejects
@@ -39,7 +40,6 @@ PATIENCE = 16.0  # times as many seconds by the clock may it take: on a busy com
 SEARCHES_PER_WAY, SEARCH_FRACTION = 4, 0.15
 SHORTENING = 0.6  # of the work, which searches leave to shortening at least, about
 SHOWING = 40  # subproblems of a whole motion that show what becomes of it
-ALIKE = 0.1  # fraction by which least durations of ways on the same side may differ
 MIN_EXPECTED_GAIN = 0.01  # of the duration, by further starts, to go on
 MIN_WAYS = 3  # whose spread says something
 
@@ -144,13 +144,15 @@ class PlanImprover:
                 Refinement(incumbent, first, remaining).end()
                 return 0
             starts = Starts(incumbent, self.searcher, remaining)
+            given = Start(first, first.duration)
             alone = refused or self.request.anytime
-            ways = self._halved([first] if alone else self._several(first, starts), remaining)
+            ways = self._halved([given] if alone else self._several(first, starts), remaining)
             if not ways:  # interrupted
                 return starts.made
             self._last_half_gain = ways[-1].progress.last_half_gain
-            if ways[-1].given is not first and incumbent.best.goal_distance > CENTRE_TOLERANCE:
-                self._finish([RefinedWay(incumbent, first, remaining, alone=True)], remaining)
+            other = ways[-1].given.motion is not first
+            if other and incumbent.best.goal_distance > CENTRE_TOLERANCE:
+                self._finish([RefinedWay(incumbent, given, remaining, alone=True)], remaining)
             unmended = refused and incumbent.best.status == REFUSED
             if not (self.request.anytime or unmended):
                 self._start_again(starts, ways)
@@ -158,59 +160,52 @@ class PlanImprover:
                 self._out_of_time = limit
             return starts.made
 
-    def _several(self, first: Trajectory, starts: Starts) -> list[Trajectory]:
-        """Return motions to shorten, the shortest first: as many as can then be told apart.
+    def _several(self, first: Trajectory, starts: Starts) -> list[Start]:
+        """Return motions to shorten: those on the shortest ways, and the shortest ones, in turn.
 
-        Trees below the first one's duration are grown first: improvement hardly makes a detour
-        several times as long as another way shorter than that one.
+        How long a motion is at first says little of how short it can become; how long its way is
+        when it is pulled tight says much, but not of machines that cannot go sideways. Trees below
+        the first one's duration are grown first, too.
         """
         remaining, incumbent = starts.remaining, self._incumbent
-        first = Refinement(incumbent, first, remaining).offered_exact()
+        exact, before = Refinement(incumbent, first, remaining).offered_exact(), remaining.elapsed
+        given = Start(exact, starts.least_duration(exact))
+        searching = incumbent.search_work + remaining.elapsed - before
         ways, enough = AT_ONCE, SHOWING * self._subproblem
         while SHORTENING * remaining.unspent >= ways * math.log2(2 * ways) * enough:
             ways *= 2  # half of them on each line
-        affordable = int(SEARCH_FRACTION * remaining.unspent / incumbent.search_work)
+        affordable = int(SEARCH_FRACTION * remaining.unspent / searching)
         most = min(affordable, SEARCHES_PER_WAY * ways)
         # A guess takes as long as a search, and is worth nothing that nobody has time to shorten.
-        guessing = remaining.unspent >= 2 * (incumbent.search_work + enough)
+        guessing = remaining.unspent >= 2 * (searching + enough)
         kinds = [(Starts.bounded, 0), *([(Starts.guessed, 0)] if guessing else [])]
         kinds += [(Starts.searched, k) for k in range(1, most + 1)]
         starts.made = most
-        found = starts.at_once(kinds, first.duration)
+        found = starts.at_once(kinds, exact.duration)
         if not found:
             return []
-        guess = found.pop(1) if guessing else None
-        motions = [first, *(motion for motion in found if motion is not None)]
-        motions = sorted(motions, key=lambda motion: motion.duration)[:ways]
-        if guess is not None:
-            motions = self._on_short_ways([*motions, guess])[:ways]
-        best = motions[0]
-        if best is first:
-            return motions
-        if incumbent.beaten_by(best) and not incumbent.take(best, "search"):
-            return [first]
-        return [Refinement(incumbent, best, remaining).offered_exact(), *motions[1:]]
+        several = [given, *(start for start in found if start is not None)]
+        shortest = min(several, key=lambda start: start.motion.duration)
+        if shortest is not given and incumbent.beaten_by(shortest.motion):
+            several.remove(shortest)
+            if incumbent.take(shortest.motion, "search"):
+                exact = Refinement(incumbent, shortest.motion, remaining).offered_exact()
+                several.append(replace(shortest, motion=exact))
+        return _in_turn(several)[:ways]
 
-    def _on_short_ways(self, motions: list[Trajectory]) -> list[Trajectory]:
-        """Return motions whose ways are about as short as the shortest one, by their durations."""
-        ways = trajopt.least_durations(self.problem, motions)
-        shortest = (1.0 + ALIKE) * min(ways)
-        short = [motion for motion, way in zip(motions, ways, strict=True) if way <= shortest]
-        return sorted(short, key=lambda motion: motion.duration)
-
-    def _halved(self, motions: Sequence[Trajectory], remaining: Budget) -> list[RefinedWay]:
+    def _halved(self, starts: Sequence[Start], remaining: Budget) -> list[RefinedWay]:
         """Shorten motions by sequential halving; return all of them, the shortest last."""
-        if not motions:
+        if not starts:
             return []
-        numbers = [len(motions)]
+        numbers = [len(starts)]
         while numbers[-1] > AT_ONCE:
             numbers.append((numbers[-1] + 1) // 2)
         # of the work, in each round
         parts = [min(1.0, AT_ONCE / number) / len(numbers) for number in numbers]
         work, until = remaining.unspent, 0.0
         left = [
-            RefinedWay(self._incumbent, motion, remaining, sum(parts), alone=len(motions) == 1)
-            for motion in motions
+            RefinedWay(self._incumbent, start, remaining, sum(parts), alone=len(starts) == 1)
+            for start in starts
         ]
         dropped: list[RefinedWay] = []
         try:
@@ -257,7 +252,7 @@ class PlanImprover:
         """Shorten motions to the end, and make them end in the goal's centre."""
         self._joined(ways, Refinement.finish, remaining.unspent)
         for way in ways:
-            self._learn(way.given.duration / way.duration)
+            self._learn(way.given.motion.duration / way.duration)
 
     def _start_again(self, starts: Starts, ways: list[RefinedWay]) -> None:
         """Improve motions of further searches while they may be expected to gain something.
@@ -272,14 +267,15 @@ class PlanImprover:
             if _expected_gain(ways, remaining) < MIN_EXPECTED_GAIN:
                 return
             starts.gained = self._gained
+            # In proportion to what it takes when pulled tight, no way is shorter than the best.
+            longest = self._shortest * max(way.given.least / way.duration for way in ways)
             found = starts.others(self._shortest)
-            for _, motion in found:
-                incumbent.take(motion, "search")
-            found = [one for one in found if one[0].any_length or self._promises(one[1].duration)]
+            for _, start in found:
+                incumbent.take(start.motion, "search")
+            found = [(arm, start) for arm, start in found if start.least < longest]
             alone = len(found) == 1
             new = [
-                (arm, RefinedWay(incumbent, motion, remaining, alone=alone))
-                for arm, motion in found
+                (arm, RefinedWay(incumbent, start, remaining, alone=alone)) for arm, start in found
             ]
             self._race(new, ways, remaining)
 
@@ -301,6 +297,13 @@ class PlanImprover:
         finally:
             for _, way in new:
                 way.end()
+
+
+def _in_turn(starts: Sequence[Start]) -> list[Start]:
+    """Return motions on the shortest ways and the shortest motions in turn, each once."""
+    short_ways = sorted(starts, key=lambda start: start.least)
+    short = sorted(starts, key=lambda start: start.motion.duration)
+    return list(dict.fromkeys(chain.from_iterable(zip(short_ways, short, strict=True))))
 
 
 def _expected_gain(ways: Sequence[RefinedWay], remaining: Budget) -> float:

@@ -18,6 +18,7 @@ from kinolab.numerics.work import counted_work
 from kinolab.search import Budget
 from kinolab.solve.incumbent import Incumbent
 from kinolab.solve.plan import CENTRE_TOLERANCE
+from kinolab.solve.starts import Start
 from kinolab.trajectory import Trajectory
 
 # of a motion's work, to make it exact before it is shortened, or after that if that failed
@@ -230,12 +231,13 @@ class RefinedWay:
 
     Args:
         incumbent: The best plan so far.
-        given: The motion.
+        given: The motion to begin with.
         remaining: Budget of the work on all of them.
         share: Of what is left of that, for this one at most.
         alone: Whether there are no others.
 
     Attributes:
+        given: As above.
         fork: Shortens it.
         progress: How far it has come, as this process knows.
     """
@@ -243,7 +245,7 @@ class RefinedWay:
     def __init__(
         self,
         incumbent: Incumbent,
-        given: Trajectory,
+        given: Start,
         remaining: Budget,
         share: float = 1.0,
         *,
@@ -252,14 +254,10 @@ class RefinedWay:
         own = incumbent.apart()
         most = share * remaining.unspent  # [s]
         budget = Budget(most, clock=lambda: own.clock.seconds, cancelled=remaining.cancelled)
-        self._refinement = Refinement(own, given, budget)
+        self.given = given
+        self._refinement = Refinement(own, given.motion, budget)
         self.progress = self._refinement.progress
         self.fork = own.forked(self._do, alone=alone)
-
-    @property
-    def given(self) -> Trajectory:
-        """The motion to begin with."""
-        return self.progress.given
 
     @property
     def duration(self) -> float:

@@ -10,6 +10,7 @@ from typing import TypeAlias
 
 import numpy as np
 
+from kinolab import trajopt
 from kinolab.search import AbstractPlanner, Budget
 from kinolab.solve.attempt import motion
 from kinolab.solve.incumbent import AT_ONCE, Incumbent
@@ -24,6 +25,19 @@ GUESSED_STREAM, BOUNDED_STREAM = 20_000, 10_000
 Search: TypeAlias = Callable[["Starts", int, float], Trajectory | None]
 
 
+@dataclass(frozen=True, eq=False)
+class Start:
+    """A motion to shorten.
+
+    Attributes:
+        motion: As it was found.
+        least: About how long motions on its way take at least, in [s].
+    """
+
+    motion: Trajectory
+    least: float
+
+
 @dataclass
 class Arm:
     """A kind of search, and what its motions were worth.
@@ -31,13 +45,11 @@ class Arm:
     Attributes:
         search: Takes a number that chooses random numbers, and a duration in [s] below which a
             motion is wanted; returns a motion, of whatever duration, or None.
-        any_length: Whether its motions are worth shortening however long they are.
         pulls: How often it was used.
         rewards: How often the best plan came of it.
     """
 
     search: Search
-    any_length: bool = False
     pulls: int = 0
     rewards: int = 0
 
@@ -77,12 +89,12 @@ class Starts:
     def __post_init__(self) -> None:
         self._last = self.incumbent.best.trajectory
         self.arms = [
-            Arm(Starts.guessed, any_length=True),
+            Arm(Starts.guessed),
             Arm(Starts.searched),
             Arm(Starts.bounded),
         ]
 
-    def others(self, below: float) -> list[tuple[Arm, Trajectory]]:
+    def others(self, below: float) -> list[tuple[Arm, Start]]:
         """Search at once by the most promising arms for motions below a duration in [s]."""
         chosen: list[Arm] = []
         for _ in range(AT_ONCE):
@@ -95,15 +107,15 @@ class Starts:
         searches = self.at_once(kinds, below, fall_back=True)
         for arm, start in zip(chosen, searches, strict=False):
             if start is not None:
-                last, self._last = self._last, start
-                self.exhausted |= last is not None and np.array_equal(start.u, last.u)
+                last, self._last = self._last, start.motion
+                self.exhausted |= last is not None and np.array_equal(start.motion.u, last.u)
                 found.append((arm, start))
         return found
 
     def at_once(
         self, kinds: Sequence[tuple[Search, int]], below: float, *, fall_back: bool = False
-    ) -> list[Trajectory | None]:
-        """Search at once in several ways.
+    ) -> list[Start | None]:
+        """Search at once in several ways, and see how long these are.
 
         Args:
             kinds: Of each search, and a number that chooses its random numbers.
@@ -114,7 +126,7 @@ class Starts:
             What each of them found; nothing after an interrupt by the user.
         """
 
-        def search(own: Incumbent, dealt: Sequence[tuple[Search, int]]) -> list[Trajectory | None]:
+        def search(own: Incumbent, dealt: Sequence[tuple[Search, int]]) -> list[Start | None]:
             return [self._apart(own, kind, k, below, fall_back) for kind, k in dealt]
 
         n = min(AT_ONCE, len(kinds))
@@ -132,7 +144,7 @@ class Starts:
 
     def _apart(
         self, own: Incumbent, kind: Search, k: int, below: float, fall_back: bool
-    ) -> Trajectory | None:
+    ) -> Start | None:
         """Search with as much work as is left now, whatever others do meanwhile."""
         remaining = Budget(
             self.remaining.unspent,
@@ -141,7 +153,20 @@ class Starts:
         )
         starts = replace(self, incumbent=own, remaining=remaining)
         found = kind(starts, k, below)
-        return starts.searched(k, below) if found is None and fall_back else found
+        found = starts.searched(k, below) if found is None and fall_back else found
+        return None if found is None else Start(found, starts.least_duration(found))
+
+    def least_duration(self, motion: Trajectory) -> float:
+        """Return about how long motions on the way of one take at least, in [s].
+
+        Its own duration where modes, which no shortcut crosses, make the way.
+        """
+        problem = self.incumbent.problem
+        if problem.machine.modes:
+            return motion.duration
+        stop = self.remaining.expired
+        tight = self.incumbent.tried(lambda: trajopt.least_duration(problem, motion, stop))
+        return motion.duration if tight is None else tight
 
     def searched(self, k: int, below: float) -> Trajectory | None:
         """Search with the planner and its k-th further seed."""

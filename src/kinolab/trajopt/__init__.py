@@ -7,7 +7,7 @@ from kinolab.lazy import lazy_package
 if TYPE_CHECKING:
     from kinolab.trajopt.exact import make_exact as make_exact
     from kinolab.trajopt.minimum_cost import subproblem_seconds as subproblem_seconds
-    from kinolab.trajopt.multistart.lazy_roadmap import least_durations as least_durations
+    from kinolab.trajopt.multistart.lazy_roadmap import least_duration as least_duration
     from kinolab.trajopt.nlp.problem import most_time as most_time
     from kinolab.trajopt.segments import is_long as is_long
     from kinolab.trajopt.shortening.cheapening import cheapened as cheapened

@@ -15,7 +15,7 @@ from kinolab.problem import PlanningTask
 from kinolab.trajectory import Trajectory
 from kinolab.trajopt.multistart.geometric_path import GeometricPaths
 from kinolab.trajopt.multistart.guesses import Guesses
-from kinolab.trajopt.multistart.lazy_roadmap import least_durations, straight_roadmap
+from kinolab.trajopt.multistart.lazy_roadmap import least_duration, straight_roadmap
 from tests.support import problem_of
 
 Array = NDArray[np.float64]
@@ -296,6 +296,6 @@ def test_a_detour_counts_as_long_as_it_is_when_pulled_tight(
     x = np.array([a + s * (b - a) for a, b in pairwise(x) for s in np.linspace(0.0, 1.0, 12)])
     t, u = np.linspace(0.0, 1.0, len(x)), np.zeros((len(x) - 1, problem.model.nu))
     names = problem.model.state_names, problem.model.control_names
-    (taken,) = least_durations(problem, [Trajectory(t, x, u, *names)])
+    taken = least_duration(problem, Trajectory(t, x, u, *names))
     longer_sides = 2 * 3.625 if far else 2.0  # [m]
     assert longer_sides / 0.5 <= taken <= 1.25 * least / 0.475  # rates are drawn at random

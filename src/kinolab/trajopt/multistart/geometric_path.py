@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -196,7 +195,7 @@ class GeometricPaths:
         """Shorten a path, shape (m, nx), by random shortcuts."""
         for _ in range(GUESS.max_path_shortcuts):
             raise_if_cancelled(self._stop)
-            lengths = [self._apart_by(a, b[None])[0] for a, b in pairwise(path)]
+            lengths = self._space.distance(path[:-1], path[1:], self._weights)
             along = np.concatenate([[0.0], np.cumsum(lengths)])
             a, b = np.sort(self._generator.uniform(0.0, along[-1], 2))
             i, j = int(np.searchsorted(along, a)), int(np.searchsorted(along, b))

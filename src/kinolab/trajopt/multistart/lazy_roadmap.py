@@ -10,7 +10,7 @@ algorithms for optimal motion planning, IJRR 30(7), 2011 (the number of neighbou
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from itertools import pairwise
 
 import numpy as np
@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
-from kinolab.concurrency.cancel import CancellationToken, raise_if_cancelled
+from kinolab.concurrency.cancel import CancellationToken, never_cancelled, raise_if_cancelled
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.work import charge
 from kinolab.problem import PlanningTask
@@ -30,21 +30,23 @@ from kinolab.trajopt.options import GUESS
 GRAPH_SECONDS = 2e-7  # [s] of work for an edge in a search for a shortest path
 
 
-def least_durations(problem: PlanningTask, motions: Sequence[Trajectory]) -> list[float]:
-    """Return about how long motions take at least when shortcuts are taken, in [s].
+def least_duration(
+    problem: PlanningTask, motion: Trajectory, stop: CancellationToken = never_cancelled
+) -> float:
+    """Return about how long a motion takes at least when shortcuts are taken, in [s].
 
-    Paths are pulled tight by random shortcuts, and gone along at the largest rates.
+    Its path is pulled tight by random shortcuts, and gone along at the largest rates.
+
+    Raises:
+        CancelledError: If that is cancelled.
     """
     generator = np.random.default_rng(0)
-    guesses, paths = Guesses(problem, generator), GeometricPaths(problem, generator)
-    least = []
-    for motion in motions:
-        count = min(len(motion.x), GUESS.tight_samples)
-        path = motion.x[np.linspace(0, len(motion.x) - 1, count).astype(int)]
-        for _ in range(GUESS.tight_rounds):
-            path = paths.shorter(problem.space.continuous(path))
-        least.append(guesses.quickest(path))
-    return least
+    guesses, paths = Guesses(problem, generator), GeometricPaths(problem, generator, stop)
+    count = min(len(motion.x), GUESS.tight_samples)
+    path = motion.x[np.linspace(0, len(motion.x) - 1, count).astype(int)]
+    for _ in range(GUESS.tight_rounds):
+        path = paths.shorter(problem.space.continuous(path))
+    return guesses.quickest(path)
 
 
 def free_states(
