@@ -106,6 +106,21 @@ def test_a_representative_is_around_its_witness_and_costs_what_its_way_takes(
         assert steps == cost
 
 
+@pytest.mark.parametrize("bound", [0, 1])
+def test_below_a_bound_that_no_motion_meets_nothing_is_extended(
+    bound: int, scene: PlanningTask
+) -> None:
+    """Without witnesses there is no representative: what lies behind their array is none."""
+    growth = growth_of(scene)
+    growth._first.held.witnesses.node[:], growth.nodes.failures[:] = 5, 0
+    growth.shorten(bound)
+    growth.grow(500)
+    assert len(witnesses_of(growth)[0]) == 0
+    assert not growth.nodes.failures.any()
+    assert growth.nodes.size[0] == 1
+    assert growth.steps_made == 0
+
+
 def test_the_cheapest_around_a_sample_is_grown_from_or_else_the_nearest(
     grown: Any,
 ) -> None:

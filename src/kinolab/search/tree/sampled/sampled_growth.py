@@ -210,12 +210,15 @@ def add_end(worker, parent, made, violation, known_clearance):  # type: ignore[n
 def draw_node(worker):  # type: ignore[no-untyped-def]
     """Return the node of a ``Worker`` to extend, chosen by a sample, or NONE where it often failed.
 
-    It is the less likely to be extended, the more often that has failed.
+    It is the less likely to be extended, the more often that has failed. Where no motion, not even
+    the start, is below the bound, a sparse tree has no witness, and nothing is extended.
     """
     search, tree, growth, most = worker.search, worker.tree, worker.growth, worker.most[0]
     sample_state(search.problem, search.random, growth.goal_bias, tree.target)
     metric_coordinates(search.problem, tree.target, tree.aim)
     if growth.kind == SPARSE:
+        if worker.witnesses.neighbours.counts[0] == 0:
+            return np.int64(NONE)
         known = most < UNBOUNDED_STEPS
         radius = growth.improving_radius if known else growth.selection_radius
         parent = np.int64(select(worker.witnesses, tree.aim, radius))
