@@ -24,7 +24,7 @@ from kinolab.solve.improve import SEARCHES_PER_WAY, PlanImprover, _expected_gain
 from kinolab.solve.incumbent import Incumbent
 from kinolab.solve.plan import Request
 from kinolab.solve.refinement import RefinedWay
-from kinolab.solve.starts import Start
+from kinolab.solve.starts import Start, Starts
 from kinolab.trajectory import Trajectory
 from tests.support import OPEN, problem_of
 
@@ -191,3 +191,12 @@ def test_what_further_starts_may_gain_follows_from_the_spread(
     motions = [standing(problem, duration) for duration in (*others, 10.0)]
     ways = [RefinedWay(incumbent, start_of(motion), remaining, alone=True) for motion in motions]
     assert _expected_gain(ways, remaining) == pytest.approx(expected)
+
+
+def test_a_way_that_there_is_no_time_to_look_at_is_as_long_as_its_motion(race: Race) -> None:
+    problem, (shorter, _) = race.problem, race.given
+    plan = problem.solve("rrt_fast", seed=1, optimize=False)
+    incumbent = Incumbent(problem, plan, Budget(100.0), float)
+    over = Budget(1.0, started=0.0, clock=lambda: 2.0)
+    starts = Starts(incumbent, make_planner(problem, None, {}), over)
+    assert starts.least_duration(shorter) == shorter.duration

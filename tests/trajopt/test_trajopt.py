@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 import kinolab
 from kinolab.problem import PlanningTask
@@ -158,3 +159,23 @@ def test_a_plan_of_the_gallery_stays_true_when_it_is_repaired_and_shortened(name
     for trajectory in (exact, short):
         certificate = kinolab.verify(problem, trajectory)
         assert certificate.passed, [str(check) for check in certificate.failures]
+
+
+@pytest.mark.parametrize("seed", [12, 13, 14])
+def test_tyres_that_slip_come_to_rest_in_the_centre(seed: int) -> None:
+    """What is left of their slip dies away where the robot stands; integrated anew by LSODA."""
+    problem = kinolab.load("slip_steered_bay")
+    result = make_planner(problem, "kpiece_fast", {}).solve(problem, seed, Budget(60.0))
+    assert result.outcome is Outcome.SOLVED
+    raw = resimulate(problem, result.t, result.u)
+    assert problem.goal_distance(raw.x[-1]) > 1e-3
+    exact = make_exact(problem, raw)
+    assert exact is not None
+    x = exact.x[0]
+    for span, u in zip(np.diff(exact.t), exact.inputs, strict=True):
+        step = solve_ivp(
+            lambda _, y, u=u: problem.model.f(y, u), (0.0, span), x, "LSODA", rtol=1e-9, atol=1e-11
+        )
+        x = step.y[:, -1]
+    assert problem.goal_distance(x) < 1e-4
+    assert problem.goal_distance(exact.x[-1]) < 1e-6

@@ -15,7 +15,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
-from itertools import chain
 
 from kinolab import trajopt
 from kinolab.numerics.compiling import compilation
@@ -40,6 +39,7 @@ PATIENCE = 16.0  # times as many seconds by the clock may it take: on a busy com
 SEARCHES_PER_WAY, SEARCH_FRACTION = 4, 0.15
 SHORTENING = 0.6  # of the work, which searches leave to shortening at least, about
 SHOWING = 40  # subproblems of a whole motion that show what becomes of it
+ALIKE = 0.1  # fraction by which ways that are pulled tight differ in length by chance
 MIN_EXPECTED_GAIN = 0.01  # of the duration, by further starts, to go on
 MIN_WAYS = 3  # whose spread says something
 
@@ -68,7 +68,7 @@ class PlanImprover:
     _gained: float = 1.0  # largest factor by which a duration was reduced
     _seconds: float = 0.0  # [s] of work on the plan
     _subproblem: float = 0.0  # [s] of that for one subproblem of the whole motion
-    _done: float = 0.0  # [s] of work on the best motion, when it was last given more
+    _done: float = 0.0  # [s] of work on motions, when they were last given more
     _last_half_gain: float = 0.0  # fraction by which the second half of it made a motion shorter
 
     def plan(self, found: PlanResult, budget: Budget) -> PlanResult:
@@ -161,11 +161,10 @@ class PlanImprover:
             return starts.made
 
     def _several(self, first: Trajectory, starts: Starts) -> list[Start]:
-        """Return motions to shorten: those on the shortest ways, and the shortest ones, in turn.
+        """Return motions to shorten, as many as can then be told apart: those on the shortest ways.
 
         How long a motion is at first says little of how short it can become; how long its way is
-        when it is pulled tight says much, but not of machines that cannot go sideways. Trees below
-        the first one's duration are grown first, too.
+        when it is pulled tight says much. Trees below the first one's duration are grown first.
         """
         remaining, incumbent = starts.remaining, self._incumbent
         exact, before = Refinement(incumbent, first, remaining).offered_exact(), remaining.elapsed
@@ -174,7 +173,7 @@ class PlanImprover:
         ways, enough = AT_ONCE, SHOWING * self._subproblem
         while SHORTENING * remaining.unspent >= ways * math.log2(2 * ways) * enough:
             ways *= 2  # half of them on each line
-        affordable = int(SEARCH_FRACTION * remaining.unspent / searching)
+        affordable = int(SEARCH_FRACTION * remaining.unspent * AT_ONCE / searching)
         most = min(affordable, SEARCHES_PER_WAY * ways)
         # A guess takes as long as a search, and is worth nothing that nobody has time to shorten.
         guessing = remaining.unspent >= 2 * (searching + enough)
@@ -191,7 +190,7 @@ class PlanImprover:
             if incumbent.take(shortest.motion, "search"):
                 exact = Refinement(incumbent, shortest.motion, remaining).offered_exact()
                 several.append(replace(shortest, motion=exact))
-        return _in_turn(several)[:ways]
+        return _most_promising(several)[:ways]
 
     def _halved(self, starts: Sequence[Start], remaining: Budget) -> list[RefinedWay]:
         """Shorten motions by sequential halving; return all of them, the shortest last."""
@@ -219,22 +218,26 @@ class PlanImprover:
                 for way in dropped:
                     way.end()
             self._finish(left, remaining)
-            while self._worth_more_work(left, remaining):
+            while self._goes_on(left, remaining):
                 self._finish(left, remaining)
         finally:
             for way in left:
                 way.end()
         return [*dropped, *sorted(left, key=lambda way: -way.duration)]
 
-    def _worth_more_work(self, ways: Sequence[RefinedWay], remaining: Budget) -> bool:
+    def _goes_on(self, ways: Sequence[RefinedWay], remaining: Budget) -> bool:
         """Allow as much work again while the shortest motion gets shorter, or has not begun to."""
-        more = min(self._seconds, MOST_SECONDS - self._seconds)
         best = min(ways, key=lambda way: way.duration).progress
-        if self.request.effort(self.problem) != "auto" or more <= 0.0 or remaining.cancelled():
+        done, self._done = self._done, sum(way.progress.work for way in ways)
+        # else nothing came of the last time
+        return self._done > done and self._has_more_work(best.expected_gain, remaining)
+
+    def _has_more_work(self, gain: float, remaining: Budget) -> bool:
+        """Allow as much work again if it may be expected to gain so large a fraction."""
+        more = min(self._seconds, MOST_SECONDS - self._seconds)
+        auto = self.request.effort(self.problem) == "auto"
+        if not auto or gain < STILL_GAINING or more <= 0.0 or remaining.cancelled():
             return False
-        done, self._done = self._done, best.work
-        if best.work <= done or best.expected_gain < STILL_GAINING:
-            return False  # nothing came of the last time, or hardly anything will
         self._seconds += more
         remaining.time_limit += more
         return True
@@ -262,6 +265,8 @@ class PlanImprover:
         incumbent, remaining = self._incumbent, starts.remaining
         while not (incumbent.cancelled() or starts.exhausted):
             if remaining.over or remaining.unspent < incumbent.search_work:
+                if len(ways) < MIN_WAYS and self._has_more_work(1.0, remaining):
+                    continue
                 self._unfinished = not incumbent.cancelled()
                 return
             if _expected_gain(ways, remaining) < MIN_EXPECTED_GAIN:
@@ -299,11 +304,15 @@ class PlanImprover:
                 way.end()
 
 
-def _in_turn(starts: Sequence[Start]) -> list[Start]:
-    """Return motions on the shortest ways and the shortest motions in turn, each once."""
-    short_ways = sorted(starts, key=lambda start: start.least)
-    short = sorted(starts, key=lambda start: start.motion.duration)
-    return list(dict.fromkeys(chain.from_iterable(zip(short_ways, short, strict=True))))
+def _most_promising(starts: Sequence[Start]) -> list[Start]:
+    """Return motions with the shortest ways first; of ways that are alike, the shortest motions."""
+    shortest, alike = min(start.least for start in starts), math.log1p(ALIKE)
+
+    def key(start: Start) -> tuple[int, float]:
+        longer = math.log(start.least / shortest) if shortest > 0.0 else 0.0
+        return int(longer / alike), start.motion.duration
+
+    return sorted(starts, key=key)
 
 
 def _expected_gain(ways: Sequence[RefinedWay], remaining: Budget) -> float:

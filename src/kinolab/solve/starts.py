@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import TypeAlias
@@ -11,6 +12,7 @@ from typing import TypeAlias
 import numpy as np
 
 from kinolab import trajopt
+from kinolab.concurrency.cancel import CancelledError
 from kinolab.search import AbstractPlanner, Budget
 from kinolab.solve.attempt import motion
 from kinolab.solve.incumbent import AT_ONCE, Incumbent
@@ -164,9 +166,9 @@ class Starts:
         problem = self.incumbent.problem
         if problem.machine.modes:
             return motion.duration
-        stop = self.remaining.expired
-        tight = self.incumbent.tried(lambda: trajopt.least_duration(problem, motion, stop))
-        return motion.duration if tight is None else tight
+        with suppress(CancelledError):
+            return trajopt.least_duration(problem, motion, self.remaining.expired)
+        return motion.duration
 
     def searched(self, k: int, below: float) -> Trajectory | None:
         """Search with the planner and its k-th further seed."""

@@ -13,6 +13,7 @@ from itertools import product
 import numpy as np
 
 from kinolab.concurrency.cancel import never_cancelled
+from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 from kinolab.simulation.reference import trajectory_under
 from kinolab.trajectory import Trajectory
@@ -35,6 +36,7 @@ from kinolab.trajopt.segments import Segments, is_long
 from kinolab.trajopt.single_shooting import end_by_single_shooting
 from kinolab.trajopt.sqp.restoration import make_knots_exact
 
+STANDING_STEPS = 4  # after which slip has died away: tyres creep for some hundredths of a second
 SLOWER = 1.2  # times as many steps, for a motion too quick to end in the goal's centre
 
 
@@ -85,14 +87,30 @@ def _after_last_transition(
 def _held(problem: PlanningTask, piece: Trajectory) -> Trajectory:
     """Return a short motion that stands still at its end for some steps, if the machine can."""
     # 12 steps that a machine has for its last way into the goal's centre, standing if need be
-    model, missing = problem.model, 12 - len(piece.u)
+    return _standing(problem, piece, piece.x[-1], 12 - len(piece.u)) or piece
+
+
+def _standing(problem: PlanningTask, motion: Trajectory, x: Array, steps: int) -> Trajectory | None:
+    """Return a motion that stands in a state (nx,) for some more steps; None if that moves on."""
+    model = problem.model
     idle = model.null_control()
-    if missing <= 0 or np.abs(model.f(piece.x[-1], idle)).max() > 0.0:
-        return piece
-    t = piece.t[-1] + problem.step * np.arange(1, missing + 1)
-    x = np.vstack([piece.x, np.tile(piece.x[-1], (missing, 1))])
-    u = np.vstack([piece.inputs, np.tile(idle, (missing, 1))])
-    return trajectory_under(model, np.append(piece.t, t), x, u)
+    if steps <= 0 or np.abs(model.f(x, idle)).max() > 0.0:
+        return None
+    t = motion.t[-1] + problem.step * np.arange(1, steps + 1)
+    states = np.vstack([motion.x, np.tile(x, (steps, 1))])
+    u = np.vstack([motion.inputs, np.tile(idle, (steps, 1))])
+    return trajectory_under(model, np.append(motion.t, t), states, u)
+
+
+def _standing_in_goal(problem: PlanningTask, motion: Trajectory) -> Trajectory | None:
+    """Return a motion that stands in the goal's centre for some steps, None if the machine cannot.
+
+    What is left of fast motions, such as the slip of tyres, dies away while it stands: no input
+    takes it away in the last step.
+    """
+    end = motion.x[-1]
+    centre = problem.space.nearest(end, problem.goal.centre(end))
+    return _standing(problem, motion, centre, STANDING_STEPS)
 
 
 def _smooth(
@@ -112,6 +130,8 @@ def _smooth(
     if not len(trajectory.inputs):
         return None
     guesses = [even_knots(problem, trajectory)]
+    if not held and (standing := _standing_in_goal(problem, trajectory)) is not None:
+        guesses.append(even_knots(problem, standing))
     if not held and problem.goal_excess(trajectory.x[-1]) <= 1.0:
         guesses.append(_slower(problem, guesses[0]))  # time is what it may lack
     excess, reserves = NO_EXCESS, _reserves(problem, SHORT.exact_clearances)
@@ -161,12 +181,14 @@ def connect_to_goal(
     """
     reserves = _reserves(problem, SHORT.segment_clearances)
     paths = [Segments(problem, clearance, cancelled, room) for clearance, room in reserves]
-    for segments, steps in product(paths, SHORT.tail_steps):
+    standing = _standing_in_goal(problem, motion)
+    motions = [motion] if standing is None else [standing, motion]
+    for segments, steps, given in product(paths, SHORT.tail_steps, motions):
         if cancelled():
             break
-        begin = int(np.searchsorted(motion.t, motion.t[-1] - steps * problem.step))
-        tail = segments.ended(motion.piece(begin, len(motion.u)))
+        begin = int(np.searchsorted(given.t, given.t[-1] - steps * problem.step))
+        tail = segments.ended(given.piece(begin, len(given.u)))
         if tail is not None and meets_centre(problem, tail.x[-1]):
-            whole = motion.with_piece(begin, len(motion.u), tail, problem.space)
+            whole = given.with_piece(begin, len(given.u), tail, problem.space)
             return whole if satisfies_all_at_knots(segments.task, whole) else None
     return None

@@ -109,7 +109,7 @@ class ShorteningOptions:
     min_steps: int = setting(8, meaning="Steps that leave inputs enough freedom.")
     defect_tolerance: float = setting(1e-6, meaning="Defect of a true motion.")
     centre_tolerance: float = setting(1e-6, meaning="Violation of the goal at its centre.")
-    tail_steps: tuple[int, ...] = setting((100, 200, 50, 400), meaning="Last steps.")
+    tail_steps: tuple[int, ...] = setting((50, 100, 200, 400), meaning="Last steps.")
     tail_knots: int = setting(40, meaning="Knots of these at most.")
     end_tolerance: float = setting(1e-6, meaning="How far from its end a segment may end.")
     min_round_gain: float = setting(1e-3, meaning="Gain of a round to go on.")
