@@ -138,10 +138,10 @@ def end_of(x: Array, u: Array, *, first: bool) -> tuple[Array, Array]:
 
 def touches(problem: kinolab.Problem, found: SearchResult) -> bool:
     """Say whether FCL finds a contact in the motion, looked at every millisecond."""
-    motion = resimulate(problem, found.t, found.u)
-    times = np.arange(motion.t[0], motion.t[-1], FINE)
-    x = np.column_stack([np.interp(times, motion.t, column) for column in motion.x.T])
-    poses, cables = problem.placement(x)
+    steps = round(problem.step / FINE)
+    times = np.arange(len(found.u) * steps + 1) * FINE
+    motion = resimulate(problem, times, np.repeat(found.u, steps, axis=0))
+    poses, cables = problem.placement(motion.x)
     return problem.checker().first_collision(poses, cables) is not None
 
 
