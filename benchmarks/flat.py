@@ -35,7 +35,10 @@ from kinolab.verification import verify
 
 BEST = Path(__file__).resolve().parent / "best_known.toml"
 POINTS = tuple(f"double_integrator/{world}" for world in kinopax.WORLDS)
-SCENARIOS = ("panda_shelves", "rolling_disk_maze", "diffdrive_trap", "diffdrive_warehouse")
+SCENARIOS = (
+    *("panda_shelves", "rolling_disk_maze", "diffdrive_trap", "diffdrive_warehouse"),
+    "vehicle_parking",
+)
 FIRST_SEED, LIMIT = 11, 20.0  # LIMIT: [s] of the processor
 
 

@@ -29,9 +29,10 @@ class FlatConnect(AbstractPlanner):
     """Two trees of rest-to-rest lines in flat outputs, joined and shortened by polynomials.
 
     For machines whose inputs accelerate all that can move: arms, points and platforms, and wheels
-    that turn on the spot. Nothing is integrated before a way is found, which takes milliseconds.
-    Each further tree looks for another way round the obstacles. Where a motion is improved anyway,
-    the first one is returned after a few shortcuts.
+    that turn on the spot; and for cars, whose trees are of the curves of Reeds, Shepp and Dubins,
+    along which they steer while they drive. Nothing is integrated before a way is found, which
+    takes milliseconds. Each further tree looks for another way round the obstacles. Where a motion
+    is improved anyway, the first one is returned after a few shortcuts.
 
     Source: Kuffner, LaValle, RRT-Connect, ICRA 2000; Hauser, Ng-Thow-Hing, Fast smoothing of
     manipulator trajectories using optimal bounded-acceleration shortcuts, ICRA 2010; Duong, Ramsey,

@@ -165,6 +165,7 @@ def test_there_is_as_much_work_again_while_a_motion_becomes_shorter(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setitem(globals(), "QUICK", factor)
+    monkeypatch.setitem(globals(), "SLOW", max(factor, SLOW))
     monkeypatch.setattr(improve, "MOST_SECONDS", 12.0)
     race.shortened(work, asked)
     assert expected <= race.taken <= 1.25 * expected

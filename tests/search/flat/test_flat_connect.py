@@ -185,7 +185,6 @@ def test_an_arm_whose_inertia_changes_ends_where_it_must() -> None:
         ("crane_factory", "3 inputs do not accelerate 5 independent velocities at will."),
         ("satellite_pointing", "it has attitudes or states beside coordinates and velocities."),
         ("biped_walk", "it has modes, closed loops, or obstacles that move."),
-        ("vehicle_parking", "it neither moves freely nor turns on the spot in the plane."),
     ],
 )
 def test_other_machines_are_refused(scenario: str, why: str) -> None:

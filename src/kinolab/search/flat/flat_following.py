@@ -15,9 +15,9 @@ import math
 from kinolab.numerics.jit import kernel
 from kinolab.problem.goal import SEARCHED_FRACTION
 from kinolab.problem.goal_kernel import wrapped_angle
-from kinolab.search.flat.flat_machine import FULL
+from kinolab.search.flat.flat_machine import CAR, FULL
 from kinolab.search.flat.flat_pieces import locate_time, total
-from kinolab.search.flat.flat_states import inputs_for, state_at
+from kinolab.search.flat.flat_states import bend_at, inputs_for, state_at
 from kinolab.search.tree.problem_arrays import goal_violation
 from kinolab.simulation.propagator import FREE, check_step
 
@@ -82,9 +82,9 @@ def correct(search, x, pace):  # type: ignore[no-untyped-def]
         pace: What speeds of pieces are multiplied by.
     """
     flat, work, h = search.flat, search.work, search.step
-    n = flat.speeds.shape[0]
+    n = work.slopes.shape[0]
     for i in range(n):
-        work.slopes[i] = pace * work.ahead[flat.speeds[i]]
+        work.slopes[i] = pace * (work.slopes[i] if flat.first else work.ahead[flat.speeds[i]])
     if flat.kind == FULL:
         for i in range(n):
             off = work.x[flat.entry[i]] - x[flat.entry[i]]
@@ -99,14 +99,34 @@ def correct(search, x, pace):  # type: ignore[no-untyped-def]
     speed = flat.unmix[0, 0] * work.slopes[0] + flat.unmix[0, 1] * work.slopes[1]
     turn = flat.unmix[1, 0] * work.slopes[0] + flat.unmix[1, 1] * work.slopes[1]
     away = wrapped_angle(work.x[flat.entry[2]] - heading)
-    if abs(speed) * h > abs(aside) * 1e-3:  # else it cannot come back
+    if flat.kind == CAR:
+        reach = ASIDE * h * search.car.pace[0]
+        bend = bend_at(flat, work.x[flat.entry[3]]) + aside / (reach * reach)
+        bend += math.copysign(2.0 * away / reach, away * speed)
+        away = steering_for(flat, bend) - x[flat.entry[3]]
+    elif abs(speed) * h > abs(aside) * 1e-3:  # else it cannot come back
         aim = math.atan2(aside, ASIDE * h * abs(speed))
         away += math.copysign(min(abs(aim), LARGEST_AIM), aim * speed)
     speed += GAIN * along / h
     turn += GAIN * away / h
     for i in range(n):
         right = flat.mix[i, 0] * speed + flat.mix[i, 1] * turn
-        work.slopes[i] = (right - x[flat.speeds[i]]) / h
+        work.slopes[i] = right if flat.first else (right - x[flat.speeds[i]]) / h
+
+
+@kernel
+def steering_for(flat, bend):  # type: ignore[no-untyped-def]
+    """Return by what angle a car steers along a curvature in [1/m], or as near as it can."""
+    low, high = 0, flat.curvature.shape[0] - 1
+    while high - low > 1:
+        k = (low + high) // 2
+        if flat.curvature[k] <= bend:
+            low = k
+        else:
+            high = k
+    a, b = flat.curvature[low], flat.curvature[high]
+    share = min(max((bend - a) / (b - a), 0.0), 1.0)
+    return flat.bottom + (low + share) * (flat.top - flat.bottom) / (flat.curvature.shape[0] - 1)
 
 
 @kernel

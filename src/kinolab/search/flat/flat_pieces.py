@@ -20,6 +20,7 @@ class Pieces(NamedTuple):
     duration: Annotated[Array, "pieces"]  # in [s]
     heading: Annotated[Array, "pieces"]  # in [rad], where one rests
     c: Annotated[Array, "pieces", "axes", TERMS]  # powers of the time since its begin
+    pose: Annotated[Array, "pieces", 3]  # of a car at its begin, whose axes are way and steering
 
 
 @kernel
@@ -79,6 +80,8 @@ def copy_piece(source, k, target, m):  # type: ignore[no-untyped-def]
     """Write the k-th of some pieces to the m-th of others."""
     target.kind[m], target.duration[m] = source.kind[k], source.duration[k]
     target.heading[m] = source.heading[k]
+    for i in range(3):
+        target.pose[m, i] = source.pose[k, i]
     for i in range(source.c.shape[1]):
         for j in range(TERMS):
             target.c[m, i, j] = source.c[k, i, j]

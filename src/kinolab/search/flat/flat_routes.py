@@ -6,7 +6,8 @@ import math
 
 from kinolab.numerics.jit import kernel
 from kinolab.problem.goal_kernel import wrapped_angle
-from kinolab.search.flat.flat_machine import PLANE
+from kinolab.search.flat.car_routes import is_word_free, put_drives
+from kinolab.search.flat.flat_machine import CAR, PLANE
 from kinolab.search.flat.flat_pieces import MOVE, TURN, put_stretch
 from kinolab.search.flat.flat_trees import NONE, gap
 from kinolab.search.flat.line_ramps import put_line
@@ -54,6 +55,8 @@ def gather_corners(search, node, other):  # type: ignore[no-untyped-def]
 def is_line_free(search, a, b):  # type: ignore[no-untyped-def]
     """Say whether the straight line between two corners touches nothing."""
     z, way, corners = search.work.z, search.work.direction, search.corners
+    if search.flat.kind == CAR:
+        return is_word_free(search, corners[a], corners[b])
     for i in range(z.shape[0]):
         z[i], way[i] = 0.0, 0.0
     for i in range(corners.shape[1]):
@@ -86,6 +89,8 @@ def put_route(search, count, root):  # type: ignore[no-untyped-def]
         count: Of the corners.
         root: Of the goal's tree, whose heading the machine ends with; NONE for any.
     """
+    if search.flat.kind == CAR:
+        return put_drives(search, count, root)
     draft, corners, outputs = search.draft, search.corners, search.corners.shape[1]
     begin, end = search.work.begin, search.work.end
     draft.size[0] = 0

@@ -13,8 +13,17 @@ from kinolab.numerics.rng import State, generator
 from kinolab.numerics.struct import Record
 from kinolab.problem import PlanningTask
 from kinolab.problem.goal_kernel import GoalArrays, goal_arrays
+from kinolab.search.flat.car_drives import DRIVE_PIECES, CarWork
+from kinolab.search.flat.car_routes import measure_car
 from kinolab.search.flat.flat_following import follow_pieces
-from kinolab.search.flat.flat_machine import PLANE, FlatMachine, flat_machine, tightened
+from kinolab.search.flat.flat_machine import (
+    CAR,
+    PLANE,
+    FlatMachine,
+    flat_machine,
+    refusal,
+    tightened,
+)
 from kinolab.search.flat.flat_pieces import Pieces, copy_pieces
 from kinolab.search.flat.flat_routes import gather_corners, prune_corners, put_route
 from kinolab.search.flat.flat_shortcuts import shorten_pieces
@@ -42,6 +51,7 @@ SPREAD = 0.5  # of the goal's tolerance, in which they are; the rest is for what
 WITHIN = 0.99  # of the range of a coordinate, whose limits a motion that is followed may not pass
 MAX_PIECES = 256  # of a motion, three for each of its lines
 MAX_CORNERS = 1024
+CANNOT_STEER = "it cannot steer where it stands, or drive along its tightest curves."
 
 
 class GoalHolder(NamedTuple):
@@ -71,6 +81,8 @@ class FlatWork(NamedTuple):
     point: Annotated[Array, "outputs"]
     sample: Annotated[Array, "outputs"]
     knots: Annotated[Array, 3, "outputs", 3]
+    drive: Annotated[Array, 2, 2]
+    pose: Annotated[Array, 3]
 
 
 class FlatSearch(NamedTuple):
@@ -93,7 +105,8 @@ class FlatSearch(NamedTuple):
     ahead: FlatTree  # from the start
     behind: FlatTree  # from the goal
     work: FlatWork
-    trial: Pieces  # one or two, which are looked at
+    car: CarWork
+    trial: Pieces  # which are looked at
     draft: Pieces  # a motion
     spare: Pieces  # scratch
     known: Pieces  # the draft as it was before the last shortcuts
@@ -160,9 +173,9 @@ def flat_search(problem: PlanningTask, seed: int, reach: float, max_nodes: int) 
         goals=places,
         ahead=tree(),
         behind=tree(),
-        trial=pieces(2),
+        trial=pieces(DRIVE_PIECES),
         draft=pieces(MAX_PIECES),
-        spare=pieces(MAX_PIECES + 3),
+        spare=pieces(MAX_PIECES + DRIVE_PIECES + 1),
         known=pieces(MAX_PIECES),
     )
 
@@ -230,7 +243,13 @@ class FlatConnection:
         self.has_goals = len(self._own.goals) > 0
 
     def prepare(self) -> None:
-        """Compile or load all loops, and begin."""
+        """Compile or load all loops, and begin.
+
+        Raises:
+            InputError: If it is a car whose inputs do not let it steer and drive.
+        """
+        if self._own.flat.kind == CAR and not measure_car(self._search):
+            raise refusal(self._problem, CANNOT_STEER)
         self.begin()
         self.grow(0)
         gather_corners(self._search, 0, NONE)

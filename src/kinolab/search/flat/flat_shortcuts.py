@@ -10,7 +10,8 @@ import math
 
 from kinolab.numerics.jit import kernel
 from kinolab.numerics.rng import uniform
-from kinolab.search.flat.flat_machine import PLANE
+from kinolab.search.flat.car_routes import try_drive
+from kinolab.search.flat.flat_machine import CAR, PLANE
 from kinolab.search.flat.flat_pieces import (
     MOVE,
     TURN,
@@ -22,7 +23,7 @@ from kinolab.search.flat.flat_pieces import (
     locate_time,
     total,
 )
-from kinolab.search.flat.flat_states import SLOW, is_possible
+from kinolab.search.flat.flat_states import SLOW, is_possible, pose_at
 from kinolab.search.flat.piece_sweeps import is_piece_free
 
 SAMPLES = 8  # intervals of a polynomial, at whose ends limits are looked at, at least
@@ -40,8 +41,16 @@ def shorten_pieces(search, attempts):  # type: ignore[no-untyped-def]
     Every fourth one leads through a state beside the motion: where a motion clings to a corner,
     straight ones touch it.
     """
-    made = 0
+    made, most = 0, search.draft.kind.shape[0]
     for k in range(attempts):
+        if search.flat.kind == CAR:
+            begin, end, shorter = try_drive(search)
+            if shorter and search.draft.size[0] + search.trial.size[0] + 1 <= most:
+                i, t = locate_time(search.draft, begin)
+                j, later = locate_time(search.draft, end)
+                splice(search, i, t, j, later, search.trial.size[0])
+                made += 1
+            continue
         whole = total(search.draft)
         a, b = whole * uniform(search.random), whole * uniform(search.random)
         if try_shortcut(search, min(a, b), max(a, b), 1 if k % 4 == 3 else 0):
@@ -205,6 +214,8 @@ def splice(search, i, t, j, later, count):  # type: ignore[no-untyped-def]
     for k in range(j, draft.size[0]):
         append(draft, k, spare)
     spare.duration[m] -= later
+    if search.flat.kind == CAR:
+        pose_at(search.flat, draft, j, later, spare.pose[m])
     for r in range(spare.c.shape[1]):
         begin_later(spare.c[m, r], later)
     draft.size[0] = 0

@@ -16,9 +16,11 @@ from kinolab.numerics.neighbours.queries import nearest
 from kinolab.numerics.neighbours.r_tree import RTree, clear
 from kinolab.numerics.rng import uniform
 from kinolab.problem.goal_kernel import wrapped_angle
-from kinolab.search.flat.flat_machine import PLANE
+from kinolab.search.flat.car_routes import aim_ahead, walk_word
+from kinolab.search.flat.flat_machine import CAR, PLANE
 from kinolab.search.flat.flat_pieces import BACK, MOVE, TURN, put_stretch
 from kinolab.search.flat.piece_sweeps import free_until, is_state_free
+from kinolab.search.tree.flat_arrays import copy
 
 NONE = -1
 GROWING, LINKED, FILLED = 0, 1, 2
@@ -114,7 +116,10 @@ def grow_once(search, tree, other, forward):  # type: ignore[no-untyped-def]
     for i in range(sample.shape[0]):
         low, high = search.flat.lower[i], search.flat.upper[i]
         sample[i] = low + uniform(search.random) * (high - low)
-    node, _ = extend(search, tree, nearest_node(search, tree, sample), sample, forward)
+    near = nearest_node(search, tree, sample)
+    if search.flat.kind == CAR and uniform(search.random) < 0.5:
+        aim_ahead(search, tree.z[near], sample, forward)
+    node, _ = extend(search, tree, near, sample, forward)
     return node != NONE and link(search, tree, other, node, forward)
 
 
@@ -150,6 +155,13 @@ def extend(search, tree, node, aim, forward):  # type: ignore[no-untyped-def]
         aim: Outputs, shape (outputs,).
         forward: Whether motions go away from the tree's root, and not toward it.
     """
+    if search.flat.kind == CAR:
+        pose = search.work.z[:3]
+        copy(tree.z[node], pose)
+        gone, arrived = walk_word(search, pose, aim, forward, search.reach)
+        if not gone > TRAPPED * search.reach and not arrived:
+            return NONE, False
+        return insert(search, tree, pose, node), arrived
     z, way, outputs, length = search.work.z, search.work.direction, tree.z.shape[1], 0.0
     for i in range(z.shape[0]):
         z[i], way[i] = 0.0, 0.0

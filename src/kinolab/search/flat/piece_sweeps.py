@@ -6,7 +6,7 @@ Source: Mirtich, Impulse-based dynamic simulation of rigid body systems, 1996.
 from __future__ import annotations
 
 from kinolab.numerics.jit import kernel
-from kinolab.search.flat.flat_states import state_at
+from kinolab.search.flat.flat_states import inputs_for, state_at
 from kinolab.simulation.collision_context import (
     CLEARANCE_HORIZON,
     SAFETY_FACTOR,
@@ -71,6 +71,9 @@ def free_until(search, pieces, k):  # type: ignore[no-untyped-def]
 def speed_at(search, pieces, k, t):  # type: ignore[no-untyped-def]
     """Bound the speed of points in [m/s] at a time of a piece; the state is left in ``work.x``."""
     state_at(search, pieces, k, t, search.work.x, search.work.slopes)
+    if search.flat.first:
+        inputs_for(search, search.work.x, search.work.slopes, search.work.u)
+        return speed_bound(search.machine, search.work.x, search.work.u, search.scratch)
     return speed_bound(search.machine, search.work.x, search.limits.still, search.scratch)
 
 
