@@ -30,9 +30,10 @@ def opened(scenario: str | None, folder: Path | None = None) -> Iterator[str]:
         InputError: If there is no such scenario, or it cannot be read.
     """
     chosen, path, new = _places(scenario, folder)
-    server, address = guarded_server("kinolab studio")
+    pages: dict[str, bytes] = {}
+    server, address = guarded_server("kinolab studio", pages)
     try:
-        session = Session(server, chosen, path, new)
+        session = Session(server, chosen, path, new, pages)
         page = StudioPage(session)
         try:
             yield address

@@ -127,7 +127,7 @@ class SceneNodes:
             return
         places = problem.model.frames(motion.x)[:, problem.leading, 3::4]
         pairs = np.stack([places[:-1], places[1:]], axis=1)
-        self._lines("/plan/path", pairs, PATH, 3.0)
+        self.lines("/plan/path", pairs, PATH, 3.0)
 
     def tree(self, segments: Array | None) -> None:
         """Draw a search graph, shape (edges, 2, 3); the newest branches of a large one."""
@@ -135,7 +135,7 @@ class SceneNodes:
             self.remove("/plan/tree")
         else:
             # 20_000 edges of a search graph that are drawn, the newest ones
-            self._lines("/plan/tree", segments[-20_000:], (150, 160, 175), 1.0)
+            self.lines("/plan/tree", segments[-20_000:], (150, 160, 175), 1.0)
 
     def camera(self, view: View, size: tuple[int, int] = (800, 600)) -> Camera:
         """Return the nearest camera that sees all of it, in a picture of a size in [pixel]."""
@@ -157,7 +157,7 @@ class SceneNodes:
         lines = marked_lines(low, high, colors)
         if not len(lines):
             return ["/floor/top"]
-        self._lines("/floor/lines", lines + _above(lines), _bytes(colors.lines), 1.0)
+        self.lines("/floor/lines", lines + _above(lines), _bytes(colors.lines), 1.0)
         return ["/floor/top", "/floor/lines"]
 
     def _world(self, problem: PlanningTask, scene: Picture) -> list[str]:
@@ -243,7 +243,7 @@ class SceneNodes:
 
     def _cables(self, ends: Array) -> list[str]:
         lines = ends.reshape(-1, 2, 3)
-        self._lines("/machine/cables", lines[np.isfinite(lines).all(axis=(1, 2))], (60, 60, 60), 2)
+        self.lines("/machine/cables", lines[np.isfinite(lines).all(axis=(1, 2))], (60, 60, 60), 2)
         return ["/machine/cables"]
 
     def _word(self, word: str, place: Array, number: int = 0) -> list[str]:
@@ -298,12 +298,25 @@ class SceneNodes:
             )  # fmt: skip
         return [name]
 
-    def _lines(self, name: str, points: Array, color: Any, thickness: float) -> None:
+    def lines(self, name: str, points: Array, color: Any, thickness: float) -> None:
+        """Draw segments (n, 2, 3) in one colour; the thickness is in [pixel]."""
         if self._changed(name, points):
             self.nodes[name] = self._scene.add_line_segments(
                 name, points.astype(np.float32), _rgb(color),
                 thickness=thickness, thickness_units="screen",
             )  # fmt: skip
+
+    def boxes(self, name: str, low: Array, high: Array, color: Any) -> None:
+        """Draw translucent boxes between corners, shape (n, 3), as one node."""
+        if not len(low):
+            self.remove(name)
+            return
+        box = trimesh.creation.box()
+        turns = np.tile([1.0, 0.0, 0.0, 0.0], (len(low), 1))
+        self.nodes[name] = self._scene.add_batched_meshes_simple(
+            name, box.vertices, box.faces, turns, 0.5 * (low + high), batched_scales=high - low,
+            batched_colors=_rgb(color), opacity=REGION, cast_shadow=False, receive_shadow=False,
+        )  # fmt: skip
 
     def _changed(self, name: str, key: Any) -> bool:
         """Note what a node shows; say whether it showed something else."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import threading
 import time
-from functools import partial
 from typing import Any, get_args
 
 import numpy as np
@@ -59,19 +58,24 @@ class LookPanel:
         seen = (self._session.path, meaning.problem.machine.name)
         if seen != self._seen:
             self._seen = seen
-            for client in self._session.server.get_clients().values():
-                self._look(client, "All")
+            self._look_all()
 
     def _arrived(self, client: Any) -> None:
         """Show all of it to a tab that opens, and again once its panels have their place."""
         if self._seen is not None:
             self._look(client, "All")
-            # 1.5 [s] after which a page that opens has its layout
-            again = threading.Timer(
-                1.5, self._session.attempt, [partial(self._look, client, "All")]
-            )
-            again.daemon = True
-            again.start()
+            self.refit()
+
+    def refit(self) -> None:
+        """Show all of it to every tab, once its panels have their place."""
+        # 1.5 [s] after which a page has its layout
+        again = threading.Timer(1.5, self._session.attempt, [self._look_all])
+        again.daemon = True
+        again.start()
+
+    def _look_all(self) -> None:
+        for client in self._session.server.get_clients().values():
+            self._look(client, "All")
 
     def _look(self, client: Any, name: str) -> None:
         if client is None or self._seen is None:
