@@ -29,6 +29,7 @@ from kinolab.show.scene.models.surface_mesh import SurfaceMesh, join
 from kinolab.show.scene.picture import Ghost, GoalMarker, Picture
 from kinolab.show.scene.problem_picture import picture
 from kinolab.show.scene.still import GOAL, PATH, Still, goal_ball, set_up
+from kinolab.studio.core.goal_region import goal_region
 from kinolab.trajectory import Trajectory
 from kinolab.world.obstacle import rotation
 
@@ -90,7 +91,7 @@ class SceneNodes:
         wanted = {"floor": self._floor, "world": self._world, "machine": self._machine}
         before = set(self.nodes)
         kept = {name for show in wanted.values() for name in show(problem, scene)}
-        kept |= set(self._marks(scene)) | set(self._alarm(problem, scene, touching))
+        kept |= set(self._marks(problem, scene)) | set(self._alarm(problem, scene, touching))
         for name in before - kept:
             if not name.startswith("/plan"):
                 self.remove(name)
@@ -202,7 +203,7 @@ class SceneNodes:
         names += self._word(START_WORD, self._top(poses, scene))
         return names
 
-    def _marks(self, scene: Picture) -> list[str]:
+    def _marks(self, problem: PlanningTask, scene: Picture) -> list[str]:
         """Draw where the machine shall go, and where it must not look."""
         assert self._still is not None
         names, green = list[str](), _bytes(GOAL)
@@ -212,6 +213,14 @@ class SceneNodes:
             # 0.35: opacity of the machine at the goal
             names += self._solid("/goal/machine", join(shown), green, 0.35)
             words.append((GOAL_WORD, self._top(goal.table, scene)))
+        region = None if isinstance(goal, GoalMarker) else goal_region(problem)
+        if region is not None:
+            # 1e-3 of the scene's size: how thick at least a region is that is drawn
+            low, high = region + 5e-4 * self.size * np.array([[-1.0], [1.0]])
+            self.boxes("/goal/box", low[None], high[None], green)
+            names.append("/goal/box")
+            if goal is None:
+                words.append((GOAL_WORD, 0.5 * (low + high)))
         points = [*([goal] if isinstance(goal, GoalMarker) else []), *scene.points]
         for k, marker in enumerate(points):
             flat = scene.stands_on_ground and marker is goal
@@ -311,11 +320,14 @@ class SceneNodes:
         if not len(low):
             self.remove(name)
             return
+        if not self._changed(name, (low, high, color)):
+            return
         box = trimesh.creation.box()
         turns = np.tile([1.0, 0.0, 0.0, 0.0], (len(low), 1))
         self.nodes[name] = self._scene.add_batched_meshes_simple(
             name, box.vertices, box.faces, turns, 0.5 * (low + high), batched_scales=high - low,
-            batched_colors=_rgb(color), opacity=REGION, cast_shadow=False, receive_shadow=False,
+            batched_colors=_rgb(color), opacity=REGION, flat_shading=True, side="double",
+            cast_shadow=False, receive_shadow=False,
         )  # fmt: skip
 
     def _changed(self, name: str, key: Any) -> bool:

@@ -10,6 +10,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from importlib.resources import files
 from typing import Any
 
+from kinolab import systems
 from kinolab.scenario.rules import OBSTACLE_KINDS
 from kinolab.scenario.schema import TOLERANCE
 from kinolab.studio.core.scenario_text import Add, Change, Drop, Put
@@ -27,8 +28,14 @@ NEW_SIZES: Mapping[str, Any] = {
 
 
 def empty(title: str, machine: str) -> str:
-    """Return the text of a scenario of a machine in an empty world."""
+    """Return the text of a scenario of a machine in an empty world.
+
+    Start and goal are left to be chosen where the machine has no place on the ground.
+    """
     text = files("kinolab.studio.core").joinpath("empty.toml").read_text("utf-8")
+    names = {coordinate.name for coordinate in systems.get(machine).coordinates}
+    if not {"x", "y"} <= names:
+        text = text[: text.index("[start]")].rstrip() + "\n"
     return text.replace("{title}", title).replace("{machine}", machine)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 import numpy as np
@@ -57,7 +58,7 @@ class TrialPanel:
             gui.add_markdown("Machines that differ from the plan's, with feedback along it.")
             self._parameters = gui.add_number("Parameters ± %", 5.0, min=0.0, max=99.0, step=1.0)
             self._noise = gui.add_number(
-                "Measurements ± %", 0.0, min=0.0, max=99.0, step=0.5,
+                "Sensors ± %", 0.0, min=0.0, max=99.0, step=0.5,
                 hint="Standard deviation, of each state's scale; not asked by Prove.",
             )  # fmt: skip
             self._disturbance = gui.add_number(
@@ -142,7 +143,7 @@ class TrialPanel:
         if message.result is None:
             self._told.content = f"**{message.failure}**"
             return
-        first, *others = message.result.lines
+        first, *others = map(_in_the_page, message.result.lines)
         self._told.content = "\n".join([f"**{first}**", "", *(f"- {line}" for line in others)])
         if isinstance(message.result, Executed):
             self._show_runs(message.result)
@@ -181,7 +182,8 @@ class TrialPanel:
         columns = [_facts(*self._kept)]
         columns += [_facts(*now)] if now is not None and now[1].trajectory is not None else []
         heads = ["kept (orange)", "now (blue)"][: len(columns)]
-        rows = [f"| {name} | {' | '.join(c[name] for c in columns)} |" for name in columns[0]]
+        names = [name for name in columns[0] if any(column[name] for column in columns)]
+        rows = [f"| {name} | {' | '.join(c[name] for c in columns)} |" for name in names]
         head = [f"| | {' | '.join(heads)} |", f"|---|{'---|' * len(heads)}"]
         self._table.content = "\n".join([*head, *rows])
 
@@ -197,6 +199,12 @@ class TrialPanel:
         shown = plan if plan is not None and plan.trajectory is not None else None
         self._session.pages[DRIVE] = page_html(content_of_plan(problem, shown)).encode()
         self._link.content = LINK.format(name=DRIVE)
+
+
+def _in_the_page(line: str) -> str:
+    """Return what the command line says in the words of the page, which has no options."""
+    line = re.sub(r"--keep (\w+(?:,\w+)*)", r"\1 as in the plan", line)
+    return re.sub(r"--large (\S+) instead of \S+", r"feedback that is stiffer (\1)", line)
 
 
 def _facts(problem: PlanningTask, plan: PlanResult) -> dict[str, str]:
