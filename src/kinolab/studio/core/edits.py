@@ -24,6 +24,7 @@ NEW_SIZES: Mapping[str, Any] = {
     "box": [0.5, 0.5, 0.5],
     "sphere": 0.25,
     "cylinder": [0.25, 0.5],
+    "capsule": [0.15, 0.2],
 }  # [m]
 
 
