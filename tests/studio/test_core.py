@@ -31,7 +31,7 @@ from kinolab.studio.core.pose_edits import with_body_at, with_entry, written  # 
 from kinolab.studio.core.scenario_text import Put, edited  # noqa: E402
 from kinolab.studio.core.search_task import Improved, search  # noqa: E402
 from kinolab.studio.guarded_server import guarded_server  # noqa: E402
-from kinolab.studio.scene_nodes import SceneNodes  # noqa: E402
+from kinolab.studio.scene.scene_nodes import SceneNodes  # noqa: E402
 
 EMPTY = edits.empty("a world", "diff_drive")
 PATIENCE = 600.0  # [s] for what may have to be compiled first

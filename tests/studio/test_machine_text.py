@@ -18,7 +18,6 @@ from kinolab.errors import InputError
 from kinolab.scenario.starters.starter_files import STARTERS, write_starter
 from kinolab.studio.core import edits
 from kinolab.studio.core.chosen_folder import ChosenFolder
-from kinolab.studio.core.goal_region import goal_region
 from kinolab.studio.core.machine_task import examine_machine
 from kinolab.studio.core.machine_text import (
     machine_file,
@@ -28,6 +27,7 @@ from kinolab.studio.core.machine_text import (
 )
 from kinolab.studio.core.meaning import meaning_of
 from kinolab.studio.core.scenario_text import edited
+from kinolab.studio.core.tolerance_box import tolerance_box
 from kinolab.studio.core.trial_tasks import execute_plan, prove_plan
 from tests.conftest import Solved
 
@@ -140,6 +140,6 @@ def test_a_goal_s_region_is_as_wide_as_its_tolerances(tmp_path: Path) -> None:
     text += "[goal]\nx = 3.0\ny = 2.0\npsi = 0.0\n[goal.tolerance]\nx = 0.2\ny = 0.1\npsi = 0.3\n"
     problem = meaning_of(text, tmp_path / "world.toml").problem
     assert problem is not None
-    region = goal_region(problem)
+    region = tolerance_box(problem)
     assert region is not None
     assert region[:, :2] == pytest.approx(np.array([[2.8, 1.9], [3.2, 2.1]]))

@@ -12,7 +12,7 @@ from kinolab.scenario import builtin_scenarios
 from kinolab.studio.core.chosen_folder import ChosenFolder
 from kinolab.studio.core.edits import empty
 from kinolab.studio.guarded_server import guarded_server
-from kinolab.studio.session import Session
+from kinolab.studio.scene.session import Session
 from kinolab.studio.studio_page import StudioPage
 
 MACHINE, NAME = "diff_drive", "world"  # of an empty world

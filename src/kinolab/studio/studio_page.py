@@ -18,7 +18,7 @@ from kinolab.studio.panels.machine_panel import MachinePanel
 from kinolab.studio.panels.plan_panel import PlanPanel
 from kinolab.studio.panels.pose_panel import PosePanel
 from kinolab.studio.panels.trial_panel import TrialPanel
-from kinolab.studio.session import Session
+from kinolab.studio.scene.session import Session
 
 KEYS: dict[str, HotkeyKey] = {"Undo": "Z", "Redo": "Y", "Save": "S"}  # with Ctrl or Cmd
 

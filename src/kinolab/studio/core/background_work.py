@@ -83,6 +83,7 @@ class BackgroundWork:
 
     def close(self) -> None:
         """End it, whatever it does."""
+        self._asked = True
         self.process.kill()
         self._thread.join()
 

@@ -11,10 +11,10 @@ from kinolab.numerics.arrays import Array
 from kinolab.scenario.values import rgb_of
 from kinolab.studio.core import edits
 from kinolab.studio.core.meaning import ScenarioMeaning
-from kinolab.studio.gizmo import Gizmo, rpy_of, size_in, snapped
-from kinolab.studio.page_inputs import on_hand, on_press, show
-from kinolab.studio.scene_nodes import wxyz_of
-from kinolab.studio.session import Session
+from kinolab.studio.scene.gizmo import Gizmo, rpy_of, size_in, snapped
+from kinolab.studio.scene.page_inputs import on_hand, on_press, show
+from kinolab.studio.scene.scene_nodes import wxyz_of
+from kinolab.studio.scene.session import Session
 from kinolab.world.obstacle import rotation
 
 KINDS = {"Box": "box", "Ball": "sphere", "Cylinder": "cylinder", "Capsule": "capsule"}

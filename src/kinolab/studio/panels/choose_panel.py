@@ -12,8 +12,8 @@ from kinolab.settings import Setting, settings_of
 from kinolab.studio.core import edits
 from kinolab.studio.core.meaning import ScenarioMeaning
 from kinolab.studio.core.scenario_text import Drop, Put
-from kinolab.studio.page_inputs import on_hand, show
-from kinolab.studio.session import Session
+from kinolab.studio.scene.page_inputs import on_hand, show
+from kinolab.studio.scene.session import Session
 
 OWN = "(of its own file)"
 UNBOUNDED = "The workspace's limits; equal ones are none."

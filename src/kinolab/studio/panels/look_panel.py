@@ -10,8 +10,8 @@ import numpy as np
 
 from kinolab.show.scene.camera import View
 from kinolab.studio.core.meaning import ScenarioMeaning
-from kinolab.studio.page_inputs import on_hand
-from kinolab.studio.session import Session
+from kinolab.studio.scene.page_inputs import on_hand
+from kinolab.studio.scene.session import Session
 
 VIEWS: dict[str, View] = {
     "All": "perspective", "Top": "top", "Front": "front", "Side": "side",
@@ -54,7 +54,9 @@ class LookPanel:
         if meaning.problem is None or meaning.stale:
             return
         size = self._session.scene.size
-        self._scale.content = f"What is seen is {size:.3g} m wide."
+        step = self._session.scene.spacing
+        lines = f"; lines on the floor are {step:g} m apart" if step else ""
+        self._scale.content = f"What is seen is {size:.3g} m wide{lines}."
         seen = (self._session.path, meaning.problem.machine.name)
         if seen != self._seen:
             self._seen = seen

@@ -15,8 +15,8 @@ from kinolab.studio.core.machine_task import Examined, examine_machine
 from kinolab.studio.core.machine_text import machine_file, own_copy, read_machine, write_machine
 from kinolab.studio.core.meaning import ScenarioMeaning
 from kinolab.studio.core.scenario_text import ScenarioText
-from kinolab.studio.page_inputs import on_hand, on_press
-from kinolab.studio.session import Session
+from kinolab.studio.scene.page_inputs import on_hand, on_press
+from kinolab.studio.scene.session import Session
 
 WIDTH = 500.0  # [pixel] of the editor, where the scene is at least twice as wide
 RIGHTS = "It is a program: it runs as you, on this computer, and may do whatever you may."
@@ -168,7 +168,11 @@ class MachinePanel:
         if self._work is not None:
             self._work.close()
         self._verdict.content = "Getting ready …"
-        self._work = BackgroundWork(examine_machine, (problem,), self._heard)
+        self._work = BackgroundWork(
+            examine_machine,
+            (problem,),
+            lambda message: self._session.attempt(lambda: self._heard(message)),
+        )
 
     def _heard(self, message: Any) -> None:
         if isinstance(message, Told):

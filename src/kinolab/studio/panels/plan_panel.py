@@ -23,8 +23,8 @@ from kinolab.studio.core.background_work import BackgroundWork, Ended, Told
 from kinolab.studio.core.meaning import ScenarioMeaning
 from kinolab.studio.core.scenario_text import Put
 from kinolab.studio.core.search_task import Explored, Improved, Searched, search
-from kinolab.studio.page_inputs import on_hand, on_press, show
-from kinolab.studio.session import Session
+from kinolab.studio.scene.page_inputs import on_hand, on_press, show
+from kinolab.studio.scene.session import Session
 
 FRAME = 1.0 / 30.0  # [s] between two poses while a plan is played
 COLORS = ("#3a6ea5", "#c8553d", "#2f8f5b", "#8a5fb0", "#b98d2f", "#4b9aa5", "#a0527a", "#666666")

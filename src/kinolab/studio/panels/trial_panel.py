@@ -20,9 +20,9 @@ from kinolab.studio.core.trial_tasks import (
     path_of,
     prove_plan,
 )
-from kinolab.studio.page_inputs import on_hand, on_press
 from kinolab.studio.panels.plan_panel import PlanPanel
-from kinolab.studio.session import Session
+from kinolab.studio.scene.page_inputs import on_hand, on_press
+from kinolab.studio.scene.session import Session
 
 NONE = "(none)"
 COLORS = {  # of paths, by how a run ended

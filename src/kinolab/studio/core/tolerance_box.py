@@ -12,7 +12,7 @@ from kinolab.problem import PlanningTask
 MOST = 8  # coordinates whose tolerances are combined: 256 poses
 
 
-def goal_region(problem: PlanningTask) -> Array | None:
+def tolerance_box(problem: PlanningTask) -> Array | None:
     """Return two corners of a box in which the leading body may be at the goal, shape (2, 3).
 
     It has the places at all ends of the tolerances of coordinates, in [m]; what the goal leaves

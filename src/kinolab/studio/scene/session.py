@@ -16,7 +16,7 @@ from kinolab.errors import KinolabError
 from kinolab.studio.core.chosen_folder import ChosenFolder
 from kinolab.studio.core.meaning import ScenarioMeaning, meaning_of
 from kinolab.studio.core.scenario_text import Change
-from kinolab.studio.scene_nodes import SceneNodes
+from kinolab.studio.scene.scene_nodes import SceneNodes
 
 Listener = Callable[[ScenarioMeaning], None]
 

@@ -24,12 +24,12 @@ from kinolab.show.gltf.glb_scene import add_mesh
 from kinolab.show.scene.camera import Camera, View, frame_scene
 from kinolab.show.scene.captions import GOAL_WORD, START_WORD
 from kinolab.show.scene.models.cone import cone_mesh
-from kinolab.show.scene.models.ground import floor_top, marked_lines
+from kinolab.show.scene.models.ground import floor_top, grid_step, marked_lines
 from kinolab.show.scene.models.surface_mesh import SurfaceMesh, join
 from kinolab.show.scene.picture import Ghost, GoalMarker, Picture
 from kinolab.show.scene.problem_picture import picture
 from kinolab.show.scene.still import GOAL, PATH, Still, goal_ball, set_up
-from kinolab.studio.core.goal_region import goal_region
+from kinolab.studio.core.tolerance_box import tolerance_box
 from kinolab.trajectory import Trajectory
 from kinolab.world.obstacle import rotation
 
@@ -78,6 +78,14 @@ class SceneNodes:
     def size(self) -> float:
         """Of all that is seen, in [m]."""
         return 1.0 if self._still is None else self._still.size
+
+    @property
+    def spacing(self) -> float | None:
+        """Of the lines on the floor, in [m]; None where there are none."""
+        still = self._still
+        if still is None or still.floor is None or still.picture.colors.pattern != "grid":
+            return None
+        return grid_step(float(np.max(still.floor.high - still.floor.low)))
 
     def show(self, problem: PlanningTask, *, touching: Sequence[tuple[str, str]] = ()) -> None:
         """Show a problem with its machine at the start, and what touches there in red."""
@@ -213,7 +221,7 @@ class SceneNodes:
             # 0.35: opacity of the machine at the goal
             names += self._solid("/goal/machine", join(shown), green, 0.35)
             words.append((GOAL_WORD, self._top(goal.table, scene)))
-        region = None if isinstance(goal, GoalMarker) else goal_region(problem)
+        region = None if isinstance(goal, GoalMarker) else tolerance_box(problem)
         if region is not None:
             # 1e-3 of the scene's size: how thick at least a region is that is drawn
             low, high = region + 5e-4 * self.size * np.array([[-1.0], [1.0]])
