@@ -180,6 +180,10 @@ def test_a_start_in_collision_names_the_pair_and_undo_mends_it(studio: Opener) -
     page = studio()
     see(page, "Start and goal are possible")
     press(page, "Box")
+    type_in(page, "Position [m]", [-0.5])
+    see(page, "undo: change the position")
+    box = page.get_by_text("Position [m]").locator("xpath=ancestor::*[.//input][1]")
+    assert box.locator("input:visible").first.input_value() == "-0.5"
     type_in(page, "Position [m]", [0.5, 0.5, 0.25])
     see(page, "robot touches box 1")
     press(page, "Undo")

@@ -1,5 +1,6 @@
 // Areas of code in the page: room, a fixed width, numbers of lines, colours, and the lines at fault in red.
 // Ctrl-Enter presses the button below; Tab indents. viser's own areas are plain and six lines high.
+// And -0.5 can be typed as a number: what it begins with, -0, would be taken for 0, without its sign.
 
 (() => {
   if (window.kinolabCode) return;
@@ -101,6 +102,11 @@
     area.addEventListener("input", area.paint);
     area.addEventListener("keydown", pressed);
   }
+
+  window.addEventListener("input", (event) => {
+    const number = event.target.closest?.(".mantine-NumberInput-root");
+    if (number && /^-0?\.?0*$/.test(event.target.value)) event.stopImmediatePropagation();
+  }, true);
 
   setInterval(() => {
     for (const area of document.querySelectorAll("textarea:not([aria-hidden])")) {

@@ -21,11 +21,20 @@ def machine_file(folder: ChosenFolder, values: Mapping[str, Any]) -> Path | None
     Raises:
         InputError: If it is outside of the folder.
     """
-    section = values.get("system", {})
-    name = str(section.get("file", "")) if isinstance(section, dict) else ""
+    name = _said(values, "file")
     reference = python_reference(name)
     name = reference[0] if reference else name
     return folder.path(name) if name.endswith(".py") else None
+
+
+def registered_name(values: Mapping[str, Any]) -> str:
+    """Return the name of the registered machine that a scenario takes; empty if it takes none."""
+    return _said(values, "name")
+
+
+def _said(values: Mapping[str, Any], key: str) -> str:
+    section = values.get("system", {})
+    return str(section.get(key, "")) if isinstance(section, dict) else ""
 
 
 def read_machine(path: Path) -> str:

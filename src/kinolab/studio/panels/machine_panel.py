@@ -12,7 +12,13 @@ from kinolab.scenario.starters.starter_files import STARTERS, write_starter
 from kinolab.studio.core.background_work import BackgroundWork, Ended, Told
 from kinolab.studio.core.chosen_folder import autosave
 from kinolab.studio.core.machine_task import Examined, examine_machine
-from kinolab.studio.core.machine_text import machine_file, own_copy, read_machine, write_machine
+from kinolab.studio.core.machine_text import (
+    machine_file,
+    own_copy,
+    read_machine,
+    registered_name,
+    write_machine,
+)
 from kinolab.studio.core.meaning import ScenarioMeaning
 from kinolab.studio.core.scenario_text import ScenarioText
 from kinolab.studio.scene.page_inputs import on_hand, on_press
@@ -81,7 +87,7 @@ class MachinePanel:
             return  # what is wrong with it is told above the panels
         if path != self._path:
             self._show(path)
-        named = session.text.values.get("system", {}).get("name")
+        named = registered_name(session.text.values)
         self._whose.content = (
             f"`{path.name}` describes it." if path else OTHERS if named else NO_FILE
         )
@@ -117,7 +123,7 @@ class MachinePanel:
     def _open(self) -> None:
         session = self._session
         if self._path is None:
-            name = str(session.text.values.get("system", {}).get("name", ""))
+            name = registered_name(session.text.values)
             changes = own_copy(session.folder, name)
             session.edit(f"take a copy of {name}", changes)
             self._show(machine_file(session.folder, session.text.values))
