@@ -176,6 +176,19 @@ def test_two_clicks_on_the_ground_make_a_wall_and_a_click_chooses_it_again(
     assert all(abs(end) < 5.0 for end in wall["position"])
 
 
+def test_limits_of_an_input_are_written_into_the_scenario(studio: Opener, tmp_path: Path) -> None:
+    page = studio()
+    see(page, "Start and goal are possible")
+    tab(page, "Choose")
+    page.get_by_text("Limits", exact=True).click()
+    type_in(page, "left", [-0.5, 0.4])
+    see(page, "undo: change bounds of left")
+    press(page, "Save")
+    see(page, "^Saved$")
+    written = tomllib.loads((tmp_path / "world.toml").read_text(encoding="utf-8"))
+    assert written["bounds"] == {"left": [-0.5, 0.4]}
+
+
 def test_a_start_in_collision_names_the_pair_and_undo_mends_it(studio: Opener) -> None:
     page = studio()
     see(page, "Start and goal are possible")

@@ -1,5 +1,5 @@
 // Areas of code in the page: room, a fixed width, numbers of lines, colours, and the lines at fault in red.
-// Ctrl-Enter presses the button below; Tab indents. viser's own areas are plain and six lines high.
+// Ctrl-Enter or Ctrl-S presses the button below; Tab indents. viser's own areas are plain and six lines high.
 // And -0.5 can be typed as a number: what it begins with, -0, would be taken for 0, without its sign.
 
 (() => {
@@ -65,7 +65,7 @@
     if (event.key === "Tab" && !event.shiftKey) {
       event.preventDefault();
       document.execCommand("insertText", false, "    ");
-    } else if (event.key === "Enter" && (event.ctrlKey || event.metaKey)) {
+    } else if (["Enter", "s"].includes(event.key) && (event.ctrlKey || event.metaKey)) {
       event.preventDefault();
       const area = event.target;
       setTimeout(() => buttonBelow(area)?.click(), 200); // [ms] in which what was typed last is sent
