@@ -136,7 +136,7 @@ def test_an_obstacle_stands_in_the_way() -> None:
 @pytest.mark.parametrize(
     ("shape", "answer"),
     [
-        ({}, "with_obstacle: none of mesh, box, sphere, cylinder, map, cloud and run is given."),
+        ({}, "with_obstacle: none of mesh, box, sphere, cylinder, capsule, map, cloud and run"),
         ({"box": 1.0}, "with_obstacle: 1.0 is not a list. Give a list of three positive numbers"),
         ({"box": [1, 1, 1], "sphere": 2}, "with_obstacle: box and sphere are given together."),
         ({"sphere": 1.0, "colour": 1}, "with_obstacle: no key is called 'colour'."),

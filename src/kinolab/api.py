@@ -199,6 +199,7 @@ class Problem(PlanningTask):
         box: Sequence[float] | None = None,
         sphere: float | None = None,
         cylinder: Sequence[float] | None = None,
+        capsule: Sequence[float] | None = None,
         mesh: str | Path | None = None,
         position: Sequence[float] = (0.0, 0.0, 0.0),
         rpy: Sequence[float] = (0.0, 0.0, 0.0),
@@ -211,6 +212,7 @@ class Problem(PlanningTask):
             box: Full edges along x, y and z in [m].
             sphere: Radius in [m].
             cylinder: Radius and length in [m].
+            capsule: Radius and length in [m], of the cylinder between two halves of a ball.
             mesh: Path of a mesh file, relative to the scenario's folder and below it.
             position: Of its centre, or of a mesh file's origin, in [m].
             rpy: Roll, pitch and yaw in [rad].
@@ -219,7 +221,8 @@ class Problem(PlanningTask):
         Raises:
             InputError: With every mistake that was found.
         """
-        shapes = {"box": box, "sphere": sphere, "cylinder": cylinder, "mesh": mesh}
+        round_ = {"sphere": sphere, "cylinder": cylinder, "capsule": capsule}
+        shapes = {"box": box, **round_, "mesh": mesh}
         given = {key: value for key, value in shapes.items() if value is not None}
         entry = {"position": position, "rpy": rpy, **given, **of_mesh}
         named = {"name": name, **entry} if name else entry

@@ -14,10 +14,10 @@ import kinolab
 from kinolab.analyze.examine import examine
 from kinolab.analyze.simulate import simulate
 from kinolab.cli import run
-from kinolab.cli.commands.machines.plan_new import STARTERS, write_starter
 from kinolab.dynamics import Body, System, Torque, Wrench, angle, move, rate, rot_z
 from kinolab.errors import InputError
 from kinolab.loading import build_problem, find_scenario
+from kinolab.scenario.starters.starter_files import STARTERS, write_starter
 from tests.machines import MACHINES
 
 

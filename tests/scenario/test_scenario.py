@@ -207,7 +207,7 @@ def test_a_scenario_with_four_mistakes_reports_all_four() -> None:
         (BOX + "sphere = 1\n", "1 sphere: box and sphere are given together."),
         (
             "[[world.obstacle]]\nname = 'a'\n",
-            "1: none of mesh, box, sphere, cylinder, map, cloud and run is",
+            "1: none of mesh, box, sphere, cylinder, capsule, map, cloud and run is",
         ),
         (BOX + BOX.replace("1, 1,", "1, 'a',"), '[[world.obstacle]] 2 box: entry 2, "a", is text'),
         (BOX + "position = [1, 2]\n", "[[world.obstacle]] 1 position: [1, 2] is too short."),

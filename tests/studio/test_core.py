@@ -24,13 +24,14 @@ from kinolab.errors import InputError  # noqa: E402
 from kinolab.problem import PlanningTask  # noqa: E402
 from kinolab.scenario import builtin_scenarios  # noqa: E402
 from kinolab.studio.core import edits  # noqa: E402
+from kinolab.studio.core.background_work import BackgroundWork, Ended  # noqa: E402
 from kinolab.studio.core.chosen_folder import ChosenFolder, autosave  # noqa: E402
 from kinolab.studio.core.meaning import meaning_of  # noqa: E402
 from kinolab.studio.core.pose_edits import with_body_at, with_entry, written  # noqa: E402
 from kinolab.studio.core.scenario_text import Put, edited  # noqa: E402
-from kinolab.studio.core.search_process import Ended, Improved, SearchProcess  # noqa: E402
+from kinolab.studio.core.search_task import Improved, search  # noqa: E402
 from kinolab.studio.guarded_server import guarded_server  # noqa: E402
-from kinolab.studio.scene_nodes import SceneNodes  # noqa: E402
+from kinolab.studio.scene.scene_nodes import SceneNodes  # noqa: E402
 
 EMPTY = edits.empty("a world", "diff_drive")
 PATIENCE = 600.0  # [s] for what may have to be compiled first
@@ -205,21 +206,21 @@ class Listener(queue.Queue[Any]):
 
 def test_a_search_tells_its_verified_plan(table: PlanningTask) -> None:
     heard = Listener()
-    SearchProcess(table, heard.put)
+    BackgroundWork(search, (table,), heard.put)
     ended, told = heard.last()
-    assert ended.plan is not None
-    assert ended.plan.status == "solved"
-    assert ended.plan.certificate is not None
-    assert ended.plan.certificate.passed
+    assert ended.result is not None
+    assert ended.result.plan.status == "solved"
+    assert ended.result.plan.certificate is not None
+    assert ended.result.plan.certificate.passed
     assert any(isinstance(message, Improved) for message in told)
 
 
 def test_a_crash_of_a_search_is_told_and_ends_nothing_else(table: PlanningTask) -> None:
     heard = Listener()
-    search = SearchProcess(table, heard.put)
-    os.kill(search.process.pid, signal.SIGSEGV)
+    running = BackgroundWork(search, (table,), heard.put)
+    os.kill(running.process.pid, signal.SIGSEGV)
     ended, _ = heard.last()
-    assert ended.plan is None
+    assert ended.result is None
     assert "crashed (SIGSEGV)" in ended.failure
 
 

@@ -64,6 +64,8 @@ HOSTILE: dict[str, Any] = {
     "a wrong secret": {"path": "/AAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAAA/"},
     "half of the secret": {"path": "half"},
     "a file beside the page": {"path": "beside"},
+    "another page without the secret": {"path": "/drive"},
+    "another page that was never made": {"path": "drive"},
     "a way out of the folder": {"path": "/../../../../etc/passwd"},
     "a way out that is hidden": {"path": "/%2e%2e/%2e%2e/etc/passwd"},
     "a way out behind the secret": {"path": "out"},
@@ -95,6 +97,7 @@ def test_a_hostile_request_is_refused(served: tuple[Any, str], what: str) -> Non
         "half": place.path[:10],
         "beside": f"{place.path}index.html",
         "out": f"{place.path}../../etc/passwd",
+        "drive": f"{place.path}drive",
     }
     if "path" in given:
         given["path"] = paths.get(given["path"], given["path"])

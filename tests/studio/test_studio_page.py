@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from tests.show.view.browsing import OWN, needs_chromium
+from tests.show.view.browsing import OWN, needs_chromium, until
 
 pytest.importorskip("playwright")
 pytest.importorskip("viser")
@@ -176,10 +176,27 @@ def test_two_clicks_on_the_ground_make_a_wall_and_a_click_chooses_it_again(
     assert all(abs(end) < 5.0 for end in wall["position"])
 
 
+def test_limits_of_an_input_are_written_into_the_scenario(studio: Opener, tmp_path: Path) -> None:
+    page = studio()
+    see(page, "Start and goal are possible")
+    tab(page, "Choose")
+    page.get_by_text("Limits", exact=True).click()
+    type_in(page, "left", [-0.5, 0.4])
+    see(page, "undo: change bounds of left")
+    press(page, "Save")
+    see(page, "^Saved$")
+    written = tomllib.loads((tmp_path / "world.toml").read_text(encoding="utf-8"))
+    assert written["bounds"] == {"left": [-0.5, 0.4]}
+
+
 def test_a_start_in_collision_names_the_pair_and_undo_mends_it(studio: Opener) -> None:
     page = studio()
     see(page, "Start and goal are possible")
     press(page, "Box")
+    type_in(page, "Position [m]", [-0.5])
+    see(page, "undo: change the position")
+    box = page.get_by_text("Position [m]").locator("xpath=ancestor::*[.//input][1]")
+    assert box.locator("input:visible").first.input_value() == "-0.5"
     type_in(page, "Position [m]", [0.5, 0.5, 0.25])
     see(page, "robot touches box 1")
     press(page, "Undo")
@@ -199,6 +216,67 @@ def test_a_text_with_mistakes_leaves_the_last_good_scene(studio: Opener) -> None
     see(page, "Did you mean 'diff_drive'")
     see(page, "last good scene is shown")
     see(page, "tolerance")
+
+
+def fill_code(page: Any, text: str) -> None:
+    """Type a machine into the editor, and take it over."""
+    area = page.locator("textarea:visible").first
+    area.fill(text)
+    page.wait_for_timeout(1000)  # in which what was typed is sent
+    press(page, "Take over (Ctrl-Enter)")
+
+
+def test_a_machine_is_changed_beside_the_scene_and_its_mistake_is_shown_where_it_is(
+    studio: Opener, tmp_path: Path
+) -> None:
+    page = studio(None, SIZES["1024"])
+    see(page, "Start and goal are possible")
+    tab(page, "Machine")
+    press(page, "Edit a copy of this machine")
+    see(page, "it runs as you")
+    page.locator("textarea:visible").wait_for()
+    text = page.locator("textarea:visible").first.input_value()
+    assert (tmp_path / "diff_drive.py").read_text(encoding="utf-8") == text
+    line = next(k for k, told in enumerate(text.splitlines(), 1) if "I_w, c_w =" in told)
+    fill_code(page, text.replace("I_w, c_w =", "I_w, c_v ="))
+    see(page, "last good scene is shown")
+    see(page, r"failed on line \d+ \(NameError")
+    see(page, "The last machine without a mistake is shown")
+    red = page.locator("pre.kl-lines b").first
+    red.wait_for()
+    assert int(red.text_content()) > line  # where the name is used that is not there any more
+    press(page, "Back to what worked")
+    see(page, "Start and goal are possible")
+    assert (tmp_path / "diff_drive.py").read_text(encoding="utf-8") == text
+    press(page, "Equations and laws")
+    see(page, "laws of mechanics hold")
+    tab(page, "Equations")
+    see(page, "∂L/∂q")
+
+
+def test_a_plan_is_tried_compared_and_driven(studio: Opener) -> None:
+    page = studio()
+    see(page, "Start and goal are possible")
+    tab(page, "Plan")
+    press(page, "Search")
+    see(page, r"\d+ of \d+ checks passed")
+    page.get_by_text("Compare", exact=True).click()
+    press(page, "Keep this plan to compare")
+    see(page, r"kept \(orange\)")
+    see(page, r"now \(blue\)")
+    page.get_by_text("Try the plan").click()
+    press(page, "Execute it")
+    see(page, r"\d+ of 100 runs reached the goal")
+    page.get_by_text("Drive it yourself").click()
+    press(page, "Make the page")
+    see(page, "Open the page")
+    with page.context.expect_page() as opened_page:
+        page.get_by_text("Open the page").click()
+    driven = opened_page.value
+    until(driven, "Boolean(window.kinolab?.ready)", 60.0)
+    driven.keyboard.press("m")
+    until(driven, "Boolean(window.kinolab.drive?.state)", 60.0)
+    driven.close()
 
 
 def test_a_world_of_ninety_thousand_triangles_takes_few_drawing_calls(

@@ -14,6 +14,7 @@ from kinolab.world import (
     Obstacle,
     World,
     box_obstacle,
+    capsule_obstacle,
     cylinder_obstacle,
     mesh_obstacle,
     sphere_obstacle,
@@ -80,6 +81,9 @@ def test_primitives_are_where_they_are_said_to_be() -> None:
     assert volume(box) == pytest.approx(8)
     tube = cylinder_obstacle("c", 0.5, 2.0, rpy=(0, PI / 2, 0))
     np.testing.assert_allclose(np.ptp(tube.vertices, axis=0), [2, 1, 1], atol=1e-2)
+    pill = capsule_obstacle("p", 0.5, 2.0, rpy=(0, PI / 2, 0))
+    np.testing.assert_allclose(np.ptp(pill.vertices, axis=0), [3, 1, 1], atol=2e-2)
+    assert pill.bounding_box()[1] == pytest.approx([1.5, 0.5, 0.5])
     ball = sphere_obstacle("s", 1.0, position=(0, 0, 5))
     np.testing.assert_allclose(np.linalg.norm(ball.vertices - [0, 0, 5], axis=1), 1.0)
 

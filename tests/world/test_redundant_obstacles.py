@@ -9,10 +9,17 @@ import numpy as np
 import pytest
 
 import kinolab
+from kinolab.dynamics import Capsule
 from kinolab.errors import InputError
 from kinolab.scenario import builtin_scenarios
 from kinolab.trajopt.nlp.collision_constraints import collision_arrays
-from kinolab.world import Obstacle, box_obstacle, cylinder_obstacle, sphere_obstacle
+from kinolab.world import (
+    Obstacle,
+    box_obstacle,
+    capsule_obstacle,
+    cylinder_obstacle,
+    sphere_obstacle,
+)
 from kinolab.world.collision import distance_field as module
 from kinolab.world.collision.distance_field import TRANSFORM_REACH, distance_field
 from kinolab.world.redundant_obstacles import without_redundant
@@ -22,7 +29,7 @@ BOX = box_obstacle("box", (2.0, 1.0, 1.0), (1.0, 2.0, 0.5), (0.0, 0.0, 0.3))
 
 
 def drawn(count: int, seed: int = 1) -> list[Obstacle]:
-    """Boxes, balls and cylinders of all sizes about the origin."""
+    """Boxes, balls, cylinders and capsules of all sizes about the origin."""
     draw = np.random.default_rng(seed)
     made: list[Obstacle] = []
     for k in range(count):
@@ -32,13 +39,14 @@ def drawn(count: int, seed: int = 1) -> list[Obstacle]:
             box_obstacle(f"{k}", tuple(size), tuple(at), tuple(rpy)),
             sphere_obstacle(f"{k}", size[0], tuple(at)),
             cylinder_obstacle(f"{k}", size[0], size[1], tuple(at), tuple(rpy)),
+            capsule_obstacle(f"{k}", size[0], size[1], tuple(at), tuple(rpy)),
         )
-        made.append(shapes[k % 3])
+        made.append(shapes[k % 4])
     return made
 
 
 def distance(obstacle: Obstacle, points: np.ndarray) -> np.ndarray:
-    """Distances (n,) of points (n, 3) to a box, a ball or a cylinder along z, in closed form."""
+    """Distances (n,) of points (n, 3) to a box, a ball, a cylinder or a capsule, in closed form."""
     assert obstacle.primitive is not None
     shape, pose = obstacle.primitive
     local = (points - pose[:, 3]) @ pose[:, :3]
@@ -47,6 +55,9 @@ def distance(obstacle: Obstacle, points: np.ndarray) -> np.ndarray:
         return np.linalg.norm(np.maximum(beyond, 0.0), axis=1)
     if not hasattr(shape, "length"):
         return np.maximum(np.linalg.norm(local, axis=1) - float(shape.radius), 0.0)
+    if isinstance(shape, Capsule):
+        beyond = np.maximum(np.abs(local) - [0.0, 0.0, 0.5 * float(shape.length)], 0.0)
+        return np.maximum(np.linalg.norm(beyond, axis=1) - float(shape.radius), 0.0)
     around = np.hypot(local[:, 0], local[:, 1]) - float(shape.radius)
     along = np.abs(local[:, 2]) - 0.5 * float(shape.length)
     return np.hypot(np.maximum(around, 0.0), np.maximum(along, 0.0))

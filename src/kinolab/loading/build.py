@@ -34,6 +34,7 @@ from kinolab.world import (
     Obstacle,
     World,
     box_obstacle,
+    capsule_obstacle,
     cylinder_obstacle,
     mesh_obstacle,
     sphere_obstacle,
@@ -225,6 +226,8 @@ def _obstacles(scenario: Scenario, entry: ObstacleEntry) -> tuple[Obstacle, ...]
         return (sphere_obstacle(name, entry.sphere, *pose),)
     if entry.cylinder is not None:
         return (cylinder_obstacle(name, *entry.cylinder, *pose),)
+    if entry.capsule is not None:
+        return (capsule_obstacle(name, *entry.capsule, *pose),)
     file = (str(entry.file), scenario.folder)
     given: dict[str, Any] = {"scale": entry.scale, "up": entry.up, "solid": entry.solid}
     if entry.map is not None:

@@ -17,7 +17,7 @@ from kinolab.scenario.toml_text import shortened, string_text
 from kinolab.scenario.values import ROBOT_ONLY
 
 SYSTEM_KINDS = ("name", "file")
-ObstacleKind = Literal["mesh", "box", "sphere", "cylinder", "map", "cloud", "run"]
+ObstacleKind = Literal["mesh", "box", "sphere", "cylinder", "capsule", "map", "cloud", "run"]
 OBSTACLE_KINDS: tuple[ObstacleKind, ...] = get_args(ObstacleKind)
 KINEMATIC_ONLY = ("max_velocity", "max_acceleration")
 KINDS_OF = {  # which kinds of obstacles have a key that not all have

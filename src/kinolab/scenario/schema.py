@@ -151,6 +151,7 @@ class ObstacleEntry(Section):
     box: BoxEdges | None = None
     sphere: Metres | None = None  # radius
     cylinder: CylinderSize | None = None
+    capsule: CylinderSize | None = None
     run: RunFolder | None = None  # the machine of another plan, which moves as was planned
     position: Position = (0.0, 0.0, 0.0)  # of the centre, or of a file's origin
     rpy: RollPitchYaw = (0.0, 0.0, 0.0)

@@ -14,8 +14,9 @@ import functools
 import http
 import io
 import secrets
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import redirect_stdout
+from types import MappingProxyType
 from typing import Any
 
 import viser
@@ -50,12 +51,15 @@ Handler = Callable[[Any, Request], Response | None]
 class Guard:
     """What is asked of every request, before it is answered.
 
+    Args:
+        pages: Further pages, by their names below the root.
+
     Attributes:
         root: The beginning of the page's address, which nobody can guess.
     """
 
-    def __init__(self) -> None:
-        self.root = f"/{secrets.token_urlsafe()}"
+    def __init__(self, pages: Mapping[str, bytes]) -> None:
+        self.root, self._pages = f"/{secrets.token_urlsafe()}", pages
 
     def wrap(self, answer: Handler) -> Handler:
         """Return a handler that answers only what may be asked."""
@@ -67,6 +71,11 @@ class Guard:
                 return _finished(Response(refusal, refusal.phrase, Headers(), b""), host)
             if request.headers.get("Upgrade", "").lower() == "websocket":
                 return None
+            page = self._pages.get(request.path.partition("?")[0].removeprefix(f"{self.root}/"))
+            if page is not None:
+                kind = Headers({"Content-Type": "text/html; charset=utf-8"})
+                kind["Content-Length"] = str(len(page))
+                return _finished(Response(200, "OK", kind, page), host)
             request.path = "/"
             response = answer(connection, request)
             return None if response is None else _finished(response, host)
@@ -79,7 +88,7 @@ class Guard:
         if named != [host] or not set(origins) <= {f"http://{host}"} or len(origins) > 1:
             return http.HTTPStatus.FORBIDDEN
         path = request.path.partition("?")[0]
-        allowed = (self.root, f"{self.root}/")
+        allowed = (self.root, f"{self.root}/", *(f"{self.root}/{name}" for name in self._pages))
         if not any(secrets.compare_digest(path.encode(), one.encode()) for one in allowed):
             return http.HTTPStatus.NOT_FOUND
         upgrades = [value.lower() for value in request.headers.get_all("Upgrade")]
@@ -95,16 +104,19 @@ def _finished(response: Response, host: str) -> Response:
     return response
 
 
-def guarded_server(label: str) -> tuple[viser.ViserServer, str]:
+def guarded_server(
+    label: str, pages: Mapping[str, bytes] = MappingProxyType({})
+) -> tuple[viser.ViserServer, str]:
     """Start viser behind a guard on a free port of this computer's own address.
 
     Args:
         label: The title of its panel.
+        pages: Further pages of its, by their names; others may be added later.
 
     Returns:
         The server, and the address of its page with the secret part.
     """
-    guard, library = Guard(), infra.websockets.asyncio.server
+    guard, library = Guard(pages), infra.websockets.asyncio.server
     serve = library.serve
 
     @functools.wraps(serve)

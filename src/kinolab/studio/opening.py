@@ -12,7 +12,7 @@ from kinolab.scenario import builtin_scenarios
 from kinolab.studio.core.chosen_folder import ChosenFolder
 from kinolab.studio.core.edits import empty
 from kinolab.studio.guarded_server import guarded_server
-from kinolab.studio.session import Session
+from kinolab.studio.scene.session import Session
 from kinolab.studio.studio_page import StudioPage
 
 MACHINE, NAME = "diff_drive", "world"  # of an empty world
@@ -30,9 +30,10 @@ def opened(scenario: str | None, folder: Path | None = None) -> Iterator[str]:
         InputError: If there is no such scenario, or it cannot be read.
     """
     chosen, path, new = _places(scenario, folder)
-    server, address = guarded_server("kinolab studio")
+    pages: dict[str, bytes] = {}
+    server, address = guarded_server("kinolab studio", pages)
     try:
-        session = Session(server, chosen, path, new)
+        session = Session(server, chosen, path, new, pages)
         page = StudioPage(session)
         try:
             yield address

@@ -4,18 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
+from importlib.resources import files
 from typing import Any
 
-from viser._messages import HotkeyKey
+from viser._messages import HotkeyKey, RunJavascriptMessage
 
-from kinolab.studio.build_panel import BuildPanel
-from kinolab.studio.choose_panel import ChoosePanel
 from kinolab.studio.core.meaning import ScenarioMeaning
-from kinolab.studio.file_panel import FilePanel
-from kinolab.studio.look_panel import LookPanel
-from kinolab.studio.plan_panel import PlanPanel
-from kinolab.studio.pose_panel import PosePanel
-from kinolab.studio.session import Session
+from kinolab.studio.panels.build_panel import BuildPanel
+from kinolab.studio.panels.choose_panel import ChoosePanel
+from kinolab.studio.panels.file_panel import FilePanel
+from kinolab.studio.panels.look_panel import LookPanel
+from kinolab.studio.panels.machine_panel import MachinePanel
+from kinolab.studio.panels.plan_panel import PlanPanel
+from kinolab.studio.panels.pose_panel import PosePanel
+from kinolab.studio.panels.trial_panel import TrialPanel
+from kinolab.studio.scene.session import Session
 
 KEYS: dict[str, HotkeyKey] = {"Undo": "Z", "Redo": "Y", "Save": "S"}  # with Ctrl or Cmd
 
@@ -44,8 +47,11 @@ class StudioPage:
             PosePanel(session)
         with tabs.add_tab("Choose"):
             ChoosePanel(session)
+        with tabs.add_tab("Machine"):
+            self._machine = MachinePanel(session, self._refit)
         with tabs.add_tab("Plan"):
             self._plan = PlanPanel(session)
+            self._trials = TrialPanel(session, self._plan)
         with tabs.add_tab("File"):
             FilePanel(session, lambda: self._plan.plan)
         with tabs.add_tab("Look"):
@@ -54,6 +60,8 @@ class StudioPage:
         for name, key in KEYS.items():
             command = gui.add_command(name, hotkey=key, modifier="cmd/ctrl")
             command.on_trigger(partial(_triggered, session, done[name]))
+        script = files(__package__).joinpath("code_areas.js").read_text("utf-8")
+        session.server._websock_server.queue_message(RunJavascriptMessage(script))
         gui.main_panel.dock_right()
         gui.main_panel.set_width(400.0)  # [pixel] of the panels
         session.listen(self._listen)
@@ -62,8 +70,13 @@ class StudioPage:
     def close(self) -> None:
         """End what is running."""
         self._plan.close()
+        self._trials.close()
+        self._machine.close()
         self._look.close()
         self._session.close()
+
+    def _refit(self) -> None:
+        self._look.refit()
 
     def _listen(self, meaning: ScenarioMeaning) -> None:
         text = self._session.text

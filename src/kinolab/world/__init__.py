@@ -13,6 +13,7 @@ from kinolab.world.meshes.mesh import load_mesh as load_mesh
 from kinolab.world.meshes.mesh_cache import Mesh as Mesh
 from kinolab.world.obstacle import Obstacle as Obstacle
 from kinolab.world.obstacle import box_obstacle as box_obstacle
+from kinolab.world.obstacle import capsule_obstacle as capsule_obstacle
 from kinolab.world.obstacle import cylinder_obstacle as cylinder_obstacle
 from kinolab.world.obstacle import mesh_obstacle as mesh_obstacle
 from kinolab.world.obstacle import sphere_obstacle as sphere_obstacle

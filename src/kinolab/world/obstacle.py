@@ -9,7 +9,7 @@ from typing import Literal
 
 import numpy as np
 
-from kinolab.dynamics.language.shapes import MAX_COORDINATE, Box, Cylinder, Shape, Sphere
+from kinolab.dynamics.language.shapes import MAX_COORDINATE, Box, Capsule, Cylinder, Shape, Sphere
 from kinolab.errors import InputError, Mistake
 from kinolab.numerics.arrays import Array
 from kinolab.world.geometry import frame_in_world, half_extents, sizes, triangles
@@ -132,6 +132,17 @@ def cylinder_obstacle(
     """Make a cylinder along z before ``rpy`` turns it; radius and full length in [m]."""
     _require_positive(name, "radius and length", [radius, length])
     return _primitive(name, Cylinder(float(radius), float(length)), position, rpy)
+
+
+def capsule_obstacle(
+    name: str, radius: float, length: float, position: Numbers = ORIGIN, rpy: Numbers = ORIGIN
+) -> Obstacle:
+    """Make a cylinder along z with half a ball on each end, before ``rpy`` turns it.
+
+    Radius and the length between the balls' centres are in [m].
+    """
+    _require_positive(name, "radius and length", [radius, length])
+    return _primitive(name, Capsule(float(radius), float(length)), position, rpy)
 
 
 def mesh_obstacle(

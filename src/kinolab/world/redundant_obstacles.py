@@ -8,14 +8,14 @@ from itertools import product
 import numpy as np
 import scipy
 
-from kinolab.world.geometry import frame_in_world, sizes
+from kinolab.world.geometry import frame_in_world, half_extents
 from kinolab.world.obstacle import Obstacle
 
 CORNERS = np.array(list(product((-1.0, 1.0), repeat=3)))
 
 
 def without_redundant(obstacles: Sequence[Obstacle]) -> tuple[Obstacle, ...]:
-    """Leave out what repeats an earlier box, ball or cylinder, or lies inside a larger one.
+    """Leave out what repeats an earlier shape that is no mesh, or lies inside a larger one.
 
     Nothing can come near to it without being as near to the other one. Meshes stay, and hide
     nothing; so does a shape of which only the corners of a box around it stick out.
@@ -28,7 +28,7 @@ def without_redundant(obstacles: Sequence[Obstacle]) -> tuple[Obstacle, ...]:
     if len(solids) < 2:
         return tuple(left)
     places = [frame_in_world(shape, pose) for _, shape, pose in solids]
-    halves = [sizes(shape)[1] for _, shape, _ in solids]
+    halves = [half_extents(shape, np.eye(3)) for _, shape, _ in solids]
     around = zip(halves, places, strict=True)  # boxes along the shapes' own axes
     corners = np.stack([(CORNERS * half) @ turn.T + at for half, (turn, at) in around])
     volumes, hidden = np.array([*map(np.prod, halves)]), np.zeros(len(solids), dtype=bool)

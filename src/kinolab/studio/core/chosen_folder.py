@@ -41,9 +41,10 @@ class ChosenFolder:
         return place
 
     def scenarios(self) -> list[str]:
-        """Return the names of the scenarios in it."""
-        found = sorted(path.name for path in self.root.glob("*.toml"))
-        return [name for name in found if not name.startswith(".")][:200]
+        """Return the names of the scenarios in it, the one that was changed last first."""
+        found = [path for path in self.root.glob("*.toml") if not path.name.startswith(".")]
+        found.sort(key=lambda path: (-path.stat().st_mtime, path.name))
+        return [path.name for path in found][:200]
 
     def meshes(self) -> list[str]:
         """Return the mesh files in it and in its folders, as scenarios name them."""

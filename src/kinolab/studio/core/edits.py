@@ -10,6 +10,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from importlib.resources import files
 from typing import Any
 
+from kinolab import systems
 from kinolab.scenario.rules import OBSTACLE_KINDS
 from kinolab.scenario.schema import TOLERANCE
 from kinolab.studio.core.scenario_text import Add, Change, Drop, Put
@@ -23,12 +24,25 @@ NEW_SIZES: Mapping[str, Any] = {
     "box": [0.5, 0.5, 0.5],
     "sphere": 0.25,
     "cylinder": [0.25, 0.5],
+    "capsule": [0.15, 0.2],
 }  # [m]
 
 
 def empty(title: str, machine: str) -> str:
-    """Return the text of a scenario of a machine in an empty world."""
+    """Return the text of a scenario of a machine in an empty world.
+
+    Start and goal are left to be chosen where the machine has no place on the ground; lengths that
+    nothing limits are limited.
+    """
     text = files("kinolab.studio.core").joinpath("empty.toml").read_text("utf-8")
+    coordinates = systems.get(machine).coordinates
+    if not {"x", "y"} <= {coordinate.name for coordinate in coordinates}:
+        text = text[: text.index("[start]")].rstrip() + "\n"
+    unlimited = [c.name for c in coordinates if c.unit == "m" and math.isinf(c.upper - c.lower)]
+    if far := [name for name in unlimited if name not in ("x", "y")]:
+        # 5 [m] from the middle: as large as the ground
+        lines = "".join(f"{name} = [-5.0, 5.0]\n" for name in far)
+        text += f"\n[bounds]  # [m]\n{lines}"
     return text.replace("{title}", title).replace("{machine}", machine)
 
 

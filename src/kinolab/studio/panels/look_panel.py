@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import threading
 import time
-from functools import partial
 from typing import Any, get_args
 
 import numpy as np
 
 from kinolab.show.scene.camera import View
 from kinolab.studio.core.meaning import ScenarioMeaning
-from kinolab.studio.page_inputs import on_hand
-from kinolab.studio.session import Session
+from kinolab.studio.scene.page_inputs import on_hand
+from kinolab.studio.scene.session import Session
 
 VIEWS: dict[str, View] = {
     "All": "perspective", "Top": "top", "Front": "front", "Side": "side",
@@ -55,23 +54,30 @@ class LookPanel:
         if meaning.problem is None or meaning.stale:
             return
         size = self._session.scene.size
-        self._scale.content = f"What is seen is {size:.3g} m wide."
+        step = self._session.scene.spacing
+        lines = f"; lines on the floor are {step:g} m apart" if step else ""
+        self._scale.content = f"What is seen is {size:.3g} m wide{lines}."
         seen = (self._session.path, meaning.problem.machine.name)
         if seen != self._seen:
             self._seen = seen
-            for client in self._session.server.get_clients().values():
-                self._look(client, "All")
+            self._look_all()
 
     def _arrived(self, client: Any) -> None:
         """Show all of it to a tab that opens, and again once its panels have their place."""
         if self._seen is not None:
             self._look(client, "All")
-            # 1.5 [s] after which a page that opens has its layout
-            again = threading.Timer(
-                1.5, self._session.attempt, [partial(self._look, client, "All")]
-            )
-            again.daemon = True
-            again.start()
+            self.refit()
+
+    def refit(self) -> None:
+        """Show all of it to every tab, once its panels have their place."""
+        # 1.5 [s] after which a page has its layout
+        again = threading.Timer(1.5, self._session.attempt, [self._look_all])
+        again.daemon = True
+        again.start()
+
+    def _look_all(self) -> None:
+        for client in self._session.server.get_clients().values():
+            self._look(client, "All")
 
     def _look(self, client: Any, name: str) -> None:
         if client is None or self._seen is None:

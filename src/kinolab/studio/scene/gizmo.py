@@ -10,7 +10,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from kinolab.numerics.arrays import Array
-from kinolab.studio.session import Session
+from kinolab.studio.scene.session import Session
 
 Moved = Callable[[Array, Array, bool], Any]  # place (3,), turn w, x, y, z, and whether it is over
 TURNS = math.radians(15.0)  # to which gizmos snap while places snap, too

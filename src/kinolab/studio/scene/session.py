@@ -16,7 +16,7 @@ from kinolab.errors import KinolabError
 from kinolab.studio.core.chosen_folder import ChosenFolder
 from kinolab.studio.core.meaning import ScenarioMeaning, meaning_of
 from kinolab.studio.core.scenario_text import Change
-from kinolab.studio.scene_nodes import SceneNodes
+from kinolab.studio.scene.scene_nodes import SceneNodes
 
 Listener = Callable[[ScenarioMeaning], None]
 
@@ -29,8 +29,10 @@ class Session:
         folder: In which it works.
         path: Of the scenario's file, which need not be there yet.
         new: The text of one that is not there.
+        pages: Of the server, to which others may be added.
 
     Attributes:
+        pages: What the server answers beside the studio's own page, by its name.
         text: The scenario's text, with its history.
         meaning: What it meant when it was last understood.
         scene: Its picture.
@@ -38,8 +40,14 @@ class Session:
     """
 
     def __init__(
-        self, server: viser.ViserServer, folder: ChosenFolder, path: Path, new: str = ""
+        self,
+        server: viser.ViserServer,
+        folder: ChosenFolder,
+        path: Path,
+        new: str = "",
+        pages: dict[str, bytes] | None = None,
     ) -> None:
+        self.pages = {} if pages is None else pages
         self.server, self.folder, self.path = server, folder, path
         self.text, unsaved = folder.open(path)
         if not self.text.text:
@@ -50,7 +58,7 @@ class Session:
         self.scene = SceneNodes(server, self.choose)
         self._listeners: list[Listener] = []
         self._lock, self._news = threading.RLock(), threading.Event()
-        self._over = False
+        self._over = self._anew = False
         self._thread = threading.Thread(target=self._understand, daemon=True)
         if unsaved:
             self.tell("What was not saved is here again", "Undo goes back to the file.")
@@ -130,6 +138,11 @@ class Session:
         if unsaved:
             self.tell("What was not saved is here again", "Undo goes back to the file.")
 
+    def understand_again(self) -> None:
+        """Have the same text understood anew, since a file that it names says something else."""
+        self._anew = True
+        self._news.set()
+
     def tell(self, title: str, body: str = "", *, wrong: bool = False) -> None:
         """Tell everybody something, in a corner of the page."""
         for client in self.server.get_clients().values():
@@ -160,7 +173,8 @@ class Session:
 
     def _understand_now(self) -> None:
         text = self.text.text
-        if text != self.meaning.text:
+        if text != self.meaning.text or self._anew:
+            self._anew = False
             meaning = meaning_of(text, self.path, self.meaning)
             if self.text.text != text:
                 self._news.set()

@@ -15,8 +15,8 @@ from kinolab.scenario.load import toml_document
 from kinolab.solve import PlanResult
 from kinolab.studio.core.meaning import ScenarioMeaning
 from kinolab.studio.core.scenario_text import FEWER
-from kinolab.studio.page_inputs import on_press
-from kinolab.studio.session import Session
+from kinolab.studio.scene.page_inputs import on_press
+from kinolab.studio.scene.session import Session
 
 Planned = tuple[PlanningTask, PlanResult]
 PYTHON = """\

@@ -16,10 +16,10 @@ from kinolab.studio.core import edits
 from kinolab.studio.core.meaning import ScenarioMeaning
 from kinolab.studio.core.pose_edits import asked, with_body_at, with_entry, written
 from kinolab.studio.core.scenario_text import Change, Put
-from kinolab.studio.gizmo import Gizmo, size_in
-from kinolab.studio.page_inputs import on_hand, show
-from kinolab.studio.scene_nodes import wxyz_of
-from kinolab.studio.session import Session
+from kinolab.studio.scene.gizmo import Gizmo, size_in
+from kinolab.studio.scene.page_inputs import on_hand, show
+from kinolab.studio.scene.scene_nodes import wxyz_of
+from kinolab.studio.scene.session import Session
 
 ENDS = {"Start": "start", "Goal": "goal"}
 SEVERAL = "This scenario has several goals: change them in its text, under File."
@@ -177,6 +177,8 @@ class PosePanel:
 
     def _slid(self, name: str, value: float) -> None:
         assert self._problem is not None
+        if self._session.chosen is not None:
+            self._session.choose(None)  # the gizmo is the machine's from now on
         state = with_entry(self._problem, self._state(), name, value)
         self._write(f"{self._end}: {name}", state, going_on=True)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from kinolab.studio.session import Session
+from kinolab.studio.scene.session import Session
 
 # What an input said when the work with it was done: while it says something newer, somebody is
 # typing, and nothing that is older is shown in it.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from functools import partial
 from typing import Any
 
@@ -12,10 +13,11 @@ from kinolab.settings import Setting, settings_of
 from kinolab.studio.core import edits
 from kinolab.studio.core.meaning import ScenarioMeaning
 from kinolab.studio.core.scenario_text import Drop, Put
-from kinolab.studio.page_inputs import on_hand, show
-from kinolab.studio.session import Session
+from kinolab.studio.scene.page_inputs import on_hand, show
+from kinolab.studio.scene.session import Session
 
 OWN = "(of its own file)"
+LIMITED = "Of this scenario, within those of the machine; equal ones are the machine's own."
 UNBOUNDED = "The workspace's limits; equal ones are none."
 
 
@@ -52,6 +54,8 @@ class ChoosePanel:
                 )
                 for axis in "xyz"
             }
+        self._limits = gui.add_folder("Limits", expand_by_default=False)
+        self._ends: dict[str, Any] = {}  # inputs of the limits, by the names of what they limit
         with gui.add_folder("Planner"):
             self._planner = on_hand(
                 session, gui.add_dropdown("Planner", planners.names()), self._take_planner
@@ -82,6 +86,8 @@ class ChoosePanel:
         objective = scenario.objective
         for kind, handle in self._costs.items():
             show(handle, float(getattr(objective, kind)) if objective else 0.0)
+        for name, handle in self._ends.items():
+            show(handle, _limits(problem).get(name, handle.value))
         made = (problem.machine.name, scenario.system.parameters, scenario.planner)
         if made != self._made:
             self._made = made
@@ -97,6 +103,10 @@ class ChoosePanel:
         with self._parameters:
             for parameter in _parameters(problem):
                 self._parameter(*parameter)
+        self._ends = {}
+        with self._limits:
+            for what, ends in _limits(problem).items():
+                self._limit(what, ends)
         section = problem.scenario.planner
         planner = planners.get(section.name) if section.name in planners.names() else None
         self._explained.content = _first_line(planner.__doc__) if planner else ""
@@ -123,6 +133,12 @@ class ChoosePanel:
         else:
             handle = gui.add_number(label, value)
         self._parts.append(on_hand(session, handle, work))
+
+    def _limit(self, name: str, ends: tuple[float, float]) -> None:
+        handle = self._session.server.gui.add_vector2(name, ends, step=0.05, hint=LIMITED)
+        path = ("bounds", name)
+        self._ends[name] = on_hand(self._session, handle, partial(self._between, name, path))
+        self._parts.append(handle)
 
     def _setting(self, setting: Setting, value: Any) -> None:
         """Make the input of a planner's setting, if a page has one for its kind."""
@@ -158,11 +174,13 @@ class ChoosePanel:
         self._session.edit(f"change {what}", [Put(path, value)], going_on=True)
 
     def _bound(self, axis: str, ends: tuple[float, float]) -> None:
-        path = ("world", "bounds", axis)
+        self._between(axis, ("world", "bounds", axis), ends)
+
+    def _between(self, name: str, path: tuple[str, ...], ends: tuple[float, float]) -> None:
         if ends[0] < ends[1]:
-            self._put(f"bounds of {axis}", path, edits.tidy(ends))
+            self._put(f"bounds of {name}", path, edits.tidy(ends))
         else:
-            self._session.edit(f"leave out bounds of {axis}", [Drop(path)])
+            self._session.edit(f"leave out bounds of {name}", [Drop(path)])
 
     def _take_machine(self, name: str) -> None:
         if name != OWN:
@@ -185,6 +203,19 @@ def _known(planner: str) -> str:
 
 def _first_line(text: str | None) -> str:
     return (text or "").strip().partition("\n")[0]
+
+
+def _limits(problem: PlanningTask) -> dict[str, tuple[float, float]]:
+    """Return the limits of inputs and states by their names, where there are two."""
+    model = problem.model
+    rows = [*model.control_bounds.tolist(), *problem.bounds.tolist()]
+    named = zip((*model.control_names, *model.state_names), rows, strict=True)
+    workspace = problem.scenario.world.bounds
+    return {
+        name: (low, high)
+        for name, (low, high) in named
+        if math.isfinite(high - low) and name not in workspace
+    }
 
 
 def _parameters(problem: PlanningTask) -> list[tuple[str, float, str]]:

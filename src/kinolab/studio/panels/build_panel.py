@@ -11,18 +11,19 @@ from kinolab.numerics.arrays import Array
 from kinolab.scenario.values import rgb_of
 from kinolab.studio.core import edits
 from kinolab.studio.core.meaning import ScenarioMeaning
-from kinolab.studio.gizmo import Gizmo, rpy_of, size_in, snapped
-from kinolab.studio.page_inputs import on_hand, on_press, show
-from kinolab.studio.scene_nodes import wxyz_of
-from kinolab.studio.session import Session
+from kinolab.studio.scene.gizmo import Gizmo, rpy_of, size_in, snapped
+from kinolab.studio.scene.page_inputs import on_hand, on_press, show
+from kinolab.studio.scene.scene_nodes import wxyz_of
+from kinolab.studio.scene.session import Session
 from kinolab.world.obstacle import rotation
 
-KINDS = {"Box": "box", "Ball": "sphere", "Cylinder": "cylinder"}
+KINDS = {"Box": "box", "Ball": "sphere", "Cylinder": "cylinder", "Capsule": "capsule"}
 SCALED = ("mesh", "cloud")  # kinds whose size is a factor
 SIZES = {  # what the three numbers of a size are
     "box": "Edges along x, y and z [m]",
     "sphere": "Radius [m] (the first number)",
     "cylinder": "Radius and length [m] (the first two)",
+    "capsule": "Radius, and length between the round ends [m] (the first two)",
     **dict.fromkeys(SCALED, "Scale along x, y and z"),
     "map": "Height of walls [m] (the last number)",
 }
@@ -241,7 +242,8 @@ class BuildPanel:
         if edits.kind_of(entry) != "box":
             before = 0.5 * np.array(_edges(entry))
             k = int(np.argmax(np.abs(half - before)[:2]))  # the side that was dragged
-            edges = np.array([0.5 * edges[k], edges[2], 0.0])
+            caps = edges[k] if edits.kind_of(entry) == "capsule" else 0.0
+            edges = np.array([0.5 * edges[k], max(edges[2] - caps, LEAST), 0.0])
         self._alter("size", going_on=False, **_with_size(entry, edges.tolist()))
         self._show()
 
@@ -305,7 +307,7 @@ def _with_size(entry: dict[str, Any], size: list[float]) -> dict[str, Any]:
     kind, numbers = edits.kind_of(entry), edits.tidy(size)
     if kind == "sphere":
         return {kind: numbers[0]}
-    if kind == "cylinder":
+    if kind in ("cylinder", "capsule"):
         return {kind: numbers[:2]}
     if kind == "map":
         return {"height": numbers[2]}
@@ -317,6 +319,8 @@ def _edges(entry: dict[str, Any]) -> list[float]:
     kind, size = edits.kind_of(entry), _size(entry)
     if kind == "sphere":
         return [2.0 * size[0]] * 3
+    if kind == "capsule":
+        return [2.0 * size[0], 2.0 * size[0], size[1] + 2.0 * size[0]]
     return [2.0 * size[0], 2.0 * size[0], size[1]] if kind == "cylinder" else size
 
 

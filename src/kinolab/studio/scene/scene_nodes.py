@@ -24,11 +24,12 @@ from kinolab.show.gltf.glb_scene import add_mesh
 from kinolab.show.scene.camera import Camera, View, frame_scene
 from kinolab.show.scene.captions import GOAL_WORD, START_WORD
 from kinolab.show.scene.models.cone import cone_mesh
-from kinolab.show.scene.models.ground import floor_top, marked_lines
+from kinolab.show.scene.models.ground import floor_top, grid_step, marked_lines
 from kinolab.show.scene.models.surface_mesh import SurfaceMesh, join
 from kinolab.show.scene.picture import Ghost, GoalMarker, Picture
 from kinolab.show.scene.problem_picture import picture
 from kinolab.show.scene.still import GOAL, PATH, Still, goal_ball, set_up
+from kinolab.studio.core.tolerance_box import tolerance_box
 from kinolab.trajectory import Trajectory
 from kinolab.world.obstacle import rotation
 
@@ -78,6 +79,14 @@ class SceneNodes:
         """Of all that is seen, in [m]."""
         return 1.0 if self._still is None else self._still.size
 
+    @property
+    def spacing(self) -> float | None:
+        """Of the lines on the floor, in [m]; None where there are none."""
+        still = self._still
+        if still is None or still.floor is None or still.picture.colors.pattern != "grid":
+            return None
+        return grid_step(float(np.max(still.floor.high - still.floor.low)))
+
     def show(self, problem: PlanningTask, *, touching: Sequence[tuple[str, str]] = ()) -> None:
         """Show a problem with its machine at the start, and what touches there in red."""
         self.problem = problem
@@ -90,7 +99,7 @@ class SceneNodes:
         wanted = {"floor": self._floor, "world": self._world, "machine": self._machine}
         before = set(self.nodes)
         kept = {name for show in wanted.values() for name in show(problem, scene)}
-        kept |= set(self._marks(scene)) | set(self._alarm(problem, scene, touching))
+        kept |= set(self._marks(problem, scene)) | set(self._alarm(problem, scene, touching))
         for name in before - kept:
             if not name.startswith("/plan"):
                 self.remove(name)
@@ -127,7 +136,7 @@ class SceneNodes:
             return
         places = problem.model.frames(motion.x)[:, problem.leading, 3::4]
         pairs = np.stack([places[:-1], places[1:]], axis=1)
-        self._lines("/plan/path", pairs, PATH, 3.0)
+        self.lines("/plan/path", pairs, PATH, 3.0)
 
     def tree(self, segments: Array | None) -> None:
         """Draw a search graph, shape (edges, 2, 3); the newest branches of a large one."""
@@ -135,7 +144,7 @@ class SceneNodes:
             self.remove("/plan/tree")
         else:
             # 20_000 edges of a search graph that are drawn, the newest ones
-            self._lines("/plan/tree", segments[-20_000:], (150, 160, 175), 1.0)
+            self.lines("/plan/tree", segments[-20_000:], (150, 160, 175), 1.0)
 
     def camera(self, view: View, size: tuple[int, int] = (800, 600)) -> Camera:
         """Return the nearest camera that sees all of it, in a picture of a size in [pixel]."""
@@ -157,7 +166,7 @@ class SceneNodes:
         lines = marked_lines(low, high, colors)
         if not len(lines):
             return ["/floor/top"]
-        self._lines("/floor/lines", lines + _above(lines), _bytes(colors.lines), 1.0)
+        self.lines("/floor/lines", lines + _above(lines), _bytes(colors.lines), 1.0)
         return ["/floor/top", "/floor/lines"]
 
     def _world(self, problem: PlanningTask, scene: Picture) -> list[str]:
@@ -202,7 +211,7 @@ class SceneNodes:
         names += self._word(START_WORD, self._top(poses, scene))
         return names
 
-    def _marks(self, scene: Picture) -> list[str]:
+    def _marks(self, problem: PlanningTask, scene: Picture) -> list[str]:
         """Draw where the machine shall go, and where it must not look."""
         assert self._still is not None
         names, green = list[str](), _bytes(GOAL)
@@ -212,6 +221,14 @@ class SceneNodes:
             # 0.35: opacity of the machine at the goal
             names += self._solid("/goal/machine", join(shown), green, 0.35)
             words.append((GOAL_WORD, self._top(goal.table, scene)))
+        region = None if isinstance(goal, GoalMarker) else tolerance_box(problem)
+        if region is not None:
+            # 1e-3 of the scene's size: how thick at least a region is that is drawn
+            low, high = region + 5e-4 * self.size * np.array([[-1.0], [1.0]])
+            self.boxes("/goal/box", low[None], high[None], green)
+            names.append("/goal/box")
+            if goal is None:
+                words.append((GOAL_WORD, 0.5 * (low + high)))
         points = [*([goal] if isinstance(goal, GoalMarker) else []), *scene.points]
         for k, marker in enumerate(points):
             flat = scene.stands_on_ground and marker is goal
@@ -243,7 +260,7 @@ class SceneNodes:
 
     def _cables(self, ends: Array) -> list[str]:
         lines = ends.reshape(-1, 2, 3)
-        self._lines("/machine/cables", lines[np.isfinite(lines).all(axis=(1, 2))], (60, 60, 60), 2)
+        self.lines("/machine/cables", lines[np.isfinite(lines).all(axis=(1, 2))], (60, 60, 60), 2)
         return ["/machine/cables"]
 
     def _word(self, word: str, place: Array, number: int = 0) -> list[str]:
@@ -298,12 +315,28 @@ class SceneNodes:
             )  # fmt: skip
         return [name]
 
-    def _lines(self, name: str, points: Array, color: Any, thickness: float) -> None:
+    def lines(self, name: str, points: Array, color: Any, thickness: float) -> None:
+        """Draw segments (n, 2, 3) in one colour; the thickness is in [pixel]."""
         if self._changed(name, points):
             self.nodes[name] = self._scene.add_line_segments(
                 name, points.astype(np.float32), _rgb(color),
                 thickness=thickness, thickness_units="screen",
             )  # fmt: skip
+
+    def boxes(self, name: str, low: Array, high: Array, color: Any) -> None:
+        """Draw translucent boxes between corners, shape (n, 3), as one node."""
+        if not len(low):
+            self.remove(name)
+            return
+        if not self._changed(name, (low, high, color)):
+            return
+        box = trimesh.creation.box()
+        turns = np.tile([1.0, 0.0, 0.0, 0.0], (len(low), 1))
+        self.nodes[name] = self._scene.add_batched_meshes_simple(
+            name, box.vertices, box.faces, turns, 0.5 * (low + high), batched_scales=high - low,
+            batched_colors=_rgb(color), opacity=REGION, flat_shading=True, side="double",
+            cast_shadow=False, receive_shadow=False,
+        )  # fmt: skip
 
     def _changed(self, name: str, key: Any) -> bool:
         """Note what a node shows; say whether it showed something else."""

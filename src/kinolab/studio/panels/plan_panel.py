@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from functools import partial
 from typing import Any
 
@@ -19,11 +19,12 @@ from kinolab.scenario import apply_overrides
 from kinolab.show.scene.scenes import told
 from kinolab.solve import PlanResult
 from kinolab.solve.plan_summary import summary
+from kinolab.studio.core.background_work import BackgroundWork, Ended, Told
 from kinolab.studio.core.meaning import ScenarioMeaning
 from kinolab.studio.core.scenario_text import Put
-from kinolab.studio.core.search_process import Ended, Explored, Improved, SearchProcess, Told
-from kinolab.studio.page_inputs import on_hand, on_press, show
-from kinolab.studio.session import Session
+from kinolab.studio.core.search_task import Explored, Improved, Searched, search
+from kinolab.studio.scene.page_inputs import on_hand, on_press, show
+from kinolab.studio.scene.session import Session
 
 FRAME = 1.0 / 30.0  # [s] between two poses while a plan is played
 COLORS = ("#3a6ea5", "#c8553d", "#2f8f5b", "#8a5fb0", "#b98d2f", "#4b9aa5", "#a0527a", "#666666")
@@ -40,7 +41,7 @@ class PlanPanel:
     def __init__(self, session: Session) -> None:
         self._session, gui = session, session.server.gui
         self.plan: tuple[PlanningTask, PlanResult] | None = None
-        self._search: SearchProcess | None = None
+        self._search: BackgroundWork | None = None
         self._problem: PlanningTask | None = None
         self._awaited = ""  # the text of a scenario that is searched for when it is understood
         self._playing = False
@@ -64,7 +65,12 @@ class PlanPanel:
             self._checks = gui.add_markdown("")
         self._plots = gui.add_folder("Plots", visible=False, expand_by_default=False)
         self._drawn: list[Any] = []
+        self._hearing: list[Callable[[], None]] = []
         session.listen(self._listen)
+
+    def on_plan(self, listener: Callable[[], None]) -> None:
+        """Have a function called when another plan is shown, or none."""
+        self._hearing.append(listener)
 
     def close(self) -> None:
         """End what is running."""
@@ -99,11 +105,10 @@ class PlanPanel:
             self._show_plan(None)
         problem = self._problem = meaning.problem
         improve = 10.0 if going_on else None  # [s] of further work on a plan
-        self._search = SearchProcess(
-            problem,
+        self._search = BackgroundWork(
+            search,
+            (problem, guess, improve),
             lambda message: self._session.attempt(lambda: self._heard(problem, message)),
-            guess,
-            improve,
         )
 
     def _running(self, problem: PlanningTask | None) -> None:
@@ -132,18 +137,21 @@ class PlanPanel:
             self._show_plan((problem, message.plan))
         elif isinstance(message, Ended):
             self._search = None
-            if message.plan is not None and message.plan.trajectory is not None:
-                self._show_plan((problem, message.plan))
+            found: Searched | None = message.result
+            if found is not None and found.plan.trajectory is not None:
+                self._show_plan((problem, found.plan))
             self._running(None)
             self._search_button.disabled = not self._session.meaning.ready
-            if message.plan is None:
+            if found is None:
                 self._state.content = f"**{message.failure}**"
             else:
-                self._state.content = _listed(summary(problem, message.plan))
-                self._show_reasons(message)
+                self._state.content = _listed(summary(problem, found.plan))
+                self._show_reasons(found)
 
     def _show_plan(self, plan: tuple[PlanningTask, PlanResult] | None) -> None:
         self.plan = plan
+        for listener in self._hearing:
+            self._session.attempt(listener)
         found = None if plan is None else plan[1]
         motion = None if found is None else found.trajectory
         shown = plan is not None and motion is not None
@@ -227,18 +235,18 @@ class PlanPanel:
             part.remove()
         self._remedies, self._reasons.visible = [], False
 
-    def _show_reasons(self, ended: Ended) -> None:
+    def _show_reasons(self, found: Searched) -> None:
         """Say why nothing was found, with what would help as buttons."""
-        gui, session, plan = self._session.server.gui, self._session, ended.plan
-        if plan is None or plan.status == "solved" or plan.interrupted:
+        gui, session, plan = self._session.server.gui, self._session, found.plan
+        if plan.status == "solved" or plan.interrupted:
             return
         # 4 times as long a search, or as much work, as before
         seconds = round(4.0 * session.meaning.problem.scenario.planner.time_limit, 1)  # type: ignore[union-attr]
         self._reasons.visible = True
         with self._reasons:
-            text = gui.add_markdown("\n".join(f"- {sentence}" for sentence in ended.sentences))
+            text = gui.add_markdown("\n".join(f"- {sentence}" for sentence in found.sentences))
             self._remedies.append(text)
-            for change in (*ended.changes, f"planner.time_limit={seconds:g}"):
+            for change in (*found.changes, f"planner.time_limit={seconds:g}"):
                 button = gui.add_button(f"Take {change.replace('=', ' = ', 1)} and search")
                 on_press(session, button, partial(self._remedy, change))
                 self._remedies.append(button)

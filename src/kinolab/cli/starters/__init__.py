@@ -1,1 +1,0 @@
-"""Machines (``.txt``) and scenarios that ``plan new`` writes; ``{name}`` is the machine's."""

@@ -1,0 +1,1 @@
+"""Machines (``.txt``) and scenarios to start from; ``{name}`` is the machine's."""

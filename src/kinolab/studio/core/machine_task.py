@@ -1,0 +1,48 @@
+"""What the studio finds out about a machine in the background."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from kinolab.problem import PlanningTask
+from kinolab.studio.core.background_work import Told
+
+
+@dataclass(frozen=True)
+class Examined:
+    """What was found out about a machine.
+
+    Attributes:
+        verdict: All of it in one line.
+        told: What ``plan examine`` prints.
+        equations: What ``plan equations`` prints.
+    """
+
+    verdict: str
+    told: str
+    equations: str
+
+
+def examine_machine(tell: Callable[[Any], None], problem: PlanningTask) -> Examined:
+    """Derive a machine's equations, and say what it does and whether its laws hold.
+
+    Args:
+        tell: Sends what is being done.
+        problem: Whose machine it is.
+    """
+    from kinolab.analyze.describe.each_mode import in_each_mode
+    from kinolab.analyze.examine import examine
+    from kinolab.dynamics import System
+    from kinolab.loading import file_of_machine
+
+    system = System.of(problem.system)
+    tell(Told("deriving its equations"))
+    equations = "\n\n".join(
+        "\n".join(filter(None, (title, machine.equations().text())))
+        for title, machine in in_each_mode(system)
+    )
+    tell(Told("examining its laws"))
+    found = examine(system, problem.scenario.integration, file=file_of_machine(problem.scenario))
+    return Examined(found.verdict, str(found), equations)

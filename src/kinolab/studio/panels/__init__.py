@@ -1,0 +1,1 @@
+"""The panels of the studio: a tab of the page each."""
