@@ -19,7 +19,7 @@ from pathlib import Path
 
 import numpy as np
 
-from kinolab.analyze.execute.conditions import kept_by_default
+from kinolab.verification.tube.uncertainty import kept_by_default
 from kinolab.errors import InputError
 from kinolab.runs import read_run
 from kinolab.verification.tube.claim import Claim, claimed

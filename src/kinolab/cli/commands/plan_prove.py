@@ -60,7 +60,7 @@ def command(
     is. The result is written to tube.json in FOLDER; plan check proves it again. The exit code is 7
     where what was asked for is not proved.
     """
-    from kinolab.analyze.execute.conditions import kept_by_default
+    from kinolab.verification.tube.uncertainty import kept_by_default
     from kinolab.runs import read_run
     from kinolab.runs.tube_file import write_tube
     from kinolab.verification.tube.claim import claimed
