@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.dynamics.derivation.cancellation import Cancellation
-from kinolab.dynamics.derivation.expression_graph import Operation
+from kinolab.dynamics.derivation.expression_graph import Node, Operation
 from kinolab.dynamics.derivation.formulas import Formulas
 from kinolab.dynamics.model import Model
 from kinolab.numerics import intervals
@@ -55,7 +55,7 @@ class FlowFormulas:
     def of(cls, model: Model) -> FlowFormulas:
         """Return those of a machine, without its feedback."""
         plant = model.plant
-        return KEPT.get([f"{plant.key} flow, cables and balance"], lambda: cls._derived(plant))
+        return KEPT.get([f"{plant.key} flow, cables and both sides"], lambda: cls._derived(plant))
 
     @classmethod
     def _derived(cls, plant: Model) -> FlowFormulas:
@@ -63,12 +63,17 @@ class FlowFormulas:
 
         (d,) = derivations_of(plant.system)
         tape = d.binding.tape
-        shorter = Cancellation(tape).rewritten(d.derivative)
-        rates = min(d.derivative, shorter, key=lambda nodes: len(tape.needed(nodes)))
+        cancelled = Cancellation(tape)
+
+        def shorter(nodes: Sequence[Node]) -> Sequence[Node]:
+            found = cancelled.rewritten(nodes)
+            return min(nodes, found, key=lambda some: len(tape.needed(some)))
+
+        rates = shorter(d.derivative)
         names = [tape.operations[node].label for nodes in d.arguments.values() for node in nodes]
         solved, matrix, load = d.balance
         others = [node for k, node in enumerate(rates) if k not in solved]
-        direct = Formulas.of(tape, [*others, *matrix, *load])
+        direct = Formulas.of(tape, shorter([*others, *matrix, *load]))
         formulas = Formulas.of(tape, rates), Formulas.of(tape, d.cables)
         return cls(tuple(names), len(d.state), *formulas, solved, direct)
 

@@ -13,7 +13,7 @@ what feedback needs).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -36,6 +36,7 @@ ROUNDS = 5  # of plans, each with more kept back; what needs more is not proved
 # the rest of the tube needs some, too, and the next plan may need more than this one.
 FIRST_FACTOR, GROWTH = 1.1, 1.25
 MOST = 0.6  # of half an input's range that is kept back: plans with less are hardly motions
+FAR = 1e6  # [m]: nothing is as far off as that
 GAINS = (0.2, 0.1, 0.05, 0.025)  # large deviations, as of the ``Tracker``: softest first
 STIFFER = 1.25  # times the inputs that the softest gains need may be taken by stiffer ones
 
@@ -106,7 +107,7 @@ def needed(prover: Prover, expected: Tube, uncertainty: Uncertainty, factor: flo
     states = factor * np.maximum(-bounds.low, bounds.high).max(axis=0)
     limited = np.isfinite(model.state_bounds).all(axis=1) & ~problem.circular
     limited[model.speeds] = False
-    at = _clearances(prover)
+    at = np.minimum(_clearances(prover), FAR)
     most = off.max(axis=0)
     short = np.vstack([off, most]) - at
     wanted = np.where(short > 0.0, at.min(axis=0) + short, 0.0)  # of the whole machine
@@ -177,41 +178,37 @@ def solved_robustly(
     asked.require(problem)
     last: tuple[PlanResult, Prover] | None = None
     reserves, factor = Reserves(), FIRST_FACTOR
-    for made in _plans(problem, solve, guess, lambda: reserves):
-        if made.status != "solved" or made.trajectory is None:
+    for _ in range(ROUNDS):
+        made = _planned(problem, reserves, solve, guess)
+        if made is None or made.status != "solved" or made.trajectory is None:
             break
+        guess = made.trajectory
         told("proving the plan for all machines within the bounds")
-        prover, proof = best_tuned(Prover(problem, made.trajectory), asked)
+        prover, proof = best_tuned(Prover(problem, guess), asked)
         last = made, prover
         if proof.proved:
             return _with_claim(problem, made, Claim(problem, asked, proof, 1.0, proof))
         wanted = needed(prover, prover.expected(asked), asked, factor)
         if not proof.tube.complete or proof.spare > 0.0:
             wanted = replace(wanted, distance=0.0)  # nobody knows yet, or nothing is touched
-        reserves = reserves.joined(wanted)
-        factor *= GROWTH
+        reserves, factor = reserves.joined(wanted), GROWTH * factor
         told(f"planning again, with more kept back: {_why(proof)}")
     if last is None:
+        assert made is not None  # the first plan keeps nothing back
         return made
     return _with_claim(problem, last[0], claimed(last[1], asked, told))
 
 
-def _plans(
-    problem: PlanningTask,
-    solve: Solve,
-    guess: Trajectory | None,
-    reserves: Callable[[], Reserves],
-) -> Iterator[PlanResult]:
-    """Yield plans, each with what is to be kept back by then, and made of the one before it."""
-    for _ in range(ROUNDS):
-        try:
-            made = solve(reserves().kept(problem), guess)
-        except (EndpointError, InputError):
-            if reserves() == Reserves():
-                raise
-            return  # nothing is left of the limits, or start and goal are too near something
-        yield made
-        guess = made.trajectory
+def _planned(
+    problem: PlanningTask, reserves: Reserves, solve: Solve, guess: Trajectory | None
+) -> PlanResult | None:
+    """Return a plan that keeps something back; None where nothing is left of the limits then."""
+    try:
+        return solve(reserves.kept(problem), guess)
+    except (EndpointError, InputError):
+        if reserves == Reserves():
+            raise
+        return None
 
 
 def _why(proof: TubeProof) -> str:

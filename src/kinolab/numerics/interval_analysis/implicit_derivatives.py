@@ -3,8 +3,8 @@
 All is multiplied by an inverse of M in the middle of a box first, so that M is nearly the identity;
 what cancels between rows then cancels before intervals are added up.
 
-Source: Neumaier, Interval Methods for Systems of Equations, 1990, section 4.1 (preconditioned linear
-equations); Griewank, Walther, Evaluating Derivatives, 2nd ed., 2008, section 15.1 (implicit ones).
+Source: Neumaier, Interval Methods for Systems of Equations, 1990, section 4.1 (preconditioning);
+Griewank, Walther, Evaluating Derivatives, 2nd ed., 2008, section 15.1 (implicit functions).
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from kinolab.numerics.arrays import Array
 
@@ -110,7 +111,7 @@ def solved(over: Balance, middle: Balance, off: Array) -> tuple[Ball, Ball | Non
     inexact = M0.plus(Ball(-unit, 0.0 * unit)).size
     away = np.einsum("ijem,em->ijm", M1.size, off) + inexact
     bound = _series(away * (1.0 + ROUNDING))
-    sound &= np.isfinite(bound).all(axis=(0, 1))
+    sound = np.asarray(sound & np.isfinite(bound).all(axis=(0, 1)))
     bound, wide = np.where(sound, bound, 0.0), np.where(sound, 0.0, np.inf)
     beyond = np.einsum("ijm,jkm->ikm", bound, away) * (1.0 + ROUNDING)
     rest = np.einsum("ijm,jkm->ikm", bound, inexact) * (1.0 + ROUNDING)  # in the middle
@@ -145,14 +146,15 @@ def solved(over: Balance, middle: Balance, off: Array) -> tuple[Ball, Ball | Non
     return slopes, bends
 
 
-def _in_the_middle(middle: Balance) -> tuple[Array, Array, Array]:
+def _in_the_middle(middle: Balance) -> tuple[Array, Array, NDArray[np.bool_]]:
     """Return inverses (n, n, m) and solutions (n, m) in the middle, and where there are any."""
     matrices = np.moveaxis(middle.matrix.centre, -1, 0)
-    sound = np.isfinite(matrices).all(axis=(1, 2)) & np.isfinite(middle.load.centre).all(axis=0)
+    finite = np.isfinite(matrices).all(axis=(1, 2))
+    sound = np.asarray(finite & np.isfinite(middle.load.centre).all(axis=0))
     unit = np.eye(matrices.shape[1])
     usable = np.where(sound[:, None, None], matrices, unit)
-    sound &= np.linalg.cond(usable) < 1e12  # an inverse of more has lost its digits
-    usable = np.where(sound[:, None, None], usable, unit)
+    sound = sound & (np.linalg.cond(usable) < 1e12)  # an inverse of more has lost its digits
+    usable = np.where(np.reshape(sound, (-1, 1, 1)), usable, unit)
     inverse = np.moveaxis(np.linalg.inv(usable), 0, -1)
     load = np.where(sound, middle.load.centre, 0.0)
     return inverse, np.einsum("ijm,jm->im", inverse, load), sound
@@ -165,9 +167,11 @@ def _series(away: Array) -> Array:
     """
     K = np.moveaxis(away, -1, 0)
     unit = np.eye(K.shape[1])
-    usable = np.where(np.isfinite(K).all(axis=(1, 2))[:, None, None], K, 2.0 * unit)
-    small = np.abs(np.linalg.eigvals(usable)).max(axis=1) < 0.95
-    usable = np.where(small[:, None, None], usable, 0.0)
+    finite = np.reshape(np.isfinite(K).all(axis=(1, 2)), (-1, 1, 1))
+    usable = np.where(finite, K, 2.0 * unit)
+    small = np.asarray(np.abs(np.linalg.eigvals(usable)).max(axis=1) < 0.95)
+    usable = np.where(np.reshape(small, (-1, 1, 1)), usable, 0.0)
     found = np.maximum(np.linalg.inv(unit - usable), 0.0) * (1.0 + 1e-9) + 1e-12
-    enough = (found >= (unit + usable @ found) * (1.0 + ROUNDING)).all(axis=(1, 2)) & small
-    return np.moveaxis(np.where(enough[:, None, None], found, np.inf), 0, -1)
+    fixed = (found >= (unit + usable @ found) * (1.0 + ROUNDING)).all(axis=(1, 2))
+    enough = np.asarray(fixed & small)
+    return np.moveaxis(np.where(np.reshape(enough, (-1, 1, 1)), found, np.inf), 0, -1)

@@ -15,6 +15,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from kinolab.numerics import intervals
 from kinolab.numerics.arrays import Array
@@ -42,7 +43,7 @@ class Pairs:
     """The pairs (i, j) of E entries with i <= j, in the order in which ``bend`` has them."""
 
     def __init__(self, count: int) -> None:
-        self.first, self.second = np.triu_indices(count)
+        self.first, self.second = (np.asarray(a, np.intp) for a in np.triu_indices(count))
         self.place = np.zeros((count, count), dtype=np.intp)
         self.place[self.first, self.second] = np.arange(len(self.first))
         self.place[self.second, self.first] = np.arange(len(self.first))
@@ -59,7 +60,7 @@ class Pairs:
         return summed(*products((bend.low[self.place], bend.high[self.place]), _each(off)))
 
 
-def _rows(a: IntervalArray, rows: Array) -> IntervalArray:
+def _rows(a: IntervalArray, rows: NDArray[np.intp]) -> IntervalArray:
     return IntervalArray(a.low[rows], a.high[rows])
 
 
@@ -138,7 +139,7 @@ def _crossed(
     return intervals.mul(pairs.outer(a.slope, a.slope), half)
 
 
-def _kinked(smooth: Array, slope: IntervalArray, pairs: Pairs) -> IntervalArray:
+def _kinked(smooth: NDArray[np.bool_], slope: IntervalArray, pairs: Pairs) -> IntervalArray:
     """Return second derivatives of what has a kink: none beside it, and anything over it."""
     bound = np.where(smooth, 0.0, np.inf)
     still = (slope.low == 0.0) & (slope.high == 0.0)

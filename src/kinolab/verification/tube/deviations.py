@@ -1,9 +1,9 @@
 """How deviations from a nominal motion grow within steps, beyond what is linear in them.
 
 From the nominal motion to another one leads a straight line of what both start from. Along it the
-state at any time is a curve x(s), s in [0, 1]. Its derivative x' obeys the linearised equations, and
-half its second derivative the same ones, driven by the equations' second derivatives applied to x'
-twice: that is by how much a step's end differs from its linear approximation.
+state at any time is a curve x(s), s in [0, 1]. Its derivative x' obeys the linearised equations,
+and half its second derivative the same ones, driven by the equations' second derivatives applied
+to x' twice: that is by how much a step's end differs from its linear approximation.
 
 Source: Althoff, Stursberg, Buss, Reachability analysis of nonlinear systems with uncertain
 parameters using conservative linearization, CDC 2008 (the remainder of Lagrange's form); Althoff,
@@ -61,17 +61,20 @@ class Bending:
         nx = len(self.grown)
         return np.asarray((self.grown @ sizes[:nx] + self.driven @ sizes[nx:]) * (1.0 + SUMS))
 
-    def remainder(self, middle: Array, generators: Array) -> tuple[Array, Array]:
+    def remainder(self, middle: Array, generators: Array, sizes: Array) -> tuple[Array, Array]:
         """Return where a step leads less its linear approximation: a centre and radii, (nx,).
 
         Args:
             middle: Of the deviations at its beginning, shape (E,).
             generators: Of these, shape (E, count).
+            sizes: Bounds of their magnitudes, shape (E,).
         """
-        sizes = (np.abs(middle) + np.abs(generators).sum(axis=1)) * (1.0 + SUMS)
         later = np.zeros_like(sizes)
         later[: len(self.grown)] = self.moved(sizes)
         centre, radius = _quadratic(self.centre, middle, generators)
+        box = sizes @ (np.abs(self.centre) @ sizes).T  # less where inputs are cut
+        boxed = box < np.abs(centre) + radius
+        centre, radius = np.where(boxed, 0.0, centre), np.where(boxed, box, radius)
         most = np.abs(self.centre) + self.radius
         pairs = most @ later
         around = sizes @ (self.radius @ sizes).T + 2.0 * (pairs @ sizes) + pairs @ later
@@ -116,13 +119,14 @@ def bendings(
     nx, m = flow.nx, len(h)
     least, most = boxes.low.min(axis=1), boxes.high.max(axis=1)
     nominal = IntervalArray(np.concatenate([least, held]), np.concatenate([most, held]))
-    sizes, moved, known = off.magnitude[varied], np.zeros((nx, m)), np.zeros(m, dtype=bool)
+    sizes, moved = off.magnitude[varied], np.zeros((nx, m))
+    known: NDArray[np.bool_] = np.zeros(m, dtype=bool)
     with np.errstate(all="ignore"):  # infinite where there is no bound
         for _ in range(ATTEMPTS):
             around = _around(nominal, off, moved)
             slopes, _ = flow.second_order(around, varied, bent=False)
             found = _moved(_growth(slopes, h), sizes)
-            known = (found < moved).all(axis=0)
+            known = np.asarray((found < moved).all(axis=0))
             if known.all():
                 break
             # 0.1 of itself: room for what it grows by in the next attempt

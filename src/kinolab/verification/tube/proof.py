@@ -116,7 +116,7 @@ class Prover:
         return other
 
     def expected(self, uncertainty: Uncertainty) -> Tube:
-        """Return the linear part of a tube, where inputs have no limits: nothing is proved by it."""
+        """Return the linear part of a tube whose inputs have no limits; it proves nothing."""
         radius = WIDE * np.ptp(self.tracker.limits, axis=1)[:, None] * np.array([-1.0, 1.0])
         free = [replace(one, limits=radius) for one in self._feedback(uncertainty)]
         return self.about.linear_tube(free, uncertainty.radii(self.problem))

@@ -282,11 +282,12 @@ class _Propagation:
 
     def _through(self, k: int, y: Zonotope, held: HeldInputs) -> _Passed:
         """Return what becomes of deviations in a step, as far as anything is known of it."""
-        new = np.zeros((self.nx, held.steps.shape[1]))
+        new, more = np.zeros((self.nx, held.steps.shape[1])), np.zeros((self.nx + self.nu, self.nx))
+        follow = np.vstack([y.free, -held.gain @ y.free])
         joint = Zonotope(
             np.concatenate([y.centre, held.centre - held.gain @ y.centre]),
             np.vstack([y.lasting, -held.gain @ y.lasting]),
-            np.hstack([np.vstack([y.free, -held.gain @ y.free]), np.vstack([new, held.steps])]),
+            np.hstack([follow, np.vstack([new, held.steps]), more]),
         )
         rounding = SUMS * (np.abs(held.gain) @ y.magnitude + np.abs(held.centre))
         before, moved = list[Zonotope](), list[Array]()
@@ -305,31 +306,32 @@ class _Propagation:
 
         Args:
             part: Number of the part.
-            joint: The deviations at its beginning.
+            joint: The deviations at its beginning; the last nx generators are a box of states.
             held: Bounds of the inputs.
             rounding: By how much inputs are off in ``joint`` at most, shape (nu,).
         """
         (least, most), slopes, off = self.about.linear[part]
         nx, nu, p = self.nx, self.nu, self.p[self.varied]
         by_y, by_p = slopes[:, : nx + nu], slopes[:, nx + nu + self.varied]
-        bent, further, moved = self._bent(part, joint)
         sizes = np.concatenate([joint.magnitude[:nx], np.maximum(-held.low, held.high), self.p])
+        bent, further, moved = self._bent(part, joint, sizes[self.entries])
         sums = np.abs(slopes) @ sizes + np.abs(self.about.nominal.parts.x[part + 1])
         sums = sums + np.abs(least) + np.abs(most) + np.abs(bent) + further
         apart = 0.5 * (most - least) + further + np.abs(slopes[:, nx : nx + nu]) @ rounding
         rest = (off @ sizes + apart) * (1.0 + SUMS) + 2.0 * SUMS * sums
+        before = np.abs(joint.free[:nx, -nx:]).sum(axis=1)  # a box of what is not linear
         with np.errstate(invalid="ignore"):
+            rest = rest + np.abs(slopes[:, :nx]) @ before * (1.0 + SUMS)
             centre = by_y @ joint.centre + 0.5 * (least + most) + bent
-            free = np.hstack([by_y @ joint.free, np.diag(rest)])
-        kept = np.hstack([joint.free[nx:], np.zeros((nu, nx))])
+            free = np.hstack([by_y @ joint.free[:, :-nx], np.diag(rest)])
         after = Zonotope(
             np.concatenate([centre, joint.centre[nx:]]),
             np.vstack([by_y @ joint.lasting + by_p * p, joint.lasting[nx:]]),
-            np.vstack([free, kept]),
+            np.vstack([free, joint.free[nx:]]),
         )
         return after, moved
 
-    def _bent(self, part: int, joint: Zonotope) -> tuple[Array, Array, Array]:
+    def _bent(self, part: int, joint: Zonotope, sizes: Array) -> tuple[Array, Array, Array]:
         """Return what is not linear in a part, a centre and radii, and how far states move in it.
 
         As far as anything is known of it; each of shape (nx,).
@@ -341,6 +343,5 @@ class _Propagation:
         lasting = np.hstack([np.diag(p), np.zeros((len(p), joint.free.shape[1]))])
         generators = np.vstack([joint.generators, lasting])
         with np.errstate(all="ignore"):
-            bent, further = known.remainder(middle, generators)
-        sizes = (np.abs(middle) + np.abs(generators).sum(axis=1)) * (1.0 + SUMS)
+            bent, further = known.remainder(middle, generators, sizes)
         return bent, further, known.moved(sizes)

@@ -78,7 +78,8 @@ class TubePoses:
     def displacements(self, problem: PlanningTask) -> Array:
         """Return how far points are from their nominal places at most, (bodies + 1, steps).
 
-        In [m], of each body, and last of cables; points of shapes that turn about their own axes do not count as moved by that.
+        In [m], of each body, and last of cables; points of shapes that turn about their own axes
+        do not count as moved by that.
         """
         farthest = np.zeros((len(problem.bodies) + 1, len(self.cables)))
         farthest[-1] = self.cables
