@@ -126,6 +126,8 @@ class FlowFormulas:
         made = self._evaluated(boxes, at, off, varied, pairs, bent=bent)
         n, m = len(self.solved), boxes.low.shape[1]
         over, centre = (_Derivatives.of(one, pairs, len(varied), m) for one in made)
+        if not n:
+            return over.slopes, over.bends if bent else None
         rest = len(made[0]) - n * n - n
         rows = [k for k in range(self.nx) if k not in self.solved]
         accelerations = solved(
