@@ -15,10 +15,11 @@ from kinolab.search import Budget
 from kinolab.solve.legs import solved_in_legs
 from kinolab.solve.parallel import solve_at_once
 from kinolab.solve.plan import PlanResult, Request, make_planner
-from kinolab.solve.robust import solved_robustly
+from kinolab.solve.robustness.robust_plans import solved_robustly
 from kinolab.solve.sequential_runs import sequential_runs
 from kinolab.solve.solution_pool import SolutionPool
 from kinolab.trajectory import Trajectory
+from kinolab.verification import verify
 from kinolab.verification.afterwards import hit_while_waiting
 from kinolab.verification.check import require_motion_of
 from kinolab.verification.tube.uncertainty import Uncertainty
@@ -102,7 +103,7 @@ def solve(
         if jobs > 1 or anytime:
             what = "plans that are proved are made one after the other."
             raise InputError([Mistake("solve", what, "Leave out jobs and anytime.")])
-        return solved_robustly(
+        made, claim = solved_robustly(
             problem,
             asked,
             lambda one, given: solve(
@@ -112,6 +113,9 @@ def solve(
             ),
             guess,
         )  # fmt: skip
+        if claim is None or made.trajectory is None:
+            return made
+        return replace(made, certificate=verify(problem, made.trajectory), claim=claim)
     section = problem.scenario.planner
     searcher = make_planner(problem, planner, settings)
     problem.require_goal()
