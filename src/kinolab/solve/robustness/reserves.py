@@ -99,7 +99,8 @@ def needed(prover: Prover, expected: Tube, uncertainty: Uncertainty, factor: flo
 
 def input_needs(tube: Tube) -> Array:
     """Return how far inputs are from the planned ones at most, shape (nu,)."""
-    return np.asarray(np.max([np.maximum(-one.low, one.high) for one in tube.inputs], axis=0))
+    most = np.max([np.maximum(-one.low, one.high) for one in tube.inputs], axis=0)
+    return np.asarray(np.where(np.isnan(most), np.inf, most))
 
 
 def _clearances(prover: Prover) -> Array:

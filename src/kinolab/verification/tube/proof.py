@@ -119,7 +119,8 @@ class Prover:
         """Return the linear part of a tube whose inputs have no limits; it proves nothing."""
         radius = WIDE * np.ptp(self.tracker.limits, axis=1)[:, None] * np.array([-1.0, 1.0])
         free = [replace(one, limits=radius) for one in self._feedback(uncertainty)]
-        return self.about.linear_tube(free, uncertainty.radii(self.problem))
+        with np.errstate(all="ignore"):  # of gains that do not keep deviations small
+            return self.about.linear_tube(free, uncertainty.radii(self.problem))
 
     def prove(self, uncertainty: Uncertainty) -> TubeProof:
         """Prove what can be proved under an uncertainty.
