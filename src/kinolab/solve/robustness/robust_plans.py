@@ -2,8 +2,8 @@
 
 A plan is made, and its tube says how much of the inputs' limits feedback takes, and how far bodies
 come from their places. The motion is then shortened again with so much kept back from limits and
-obstacles, until the proof succeeds. What a plan needs is read off the linear part of its tube,
-without limits: that is known also where the tube itself is not.
+obstacles, until the proof succeeds. What a plan needs is read off its tube, or, where that
+ends early, off the tube's linear part without limits.
 
 Source: Majumdar, Tedrake, Funnel libraries for real-time robust feedback motion planning, IJRR
 36(8), 2017 (plans made for their funnels); Chisci, Rossiter, Zappa, Systems with persistent
@@ -109,7 +109,8 @@ def solved_robustly(
         last = made, prover
         if proof.proved:
             return made, Claim(problem, asked, proof, 1.0, proof)
-        wanted = needed(prover, prover.expected(asked), asked, factor)
+        tube = proof.tube if proof.tube.complete else prover.expected(asked)
+        wanted = needed(prover, tube, asked, factor)
         if not proof.tube.complete or proof.spare > 0.0:
             wanted = replace(wanted, distance=0.0)  # nobody knows yet, or nothing is touched
         reserves, factor = reserves.joined(wanted), GROWTH * factor
