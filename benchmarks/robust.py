@@ -19,12 +19,11 @@ from pathlib import Path
 
 import numpy as np
 
-from kinolab.analyze.execute.conditions import kept_by_default
 from kinolab.errors import InputError
 from kinolab.runs import read_run
 from kinolab.verification.tube.claim import Claim, claimed
 from kinolab.verification.tube.proof import Prover, TubeProof
-from kinolab.verification.tube.uncertainty import Uncertainty, varied_by_default
+from kinolab.verification.tube.uncertainty import Uncertainty, kept_by_default, varied_by_default
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from tests.closed_loops import executed, outside  # the oracle of the tests

@@ -416,10 +416,13 @@ class Plan(PlanResult):
         Raises:
             InputError: If there is no motion, or no proof for such a machine or such bounds.
         """
-        from kinolab.analyze.execute.conditions import kept_by_default
         from kinolab.verification.tube.claim import claimed
         from kinolab.verification.tube.proof import Prover
-        from kinolab.verification.tube.uncertainty import Uncertainty, varied_by_default
+        from kinolab.verification.tube.uncertainty import (
+            Uncertainty,
+            kept_by_default,
+            varied_by_default,
+        )
 
         require_fit("prove percent", float, percent)
         if self.problem is None or self.trajectory is None:

@@ -5,23 +5,26 @@ They are kept on disk beside a machine's code, so that only the first proof abou
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from kinolab.dynamics.derivation.cancellation import Cancellation
-from kinolab.dynamics.derivation.expression_graph import Operation
+from kinolab.dynamics.derivation.expression_graph import Node, Operation
 from kinolab.dynamics.derivation.formulas import Formulas
 from kinolab.dynamics.model import Model
 from kinolab.numerics import intervals
-from kinolab.numerics.interval_analysis.interval_matrices import meet
-from kinolab.numerics.interval_analysis.interval_series import (
-    Expansion,
-    beginning,
-    products,
-    scaled,
-    summed,
+from kinolab.numerics.arrays import Array
+from kinolab.numerics.interval_analysis.implicit_derivatives import Balance, Ball, solved
+from kinolab.numerics.interval_analysis.interval_matrices import middle
+from kinolab.numerics.interval_analysis.interval_series import Expansion, beginning, scaled
+from kinolab.numerics.interval_analysis.second_derivatives import (
+    Pairs,
+    SecondOrder,
+    closer,
+    operation,
 )
 from kinolab.numerics.interval_analysis.taylor_recurrences import further
 from kinolab.numerics.intervals import IntervalArray
@@ -37,18 +40,22 @@ class FlowFormulas:
         nx: Number of entries of the state.
         rates: The derivative of the state, length nx.
         cables: World positions of both ends of every cable, 6 per cable.
+        solved: The n entries of the state whose derivatives a solve M a = F.
+        direct: The derivatives of all other entries, then M, row-major, and F.
     """
 
     names: tuple[str, ...]
     nx: int
     rates: Formulas
     cables: Formulas
+    solved: tuple[int, ...]
+    direct: Formulas
 
     @classmethod
     def of(cls, model: Model) -> FlowFormulas:
         """Return those of a machine, without its feedback."""
         plant = model.plant
-        return KEPT.get([f"{plant.key} flow and cables"], lambda: cls._derived(plant))
+        return KEPT.get([f"{plant.key} flow, cables and both sides"], lambda: cls._derived(plant))
 
     @classmethod
     def _derived(cls, plant: Model) -> FlowFormulas:
@@ -56,12 +63,19 @@ class FlowFormulas:
 
         (d,) = derivations_of(plant.system)
         tape = d.binding.tape
-        shorter = Cancellation(tape).rewritten(d.derivative)
-        rates = min(d.derivative, shorter, key=lambda nodes: len(tape.needed(nodes)))
+        cancelled = Cancellation(tape)
+
+        def shorter(nodes: Sequence[Node]) -> Sequence[Node]:
+            found = cancelled.rewritten(nodes)
+            return min(nodes, found, key=lambda some: len(tape.needed(some)))
+
+        rates = shorter(d.derivative)
         names = [tape.operations[node].label for nodes in d.arguments.values() for node in nodes]
-        return cls(
-            tuple(names), len(d.state), Formulas.of(tape, rates), Formulas.of(tape, d.cables)
-        )
+        solved, matrix, load = d.balance
+        others = [node for k, node in enumerate(rates) if k not in solved]
+        direct = Formulas.of(tape, shorter([*others, *matrix, *load]))
+        formulas = Formulas.of(tape, rates), Formulas.of(tape, d.cables)
+        return cls(tuple(names), len(d.state), *formulas, solved, direct)
 
     def coefficients(
         self, boxes: IntervalArray, orders: int, slopes: IntervalArray | None = None
@@ -91,9 +105,137 @@ class FlowFormulas:
                 variable.append(IntervalArray(found[-1].low[i], found[-1].high[i]))
         return found
 
-    def along(self, coefficients: list[IntervalArray]) -> list[IntervalArray]:
-        """Enclose the rates' Taylor coefficients along a curve, as the function ``along``."""
-        return along(self.rates, self.names, coefficients)
+    def second_order(
+        self, boxes: IntervalArray, varied: NDArray[np.intp], *, bent: bool
+    ) -> tuple[Ball, Ball | None]:
+        """Enclose the rates' first and second derivatives by some of the entries over m boxes.
+
+        Args:
+            boxes: Of states, inputs and parameters, shape (entries, m).
+            varied: Which of them, length E; all others are numbers, or the rates do not depend on
+                them.
+            bent: Whether second derivatives are wanted.
+
+        Returns:
+            Gradients (nx, E, m), and second derivatives (nx, E, E, m) if they are wanted; of
+            infinite radius where there is no bound.
+        """
+        pairs, at = Pairs(len(varied)), middle(boxes)
+        off = intervals.sub(boxes, intervals.point(at))
+        off = IntervalArray(off.low[varied], off.high[varied])
+        made = self._evaluated(boxes, at, off, varied, pairs, bent=bent)
+        n, m = len(self.solved), boxes.low.shape[1]
+        over, centre = (_Derivatives.of(one, pairs, len(varied), m) for one in made)
+        if not n:
+            return over.slopes, over.bends if bent else None
+        rest = len(made[0]) - n * n - n
+        rows = [k for k in range(self.nx) if k not in self.solved]
+        accelerations = solved(
+            over.balance(rest, n, bent=bent), centre.balance(rest, n, bent=False), off.magnitude
+        )
+        order = np.argsort([*rows, *self.solved])
+        slopes = _beside(over.slopes, rest, accelerations[0], order)
+        bends = accelerations[1]
+        return slopes, None if bends is None else _beside(over.bends, rest, bends, order)
+
+    def _evaluated(
+        self,
+        boxes: IntervalArray,
+        at: Array,
+        off: IntervalArray,
+        varied: NDArray[np.intp],
+        pairs: Pairs,
+        *,
+        bent: bool,
+    ) -> tuple[list[SecondOrder], list[SecondOrder]]:
+        """Return what ``direct`` is over boxes, and in a point of each."""
+        starts = self._starting(boxes, varied), self._starting(intervals.point(at), varied)
+        operations, ends = self.direct.operations, self.direct.ends
+        last = {k: n for n, one in enumerate(operations) for k in one.operands}
+        last |= dict.fromkeys(ends, len(operations))
+        known: list[tuple[SecondOrder, SecondOrder]] = []
+        for n, one in enumerate(operations):
+            if one.name in ("variable", "const"):
+                known.append((_beginning_of(one, starts[0]), _beginning_of(one, starts[1])))
+                continue
+            of = [known[k] for k in one.operands]
+            centre = operation(one.name, [c for _, c in of], pairs, bent=False)
+            made = operation(one.name, [a for a, _ in of], pairs, bent=bent)
+            known.append((closer(made, centre, off, pairs), centre))
+            for k in one.operands:  # large, and not needed any more
+                known[k] = NONE if last[k] == n else known[k]
+        return [known[k][0] for k in ends], [known[k][1] for k in ends]
+
+    def _starting(self, boxes: IntervalArray, varied: NDArray[np.intp]) -> dict[str, SecondOrder]:
+        """Return the entries by name, with the gradients of those that vary."""
+        found = {
+            name: SecondOrder(IntervalArray(boxes.low[k], boxes.high[k]))
+            for k, name in enumerate(self.names)
+        }
+        for row, k in enumerate(varied):
+            unit = np.zeros((len(varied), 1))
+            unit[row] = 1.0
+            name = self.names[k]
+            found[name] = replace(found[name], slope=intervals.point(unit))
+        return found
+
+
+def _beginning_of(one: Operation, starts: Mapping[str, SecondOrder]) -> SecondOrder:
+    if one.name == "const":
+        return SecondOrder(intervals.point(np.full(1, one.value)))
+    return starts[one.label]
+
+
+@dataclass(frozen=True, eq=False)
+class _Derivatives:
+    """Functions over m boxes below each other.
+
+    Attributes:
+        values: Shape (n, m).
+        slopes: Shape (n, E, m).
+        bends: Shape (n, E, E, m).
+    """
+
+    values: Ball
+    slopes: Ball
+    bends: Ball
+
+    @classmethod
+    def of(cls, rows: Sequence[SecondOrder], pairs: Pairs, count: int, m: int) -> _Derivatives:
+        """Return them as balls; what is no number is anything."""
+        bends = _filled([one.bend for one in rows], (len(pairs.first), m))
+        full = Ball(bends.centre[:, pairs.place], bends.radius[:, pairs.place])
+        slopes = _filled([one.slope for one in rows], (count, m))
+        return cls(_filled([one.value for one in rows], (m,)), slopes, full)
+
+    def balance(self, first: int, n: int, *, bent: bool) -> Balance:
+        """Return the functions from the first one on as M, row-major, and F."""
+
+        def sides(one: Ball) -> tuple[Ball, Ball]:
+            c, r = one.centre[first:], one.radius[first:]
+            square = (n, n, *c.shape[1:])
+            matrix = Ball(c[: n * n].reshape(square), r[: n * n].reshape(square))
+            return matrix, Ball(c[n * n :], r[n * n :])
+
+        (M, F), (M1, F1), (M2, F2) = (sides(a) for a in (self.values, self.slopes, self.bends))
+        return Balance(M, M1, M2 if bent else None, F, F1, F2 if bent else None)
+
+
+def _filled(rows: Sequence[IntervalArray | None], shape: tuple[int, ...]) -> Ball:
+    """Return arrays of the same shape below each other; what is no number is anything."""
+    low, high = np.zeros((len(rows), *shape)), np.zeros((len(rows), *shape))
+    for i, one in enumerate(rows):
+        if one is not None:
+            low[i], high[i] = one.low, one.high
+    bad = ~(np.isfinite(low) & np.isfinite(high))
+    found = Ball.of(np.where(bad, 0.0, low), np.where(bad, 0.0, high))
+    return Ball(found.centre, np.where(bad, np.inf, found.radius))
+
+
+def _beside(a: Ball, count: int, b: Ball, order: NDArray[np.intp]) -> Ball:
+    """Return the first rows of one and those of another one, in an order."""
+    centre = np.concatenate([a.centre[:count], b.centre])[order]
+    return Ball(centre, np.concatenate([a.radius[:count], b.radius])[order])
 
 
 def along(
@@ -118,36 +260,6 @@ def along(
                 variable.append(coefficient)
         made = _stacked(tape.order(n), shape)
         found.append(IntervalArray(made.low[:, 0], made.high[:, 0]))
-        if n == 0 and len(coefficients) > 2:
-            tape.first = _changes(formulas, names, coefficients)
-    return found
-
-
-def _changes(
-    formulas: Formulas, names: Sequence[str], coefficients: list[IntervalArray]
-) -> list[IntervalArray]:
-    """Enclose the coefficients of order 1 of all operations, each by its own gradient.
-
-    Made of its operands' coefficients, it would forget that these come from the same entries.
-
-    Args:
-        formulas: Functions of the variables.
-        names: Of the variables.
-        coefficients: As of ``along``.
-    """
-    count, m = coefficients[0].low.shape
-    unit = intervals.point(np.repeat(np.eye(count)[:, :, None], m, axis=2))
-    variables = [Expansion(one, steady=False) for one in _starts(coefficients[0], unit)]
-    tape = _Tape(formulas, names, variables)
-    tape.order(0)
-    by, found = (coefficients[1].low, coefficients[1].high), []
-    for series in tape.series:
-        low, high = (
-            products((series.low[0, 1:], series.high[0, 1:]), by)
-            if series.low.shape[1] > 1
-            else (np.zeros((1, 1)),) * 2
-        )
-        found.append(summed(low, high))
     return found
 
 
@@ -161,33 +273,25 @@ class _Tape:
         self.variables = dict(zip(names, variables, strict=True))
         self.series: list[Expansion] = []
         self.helpers: list[dict[str, Expansion]] = [{} for _ in self.operations]
-        self.first: list[IntervalArray] | None = None  # coefficients of order 1 that are known
 
     def order(self, n: int) -> list[IntervalArray]:
         """Return the functions' coefficients of order n, once the variables' are known."""
-        for k, operation in enumerate(self.operations):
-            operands = [self.series[j] for j in operation.operands]
+        for k, one in enumerate(self.operations):
+            operands = [self.series[j] for j in one.operands]
             if n == 0:
-                self.series.append(self._beginning(operation, operands))
+                self.series.append(self._beginning(one, operands))
             elif operands and not self.series[k].steady:
                 own, helper = self.series[k], self.helpers[k]
-                made = further(operation.name, n, operands, own, helper)
-                own.append(self._closer(k, made) if n == 1 else made)
+                own.append(further(one.name, n, operands, own, helper))
         zero = intervals.point(np.zeros((1, 1)))
         return [self.series[k][n] if n < len(self.series[k]) else zero for k in self.ends]
 
-    def _closer(self, k: int, made: IntervalArray) -> IntervalArray:
-        """Return what two enclosures of an operation's coefficient of order 1 have in common."""
-        if self.first is None:
-            return made
-        return meet(made, IntervalArray(self.first[k].low[None], self.first[k].high[None]))
-
-    def _beginning(self, operation: Operation, operands: Sequence[Expansion]) -> Expansion:
-        if operation.name == "variable":
-            return self.variables[operation.label]
-        if operation.name == "const":
-            return Expansion(intervals.point(np.full((1, 1), operation.value)), steady=True)
-        first = beginning(operation.name, [a[0] for a in operands])
+    def _beginning(self, one: Operation, operands: Sequence[Expansion]) -> Expansion:
+        if one.name == "variable":
+            return self.variables[one.label]
+        if one.name == "const":
+            return Expansion(intervals.point(np.full((1, 1), one.value)), steady=True)
+        first = beginning(one.name, [a[0] for a in operands])
         return Expansion(first, steady=all(a.steady for a in operands))
 
 
@@ -209,4 +313,5 @@ def _stacked(rows: Sequence[IntervalArray], shape: tuple[int, ...]) -> IntervalA
     return IntervalArray(np.where(bad, -np.inf, low), np.where(bad, np.inf, high))
 
 
+NONE = (SecondOrder(intervals.point(0.0)),) * 2
 KEPT = pickled("flow", FlowFormulas)

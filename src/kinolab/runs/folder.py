@@ -116,6 +116,10 @@ def write_run(
         proved = {name: content for name, content in files.items() if name not in DERIVED}
         files[CERTIFICATE] = _json(certificate_to_json(problem, plan.certificate, proved))
         certified = digest_of(files[CERTIFICATE])
+    if plan.claim is not None:
+        from kinolab.runs.tube_file import tube_text, tube_to_json
+
+        files[TUBE] = tube_text(tube_to_json(plan.claim, files))
     if plan.graph is not None:
         files["search.npz"] = plan.graph.to_npz(problem.model.state_names)
     files[README] = utf_8(readme_of(problem, plan))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -28,7 +29,7 @@ NOT_PROVED = (
 )
 
 
-def tube_to_json(folder: Path, claim: Claim) -> dict[str, Any]:
+def tube_to_json(claim: Claim, files: Mapping[str, bytes]) -> dict[str, Any]:
     """Return a claim as plain data, with the hashes of the run's files that it is about."""
     return {
         "schema_version": 1,
@@ -36,15 +37,20 @@ def tube_to_json(folder: Path, claim: Claim) -> dict[str, Any]:
         "share": claim.share if claim.best is not None else 0.0,
         "proof": proof_to_json(claim.problem, claim.proof),
         "not_proved": list(NOT_PROVED),
-        "files": {name: digest_of((folder / name).read_bytes()) for name in ABOUT},
+        "files": {name: digest_of(files[name]) for name in ABOUT},
     }
 
 
 def write_tube(folder: Path, claim: Claim) -> dict[str, Any]:
     """Write ``tube.json`` into the folder of a run, and return it."""
-    data = tube_to_json(folder, claim)
-    write_whole(folder / TUBE, utf_8(json.dumps(data, indent=1) + "\n"))
+    data = tube_to_json(claim, {name: (folder / name).read_bytes() for name in ABOUT})
+    write_whole(folder / TUBE, tube_text(data))
     return data
+
+
+def tube_text(data: dict[str, Any]) -> bytes:
+    """Return the contents of ``tube.json``."""
+    return utf_8(json.dumps(data, indent=1) + "\n")
 
 
 def check_tube(folder: Path, problem: PlanningTask, trajectory: Trajectory) -> Check:

@@ -439,6 +439,19 @@ class PlannerSection(Section):
         return self
 
 
+UncertainShare = Annotated[
+    float, Field(ge=0, lt=1, allow_inf_nan=False), Wanted("a share, 0 or more, below 1")
+]
+
+
+class RobustSection(Section):
+    """``[robust]``: for which machines a plan is to be proved; shares of what is assumed."""
+
+    parameters: UncertainShare | dict[Name, UncertainShare] = 0.0  # of each, or by their names
+    noise: UncertainShare = 0.0  # of each state's scale, by which a measurement is off
+    disturbance: UncertainShare = 0.0  # of an input's range, in every step another one
+
+
 class RenderSection(Section):
     """``[render]``: how the moving picture looks."""
 
@@ -492,6 +505,7 @@ class Scenario(Section):
     integration: IntegrationSection = Field(default_factory=IntegrationSection)
     planner: PlannerSection = Field(default_factory=PlannerSection)
     render: RenderSection = Field(default_factory=RenderSection)
+    robust: RobustSection | None = None
 
     _origin: Origin = PrivateAttr(default_factory=Origin)
 

@@ -15,11 +15,14 @@ from kinolab.search import Budget
 from kinolab.solve.legs import solved_in_legs
 from kinolab.solve.parallel import solve_at_once
 from kinolab.solve.plan import PlanResult, Request, make_planner
+from kinolab.solve.robustness.robust_plans import solved_robustly
 from kinolab.solve.sequential_runs import sequential_runs
 from kinolab.solve.solution_pool import SolutionPool
 from kinolab.trajectory import Trajectory
+from kinolab.verification import verify
 from kinolab.verification.afterwards import hit_while_waiting
 from kinolab.verification.check import require_motion_of
+from kinolab.verification.tube.uncertainty import Uncertainty
 
 GLANCE_SECONDS = 1.0  # [s] of work on each leg between goals, to tell how far these are apart
 NOTHING = "Interrupted before anything was found."
@@ -38,6 +41,7 @@ def solve(
     improve: Effort | None = None,
     guess: Trajectory | None = None,
     contained: bool = False,
+    robust: bool = True,
     progress: Callable[[int, float], None] | None = None,
     watch: Callable[[Budget], None] | None = None,
     improved: Callable[[PlanResult], None] | None = None,
@@ -66,6 +70,7 @@ def solve(
             can be made to fit, nothing is searched for.
         contained: Whether each of several searches has a process of its own in any case, so that
             native code which crashes ends one of them.
+        robust: Whether a plan is made that is proved under the scenario's [robust], if it has one.
         progress: Called during the search with the iterations and seconds so far.
         watch: Called with the budget before each search, so that it can be interrupted.
         improved: Called with each verified plan that is better than those before.
@@ -93,6 +98,24 @@ def solve(
             lambda leg: solve(leg, improve=improve, **rest),
             lambda leg: solve(leg, improve=GLANCE_SECONDS, **rest),
         )
+    asked = Uncertainty.of(problem) if robust else None
+    if asked is not None:
+        if jobs > 1 or anytime:
+            what = "plans that are proved are made one after the other."
+            raise InputError([Mistake("solve", what, "Leave out jobs and anytime.")])
+        made, claim = solved_robustly(
+            problem,
+            asked,
+            lambda one, given: solve(
+                one, planner, seed, time_limit, max_iterations=max_iterations, optimize=optimize,
+                improve=improve, guess=given, contained=contained, progress=progress, watch=watch,
+                robust=False, **settings,
+            ),
+            guess,
+        )  # fmt: skip
+        if claim is None or made.trajectory is None:
+            return made
+        return replace(made, certificate=verify(problem, made.trajectory), claim=claim)
     section = problem.scenario.planner
     searcher = make_planner(problem, planner, settings)
     problem.require_goal()

@@ -21,6 +21,7 @@ from kinolab.search.plugins import full_reference
 from kinolab.settings import settings_of
 from kinolab.trajectory import Trajectory
 from kinolab.verification import Certificate
+from kinolab.verification.tube.claim import Claim
 
 CENTRE_TOLERANCE = 1e-4  # SI units, goal distance of a motion that ends in the goal's centre
 REFUSED = "verification_failed"  # the status of a plan that the verifier rejected
@@ -113,6 +114,7 @@ class PlanResult:
         warnings: What the plan does not suffer from but the search did, in sentences.
         search_work: What the search takes on an idle computer, about, in [s].
         price: What the motion costs by the scenario's [objective], None without one.
+        claim: What is proved of it under the scenario's [robust], None without one.
     """
 
     status: str
@@ -135,10 +137,13 @@ class PlanResult:
     warnings: tuple[str, ...] = ()
     search_work: float = 0.0
     price: float | None = None
+    claim: Claim | None = None
 
     @property
     def exit_code(self) -> int:
         """Exit code of the command line."""
+        if self.status == "solved" and self.claim is not None and not self.claim.proved:
+            return EXIT_CODES[REFUSED]
         if self.status == "local_minimum" and self.trajectory is None:
             return EXIT_CODES["interrupted" if self.interrupted else "not_found"]
         return EXIT_CODES["interrupted" if self.interrupted else self.status]

@@ -71,6 +71,8 @@ def summary(problem: PlanningTask, found: PlanResult, sentences: Sequence[str] =
         lines.append(f"  seed {found.seed} of {_ends(found)}")
     if found.certificate is not None:
         lines.append(f"  {found.certificate}")
+    if found.claim is not None:
+        lines += [f"  {line}" for line in found.claim.lines()]
     lines += [f"  warning: {sentence}" for sentence in found.warnings]
     if found.status == "solved" and found.statistics.get("improvement_unfinished"):
         lines.append(_more_time(found.statistics, "shorter" if found.price is None else "cheaper"))

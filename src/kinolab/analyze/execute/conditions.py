@@ -9,10 +9,10 @@ import numpy as np
 
 from kinolab.dynamics import Model
 from kinolab.dynamics.language.mechanism import Mechanism
-from kinolab.dynamics.language.symbols import Parameter
 from kinolab.errors import InputError, Mistake, unknown_name
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
+from kinolab.verification.tube.uncertainty import kept_by_default
 
 
 @dataclass(frozen=True)
@@ -153,12 +153,3 @@ class Conditions:
         span = np.ptp(model.control_bounds, axis=1)
         acting: Array = u + self.disturbance * span * generator.standard_normal(len(u))
         return acting
-
-
-def kept_by_default(system: Mechanism) -> tuple[str, ...]:
-    """Return the parameters that nobody builds: the strength of gravity, and the machine's own."""
-    strength = () if system.gravity is None else (system.gravity.strength,)
-    weight = {entry.name for entry in strength if isinstance(entry, Parameter)}
-    # "g" is what everybody calls it, also where it is written in a force of one's own
-    kept = {"g", *weight, *system.keep}
-    return tuple(name for name in system.parameter_values if name in kept)

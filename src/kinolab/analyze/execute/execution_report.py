@@ -8,11 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from kinolab.analyze.execute.conditions import Conditions, kept_by_default
+from kinolab.analyze.execute.conditions import Conditions
 from kinolab.analyze.execute.execution import Execution, ExecutionRun
 from kinolab.analyze.execute.execution_diagnosis import ExecutionDiagnosis, shortages
 from kinolab.dynamics.units import state_units
 from kinolab.problem import PlanningTask
+from kinolab.verification.tube.uncertainty import kept_by_default
 
 
 def execution_to_json(

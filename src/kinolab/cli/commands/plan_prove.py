@@ -60,12 +60,15 @@ def command(
     is. The result is written to tube.json in FOLDER; plan check proves it again. The exit code is 7
     where what was asked for is not proved.
     """
-    from kinolab.analyze.execute.conditions import kept_by_default
     from kinolab.runs import read_run
     from kinolab.runs.tube_file import write_tube
     from kinolab.verification.tube.claim import claimed
     from kinolab.verification.tube.proof import Prover
-    from kinolab.verification.tube.uncertainty import Uncertainty, varied_by_default
+    from kinolab.verification.tube.uncertainty import (
+        Uncertainty,
+        kept_by_default,
+        varied_by_default,
+    )
 
     progress = Progress(quiet)
     progress("reading the run and enclosing its motion")

@@ -91,6 +91,8 @@ class Derivation:
         requirements: Each must be nonnegative in a plan.
         guards: Each must be positive for the derivative to be valid.
         chart_guards: Those of the velocities alone.
+        balance: The entries of the state that are velocities with M v_dot = F, and the nodes of M,
+            row-major, and of F; all empty where accelerations follow from multipliers.
     """
 
     binding: SymbolTable
@@ -118,6 +120,7 @@ class Derivation:
     requirements: tuple[Node, ...]
     guards: tuple[Node, ...]
     chart_guards: tuple[Node, ...]
+    balance: tuple[tuple[int, ...], tuple[Node, ...], tuple[Node, ...]]
 
     @property
     def arguments(self) -> dict[str, tuple[Node, ...]]:
@@ -157,6 +160,7 @@ class _Derivation:
         self.binding = SymbolTable.of(system)
         self.tape = self.binding.tape
         self.guards = Guards()
+        self.balance: tuple[tuple[int, ...], tuple[Node, ...], tuple[Node, ...]] = (), (), ()
         self.multipliers = system.velocities == "all" and bool(system.constraints)
         if self.multipliers:
             if imposed_velocities(system):
@@ -238,6 +242,7 @@ class _Derivation:
             requirements=self._requirements(forces),
             guards=tuple(self.guards.nodes),
             chart_guards=self.chart_guards,
+            balance=self.balance,
         )
 
     def _seats(self, kinematics: Kinematics, state: Sequence[Node]) -> tuple[Node, ...]:
@@ -270,6 +275,9 @@ class _Derivation:
         loads = self._loads(mechanics)
         block = [[M[i][j] for j in free] for i in free]
         (solved,) = solve_definite(tape, block, [[loads[i] for i in free]], self.guards)
+        matrix, right = (entry for row in block for entry in row), (loads[i] for i in free)
+        first = len(self.binding.configuration)
+        self.balance = tuple(first + k for k in free), tuple(matrix), tuple(right)
         accelerations = dict(zip(free, solved, strict=True)) | chart.driven
         return [accelerations[k] for k in range(len(chart.states))]
 

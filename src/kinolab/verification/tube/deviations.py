@@ -1,19 +1,19 @@
 """How deviations from a nominal motion grow within steps, beyond what is linear in them.
 
 From the nominal motion to another one leads a straight line of what both start from. Along it the
-state at any time is a curve, whose Taylor coefficients of order 1 and 2 are enclosed by Picard's
-iteration over the whole step: the first contains all deviations, the second is by how much the end
-differs from its linear approximation.
+state at any time is a curve x(s), s in [0, 1]. Its derivative x' obeys the linearised equations,
+and half its second derivative the same ones, driven by the equations' second derivatives applied
+to x' twice: that is by how much a step's end differs from its linear approximation.
 
 Source: Althoff, Stursberg, Buss, Reachability analysis of nonlinear systems with uncertain
-parameters using conservative linearization, CDC 2008 (the remainder of Lagrange's form); Moore,
-Kearfott, Cloud, Introduction to Interval Analysis, SIAM 2009, chapter 10.
+parameters using conservative linearization, CDC 2008 (the remainder of Lagrange's form); Althoff,
+Reachability analysis of nonlinear systems using conservative polynomialization and non-convex sets,
+HSCC 2013 (quadratic maps of zonotopes).
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,32 +21,92 @@ from numpy.typing import NDArray
 from kinolab.dynamics.flow_formulas import FlowFormulas
 from kinolab.numerics import intervals
 from kinolab.numerics.arrays import Array
-from kinolab.numerics.interval_analysis.interval_matrices import hull, within
+from kinolab.numerics.interval_analysis.implicit_derivatives import Ball
+from kinolab.numerics.interval_analysis.interval_matrices import growth, hull
+from kinolab.numerics.interval_analysis.zonotopes import SUMS
 from kinolab.numerics.intervals import IntervalArray
 
-ATTEMPTS = 12  # at boxes that contain the coefficients; each costs an evaluation of the rates
+ATTEMPTS = 8  # at boxes that contain the deviations of a step; each costs the gradients
+# Of sums of E^2 products over pairs of generators, some ten thousand terms: see ``SUMS``
+QUADRATIC = 10.0 * SUMS
 
 
 @dataclass(frozen=True, eq=False)
-class DeviationBounds:
-    """What is proved of deviations in m steps; infinite where nothing is.
+class Bending:
+    """What is proved of the equations of motion over a step of all deviations in a box.
 
     Attributes:
-        remainder: Where a step leads less its linear approximation, shape (nx, m).
-        moved: By how much the deviation at any time of a step differs from that at its beginning at
-            most, shape (nx, m).
-        known: Whether anything is, shape (m,).
+        h: Length of the step in [s].
+        grown: exp(|A| h) - 1, shape (nx, nx).
+        driven: What inputs and parameters that are off by 1 add to that, shape (nx, E - nx).
+        spread: Of what drives a step: (exp(|A| h) - 1) / (|A| h) - 1, shape (nx, nx).
+        centre: Second derivatives of the rates by the entries that vary, in the middle of their
+            intervals, shape (nx, E, E).
+        radius: How far they may be from that, of the same shape.
     """
 
-    remainder: IntervalArray
-    moved: Array
-    known: Array
+    h: float
+    grown: Array
+    driven: Array
+    spread: Array
+    centre: Array
+    radius: Array
+
+    def moved(self, sizes: Array) -> Array:
+        """Return by how much deviations differ from those at the beginning at most, shape (nx,).
+
+        Args:
+            sizes: Of all deviations at the beginning, shape (E,).
+        """
+        nx = len(self.grown)
+        return np.asarray((self.grown @ sizes[:nx] + self.driven @ sizes[nx:]) * (1.0 + SUMS))
+
+    def remainder(self, middle: Array, generators: Array, sizes: Array) -> tuple[Array, Array]:
+        """Return where a step leads less its linear approximation: a centre and radii, (nx,).
+
+        Args:
+            middle: Of the deviations at its beginning, shape (E,).
+            generators: Of these, shape (E, count).
+            sizes: Bounds of their magnitudes, shape (E,).
+        """
+        later = np.zeros_like(sizes)
+        later[: len(self.grown)] = self.moved(sizes)
+        centre, radius = _quadratic(self.centre, middle, generators)
+        box = sizes @ (np.abs(self.centre) @ sizes).T  # less where inputs are cut
+        boxed = box < np.abs(centre) + radius
+        centre, radius = np.where(boxed, 0.0, centre), np.where(boxed, box, radius)
+        most = np.abs(self.centre) + self.radius
+        pairs = most @ later
+        around = sizes @ (self.radius @ sizes).T + 2.0 * (pairs @ sizes) + pairs @ later
+        rounding = QUADRATIC * ((most @ sizes) @ sizes)
+        radius = 0.5 * (radius + around + rounding) * (1.0 + QUADRATIC)
+        centre = 0.5 * centre
+        spread = self.spread @ (np.abs(centre) + radius)
+        return self.h * centre, self.h * (radius + spread) * (1.0 + SUMS)
 
 
-def deviation_bounds(
-    flow: FlowFormulas, boxes: IntervalArray, held: Array, off: IntervalArray, h: Array
-) -> DeviationBounds:
-    """Enclose deviations in m steps.
+def _quadratic(matrices: Array, middle: Array, generators: Array) -> tuple[Array, Array]:
+    """Return a centre and radii of d H d over a zonotope, for each of the matrices (n, E, E).
+
+    The square of one unknown in [-1, 1] is in [0, 1].
+    """
+    by = matrices @ generators
+    square = np.swapaxes(by, 1, 2) @ generators
+    own = np.einsum("nii->ni", square)
+    linear = 2.0 * np.abs(middle @ by).sum(axis=1)
+    crossed = np.abs(square).sum(axis=(1, 2)) - 0.5 * np.abs(own).sum(axis=1)
+    return (matrices @ middle) @ middle + 0.5 * own.sum(axis=1), linear + crossed
+
+
+def bendings(
+    flow: FlowFormulas,
+    boxes: IntervalArray,
+    held: Array,
+    off: IntervalArray,
+    h: Array,
+    varied: NDArray[np.intp],
+) -> list[Bending | None]:
+    """Enclose the equations of motion over m steps; None where there is no bound.
 
     Args:
         flow: The equations of motion.
@@ -54,108 +114,58 @@ def deviation_bounds(
         held: Nominal inputs and parameters, shape (nu + parameters, m).
         off: Deviations of states at the beginning, of inputs and of parameters, (entries, m).
         h: Length of each step in [s], shape (m,).
+        varied: The entries that vary, all states first.
     """
-    nx, parts, m = boxes.low.shape
-    first, second = _first(off, nx), intervals.point(np.zeros((nx, m)))
-    moved, known = np.zeros((nx, m)), np.ones(m, dtype=bool)
+    nx, m = flow.nx, len(h)
+    least, most = boxes.low.min(axis=1), boxes.high.max(axis=1)
+    nominal = IntervalArray(np.concatenate([least, held]), np.concatenate([most, held]))
+    sizes, moved = off.magnitude[varied], np.zeros((nx, m))
+    known: NDArray[np.bool_] = np.zeros(m, dtype=bool)
     with np.errstate(all="ignore"):  # infinite where there is no bound
-        for k in range(parts):
-            nominal = IntervalArray(
-                np.concatenate([boxes.low[:, k], held]), np.concatenate([boxes.high[:, k], held])
-            )
-            rates, sure = _rates(flow, nominal, off, (first, second), h / parts)
-            span = intervals.point(h / parts)
-            first, second = (
-                intervals.add(start, intervals.mul(span, rate))
-                for start, rate in zip((first, second), rates, strict=True)
-            )
-            moved = moved + intervals.mul(span, rates[0]).magnitude * (1.0 + intervals.ROUNDING)
-            known &= sure
-    bad = np.where(known, 0.0, np.inf)
-    return DeviationBounds(IntervalArray(second.low - bad, second.high + bad), moved + bad, known)
+        for _ in range(ATTEMPTS):
+            around = _around(nominal, off, moved)
+            slopes, _ = flow.second_order(around, varied, bent=False)
+            found = _moved(_growth(slopes, h), sizes)
+            known = np.asarray((found < moved).all(axis=0))
+            if known.all():
+                break
+            # 0.1 of itself: room for what it grows by in the next attempt
+            wider = np.where(known, moved, 1.1 * found + 1e-12 * sizes[:nx] + intervals.SMALLEST)
+            moved = wider
+        slopes, bends = flow.second_order(around, varied, bent=True)
+        assert bends is not None
+        grown, driven, spread = _growth(slopes, h)
+    sound = known & np.isfinite(bends.radius).all(axis=(0, 1, 2))
+    sound &= np.isfinite(spread).all(axis=(0, 1))
+    return [
+        Bending(
+            float(h[k]), grown[..., k], driven[..., k], spread[..., k],
+            bends.centre[..., k], bends.radius[..., k],
+        )
+        if sound[k] else None
+        for k in range(m)
+    ]  # fmt: skip
 
 
-def _rates(
-    flow: FlowFormulas,
-    nominal: IntervalArray,
-    off: IntervalArray,
-    starts: tuple[IntervalArray, IntervalArray],
-    h: Array,
-) -> tuple[tuple[IntervalArray, IntervalArray], Array]:
-    """Return the rates of the coefficients within a part of a step, and whether they are proved.
-
-    Args:
-        flow: The equations of motion.
-        nominal: What contains the nominal entries, shape (entries, m).
-        off: Deviations of all entries, of which those of inputs and parameters stay.
-        starts: The coefficients of order 1 and 2 at the part's beginning, shape (nx, m).
-        h: Its length in [s], shape (m,).
-    """
-    count = len(h)
-    rates = tuple(IntervalArray(*np.full((2, flow.nx, count), np.nan)) for _ in starts)
-    found, sure, rows = starts, np.zeros(count, dtype=bool), np.arange(count)
-    for _ in range(ATTEMPTS):
-        some = [_columns(one, rows) for one in (nominal, off, *starts, *found)]
-        made = _along(flow, some[0], some[1], some[4], some[5])
-        span = IntervalArray(np.zeros(len(rows)), h[rows])
-        moved = [
-            intervals.add(start, intervals.mul(span, rate))
-            for start, rate in zip(some[2:4], made, strict=True)
-        ]
-        held = [within(a, b) for a, b in zip(moved, some[4:], strict=True)]
-        sure[rows] = np.logical_and(*held).all(axis=0)
-        for whole, part in zip(rates, made, strict=True):
-            whole.low[:, rows], whole.high[:, rows] = part.low, part.high
-        sizes = [np.isfinite(one.low) & np.isfinite(one.high) for one in moved]
-        going = np.logical_and(*sizes).all(axis=0) & ~sure[rows]
-        if not going.any():
-            break
-        wider = [_wider(a, b, inside) for a, b, inside in zip(some[4:], moved, held, strict=True)]
-        found = tuple(
-            _replaced(one, _columns(wide, going), rows[going])
-            for one, wide in zip(found, wider, strict=True)
-        )  # type: ignore[assignment]
-        rows = rows[going]
-    return (rates[0], rates[1]), sure
+def _around(nominal: IntervalArray, off: IntervalArray, moved: Array) -> IntervalArray:
+    """Return boxes of all entries within a step, from the nominal ones to those that are off."""
+    more = np.concatenate([moved, np.zeros((len(off.low) - len(moved), moved.shape[1]))])
+    away = IntervalArray(off.low - more, off.high + more)
+    return intervals.add(nominal, hull(away, intervals.point(np.zeros_like(more))))
 
 
-def _along(
-    flow: FlowFormulas,
-    nominal: IntervalArray,
-    off: IntervalArray,
-    first: IntervalArray,
-    second: IntervalArray,
-) -> list[IntervalArray]:
-    """Return the rates of coefficients of order 1 and 2 in boxes of them, each (nx, m)."""
-    held = IntervalArray(off.low[flow.nx :], off.high[flow.nx :])
-    one, two = _with(first, held), _with(second, intervals.point(np.zeros_like(held.low)))
-    around = intervals.add(nominal, hull(one, intervals.point(np.zeros_like(one.low))))
-    return flow.along([around, one, two])[1:]
+def _growth(slopes: Ball, h: Array) -> tuple[Array, Array, Array]:
+    """Return ``grown``, ``driven`` and ``spread`` of m steps, the steps last."""
+    rates = slopes.size * h
+    nx = len(rates)
+    unit = np.repeat(np.eye(nx)[:, :, None], len(h), axis=2)
+    grown, driven = growth(rates[:, :nx], np.concatenate([rates[:, nx:], unit], axis=1))
+    return grown, driven[:, : rates.shape[1] - nx], np.maximum(driven[:, -nx:] - unit, 0.0)
 
 
-def _columns(a: IntervalArray, rows: NDArray[Any]) -> IntervalArray:
-    return IntervalArray(a.low[:, rows], a.high[:, rows])
-
-
-def _replaced(a: IntervalArray, part: IntervalArray, rows: NDArray[np.intp]) -> IntervalArray:
-    """Return intervals of which some columns are others."""
-    low, high = a.low.copy(), a.high.copy()
-    low[:, rows], high[:, rows] = part.low, part.high
-    return IntervalArray(low, high)
-
-
-def _wider(found: IntervalArray, moved: IntervalArray, held: Array) -> IntervalArray:
-    """Return boxes with room for what they grow by in the next attempt, where they did not hold."""
-    slack = 0.1 * moved.width + 1e-12 * moved.magnitude + intervals.SMALLEST  # 0.1 of the width
-    low = np.where(held, found.low, moved.low - slack)
-    return IntervalArray(low, np.where(held, found.high, moved.high + slack))
-
-
-def _with(states: IntervalArray, held: IntervalArray) -> IntervalArray:
-    """Return boxes of states with those of inputs and parameters below them."""
-    pairs = (states.low, held.low), (states.high, held.high)
-    return IntervalArray(*(np.concatenate(pair) for pair in pairs))
-
-
-def _first(a: IntervalArray, count: int) -> IntervalArray:
-    return IntervalArray(a.low[:count], a.high[:count])
+def _moved(found: tuple[Array, Array, Array], sizes: Array) -> Array:
+    """Return by how much deviations move within m steps at most, shape (nx, m)."""
+    grown, driven, _ = found
+    nx = len(grown)
+    moved = np.einsum("ijm,jm->im", grown, sizes[:nx]) + np.einsum("ijm,jm->im", driven, sizes[nx:])
+    return np.asarray(moved * (1.0 + SUMS))

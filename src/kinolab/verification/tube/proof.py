@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from kinolab.dynamics.flow_formulas import FlowFormulas
 from kinolab.errors import InputError, Mistake
+from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 from kinolab.problem.unwrapping import unwrapped
 from kinolab.simulation.reference import OdeMotion, reference_motion
@@ -23,12 +25,13 @@ from kinolab.verification.tube.hazards import (
     wrapping_hazards,
 )
 from kinolab.verification.tube.held_feedback import HeldFeedback
-from kinolab.verification.tube.reachability import NominalMotion, Reachability, Tube
+from kinolab.verification.tube.reachability import PARTS, NominalMotion, Reachability, Tube
 from kinolab.verification.tube.tube_poses import TubePoses
 from kinolab.verification.tube.uncertainty import Uncertainty
 
 # What is proved is at most so often halved, and then told to a sixteenth of itself.
 HALVINGS, BISECTIONS = 8, 4
+WIDE = 1e6  # of an input's range: limits that feedback without limits does not reach
 Told = Callable[[str], None]
 
 
@@ -94,16 +97,30 @@ class Prover:
     def __init__(
         self, problem: PlanningTask, trajectory: Trajectory, *, large: float = LARGE_DEVIATION
     ) -> None:
-        _require_smooth(problem, trajectory)
+        require_provable(problem, has_steps=len(trajectory.u) > 0)
         self.problem, self.large = problem, large
         plan, model = unwrapped(problem, trajectory), problem.whole or problem.model
-        self.tracker = Tracker.along(problem, plan, large=large)
+        self.plan, self.tracker = plan, Tracker.along(problem, plan, large=large)
         motion = reference_motion(problem, plan.x[0], plan.t, plan.inputs)
         assert isinstance(motion, OdeMotion)
         x = problem.space.nearest(plan.x, motion.x)
-        nominal = NominalMotion(plan.t, x, np.array(plan.inputs), model.parameter_vector())
+        inner = _inner(problem, motion, plan.t, x)
+        nominal = NominalMotion(plan.t, x, np.array(plan.inputs), model.parameter_vector(), inner)
         self.about = Reachability(FlowFormulas.of(model), nominal, problem.scales)
         self.contacts = ContactSearch.of(DenseMotion(problem, plan, motion))
+
+    def retuned(self, large: float) -> Prover:
+        """Return a prover of the same plan under other gains."""
+        other = copy.copy(self)
+        other.large, other.tracker = large, Tracker.along(self.problem, self.plan, large=large)
+        return other
+
+    def expected(self, uncertainty: Uncertainty) -> Tube:
+        """Return the linear part of a tube whose inputs have no limits; it proves nothing."""
+        radius = WIDE * np.ptp(self.tracker.limits, axis=1)[:, None] * np.array([-1.0, 1.0])
+        free = [replace(one, limits=radius) for one in self._feedback(uncertainty)]
+        with np.errstate(all="ignore"):  # of gains that do not keep deviations small
+            return self.about.linear_tube(free, uncertainty.radii(self.problem))
 
     def prove(self, uncertainty: Uncertainty) -> TubeProof:
         """Prove what can be proved under an uncertainty.
@@ -169,8 +186,22 @@ class Prover:
         ]
 
 
-def _require_smooth(problem: PlanningTask, trajectory: Trajectory) -> None:
+def _inner(problem: PlanningTask, motion: OdeMotion, t: Array, x: Array) -> Array:
+    """Return the states of a motion where parts of its steps begin, shape (N, PARTS, nx)."""
+    share, found = np.arange(1, PARTS) / PARTS, []
+    for k, span in enumerate(np.diff(t)):
+        within = motion.between(k, t[k] + share * span)
+        near = problem.space.nearest(np.tile(x[k], (PARTS - 1, 1)), within)
+        found.append(np.vstack([x[k], near]))
+    return np.array(found)
+
+
+def require_provable(problem: PlanningTask, *, has_steps: bool = True) -> None:
     """Refuse what tubes cannot enclose.
+
+    Args:
+        problem: The machine, and what it is to do.
+        has_steps: Whether its motion has any.
 
     Raises:
         InputError: With every reason.
@@ -185,7 +216,7 @@ def _require_smooth(problem: PlanningTask, trajectory: Trajectory) -> None:
         f"{name} closes loops, and other parameters would open them.": machine.closes_loops,
         "it has goals on the way.": bool(problem.via),
         "its cost is a state.": problem.cost_entry is not None,
-        "it has no steps.": not len(trajectory.u),
+        "it has no steps.": not has_steps,
     }
     mistakes = [
         Mistake("prove", f"no tube is made: {why}", remedy) for why, on in reasons.items() if on

@@ -53,7 +53,7 @@ class TubePoses:
             p: By how much parameters are off at most, shape (parameters,).
         """
         model, n = (problem.whole or problem.model).plant, tube.steps
-        bounds, boxes = tube.bounds, about.steps.boxes
+        bounds, boxes = tube.bounds, about.boxes
         low = (bounds.low[:-1] - tube.during).T[:, :, None]
         high = (bounds.high[:-1] + tube.during).T[:, :, None]
         shape = len(low), n, BOXES
@@ -76,15 +76,17 @@ class TubePoses:
         return cls(states, off, _shaped(frames, each), _shaped(moved, each), cables)
 
     def displacements(self, problem: PlanningTask) -> Array:
-        """Return how far points of the machine are from their nominal places at most, (steps,).
+        """Return how far points are from their nominal places at most, (bodies + 1, steps).
 
-        In [m]; points of shapes that turn about their own axes do not count as moved by that.
+        In [m], of each body, and last of cables; points of shapes that turn about their own axes
+        do not count as moved by that.
         """
-        farthest = self.cables
+        farthest = np.zeros((len(problem.bodies) + 1, len(self.cables)))
+        farthest[-1] = self.cables
         for body, geometry in enumerate(problem.bodies):
             own = IntervalArray(self.change.low[body], self.change.high[body])
             for shape in geometry.shapes:
-                farthest = np.maximum(farthest, _displaced(shape, own).max(axis=-1))
+                farthest[body] = np.maximum(farthest[body], _displaced(shape, own).max(axis=-1))
         return farthest
 
 

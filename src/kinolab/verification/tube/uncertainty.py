@@ -8,6 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from kinolab.dynamics.language.mechanism import Mechanism
+from kinolab.dynamics.language.symbols import Parameter
 from kinolab.errors import InputError, Mistake, unknown_name
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
@@ -99,6 +101,24 @@ class Uncertainty:
         return " and ".join(told) or "nothing uncertain"
 
     @classmethod
+    def of(cls, problem: PlanningTask) -> Uncertainty | None:
+        """Return what the scenario's [robust] asks for; None where it has none.
+
+        Raises:
+            InputError: If it makes no sense for the machine.
+        """
+        section = problem.scenario.robust
+        if section is None:
+            return None
+        shares = section.parameters
+        if not isinstance(shares, dict):
+            names = varied_by_default(problem, kept_by_default(problem.system))
+            shares = dict.fromkeys(names, shares)
+        found = cls(shares, section.noise, section.disturbance)
+        found.require(problem)
+        return found
+
+    @classmethod
     def from_json(cls, data: Mapping[str, Any]) -> Uncertainty:
         """Return what ``to_json`` returned.
 
@@ -116,6 +136,15 @@ class Uncertainty:
             "noise": self.noise,
             "disturbance": self.disturbance,
         }
+
+
+def kept_by_default(system: Mechanism) -> tuple[str, ...]:
+    """Return the parameters that nobody builds: the strength of gravity, and the machine's own."""
+    strength = () if system.gravity is None else (system.gravity.strength,)
+    weight = {entry.name for entry in strength if isinstance(entry, Parameter)}
+    # "g" is what everybody calls it, also where it is written in a force of one's own
+    kept = {"g", *weight, *system.keep}
+    return tuple(name for name in system.parameter_values if name in kept)
 
 
 def varied_by_default(problem: PlanningTask, kept: tuple[str, ...]) -> tuple[str, ...]:

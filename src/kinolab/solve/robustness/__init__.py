@@ -1,0 +1,1 @@
+"""Plans made to be proved for all machines within some bounds."""
