@@ -8,11 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from kinolab.analyze.execute.conditions import Conditions, kept_by_default
+from kinolab.analyze.execute.conditions import Conditions
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 from kinolab.studio.core.background_work import Told
 from kinolab.trajectory import Trajectory
+from kinolab.verification.tube.uncertainty import kept_by_default
 
 Tell = Callable[[Any], None]
 MOST_FAILED = 20  # runs that failed whose motions are kept, to be looked at
