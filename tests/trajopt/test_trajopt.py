@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import numpy as np
@@ -9,12 +10,13 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import kinolab
+from kinolab.numerics.work import counted_work
 from kinolab.problem import PlanningTask
 from kinolab.search import Budget, Outcome
 from kinolab.simulation.reference import resimulate
 from kinolab.solve import make_planner
 from kinolab.trajectory import Trajectory
-from kinolab.trajopt import make_exact, shorten
+from kinolab.trajopt import make_exact, shorten, shortened
 from tests.scenario.dynobench.wheel import environment, needs_wheel
 from tests.support import OPEN, WALL, failed, problem_of
 
@@ -179,3 +181,13 @@ def test_tyres_that_slip_come_to_rest_in_the_centre(seed: int) -> None:
         x = step.y[:, -1]
     assert problem.goal_distance(x) < 1e-4
     assert problem.goal_distance(exact.x[-1]) < 1e-6
+
+
+def test_a_budget_that_is_over_ends_the_work(tmp_path: Path) -> None:
+    """What is spent of it may be without bound, of which no part can be told."""
+    problem = problem_of(tmp_path, OPEN)
+    motion = make_exact(problem, straight_to(problem, 140))
+    assert motion is not None
+    with counted_work() as work:
+        assert list(shortened(problem, motion, lambda: math.inf)) == []
+    assert work.seconds < 0.01

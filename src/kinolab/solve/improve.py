@@ -39,7 +39,9 @@ PATIENCE = 16.0  # times as many seconds by the clock may it take: on a busy com
 SEARCHES_PER_WAY, SEARCH_FRACTION = 4, 0.15
 SHORTENING = 0.6  # of the work, which searches leave to shortening at least, about
 SHOWING = 40  # subproblems of a whole motion that show what becomes of it
-ALIKE = 0.1  # fraction by which ways that are pulled tight differ in length by chance
+# Exponent of a motion's first duration beside that of its way: one half as long outweighs a way
+# that is longer by 7 %, by which the lengths of ways that are pulled tight differ by chance.
+FIRST_COUNTS = 0.1
 MIN_EXPECTED_GAIN = 0.01  # of the duration, by further starts, to go on
 MIN_WAYS = 3  # whose spread says something
 
@@ -164,7 +166,8 @@ class PlanImprover:
         """Return motions to shorten, as many as can then be told apart: those on the shortest ways.
 
         How long a motion is at first says little of how short it can become; how long its way is
-        when it is pulled tight says much. Trees below the first one's duration are grown first.
+        when it is pulled tight says much, if not of machines that cannot go sideways. Trees below
+        the first one's duration are grown first.
         """
         remaining, incumbent = starts.remaining, self._incumbent
         exact, before = Refinement(incumbent, first, remaining).offered_exact(), remaining.elapsed
@@ -185,10 +188,11 @@ class PlanImprover:
             return []
         several = [given, *(start for start in found if start is not None)]
         shortest = min(several, key=lambda start: start.motion.duration)
-        if shortest is not given and incumbent.beaten_by(shortest.motion):
+        if shortest is not given:
             several.remove(shortest)
-            if incumbent.take(shortest.motion, "search"):
-                exact = Refinement(incumbent, shortest.motion, remaining).offered_exact()
+            motion = shortest.motion
+            if not incumbent.beaten_by(motion) or incumbent.take(motion, "search"):
+                exact = Refinement(incumbent, motion, remaining).offered_exact()
                 several.append(replace(shortest, motion=exact))
         return _most_promising(several)[:ways]
 
@@ -305,14 +309,8 @@ class PlanImprover:
 
 
 def _most_promising(starts: Sequence[Start]) -> list[Start]:
-    """Return motions with the shortest ways first; of ways that are alike, the shortest motions."""
-    shortest, alike = min(start.least for start in starts), math.log1p(ALIKE)
-
-    def key(start: Start) -> tuple[int, float]:
-        longer = math.log(start.least / shortest) if shortest > 0.0 else 0.0
-        return int(longer / alike), start.motion.duration
-
-    return sorted(starts, key=key)
+    """Return motions, the most promising first: on short ways, and among those the short ones."""
+    return sorted(starts, key=lambda start: start.least * start.motion.duration**FIRST_COUNTS)
 
 
 def _expected_gain(ways: Sequence[RefinedWay], remaining: Budget) -> float:

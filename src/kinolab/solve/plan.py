@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, fields, replace
 from itertools import count
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -21,7 +21,9 @@ from kinolab.search.plugins import full_reference
 from kinolab.settings import settings_of
 from kinolab.trajectory import Trajectory
 from kinolab.verification import Certificate
-from kinolab.verification.tube.claim import Claim
+
+if TYPE_CHECKING:
+    from kinolab.verification.tube.claim import Claim
 
 CENTRE_TOLERANCE = 1e-4  # SI units, goal distance of a motion that ends in the goal's centre
 REFUSED = "verification_failed"  # the status of a plan that the verifier rejected

@@ -113,6 +113,8 @@ def shortened_smooth(
             trajectory = short
             yield short
     begun = spent()
+    if begun >= 1.0:
+        return
     few, first = (begun + part * (1.0 - begun) for part in SHORT.whole_budgets)
     whole = _shorten_whole(
         problem, trajectory, lambda: spent() >= few, lambda: spent() >= first, over, minimised
