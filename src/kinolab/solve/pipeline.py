@@ -15,14 +15,12 @@ from kinolab.search import Budget
 from kinolab.solve.legs import solved_in_legs
 from kinolab.solve.parallel import solve_at_once
 from kinolab.solve.plan import PlanResult, Request, make_planner
-from kinolab.solve.robustness.robust_plans import solved_robustly
 from kinolab.solve.sequential_runs import sequential_runs
 from kinolab.solve.solution_pool import SolutionPool
 from kinolab.trajectory import Trajectory
 from kinolab.verification import verify
 from kinolab.verification.afterwards import hit_while_waiting
 from kinolab.verification.check import require_motion_of
-from kinolab.verification.tube.uncertainty import Uncertainty
 
 GLANCE_SECONDS = 1.0  # [s] of work on each leg between goals, to tell how far these are apart
 NOTHING = "Interrupted before anything was found."
@@ -98,11 +96,15 @@ def solve(
             lambda leg: solve(leg, improve=improve, **rest),
             lambda leg: solve(leg, improve=GLANCE_SECONDS, **rest),
         )
-    asked = Uncertainty.of(problem) if robust else None
-    if asked is not None:
+    if robust and problem.scenario.robust is not None:
         if jobs > 1 or anytime:
             what = "plans that are proved are made one after the other."
             raise InputError([Mistake("solve", what, "Leave out jobs and anytime.")])
+        from kinolab.solve.robustness.robust_plans import solved_robustly  # late: loads SymPy
+        from kinolab.verification.tube.uncertainty import Uncertainty
+
+        asked = Uncertainty.of(problem)
+        assert asked is not None
         made, claim = solved_robustly(
             problem,
             asked,

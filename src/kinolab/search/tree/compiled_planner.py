@@ -257,7 +257,7 @@ def step_seconds(problem: PlanningTask) -> float:
     method = METHODS[integration.method]
     evaluations = integration.substeps * method.evaluations(problem.model.nx)
     shapes = sum(len(body.shapes) for body in problem.bodies) + len(problem.cables)
-    seconds = 4e-7 + operations * (7e-9 + 3e-10 * evaluations) + 1.5e-7 * shapes
+    seconds = 4e-7 + operations * (7e-9 + 7e-10 * evaluations) + 1.5e-7 * shapes
     if problem.model.plant is not problem.model:
         seconds += 4e-6  # the law
     if problem.machine.requirements:
