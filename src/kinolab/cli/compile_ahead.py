@@ -50,14 +50,14 @@ def work(starter: Connection) -> None:
 def in_order() -> tuple[Callable[[], object], ...]:
     """Return what to run, as a command with the default planner needs it.
 
-    Left to the command is what it begins with: the grid of distances and the planner's first tree.
+    Left to the command is what it begins with: the grid of distances, and trees in flat outputs.
     """
     from kinolab.cli.warm_up_parts import PARTS, simulated
 
-    return _second_tree, simulated, PARTS["optimisation"], PARTS["pictures"]
+    return _trees, simulated, PARTS["optimisation"], PARTS["pictures"]
 
 
-def _second_tree() -> None:
+def _trees() -> None:
     from kinolab.cli.warm_up_parts import small_problem
     from kinolab.planners.auto import MEMBERS
     from kinolab.search.tree import search_state
@@ -65,6 +65,7 @@ def _second_tree() -> None:
 
     problem = small_problem()
     empty = replace(problem, world=World((), True, problem.world.bounds))  # no grid of distances
-    tree = MEMBERS[-1]().extension(empty, search_state(empty, 1.0, 1))
-    tree.grow(0)
-    tree.begin()
+    for member in MEMBERS:
+        tree = member().extension(empty, search_state(empty, 1.0, 1))
+        tree.grow(0)
+        tree.begin()

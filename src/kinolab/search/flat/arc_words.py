@@ -62,10 +62,7 @@ def shortest_word(word, begin, end, radius, reverses):  # type: ignore[no-untype
             if variant & 4:  # from the end to the beginning
                 c, s = math.cos(angle), math.sin(angle)
                 px, py = px * c + py * s, px * s - py * c
-            if reverses:
-                possible = solve_form(word.trial, form, px, py, angle)
-            else:
-                possible = solve_forward(word.trial, form, px, py, angle)
+            possible = solve_form(word.trial, form, px, py, angle, not reverses)
             size, length = SIZES[form], 0.0
             for i in range(size):
                 length += abs(word.trial[i])
@@ -80,48 +77,54 @@ def shortest_word(word, begin, end, radius, reverses):  # type: ignore[no-untype
 
 
 @kernel
-def solve_form(lengths, form, x, y, phi):  # type: ignore[no-untyped-def]
+def solve_form(lengths, form, x, y, phi, forward):  # type: ignore[no-untyped-def]
     """Write the lengths of a word that begins forward and to the left; say whether there is one.
 
     Args:
         lengths: Of its letters, shape (LETTERS,); written.
         form: CSC and so on.
         x, y, phi: The pose at its end, from the one at its beginning.
+        forward: Whether no letter may lead backward.
     """
     sign = -1.0 if form in (CSC, CCC, CCSC) else 1.0  # which end to the left
     xi, eta = x + sign * math.sin(phi), y - 1.0 - sign * math.cos(phi)
     if form <= CCC:
-        return solve_three(lengths, form, xi, eta, phi)
+        return solve_three(lengths, form, xi, eta, phi, forward)
     if form <= CDCD:
         return solve_four(lengths, form, xi, eta, phi)
     return solve_quarters(lengths, form, xi, eta, phi)
 
 
 @kernel
-def solve_three(lengths, form, xi, eta, phi):  # type: ignore[no-untyped-def]
+def solve_three(lengths, form, xi, eta, phi, forward):  # type: ignore[no-untyped-def]
     """Do what ``solve_form`` does for three letters, from one circle's centre to the other's.
 
     Args:
-        lengths, form: As ``solve_form`` takes them, shape (LETTERS,).
+        lengths, form, forward: As ``solve_form`` takes them, shape (LETTERS,).
         xi, eta: The last circle's centre, from the first one's.
         phi: The heading at the end.
     """
     rho, theta = math.hypot(xi, eta), math.atan2(eta, xi)
     if form == CSC:
         t, u = theta, rho
-        v = wrapped_angle(phi - t)
+        v = phi - t
     elif form == CSD:
         if rho < 2.0:
             return False
         u = math.sqrt(rho * rho - 4.0)
-        t = wrapped_angle(theta + math.atan2(2.0, u))
-        v = wrapped_angle(t - phi)
+        t = theta + math.atan2(2.0, u)
+        v = t - phi
     else:
         if rho > 4.0:
             return False
         u = -2.0 * math.asin(0.25 * rho)
-        t = wrapped_angle(theta + 0.5 * u + math.pi)
-        v = wrapped_angle(phi - t + u)
+        t = theta + 0.5 * u + math.pi
+        v = phi - t + u
+    if forward:  # the same circles, the other way round where it would reverse
+        whole = 2.0 * math.pi
+        lengths[0], lengths[1], lengths[2] = t % whole, u % whole if form == CCC else u, v % whole
+        return True
+    t, v = wrapped_angle(t), wrapped_angle(v)
     lengths[0], lengths[1], lengths[2] = t, u, v
     return t >= -ROUNDING and (form == CCC or v >= -ROUNDING)
 
@@ -192,35 +195,3 @@ def outer_turns(u, v, xi, eta, phi):  # type: ignore[no-untyped-def]
         first += math.pi
     first = wrapped_angle(first)
     return first, wrapped_angle(first - u + v - phi)
-
-
-@kernel
-def solve_forward(lengths, form, x, y, phi):  # type: ignore[no-untyped-def]
-    """Write the lengths of a word that only goes forward, as ``solve_form`` does.
-
-    Args:
-        lengths: Of its letters, shape (LETTERS,); written.
-        form: CSC, CSD or CCC.
-        x, y, phi: The pose at its end, from the one at its beginning.
-    """
-    whole = 2.0 * math.pi
-    sign = 1.0 if form == CSD else -1.0
-    xi, eta = x + sign * math.sin(phi), y - 1.0 - sign * math.cos(phi)
-    rho, theta = math.hypot(xi, eta), math.atan2(eta, xi)
-    if form == CSC:
-        t, u = theta, rho
-        v = phi - t
-    elif form == CSD:
-        if rho < 2.0:
-            return False
-        u = math.sqrt(rho * rho - 4.0)
-        t = theta + math.atan2(2.0, u)
-        v = t - phi
-    else:
-        if rho > 4.0:
-            return False
-        u = whole - 2.0 * math.asin(0.25 * rho)
-        t = theta + 0.5 * math.pi + math.acos(0.25 * rho)
-        v = phi - t + u
-    lengths[0], lengths[1], lengths[2] = t % whole, u, v % whole
-    return True

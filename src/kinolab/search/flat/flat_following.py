@@ -15,6 +15,7 @@ import math
 from kinolab.numerics.jit import kernel
 from kinolab.problem.goal import SEARCHED_FRACTION
 from kinolab.problem.goal_kernel import wrapped_angle
+from kinolab.search.flat.car_drives import SPEED
 from kinolab.search.flat.flat_machine import CAR, FULL
 from kinolab.search.flat.flat_pieces import locate_time, total
 from kinolab.search.flat.flat_states import bend_at, inputs_for, state_at
@@ -100,7 +101,7 @@ def correct(search, x, pace):  # type: ignore[no-untyped-def]
     turn = flat.unmix[1, 0] * work.slopes[0] + flat.unmix[1, 1] * work.slopes[1]
     away = wrapped_angle(work.x[flat.entry[2]] - heading)
     if flat.kind == CAR:
-        reach = ASIDE * h * search.car.pace[0]
+        reach = ASIDE * h * search.car.pace[SPEED]
         bend = bend_at(flat, work.x[flat.entry[3]]) + aside / (reach * reach)
         bend += math.copysign(2.0 * away / reach, away * speed)
         away = steering_for(flat, bend) - x[flat.entry[3]]

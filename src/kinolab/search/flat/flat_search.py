@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Annotated, NamedTuple
 
 import numpy as np
+from numba import typeof
 
 from kinolab.dynamics.codegen.state_space import wrapped
 from kinolab.numerics.arrays import Array, Integers, allocate
@@ -257,6 +258,10 @@ class FlatConnection:
         nearest_node(self._search, self._ahead, self._own.start[: self._own.corners.shape[1]])
         copy_pieces(self._known, self._draft)
         self.shorten(0)
+
+    def compile_for_cars(self) -> None:
+        """Compile the loops that cars alone need, whatever the machine is."""
+        measure_car.compile((typeof(self._search),))
 
     def begin(self) -> None:
         """Begin with trees that have their roots only."""

@@ -119,7 +119,7 @@ def grow_once(search, tree, other, forward):  # type: ignore[no-untyped-def]
     near = nearest_node(search, tree, sample)
     if search.flat.kind == CAR and uniform(search.random) < 0.5:
         aim_ahead(search, tree.z[near], sample, forward)
-    node, _ = extend(search, tree, near, sample, forward)
+    node, _ = extend_toward(search, tree, near, sample, forward)
     return node != NONE and link(search, tree, other, node, forward)
 
 
@@ -136,7 +136,7 @@ def link(search, tree, other, node, forward):  # type: ignore[no-untyped-def]
     aim = tree.z[node]
     at = nearest_node(search, other, aim)
     while other.size[0] + 1 < other.parent.shape[0]:
-        at, arrived = extend(search, other, at, aim, not forward)
+        at, arrived = extend_toward(search, other, at, aim, not forward)
         if at == NONE:
             return False
         if arrived:
@@ -146,7 +146,7 @@ def link(search, tree, other, node, forward):  # type: ignore[no-untyped-def]
 
 
 @kernel
-def extend(search, tree, node, aim, forward):  # type: ignore[no-untyped-def]
+def extend_toward(search, tree, node, aim, forward):  # type: ignore[no-untyped-def]
     """Extend a tree from a node toward outputs; return the new node, or NONE, and whether it is it.
 
     Args:

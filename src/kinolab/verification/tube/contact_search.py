@@ -47,11 +47,7 @@ class ContactSearch:
         problem = self.problem
         none = [replace(body, shapes=()) for body in problem.bodies]
         apart = World(ground=False)
-        alone = [
-            [body if k == i else other for k, (body, other) in enumerate(pair)]
-            for i in range(len(none))
-            for pair in [list(zip(problem.bodies, none, strict=True))]
-        ]
+        alone = [[*none[:k], body, *none[k + 1 :]] for k, body in enumerate(problem.bodies)]
         pairs = problem.machine.collisions
         made = [
             *(CollisionChecker(bodies, problem.world) for bodies in alone),
