@@ -7,12 +7,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.dynamics.derivation.cancellation import Cancellation
-from kinolab.dynamics.derivation.expression_graph import Node, Operation
+from kinolab.dynamics.derivation.expression_graph import ExpressionGraph, Node, Operation
 from kinolab.dynamics.derivation.formulas import Formulas
 from kinolab.dynamics.model import Model
 from kinolab.numerics import intervals
@@ -31,7 +32,7 @@ from kinolab.numerics.intervals import IntervalArray
 from kinolab.store import pickled
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class FlowFormulas:
     """The equations of motion of a machine without modes.
 
@@ -40,7 +41,8 @@ class FlowFormulas:
         nx: Number of entries of the state.
         rates: The derivative of the state, length nx.
         cables: World positions of both ends of every cable, 6 per cable.
-        solved: The n entries of the state whose derivatives a solve M a = F.
+        solved: The n entries of the state whose derivatives are T a, where a solves M a = F.
+        mixed: T, shape (n, n).
         direct: The derivatives of all other entries, then M, row-major, and F.
     """
 
@@ -49,13 +51,16 @@ class FlowFormulas:
     rates: Formulas
     cables: Formulas
     solved: tuple[int, ...]
+    mixed: Array
     direct: Formulas
 
     @classmethod
     def of(cls, model: Model) -> FlowFormulas:
         """Return those of a machine, without its feedback."""
         plant = model.plant
-        return KEPT.get([f"{plant.key} flow, cables and both sides"], lambda: cls._derived(plant))
+        return KEPT.get(
+            [f"{plant.key} flow, cables and decoupled sides"], lambda: cls._derived(plant)
+        )
 
     @classmethod
     def _derived(cls, plant: Model) -> FlowFormulas:
@@ -63,7 +68,7 @@ class FlowFormulas:
 
         (d,) = derivations_of(plant.system)
         tape = d.binding.tape
-        cancelled = Cancellation(tape)
+        cancelled = Cancellation(tape, anew=True)
 
         def shorter(nodes: Sequence[Node]) -> Sequence[Node]:
             found = cancelled.rewritten(nodes)
@@ -73,9 +78,10 @@ class FlowFormulas:
         names = [tape.operations[node].label for nodes in d.arguments.values() for node in nodes]
         solved, matrix, load = d.balance
         others = [node for k, node in enumerate(rates) if k not in solved]
-        direct = Formulas.of(tape, shorter([*others, *matrix, *load]))
+        mixed, balance = _decoupled(tape, cancelled.rewritten([*matrix, *load]), len(solved))
+        direct = Formulas.of(tape, shorter([*others, *balance]))
         formulas = Formulas.of(tape, rates), Formulas.of(tape, d.cables)
-        return cls(tuple(names), len(d.state), *formulas, solved, direct)
+        return cls(tuple(names), len(d.state), *formulas, solved, mixed, direct)
 
     def coefficients(
         self, boxes: IntervalArray, orders: int, slopes: IntervalArray | None = None
@@ -133,9 +139,11 @@ class FlowFormulas:
         accelerations = solved(
             over.balance(rest, n, bent=bent), centre.balance(rest, n, bent=False), off.magnitude
         )
-        order = np.argsort([*rows, *self.solved])
-        slopes = _beside(over.slopes, rest, accelerations[0], order)
+        order, T = np.argsort([*rows, *self.solved]), Ball(self.mixed, 0.0 * self.mixed)
+        slopes = _beside(over.slopes, rest, T.times("ij,jem->iem", accelerations[0]), order)
         bends = accelerations[1]
+        if bends is not None:
+            bends = T.times("ij,jefm->iefm", bends)
         return slopes, None if bends is None else _beside(over.bends, rest, bends, order)
 
     def _evaluated(
@@ -178,6 +186,27 @@ class FlowFormulas:
             name = self.names[k]
             found[name] = replace(found[name], slope=intervals.point(unit))
         return found
+
+
+def _decoupled(tape: ExpressionGraph, balance: Sequence[Node], n: int) -> tuple[Array, list[Node]]:
+    """Return T, and T' M T and T' F of M, row-major, and F: fewer of them cancel over intervals.
+
+    Where two accelerations have the same inertia, such as those of two wheels, their sum and their
+    difference do not depend on each other.
+    """
+    M, F = np.reshape(balance[: n * n], (n, n)), [*balance[n * n :]]
+    T, free = np.eye(n), set(range(n))
+    for i, j in combinations(range(n), 2):
+        if not {i, j} <= free or M[i, i] != M[j, j] or M[i, j] == tape.zero:
+            continue
+        free -= {i, j}
+        T[[i, j, j], [j, i, j]] = 1.0, 1.0, -1.0
+        F[i], F[j] = tape.add(F[i], F[j]), tape.sub(F[i], F[j])
+        for rows in (M, M.T):
+            pairs = list(zip(rows[i].tolist(), rows[j].tolist(), strict=True))
+            rows[i] = [tape.add(a, b) for a, b in pairs]
+            rows[j] = [tape.sub(a, b) for a, b in pairs]
+    return T, [*M.ravel().tolist(), *F]
 
 
 def _beginning_of(one: Operation, starts: Mapping[str, SecondOrder]) -> SecondOrder:

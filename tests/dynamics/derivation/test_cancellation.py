@@ -13,12 +13,15 @@ from kinolab.dynamics.derivation.expression_graph import ExpressionGraph
 from tests.dynamics.derivation.test_expression_graph import LABELS, build, expressions, states
 
 
+@pytest.mark.parametrize("anew", [False, True])
 @settings(deadline=None)
 @given(tree=expressions, values=states)
-def test_rewritten_expressions_have_the_same_value(tree: Any, values: tuple[float, ...]) -> None:
+def test_rewritten_expressions_have_the_same_value(
+    anew: bool, tree: Any, values: tuple[float, ...]
+) -> None:
     tape = ExpressionGraph()
     node = build(tape, tree)
-    (short,) = Cancellation(tape).rewritten([node])
+    (short,) = Cancellation(tape, anew=anew).rewritten([node])
     point = dict(zip(LABELS, values, strict=True))
     before, after = tape.evaluate([node, short], point)
     assert after == pytest.approx(before, rel=1e-9, abs=1e-9)
@@ -44,6 +47,18 @@ def test_sums_of_squares_are_found_below_other_terms() -> None:
     one = tape.mul(m, tape.mul(c, c))
     other = tape.mul(tape.mul(s, m), tape.mul(s, tape.constant(1.0)))
     assert Cancellation(tape).rewritten([tape.add(one, other)]) == [m]
+
+
+def test_sums_and_quotients_are_written_anew_where_something_cancels() -> None:
+    tape = ExpressionGraph()
+    a, b, r = (tape.variable(name) for name in "abr")
+    c, s = tape.unary("cos", a), tape.unary("sin", a)
+    half = tape.mul(tape.constant(0.5), tape.mul(b, r))
+    one, other = (tape.div(tape.mul(wave, half), b) for wave in (c, s))
+    squares = tape.add(tape.mul(c, one), tape.mul(s, other))  # r / 2: b cancels
+    total = tape.add(tape.sub(a, squares), tape.add(squares, b))
+    found = Cancellation(tape, anew=True).rewritten([squares, total])
+    assert found == [tape.mul(tape.constant(0.5), r), tape.add(a, b)]
 
 
 def test_what_is_nearly_zero_is_not_called_zero() -> None:

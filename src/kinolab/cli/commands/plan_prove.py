@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import partial
 from pathlib import Path
 
 import click
@@ -78,7 +77,7 @@ def command(
     asked = Uncertainty(dict.fromkeys(varied, percent / 100.0), noise, disturbance)
     asked.require(run.problem)
     prover = Prover(run.problem, run.trajectory, large=large)
-    claim = claimed(prover, asked, partial(progress, passing=True))
+    claim = claimed(prover, asked)
     progress.close()
     with INTERRUPTS.writing():
         data = write_tube(folder, claim)

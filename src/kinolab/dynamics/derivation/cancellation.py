@@ -25,10 +25,12 @@ class Cancellation:
 
     Args:
         tape: The expression graph.
+        anew: Whether quotients by products are expanded, too, and sums of which something cancels
+            are written anew, term by term: no shorter for a machine, but tighter over intervals.
     """
 
-    def __init__(self, tape: ExpressionGraph) -> None:
-        self._tape = tape
+    def __init__(self, tape: ExpressionGraph, *, anew: bool = False) -> None:
+        self._tape, self._anew = tape, anew
         self._made: dict[Node, Node] = {}
         self._polynomials: dict[Node, Polynomial] = {}  # by rewritten node
         self._known: dict[frozenset[tuple[Monomial, float]], Node] = {}
@@ -43,15 +45,20 @@ class Cancellation:
     def _rewrite(self, node: Node) -> Node:
         tape, operation = self._tape, self._tape.operations[node]
         operands = [self._made[operand] for operand in operation.operands]
-        if operation.name not in ("add", "sub", "neg", "mul"):
+        names = ("add", "sub", "neg", "mul", *(["div"] if self._anew else []))
+        if operation.name not in names:
             return tape.remade(node, operands)
-        polynomial = self._combined(operation.name, [self._polynomial(a) for a in operands])
+        parts = [self._polynomial(a) for a in operands]
+        polynomial = self._combined(operation.name, parts)
         if polynomial is None:
             return tape.remade(node, operands)
         key = frozenset(polynomial.items())
         if key not in self._known:
-            single = self._product(polynomial) if len(polynomial) <= 1 else None
-            made = tape.remade(node, operands) if single is None else single
+            shorter = self._anew and len(polynomial) < sum(len(part) for part in parts)
+            if len(polynomial) <= 1 or (shorter and operation.name in ("add", "sub")):
+                made = self._written(polynomial)
+            else:
+                made = tape.remade(node, operands)
             self._known[key] = made
             self._polynomials.setdefault(made, polynomial)
         return self._known[key]
@@ -71,6 +78,11 @@ class Cancellation:
         if name == "neg":
             return {monomial: -factor for monomial, factor in parts[0].items()}
         one, other = parts
+        if name == "div":
+            if len(other) != 1:
+                return None
+            name = "mul"
+            other = {_inverse(monomial): 1.0 / factor for monomial, factor in other.items()}
         if name == "mul":
             if len(one) * len(other) > MAX_TERMS:
                 return None
@@ -110,22 +122,29 @@ class Cancellation:
                 return (*monomial[:k], *kept, *monomial[k + 1 :]), cosine
         return None
 
-    def _product(self, polynomial: Polynomial) -> Node:
-        """Return the node of a polynomial with at most one term."""
-        tape = self._tape
-        for monomial, factor in polynomial.items():
-            made = tape.one
-            for node, power in monomial:
-                made = tape.mul(made, tape.power(node, power))
-            return tape.mul(tape.constant(factor), made)
-        return tape.zero
+    def _written(self, polynomial: Polynomial) -> Node:
+        """Return the node of a polynomial, a sum of its terms."""
+        return self._tape.sum(self._term(*one) for one in sorted(polynomial.items()))
+
+    def _term(self, monomial: Monomial, factor: float) -> Node:
+        tape, above, below = self._tape, self._tape.one, self._tape.one
+        for node, power in monomial:
+            if power > 0:
+                above = tape.mul(above, tape.power(node, power))
+            else:
+                below = tape.mul(below, tape.power(node, -power))
+        return tape.mul(tape.constant(factor), tape.div(above, below))
 
 
 def _times(one: Monomial, other: Monomial) -> Monomial:
     powers = dict(one)
     for node, power in other:
         powers[node] = powers.get(node, 0) + power
-    return tuple(sorted(powers.items()))
+    return tuple(sorted((node, power) for node, power in powers.items() if power))
+
+
+def _inverse(monomial: Monomial) -> Monomial:
+    return tuple((node, -power) for node, power in monomial)
 
 
 def without_turns(

@@ -19,6 +19,7 @@ from typing import Protocol, TypeVar
 
 import numpy as np
 
+from kinolab.concurrency.stages import doing
 from kinolab.errors import EndpointError, InputError
 from kinolab.problem import PlanningTask
 from kinolab.solve.robustness.reserves import Reserves, input_needs, needed
@@ -81,7 +82,6 @@ def solved_robustly(
     asked: Uncertainty,
     solve: Callable[[PlanningTask, Trajectory | None], T],
     guess: Trajectory | None,
-    told: Callable[[str], None] = lambda _: None,
 ) -> tuple[T, Claim | None]:
     """Return a plan that is proved under an uncertainty, or under less, and what is proved.
 
@@ -90,7 +90,6 @@ def solved_robustly(
         asked: What may differ from its assumptions.
         solve: Plans, from a motion that is nearly one where there is such.
         guess: The first of them.
-        told: Called now and then with what is being done.
 
     Raises:
         InputError: If there is no proof for the machine, or the uncertainty makes no sense for it.
@@ -104,7 +103,7 @@ def solved_robustly(
         if made is None or made.status != "solved" or made.trajectory is None:
             break
         guess = made.trajectory
-        told("proving the plan for all machines within the bounds")
+        doing("proving the plan for all machines within the bounds")
         prover, proof = best_tuned(Prover(problem, guess), asked)
         last = made, prover
         if proof.proved:
@@ -114,11 +113,11 @@ def solved_robustly(
         if not proof.tube.complete or proof.spare > 0.0:
             wanted = replace(wanted, distance=0.0)  # nobody knows yet, or nothing is touched
         reserves, factor = reserves.joined(wanted), GROWTH * factor
-        told(f"planning again, with more kept back: {_why(proof)}")
+        doing(f"planning again, with more kept back: {_why(proof)}")
     if last is None:
         assert made is not None  # the first plan keeps nothing back
         return made, None
-    return last[0], claimed(last[1], asked, told)
+    return last[0], claimed(last[1], asked)
 
 
 def _planned(

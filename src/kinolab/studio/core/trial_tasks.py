@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from kinolab.analyze.execute.conditions import Conditions
+from kinolab.concurrency.stages import heard_by
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 from kinolab.studio.core.background_work import Told
@@ -108,7 +109,8 @@ def prove_plan(tell: Tell, problem: PlanningTask, plan: Trajectory, percent: flo
     asked = Uncertainty(dict.fromkeys(varied, percent / 100.0), 0.0, 0.0)
     asked.require(problem)
     prover = Prover(problem, plan)
-    claim = claimed(prover, asked, lambda words: tell(Told(words)))
+    with heard_by(lambda words: tell(Told(words))):
+        claim = claimed(prover, asked)
     tube = claim.proof.tube
     lines = tuple(line.strip() for line in claim.lines())
     if not tube.steps:

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from kinolab.concurrency.stages import doing
 from kinolab.numerics.arrays import finite_or_none
 from kinolab.problem import PlanningTask
 from kinolab.verification.check import Check
@@ -91,22 +92,21 @@ def widest(proof: TubeProof) -> np.ndarray[Any, np.dtype[np.float64]]:
     return np.asarray(np.maximum(np.abs(bounds.low), np.abs(bounds.high)).max(axis=0))
 
 
-def claimed(prover: Prover, asked: Uncertainty, told: Any = lambda _: None) -> Claim:
+def claimed(prover: Prover, asked: Uncertainty) -> Claim:
     """Answer whether a plan is proved under an uncertainty, and if not, under which share of it.
 
     Args:
         prover: Of the plan.
         asked: What may differ from the plan's assumptions.
-        told: Called now and then with what is being done.
 
     Raises:
         InputError: If it makes no sense for the machine.
     """
-    told("proving what was asked for")
+    doing("proving what was asked for")
     answer = prover.prove(asked)
     if answer.proved:
         return Claim(prover.problem, asked, answer, 1.0, answer)
-    share, best = prover.largest(asked, told)
+    share, best = prover.largest(asked)
     return Claim(prover.problem, asked, answer, share, best)
 
 

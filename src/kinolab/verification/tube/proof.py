@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from kinolab.concurrency.stages import doing
 from kinolab.dynamics.flow_formulas import FlowFormulas
 from kinolab.errors import InputError, Mistake
 from kinolab.numerics.arrays import Array
@@ -32,7 +32,6 @@ from kinolab.verification.tube.uncertainty import Uncertainty
 # What is proved is at most so often halved, and then told to a sixteenth of itself.
 HALVINGS, BISECTIONS = 8, 4
 WIDE = 1e6  # of an input's range: limits that feedback without limits does not reach
-Told = Callable[[str], None]
 
 
 @dataclass(frozen=True, eq=False)
@@ -145,26 +144,24 @@ class Prover:
         excess = goal_excess(problem, tube, poses) if tube.complete else np.inf
         return TubeProof(uncertainty, self.large, tube, hazards, excess, spare, enough)
 
-    def largest(
-        self, uncertainty: Uncertainty, told: Told = lambda _: None
-    ) -> tuple[float, TubeProof | None]:
+    def largest(self, uncertainty: Uncertainty) -> tuple[float, TubeProof | None]:
         """Return a share of an uncertainty that is proved, nearly the largest, and its proof."""
         low, high, best = 0.5, 1.0, None
         for _ in range(HALVINGS):
-            best = self._proved(uncertainty.times(low), told, low)
+            best = self._proved(uncertainty.times(low), low)
             if best is not None:
                 break
             low, high = 0.5 * low, low
         for _ in range(BISECTIONS if best is not None else 0):
             middle = 0.5 * (low + high)
-            found = self._proved(uncertainty.times(middle), told, middle)
+            found = self._proved(uncertainty.times(middle), middle)
             low, high = (middle, high) if found is not None else (low, middle)
             best = found or best
         return (low if best is not None else 0.0), best
 
-    def _proved(self, uncertainty: Uncertainty, told: Told, share: float) -> TubeProof | None:
+    def _proved(self, uncertainty: Uncertainty, share: float) -> TubeProof | None:
         """Return a proof that holds to the end; None where there is none."""
-        told(f"proving {share:.3g} of what was asked for")
+        doing(f"proving {share:.3g} of what was asked for")
         found = self.prove(uncertainty)
         return found if found.proved else None
 
