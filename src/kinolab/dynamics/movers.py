@@ -26,7 +26,6 @@ from kinolab.dynamics.machine_facts import TIME
 from kinolab.numerics.arrays import Array
 
 ENTRIES = ("x", "y", "z", "roll", "pitch", "yaw")
-STILL = 60.0  # [s] that count as a metre where nothing is seen to move
 SAMPLES = 1000  # of a motion, among which the fastest is taken
 t = sympy.Symbol("t", real=True)  # the time in formulas
 
@@ -62,7 +61,8 @@ def among(
     """
     own = clocks(system)
     time = (
-        own[0] if own else clock(TIME, 0.0, until, scale=1.0 / fastest if fastest > 0.0 else STILL)
+        # [s] that count as a metre where nothing is seen to move
+        own[0] if own else clock(TIME, 0.0, until, scale=1.0 / fastest if fastest > 0.0 else 60.0)
     )
     bodies = []
     for mover in movers:

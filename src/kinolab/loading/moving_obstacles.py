@@ -36,8 +36,6 @@ if TYPE_CHECKING:
 COLUMNS = ("t", "x", "y", "z", "roll", "pitch", "yaw")  # of a file; the angles may be left out
 LONGEST = 600.0  # [s] for which rows are repeated, without [bounds] time
 MOST_CORNERS = WHOLE_POSES  # of a path: each is an operation of the machine's code
-CLOSED = 1e-6  # [m] or [rad] between the ends of a path that repeats
-HULL = 0.01  # of a mesh's extent, by which a face may lie within its convex hull unsaid
 CHORD = 1e-3  # [m] between a path of many rows and straight lines, and kept beside obstacles
 
 
@@ -196,7 +194,8 @@ def _convex(obstacle: Obstacle) -> bool:
 
     hull, triangles = ConvexHull(obstacle.vertices), obstacle.vertices[obstacle.faces]
     inside = -(triangles.mean(axis=1) @ hull.equations[:, :3].T + hull.equations[:, 3])  # (m, k)
-    return bool(inside.min(axis=1).max() <= HULL * np.ptp(obstacle.vertices, axis=0).max())
+    # of a mesh's extent, by which a face may lie within its convex hull unsaid
+    return bool(inside.min(axis=1).max() <= 0.01 * np.ptp(obstacle.vertices, axis=0).max())
 
 
 def _shape(obstacle: Obstacle) -> Shape:
@@ -327,7 +326,7 @@ def _closes(rows: Array) -> bool:
     """Say whether a path ends in the pose in which it begins, but for whole turns."""
     away = rows[-1, 1:] - rows[0, 1:]
     away[3:] -= whole_turns(away[3:])
-    return bool(np.abs(away).max() <= CLOSED)
+    return bool(np.abs(away).max() <= 1e-6)  # [m] or [rad] between the ends of a path that repeats
 
 
 def _repeated(rows: Array, until: float) -> Array:

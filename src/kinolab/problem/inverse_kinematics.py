@@ -8,12 +8,8 @@ from kinolab.dynamics import Model
 from kinolab.numerics.arrays import Array
 from kinolab.problem.goal import Goal
 
-MAX_STEPS = 40
 # of a coordinate, in its characteristic magnitude: the linearisation holds no longer
 MAX_STEP = 0.5
-DAMPING = 1e-6  # of the squared singular values, relative: bounds steps near singular poses
-STALLED = 1e-9  # step of a coordinate, relative to its magnitude: no nearer any more
-REACHED = 1e-9  # [m] and [rad] from the targets
 
 
 def reaching(
@@ -40,9 +36,9 @@ def reaching(
     free[goal.entries] = False
     widths = np.where(free, scales, 0.0)
     reached, rows = x.copy(), np.arange(len(x))
-    for _ in range(MAX_STEPS):
+    for _ in range(40):  # damped steps of Newton's method
         gap = _gap(model, goal, reached[rows], offsets[rows])
-        apart = np.abs(gap).max(axis=1, initial=0.0) > REACHED
+        apart = np.abs(gap).max(axis=1, initial=0.0) > 1e-9  # [m] and [rad] from the targets
         rows, gap = rows[apart], gap[apart]
         if not len(rows):
             break
@@ -50,12 +46,14 @@ def reaching(
         A = J @ J.swapaxes(1, 2)
         size = np.trace(A, axis1=1, axis2=2)[:, None, None]
         # Where nothing changes any gap, as a formula's at its extremum, no step is made.
-        damped = A + np.where(size > 0.0, DAMPING * size, 1.0) * np.eye(A.shape[1])
+        # of the squared singular values: bounds steps near singular poses
+        damped = A + np.where(size > 0.0, 1e-6 * size, 1.0) * np.eye(A.shape[1])
         step = -(J.swapaxes(1, 2) @ np.linalg.solve(damped, gap[..., None]))[..., 0]
         longest = np.abs(step).max(axis=1, keepdims=True)
         step *= widths * np.minimum(1.0, MAX_STEP / np.maximum(longest, MAX_STEP))
         reached[rows] = model.space.unit(np.clip(reached[rows] + step, *limits.T))
-        rows = rows[longest[:, 0] > STALLED]
+        # step of a coordinate, relative to its magnitude: no nearer any more
+        rows = rows[longest[:, 0] > 1e-9]
     return reached
 
 

@@ -28,9 +28,6 @@ from kinolab.solve.worker import (
 )
 
 INTERRUPTED = "interrupted."
-PROCESS_EXIT_SECONDS = 5.0  # [s] for a process to exit after its last message
-# [s] for a thread to exit; after that it ends in the background
-THREAD_EXIT_SECONDS = 0.2
 
 
 class AbstractJob(ABC):
@@ -149,7 +146,7 @@ class ProcessJob(AbstractJob):
     def _left(self) -> None:
         """Record how the process ended after its connection closed."""
         with suppress(subprocess.TimeoutExpired):
-            self._worker.process.wait(PROCESS_EXIT_SECONDS)
+            self._worker.process.wait(5.0)  # [s] for a process to exit after its last message
         code = self._worker.process.returncode
         if code == 0:  # out of time; the next seed was not begun
             self.over = True
@@ -212,7 +209,7 @@ class ThreadJob(AbstractJob):
     def close(self, reason: str) -> None:
         """Wait briefly for it to exit; ``reason`` is recorded for an unfinished search."""
         self.connection.close()  # its next message fails, which ends it
-        self._thread.join(THREAD_EXIT_SECONDS)
+        self._thread.join(0.2)  # [s] for a thread to exit; after that it ends in the background
         if not self.over:
             self._note("ended", reason)
 

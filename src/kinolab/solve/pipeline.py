@@ -22,9 +22,6 @@ from kinolab.verification import verify
 from kinolab.verification.afterwards import hit_while_waiting
 from kinolab.verification.check import require_motion_of
 
-GLANCE_SECONDS = 1.0  # [s] of work on each leg between goals, to tell how far these are apart
-NOTHING = "Interrupted before anything was found."
-
 
 def solve(
     problem: PlanningTask,
@@ -94,7 +91,8 @@ def solve(
         return solved_in_legs(
             problem,
             lambda leg: solve(leg, improve=improve, **rest),
-            lambda leg: solve(leg, improve=GLANCE_SECONDS, **rest),
+            # [s] of work on each leg between goals, to tell how far these are apart
+            lambda leg: solve(leg, improve=1.0, **rest),
         )
     if robust and problem.scenario.robust is not None:
         if jobs > 1 or anytime:
@@ -164,7 +162,7 @@ def solve(
         request.seed,
         sum(attempt.iterations for attempt in pool.all),
         problem.goal_distance(problem.start),
-        message=NOTHING,
+        message="Interrupted before anything was found.",
         jobs=jobs,
         attempts=pool.all,
         interrupted=True,

@@ -11,9 +11,7 @@ if TYPE_CHECKING:
     from kinolab.problem import PlanningTask
     from kinolab.solve.plan import PlanResult
 
-MOST_LINES = 10  # of a plan that is printed
 MOST_NAMES = 12  # of states, or of inputs
-NOTABLE = 0.01  # gain of the second half of improvement that is told
 
 
 def progress_text(found: PlanResult, *, anytime: bool) -> str:
@@ -103,7 +101,7 @@ def _more_time(statistics: Mapping[str, float], better: str) -> str:
         )
     seconds, gain = statistics["improvement_seconds"], statistics.get("last_half_gain", 0.0)
     more = f"--set planner.improve={math.ceil(4 * seconds)}"
-    if gain >= NOTABLE:
+    if gain >= 0.01:  # gain of the second half of improvement that is told
         return f"  it was still becoming {better} after {seconds:.3g} s: {more} goes on"
     return f"  with more time than {seconds:.3g} s it may become {better}: {more}"
 
@@ -143,7 +141,7 @@ def plan_text(problem: PlanningTask, found: PlanResult) -> str:
     if found.timings:
         spent = ", ".join(f"{stage} {seconds:.2f}" for stage, seconds in found.timings.items())
         lines.append(f"  seconds: {spent}")
-    return "\n".join(lines[:MOST_LINES])
+    return "\n".join(lines[:10])
 
 
 def _names(names: Sequence[str]) -> str:

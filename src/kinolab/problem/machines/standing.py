@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from kinolab.dynamics.language.mechanism import Mechanism
     from kinolab.dynamics.language.shapes import Shape
 
-FEWEST_CORNERS = 16  # for which code is made: shorter paths repeat their last one
 OfBody = TypeVar("OfBody", DirectionTarget, KeepOutCone, PointTarget)
 
 
@@ -63,7 +62,8 @@ def among(
 
     model = problem.model
     longest = max(len(corners) for _, corners in paths.values())
-    count = 2 ** math.ceil(math.log2(max(longest, FEWEST_CORNERS)))
+    # corners for which code is made at least: shorter paths repeat their last one
+    count = 2 ** math.ceil(math.log2(max(longest, 16)))
     told = [[name, repr(shapes)] for name, (shapes, _) in paths.items()]
     content = json.dumps([model.key, "among", told, count])
     solids = {name: shapes for name, (shapes, _) in paths.items()}

@@ -10,7 +10,6 @@ from kinolab.errors import InputError, Mistake, printable, unknown_name
 from kinolab.scenario.toml_text import shortened
 
 MOST_LINES = 10_000
-REPEATED = "planner"  # the section whose keys may stand several times
 
 
 @dataclass(frozen=True)
@@ -101,7 +100,8 @@ class CfgFile:
     def add(self, section: str, value: CfgValue) -> None:
         """Add a value to its section; one that stands there already is a mistake."""
         first = self.lines.setdefault((section, value.key), value.line)
-        if first != value.line and section != REPEATED:
+        # the section whose keys may stand several times
+        if first != value.line and section != "planner":
             what = f"{shortened(printable(value.key))} stands in line {first} already."
             self.wrong(value, what, "Keep one of them.")
             return

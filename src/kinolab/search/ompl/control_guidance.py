@@ -20,8 +20,6 @@ from kinolab.search.ompl.goal_errors import GoalErrors
 from kinolab.search.ompl.goal_region import GoalSamples
 from kinolab.simulation import CandidateRollouts
 
-LOOKAHEAD_STEPS = 50  # maximum lookahead horizon
-
 
 class ControlGuide:
     """Chooses the input of every motion by lookahead, ignoring obstacles.
@@ -54,7 +52,7 @@ class ControlGuide:
         goal_region_scale: float,
         seed: int,
     ) -> None:
-        horizon = min(max_steps, LOOKAHEAD_STEPS)
+        horizon = min(max_steps, 50)  # maximum lookahead horizon
         self._rollouts = CandidateRollouts(problem, control_samples, horizon)
         self._shortest, self._horizon, self._longest = min(min_steps, horizon), horizon, max_steps
         # Goal points and axes of bodies would need the poses of every candidate state.

@@ -31,7 +31,6 @@ from kinolab.verification.tube.uncertainty import Uncertainty
 
 # What is proved is at most so often halved, and then told to a sixteenth of itself.
 HALVINGS, BISECTIONS = 8, 4
-WIDE = 1e6  # of an input's range: limits that feedback without limits does not reach
 Told = Callable[[str], None]
 
 
@@ -117,7 +116,8 @@ class Prover:
 
     def expected(self, uncertainty: Uncertainty) -> Tube:
         """Return the linear part of a tube whose inputs have no limits; it proves nothing."""
-        radius = WIDE * np.ptp(self.tracker.limits, axis=1)[:, None] * np.array([-1.0, 1.0])
+        # times an input's range: limits that feedback without limits does not reach
+        radius = 1e6 * np.ptp(self.tracker.limits, axis=1)[:, None] * np.array([-1.0, 1.0])
         free = [replace(one, limits=radius) for one in self._feedback(uncertainty)]
         with np.errstate(all="ignore"):  # of gains that do not keep deviations small
             return self.about.linear_tube(free, uncertainty.radii(self.problem))

@@ -26,7 +26,6 @@ MAX_DEPTH = 100  # of nodes in a GLB: poses are multiplied from each one up to t
 MAX_SCENE_BYTES = 20_000_000  # of the JSON in a GLB
 MAX_EMPTY_BYTES = 100_000_000  # of a GLB's arrays that are not in the file: they are zero
 COMPONENTS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
-COMPONENT_BYTES = 4  # at most
 COLLADA_NUMBERS = ("float_array", "lookat", "matrix", "rotate", "scale", "skew", "translate")
 COLLADA_UNREAD = ("library_animations", "library_controllers")
 MATERIAL = re.compile(rb"^[ \t]*+usemtl([^\r\n]*+)", re.MULTILINE)
@@ -201,4 +200,4 @@ def _empty_bytes(scene: Mapping[str, Any]) -> Iterator[int]:
             if not isinstance(count, int):  # a list would be taken as a shape
                 raise ValueError("an accessor's count is no whole number")
             if isinstance(kind, str):
-                yield max(count, 0) * COMPONENTS.get(kind, 16) * COMPONENT_BYTES
+                yield max(count, 0) * COMPONENTS.get(kind, 16) * 4  # bytes at most

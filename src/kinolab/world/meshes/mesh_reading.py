@@ -23,7 +23,6 @@ if TYPE_CHECKING:
 AXES = "xyz"
 UNPAINTED = np.array([184, 192, 208], dtype=np.uint8)  # of parts without a colour beside others
 MOST_COLORS = 32
-TEXTURE_GREY = 102  # of materials that have no colour of their own, in trimesh
 
 
 class RawMesh(NamedTuple):
@@ -156,7 +155,8 @@ def _own_colors(part: trimesh.Trimesh) -> NDArray[np.uint8] | None:
     if color is None:
         color = getattr(material, "diffuse", None)
         written = "kd" in getattr(material, "kwargs", {})  # in an OBJ's materials
-        if color is not None and (np.asarray(color)[:3] == TEXTURE_GREY).all() and not written:
+        # of materials that have no colour of their own, in trimesh
+        if color is not None and (np.asarray(color)[:3] == 102).all() and not written:
             return None
     if color is None:
         return None

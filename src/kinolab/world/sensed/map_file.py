@@ -29,7 +29,6 @@ FREE, OCCUPIED, UNKNOWN = np.uint8(0), np.uint8(1), np.uint8(2)
 OCCUPIED_FROM, FREE_BELOW = 0.65, 0.196  # map_saver's: its grey of unknown cells, 205, is between
 MODES = ("trinary", "scale")
 LIGHTEST = {"1": 1, "L": 255, "LA": 255, "RGB": 255, "RGBA": 255, "I;16": 65535, "I": 65535}
-PASSABLE = b".GS"  # ground and swamp; trees, water and what lies out of bounds are in the way
 
 
 class OccupancyMap(NamedTuple):
@@ -228,4 +227,5 @@ def _letters(where: str, content: bytes) -> NDArray[np.uint8]:
         what = f"says {high} rows of {wide} cells, and has {len(rows)} of {found}."
         raise refusal(where, what, "It may be cut short; fetch it again.")
     letters = np.frombuffer(b"".join(rows), np.uint8).reshape(high, wide)
-    return np.where(np.isin(letters, [*PASSABLE]), FREE, OCCUPIED).astype(np.uint8)
+    # ground and swamp; trees, water and what lies out of bounds are in the way
+    return np.where(np.isin(letters, [*b".GS"]), FREE, OCCUPIED).astype(np.uint8)

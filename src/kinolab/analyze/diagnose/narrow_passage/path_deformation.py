@@ -12,7 +12,6 @@ from kinolab.problem import PlanningTask
 
 SIZES = (2e-4, 0.3)  # [m] of deformations, across it
 CONSTANT_ANGLE_PROBABILITY = 0.2  # probability that it makes an angle constant, at any value
-TURNS = (0.2, 2.0)  # [m] along the path over which it does
 
 
 class PathDeformation:
@@ -65,7 +64,8 @@ class PathDeformation:
         kind = draw.random()
         if kind < CONSTANT_ANGLE_PROBABILITY and self._angles:
             j, value = int(draw.choice(self._angles)), draw.uniform(-np.pi, np.pi)
-            return self._flat(band, marks, k, 10 ** draw.uniform(*np.log10(TURNS)), j, value)
+            # [m] along the path over which it stays
+            return self._flat(band, marks, k, 10 ** draw.uniform(*np.log10((0.2, 2.0))), j, value)
         # 0.2: probability that it makes a coordinate constant instead
         if kind < CONSTANT_ANGLE_PROBABILITY + 0.2:
             j = int(draw.integers(len(self.entries)))

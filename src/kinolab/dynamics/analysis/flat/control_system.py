@@ -19,8 +19,6 @@ from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.model import Model
 from kinolab.numerics.arrays import Array
 
-ROUNDING = 1e-12  # of the largest slope of a rate
-
 
 @dataclass(frozen=True, eq=False)
 class ControlSystem:
@@ -98,7 +96,8 @@ class ControlSystem:
         for motion in self.motions():
             slopes = np.abs(motion.along(self.rates)[:, 0, : motion.dimension])
             slopes /= self.model.state_scales[:, None]
-            felt = slopes.max(axis=0) > ROUNDING * slopes.max(initial=1e-300)
+            # of the largest slope of a rate
+            felt = slopes.max(axis=0) > 1e-12 * slopes.max(initial=1e-300)
             found.append(np.abs(motion.basis[:, felt]).max(axis=1, initial=0.0) == 0.0)
         return tuple(np.flatnonzero(np.all(found, axis=0)).tolist())
 

@@ -19,8 +19,6 @@ import numpy as np
 from kinolab.dynamics.analysis.jets.ranks import scales_of
 from kinolab.numerics.arrays import Array
 
-# Of the largest entry of a row, in units of scales; less is left of terms that cancelled.
-CANCELLED = 1e-11
 # A rank is clear where no singular value, relative to the largest, is between these two.
 NONZERO, ZERO = 1e-9, 1e-12
 
@@ -53,7 +51,8 @@ def cleaned(rows: Array) -> Array:
     """
     size = np.abs(rows).max(axis=-1, keepdims=True, initial=0.0)
     rows = rows / np.where(size > 0, size, 1.0)
-    return np.where(np.abs(rows) > CANCELLED, rows, 0.0)
+    # of the largest entry of a row, in units of scales; less is left of terms that cancelled
+    return np.where(np.abs(rows) > 1e-11, rows, 0.0)
 
 
 def clear_rank(rows: Array) -> ClearRank:
