@@ -1,10 +1,6 @@
 """Files that somebody else wrote: what is too large or too deep is refused before it is parsed.
 
-Every file that kinolab reads has a largest size, chosen so that the worst content of that size
-takes less than ``MOST_MEMORY``: a list of empty lists takes 25 bytes of memory for each of the
-file, JSON as well as TOML. Limits of machines are in ``dynamics/language/json/size_limits.py``,
-of meshes in ``world/meshes/mesh_limits.py``, of maps and clouds in ``world/sensed/``, of
-scenarios, environments and studies in ``scenario/file_lookup.py`` and ``scenario/toml_text.py``.
+How much that is, ``file_laws`` says.
 """
 
 from __future__ import annotations
@@ -21,13 +17,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from kinolab.errors import InputError, Mistake
+from kinolab.file_laws import BYTES, ELEMENTS
 from kinolab.files import read_ordinary
-
-MOST_MEMORY = 4 * 2**30  # [bytes] that reading any one file takes
-MOST_BYTES = 20_000_000  # of JSON and of XML
-MOST_ARRAY_BYTES = 400_000_000  # of all arrays of a file, unpacked
-MOST_NESTED = 200  # lists and tables within one another
 
 _TEXT = re.compile(rb'"(?>[^"\\]|\\.)*+"', re.DOTALL)
 _END = b"PK\x05\x06"  # of an archive; 22 bytes where it has no comment
@@ -43,25 +34,16 @@ def why(error: Exception) -> str:
     return (error.strerror if isinstance(error, OSError) else None) or str(error)
 
 
-def refuse_many(count: int, most: int, things: str, where: str, remedy: str = "") -> None:
-    """Refuse a file with more of some things than anything is made of.
-
-    Raises:
-        InputError: If there are more than ``most``.
-    """
-    if count > most:
-        raise InputError([Mistake(where, f"it has more than {most} {things}.", remedy)])
-
-
 def json_of(text: str | bytes) -> Any:
     """Parse JSON.
 
     Raises:
-        ValueError: If it is none, or nested more than ``MOST_NESTED`` deep.
+        ValueError: If it is none, or nested too deep.
     """
     content = text.encode(errors="replace") if isinstance(text, str) else text
-    if nesting(content) > MOST_NESTED:
-        raise ValueError(f"it is nested too deeply, more than {MOST_NESTED} lists and tables")
+    most = ELEMENTS["levels of lists and tables"]
+    if nesting(content) > most:
+        raise ValueError(f"it is nested too deeply, more than {most} lists and tables")
     return json.loads(text, object_pairs_hook=_once)
 
 
@@ -87,20 +69,20 @@ def json_file(path: Path) -> Any:
     """Read a file of JSON.
 
     Raises:
-        OSError: If it cannot be read, or is larger than ``MOST_BYTES``.
+        OSError: If it cannot be read, or is too large.
         ValueError: If it is no JSON, or nested too deep.
     """
-    return json_of(bytes(read_ordinary(path, MOST_BYTES)))
+    return json_of(bytes(read_ordinary(path, BYTES["json"])))
 
 
 def text_file(path: Path) -> str:
     """Read a file of text in UTF-8, with or without the byte order mark that Windows adds.
 
     Raises:
-        OSError: If it cannot be read, or is larger than 50 MB, as a table in CSV may be.
+        OSError: If it cannot be read, or is larger than a table in CSV may be.
         UnicodeDecodeError: If it is none.
     """
-    return read_ordinary(path, 50_000_000).decode("utf-8-sig")
+    return read_ordinary(path, BYTES["table"]).decode("utf-8-sig")
 
 
 def array_file(path: Path) -> dict[str, NDArray[Any]]:
@@ -111,9 +93,9 @@ def array_file(path: Path) -> dict[str, NDArray[Any]]:
 
     Raises:
         OSError: If it cannot be read, or is too large.
-        ValueError: If it is no such file, or unpacks to more than ``MOST_ARRAY_BYTES``.
+        ValueError: If it is no such file, or unpacks to too much.
     """
-    content = bytes(read_ordinary(path, MOST_ARRAY_BYTES))
+    content = bytes(read_ordinary(path, most := BYTES["arrays"]))
     end = content[-_END_BYTES:]
     if not end.startswith(_END) or end[-2:] != b"\0\0":
         raise ValueError("it does not end as an archive does")
@@ -122,8 +104,8 @@ def array_file(path: Path) -> dict[str, NDArray[Any]]:
     try:
         with zipfile.ZipFile(io.BytesIO(content)) as archive:
             entries = archive.infolist()
-            if sum(entry.file_size for entry in entries) > MOST_ARRAY_BYTES:
-                raise ValueError(f"its arrays take more than {MOST_ARRAY_BYTES // 10**6} MB")
+            if sum(entry.file_size for entry in entries) > most:
+                raise ValueError(f"its arrays take more than {most // 10**6} MB")
             return {
                 entry.filename.removesuffix(".npy"): _array(archive, entry) for entry in entries
             }

@@ -14,6 +14,7 @@ import pytest
 import trimesh
 
 from kinolab.errors import InputError
+from kinolab.file_laws import BYTES, ELEMENTS
 from kinolab.world import load_mesh, mesh_obstacle
 from kinolab.world.meshes import mesh
 from kinolab.world.meshes import mesh as module
@@ -144,9 +145,9 @@ def test_unsound_meshes_are_mistakes(name: str, content: str, what: str, tmp_pat
 
 def test_too_large_files_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     trimesh.creation.icosphere(subdivisions=2).export(tmp_path / "ball.stl")
-    monkeypatch.setattr(module, "MAX_TRIANGLES", 319)
+    monkeypatch.setitem(ELEMENTS, "triangles", 319)
     assert "more than 319 triangles" in refused("ball.stl", tmp_path)
-    monkeypatch.setattr(module, "MAX_BYTES", 1000)
+    monkeypatch.setitem(BYTES, "mesh", 1000)
     assert "larger" in refused("ball.stl", tmp_path)
 
 

@@ -10,6 +10,7 @@ from typing import Any, TypeVar
 from kinolab.arguments import require_fit
 from kinolab.dynamics import Model
 from kinolab.errors import InputError, Mistake
+from kinolab.file_laws import ELEMENTS
 from kinolab.loading.chosen_integration import steady
 from kinolab.loading.foreign_files import read_any
 from kinolab.loading.goal_regions import with_regions
@@ -40,7 +41,6 @@ from kinolab.world import (
     sphere_obstacle,
 )
 from kinolab.world.floors import without_floor
-from kinolab.world.meshes.mesh import MOST_SIMPLIFIED
 from kinolab.world.obstacle import ORIGIN
 from kinolab.world.placed_shapes import near_each_other
 
@@ -238,7 +238,9 @@ def _obstacles(scenario: Scenario, entry: ObstacleEntry) -> tuple[Obstacle, ...]
         return (mesh_obstacle(name, *file, *pose, **given),)
     from kinolab.world.mesh_simplification import simplified  # late: few meshes need it
 
-    whole = mesh_obstacle(name, *file, *pose, **given, most=MOST_SIMPLIFIED)
+    whole = mesh_obstacle(
+        name, *file, *pose, **given, most=ELEMENTS["triangles that are simplified"]
+    )
     return (simplified(whole, entry.simplify),)
 
 

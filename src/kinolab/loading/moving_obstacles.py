@@ -35,7 +35,6 @@ if TYPE_CHECKING:
 
 COLUMNS = ("t", "x", "y", "z", "roll", "pitch", "yaw")  # of a file; the angles may be left out
 LONGEST = 600.0  # [s] for which rows are repeated, without [bounds] time
-MOST_CORNERS = WHOLE_POSES  # of a path: each is an operation of the machine's code
 CHORD = 1e-3  # [m] between a path of many rows and straight lines, and kept beside obstacles
 
 
@@ -286,10 +285,10 @@ def _points(
         raise refuse(key, "it does not end where it begins.", "Add the first pose at the end.")
     if motion.repeat:
         rows = _repeated(rows, horizon)
-    if len(rows) > MOST_CORNERS:
-        what = f"its path has more than {MOST_CORNERS} corners"
+    if len(rows) > WHOLE_POSES:
+        what = f"its path has more than {WHOLE_POSES} corners"
         what += f" within {horizon:g} s." if motion.repeat else "."
-        raise refuse(key, what, f"Leave some out, or write formulas: at most {MOST_CORNERS}.")
+        raise refuse(key, what, f"Leave some out, or write formulas: at most {WHOLE_POSES}.")
     return rows
 
 
@@ -331,7 +330,7 @@ def _closes(rows: Array) -> bool:
 
 def _repeated(rows: Array, until: float) -> Array:
     """Return a path that begins anew whenever it ends, up to a time in [s] or as long as it can."""
-    period, most = rows[-1, 0] - rows[0, 0], (MOST_CORNERS - 1) // (len(rows) - 1)
+    period, most = rows[-1, 0] - rows[0, 0], (WHOLE_POSES - 1) // (len(rows) - 1)
     times = math.ceil((min(until, LONGEST) - rows[0, 0]) / period)
     if math.isinf(until):
         times = min(times, most)

@@ -8,9 +8,6 @@ from kinolab.dynamics import Model
 from kinolab.numerics.arrays import Array
 from kinolab.problem.goal import Goal
 
-# of a coordinate, in its characteristic magnitude: the linearisation holds no longer
-MAX_STEP = 0.5
-
 
 def reaching(
     model: Model, goal: Goal, x: Array, offsets: Array, *, scales: Array, limits: Array
@@ -50,7 +47,8 @@ def reaching(
         damped = A + np.where(size > 0.0, 1e-6 * size, 1.0) * np.eye(A.shape[1])
         step = -(J.swapaxes(1, 2) @ np.linalg.solve(damped, gap[..., None]))[..., 0]
         longest = np.abs(step).max(axis=1, keepdims=True)
-        step *= widths * np.minimum(1.0, MAX_STEP / np.maximum(longest, MAX_STEP))
+        # half a characteristic magnitude at most: the linearisation holds no longer
+        step *= widths * (0.5 / np.maximum(longest, 0.5))
         reached[rows] = model.space.unit(np.clip(reached[rows] + step, *limits.T))
         # step of a coordinate, relative to its magnitude: no nearer any more
         rows = rows[longest[:, 0] > 1e-9]

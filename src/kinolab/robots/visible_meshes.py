@@ -16,7 +16,6 @@ from kinolab.world.mesh_simplification import fewer_triangles
 from kinolab.world.shape_surfaces import Faces
 
 LOG = logging.getLogger("kinolab")
-MOST_TRIANGLES = 30_000  # of a robot: half a megabyte of every run
 
 
 def drawn_meshes(tree: KinematicTree) -> Mapping[str, tuple[DrawnMesh, ...]]:
@@ -38,7 +37,7 @@ def drawn_meshes(tree: KinematicTree) -> Mapping[str, tuple[DrawnMesh, ...]]:
 
 def _most(sizes: Sequence[int]) -> float:
     """Return how many triangles every mesh may keep, so that small ones keep all."""
-    left = float(MOST_TRIANGLES)
+    left = 30_000.0  # of a robot: half a megabyte of every run
     for k, size in enumerate(sorted(sizes)):
         most = left / (len(sizes) - k)
         if size > most:

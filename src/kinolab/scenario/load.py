@@ -12,6 +12,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from kinolab.errors import InputError, Mistake
+from kinolab.file_laws import ELEMENTS, refuse_many
 from kinolab.scenario.file_lookup import read_text, scenario_path
 from kinolab.scenario.issues import Issue, KeyPath, Origin
 from kinolab.scenario.locations import mistake_at
@@ -21,12 +22,10 @@ from kinolab.scenario.partial_parse import parse_partially
 from kinolab.scenario.rules import document_issues, system_issues
 from kinolab.scenario.schema import ALL, GoalSection, MachineTables, Scenario
 from kinolab.scenario.toml_text import (
-    MOST_PARTS,
-    MOST_VALUES,
-    has_too_many,
     long_key,
     shortened,
     shown,
+    values_in,
 )
 from kinolab.scenario.user_code import python_reference
 
@@ -278,14 +277,13 @@ def toml_document(text: str, label: str, fewer: str) -> dict[str, Any]:
         InputError: If it is not TOML, or has too many values or too long keys.
     """
     if line := long_key(text):
-        what = f"a key has more than {MOST_PARTS} parts with dots between them."
+        what = f"a key has more than {ELEMENTS['parts of a key']} parts with dots between them."
         raise InputError([Mistake(f"{label} line {line}", what, "Shorten it.")])
     try:
         document = tomllib.loads(text)
     except (ValueError, RecursionError) as error:
         raise InputError([_not_toml(label, text, error)]) from None
-    if has_too_many(document):
-        raise InputError([Mistake(label, f"it holds more than {MOST_VALUES} values.", fewer)])
+    refuse_many(values_in(document), "values", label, fewer)
     return document
 
 

@@ -11,8 +11,6 @@ if TYPE_CHECKING:
     from kinolab.problem import PlanningTask
     from kinolab.solve.plan import PlanResult
 
-MOST_NAMES = 12  # of states, or of inputs
-
 
 def progress_text(found: PlanResult, *, anytime: bool) -> str:
     """Describe a plan that improves on all previous ones."""
@@ -145,5 +143,5 @@ def plan_text(problem: PlanningTask, found: PlanResult) -> str:
 
 
 def _names(names: Sequence[str]) -> str:
-    more = f" and {len(names) - MOST_NAMES} more" if len(names) > MOST_NAMES else ""
-    return ", ".join(names[:MOST_NAMES]) + more if names else "none"
+    more = f" and {len(names) - 12} more" if len(names) > 12 else ""
+    return ", ".join(names[:12]) + more if names else "none"

@@ -13,7 +13,7 @@ from kinolab.dynamics.language.shapes import MAX_COORDINATE, Box, Capsule, Cylin
 from kinolab.errors import InputError, Mistake
 from kinolab.numerics.arrays import Array
 from kinolab.world.geometry import frame_in_world, half_extents, sizes, triangles
-from kinolab.world.meshes.mesh import MAX_TRIANGLES, check, load_mesh
+from kinolab.world.meshes.mesh import check, load_mesh
 from kinolab.world.meshes.mesh_components import Components, components
 from kinolab.world.meshes.mesh_hints import doubts
 from kinolab.world.meshes.mesh_reading import refusal
@@ -29,7 +29,6 @@ UPRIGHT: dict[str, Array] = {
     "z": np.eye(3),
 }
 
-MOST_DRAWN = 25_000  # points of a cloud, of which a page is some megabytes large
 OCTAHEDRON: Faces = np.array(
     [[0, 1, 2], [1, 3, 2], [3, 4, 2], [4, 0, 2], [1, 0, 5], [3, 1, 5], [4, 3, 5], [0, 4, 5]]
 )
@@ -86,11 +85,12 @@ class Obstacle:
     def picture(self) -> tuple[Array, Faces]:
         """Return what is drawn of it: vertices (n, 3) in [m] and faces (m, 3).
 
-        A cloud is drawn as octahedra, of ``MOST_DRAWN`` points at equal steps where it has more.
+        A cloud is drawn as octahedra: of 25 000 points a page is some megabytes large, and where it
+        has more, points at equal steps are drawn.
         """
         if self.ball == 0.0:
             return self.vertices, self.faces
-        points = self.vertices[:: -(-len(self.vertices) // MOST_DRAWN)]
+        points = self.vertices[:: -(-len(self.vertices) // 25_000)]
         tips = self.ball * np.concatenate([np.eye(3), -np.eye(3)])
         faces = len(tips) * np.arange(len(points))[:, None, None] + OCTAHEDRON
         return (points[:, None] + tips).reshape(-1, 3), faces.reshape(-1, 3)
@@ -155,7 +155,7 @@ def mesh_obstacle(
     scale: float | Numbers = 1.0,
     up: Literal["x", "y", "z"] = "z",
     solid: bool | None = None,
-    most: int = MAX_TRIANGLES,
+    most: int | None = None,
 ) -> Obstacle:
     """Read a mesh and place it: first ``scale``, then ``up``, then ``rpy``, then ``position``.
 
@@ -169,7 +169,7 @@ def mesh_obstacle(
         up: The axis of the file that points up.
         solid: Fill every closed part (True) or none (False). By default a part whose faces look
             outward is filled, and one whose faces look inward is a room.
-        most: Triangles that the file may have.
+        most: Triangles that the file may have; as many as any mesh if left out.
 
     Raises:
         InputError: If the file is unusable, ``scale`` is zero, or ``solid`` is asked of an open

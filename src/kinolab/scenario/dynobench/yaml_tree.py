@@ -10,11 +10,10 @@ from typing import Any, TypeAlias
 import yaml
 
 from kinolab.errors import InputError, Mistake
+from kinolab.file_laws import refuse_many
 
 Found: TypeAlias = "list[tuple[int, Mistake]]"  # with the line of each
 Value: TypeAlias = "dict[str, Entry] | list[Entry] | float | int | str | bool | None"
-
-MOST_YAML_VALUES = 150_000  # of a file, whose parser is slow
 
 _NUMBER = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?")  # as in YAML 1.2
 _SYNTAX = "YAML has key: value, [lists] in brackets or with dashes, and blanks to indent."
@@ -46,8 +45,7 @@ def yaml_tree(text: str, label: str, mistakes: Found) -> Entry:
     Raises:
         InputError: If it is not YAML, or has what no environment needs: aliases, several documents.
     """
-    if sum(map(text.count, ",:\n")) > MOST_YAML_VALUES:
-        raise InputError([Mistake(label, f"it holds more than {MOST_YAML_VALUES} values.")])
+    refuse_many(sum(map(text.count, ",:\n")), "values in yaml", label)
     try:
         root = yaml.compose(text, Loader=_Composer)
         if root is None:

@@ -6,10 +6,9 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-from kinolab.errors import InputError, Mistake, printable, unknown_name
+from kinolab.errors import Mistake, printable, unknown_name
+from kinolab.file_laws import ELEMENTS, refuse_many
 from kinolab.scenario.toml_text import shortened
-
-MOST_LINES = 10_000
 
 
 @dataclass(frozen=True)
@@ -44,7 +43,7 @@ class CfgFile:
 
     def missing(self, what: str, remedy: str) -> None:
         """Add a mistake that is in no line."""
-        self.found.append((MOST_LINES + 1, Mistake(self.label, what, remedy)))
+        self.found.append((ELEMENTS["lines"] + 1, Mistake(self.label, what, remedy)))
 
     @property
     def mistakes(self) -> list[Mistake]:
@@ -123,8 +122,7 @@ def cfg_file(text: str, label: str, sections: Sequence[str]) -> CfgFile:
         InputError: If the file is too long.
     """
     lines = text.splitlines()
-    if len(lines) > MOST_LINES:
-        raise InputError([Mistake(label, f"it has more than {MOST_LINES} lines.")])
+    refuse_many(len(lines), "lines", label)
     file, section = CfgFile(label), ""
     for number, whole in enumerate(lines, start=1):
         line = "" if whole.lstrip().startswith(";") else whole.partition("#")[0].strip()

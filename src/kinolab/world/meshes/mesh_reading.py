@@ -22,7 +22,6 @@ if TYPE_CHECKING:
 
 AXES = "xyz"
 UNPAINTED = np.array([184, 192, 208], dtype=np.uint8)  # of parts without a colour beside others
-MOST_COLORS = 32
 
 
 class RawMesh(NamedTuple):
@@ -137,11 +136,11 @@ def _colors(parts: Sequence[trimesh.Trimesh]) -> NDArray[np.uint8]:
     rgb = np.concatenate(
         [np.broadcast_to(own, (count, 3)) for own, count in zip(each, counts, strict=True)]
     )
-    if len(np.unique(rgb, axis=0)) <= MOST_COLORS:
+    if len(np.unique(rgb, axis=0)) <= 32:
         return rgb
     from PIL import Image  # late: few files have so many
 
-    few = Image.fromarray(np.ascontiguousarray(rgb[None])).quantize(MOST_COLORS)
+    few = Image.fromarray(np.ascontiguousarray(rgb[None])).quantize(32)
     return np.array(few.convert("RGB"), dtype=np.uint8).reshape(-1, 3)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from kinolab.dynamics.language.json.size_limits import MAX_FILE_BYTES
+from kinolab.file_laws import BYTES
 from kinolab.files import read_ordinary
 
 MACHINE_FILE = "machine.json"
@@ -21,6 +21,6 @@ def texts_of(path: Path) -> dict[str, str]:
     files = {MACHINE_FILE: path, FEEDBACK_FILE: path.with_name(FEEDBACK_FILE)}
     present = {name: file for name, file in files.items() if file is path or file.is_file()}
     return {
-        name: read_ordinary(file, MAX_FILE_BYTES).decode("utf-8-sig")
+        name: read_ordinary(file, BYTES["machine"]).decode("utf-8-sig")
         for name, file in present.items()
     }

@@ -22,7 +22,6 @@ from kinolab.problem.metric import projected_coordinates
 from kinolab.search.tree.problem_arrays import sample_uniform
 from kinolab.simulation.collision_context import clearance_bound, place_machine
 
-MAX_CELLS = 4096  # of the grid
 MAX_CELLS_PER_AXIS = 48  # along one entry
 UNREACHED = -1.0  # marks a blocked cell, in place of steps
 COASTING_CELLS = 6.0  # that a motion is followed straight on at most
@@ -47,10 +46,11 @@ def cost_to_go_grid(problem: PlanningTask) -> CostToGoGrid:
     entries = projected_coordinates(problem, angles=False)
     lower, upper = problem.sampling_bounds[entries].T
     span = (upper - lower) * np.maximum(problem.weights[entries], 1e-9)
-    edge = (span.prod() / MAX_CELLS) ** (1 / len(span))
+    most = 4096  # cells of the grid
+    edge = (span.prod() / most) ** (1 / len(span))
     count = np.ones(3, np.int64)
     count[: len(span)] = np.clip(np.floor(span / edge), 1, MAX_CELLS_PER_AXIS)
-    while count.prod() > MAX_CELLS:
+    while count.prod() > most:
         count[count.argmax()] -= 1
     circular = np.zeros(3, dtype=bool)
     circular[: len(span)] = problem.circular[entries]

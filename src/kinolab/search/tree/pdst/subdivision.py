@@ -22,7 +22,6 @@ from kinolab.problem.metric import projected_coordinates
 from kinolab.search.tree.flat_arrays import copy
 
 LEAF, NOTHING = -1, -1
-MAX_DIVISIONS = 60  # of a cell; the volume of smaller ones means nothing
 MOTIONS, CELLS, ROUNDS = range(3)  # entries of ``Subdivision.counts``
 
 
