@@ -63,7 +63,6 @@ def read(path: Path, kind: str, where: str = "", remedy: str = "") -> bytes:
     """Read a file of a kind.
 
     Args:
-        path: Of the file.
         kind: One of ``BYTES``.
         where: What the file is called in messages; its path if left out.
         remedy: What helps where it is too large.

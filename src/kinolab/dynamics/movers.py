@@ -53,8 +53,6 @@ def among(
     """Return a machine among obstacles that move.
 
     Args:
-        system: The machine.
-        movers: The obstacles.
         fastest: How fast a point of them is at most, in [m/s]; a second counts in the metric as far
             as that goes in it.
         until: Time in [s] up to which their motion is known.
@@ -203,7 +201,6 @@ def simplified(rows: Array, chord: float, sizes: Array | float = 1.0) -> Array:
 
     Args:
         rows: A time and the entries of a pose each, shape (m, n).
-        chord: The distance.
         sizes: How far a unit of each entry is, shape (n-1,).
 
     Source: Douglas, Peucker, Algorithms for the reduction of the number of points required to

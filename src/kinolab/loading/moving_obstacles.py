@@ -42,7 +42,6 @@ def among_moving(model: Model, scenario: Scenario, obstacles: Sequence[Obstacle]
     """Return a machine among the obstacles that move, the time being a further coordinate.
 
     Args:
-        model: The machine.
         scenario: Says how obstacles move.
         obstacles: Those that move, each with its own origin in that of the world.
 
@@ -81,8 +80,6 @@ def among_runs(model: Model, scenario: Scenario, load: Callable[[Path], Planning
     """Return a machine among those of other plans that a scenario names, which move as was planned.
 
     Args:
-        model: The machine.
-        scenario: Names the folders of plans.
         load: Returns the problem of a scenario's file.
 
     Raises:
@@ -248,8 +245,6 @@ def _points(
 
     Args:
         scenario: Which says it.
-        k: Of the obstacle.
-        entry: The obstacle.
         horizon: Time in [s] up to which rows are repeated.
         reach: How far the obstacle's points are from its origin at most, in [m].
     """

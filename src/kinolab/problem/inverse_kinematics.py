@@ -19,7 +19,6 @@ def reaching(
 
     Args:
         model: The machine; without closed loops, whose constraints are not kept here.
-        goal: The goal.
         x: States, shape (n, nx).
         offsets: Where each point is wanted besides its target, in [m], shape (n, points, 3).
         scales: Characteristic magnitude of each entry, shape (nx,).

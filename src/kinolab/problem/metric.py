@@ -13,7 +13,6 @@ def projected_coordinates(problem: PlanningTask, *, angles: bool = True) -> list
     Angles of little weight in the metric, such as a wheel's, come last.
 
     Args:
-        problem: Provides machine and metric.
         angles: Whether to include angles where there are lengths.
     """
     model = problem.model

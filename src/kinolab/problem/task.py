@@ -489,7 +489,6 @@ class PlanningTask:
         taken; where there is none, one that comes near. Collisions are not looked at.
 
         Args:
-            generator: Source of random numbers.
             spread: Factor on the tolerances.
         """
         return np.asarray(self.sample_goals(generator, np.array([spread]))[0])

@@ -24,7 +24,6 @@ def unwrapped(problem: PlanningTask, trajectory: Trajectory) -> Trajectory:
     turns are lost in rounding.
 
     Args:
-        problem: Provides start and state space.
         trajectory: Knots in any representation.
     """
     # [rad] beyond which rounding exceeds a thousandth

@@ -115,7 +115,6 @@ def used_assets(folder: Path, problem: PlanningTask) -> set[str]:
     """Return the names of the files below ``assets/`` that a run's own scenario uses.
 
     Args:
-        folder: Of the run.
         problem: Built from its scenario.
     """
     scenario = problem.scenario

@@ -59,7 +59,6 @@ def collision_context(
     """Build the collision context of a problem, with scratch memory for one thread.
 
     Args:
-        problem: The planning problem.
         margin: Additional clearance in [m].
         finest: As ``resolution`` takes it: passages half as wide count as free.
     """
@@ -96,7 +95,6 @@ def resolution(problem: PlanningTask, finest: float = math.inf) -> float:
     """Return the spacing of checks in [m]: the clearance of the start, clipped.
 
     Args:
-        problem: The planning problem.
         finest: Another one in [m], where that of the problem is coarser.
     """
     # [m] that a point may move between two checks, at the finest level

@@ -139,7 +139,6 @@ class CandidateRollouts:
 
     Args:
         problem: Provides machine and integration settings.
-        count: Number of rollouts.
         steps: Propagation steps per rollout.
 
     Attributes:

@@ -104,7 +104,6 @@ def decay_rate(model: Model, x: Array, generator: np.random.Generator) -> float:
     The machine's feedback is left out: its inputs are constant during a step.
 
     Args:
-        model: The machine.
         x: States, shape (N, nx).
         generator: Draws the inputs at which, besides zero input, modes are computed.
     """

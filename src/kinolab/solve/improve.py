@@ -72,7 +72,6 @@ class PlanImprover:
         """Return an improved plan, or the same one.
 
         Args:
-            found: A search's plan.
             budget: The budget of that search.
         """
         with compilation() as compiled:

@@ -36,7 +36,6 @@ class AbstractJob(ABC):
     Args:
         connection: Receives its messages.
         request: The searches to make.
-        pool: Collects its plans.
 
     Attributes:
         connection: Readable when a message is waiting or the job has exited.
@@ -112,9 +111,7 @@ class ProcessJob(AbstractJob):
     """A job in a process of its own.
 
     Args:
-        parcel: The problem, pickled.
         request: The searches to make.
-        pool: Collects its plans.
 
     Raises:
         InputError: If this platform cannot start such processes.
@@ -178,7 +175,6 @@ class ThreadJob(AbstractJob):
     Args:
         problem: The planning problem, shared between threads.
         request: The searches to make.
-        pool: Collects its plans.
 
     Raises:
         OSError: If the system cannot start another thread.

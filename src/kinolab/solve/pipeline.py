@@ -48,9 +48,7 @@ def solve(
     the same seed gives the same plan on a busy one.
 
     Args:
-        problem: The planning problem.
         planner: Name of the planner; the scenario's when left out, as are the next four.
-        seed: Random seed.
         time_limit: Of the search, in [s].
         max_iterations: Of the search with each seed.
         improve: Work on making the solution exact and shorter, in [s]; 0 for none, ``"auto"`` for

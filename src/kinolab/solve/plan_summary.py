@@ -38,7 +38,6 @@ def summary(problem: PlanningTask, found: PlanResult, sentences: Sequence[str] =
 
     Args:
         problem: What it solves.
-        found: The plan.
         sentences: Of a diagnosis, if there is one; those of the plan's message are left out.
     """
     from kinolab.problem.goal_entries import distance_text
@@ -80,7 +79,6 @@ def goals_text(problem: PlanningTask, reached: Sequence[float]) -> str:
     """Say when each of several goals is reached, the first that is first.
 
     Args:
-        problem: Whose goals.
         reached: When each is, in the order written, in [s].
     """
     from kinolab.scenario.locations import place_text

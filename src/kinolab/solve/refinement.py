@@ -230,7 +230,6 @@ class RefinedWay:
     """A motion that is shortened beside others.
 
     Args:
-        incumbent: The best plan so far.
         given: The motion to begin with.
         remaining: Budget of the work on all of them.
         share: Of what is left of that, for this one at most.

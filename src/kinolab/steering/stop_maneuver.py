@@ -20,10 +20,7 @@ class StopManeuver:
     """Brings a machine to rest: by feedback if that stabilises it, else by opposing its velocities.
 
     Args:
-        problem: The planning problem.
-        rollout: Simulates inputs.
         closing: Terminal correction, to end exactly at rest.
-        tracker: Feedback about an equilibrium.
     """
 
     def __init__(

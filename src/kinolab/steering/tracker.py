@@ -54,7 +54,6 @@ class Tracker:
         """Design gains along a plan.
 
         Args:
-            problem: The problem of the plan.
             trajectory: The plan, of at least one step.
             large: The deviation that is worth a large correction, as a fraction of one over each
                 state's weight in the metric.
@@ -109,7 +108,6 @@ def tracked_weights(problem: PlanningTask, asked: Sequence[str]) -> Array:
     depends, such as how far a wheel has rolled: bringing them back would cost what does matter.
 
     Args:
-        problem: Machine, world, goal and metric.
         asked: Names of such coordinates that are tracked all the same.
     """
     names = problem.model.state_names

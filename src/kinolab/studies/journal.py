@@ -29,9 +29,6 @@ class FullError(KinolabError):
 class Journal:
     """The rows of a folder, open for more; one process at a time has it.
 
-    Args:
-        folder: Of the study.
-
     Raises:
         InputError: If another process has it.
     """

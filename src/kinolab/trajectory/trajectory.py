@@ -146,7 +146,6 @@ class Trajectory:
             end: Last knot of the segment.
             other: The new segment, from and to the same states as far as the dynamics depend on
                 them.
-            space: The state space.
         """
         own = self.t[begin] + other.t - other.t[0]
         rest = own[-1] + self.t[end + 1 :] - self.t[end]

@@ -29,7 +29,6 @@ def bounded_speeds(
     """Divide a motion into pieces with a bound on the speed of all points in each.
 
     Args:
-        enclosures: Of the machine.
         pieces: The integrator's steps, a piece each.
         u: Inputs held between the knots, shape (N, nu).
         sampled: The fastest speed of each step that was sampled, in [m/s], shape (steps,).

@@ -162,7 +162,6 @@ def mesh_obstacle(
     Args:
         name: What the user calls it in reports.
         path: The mesh file, looked up from ``root``, which it may not leave.
-        root: The folder of the scenario.
         position: Where the file's origin goes, [m].
         rpy: Roll, pitch, yaw in [rad].
         scale: One factor, or one per axis of the file; negative ones mirror.

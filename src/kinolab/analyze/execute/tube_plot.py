@@ -31,14 +31,7 @@ AXES = {"top": (0, 1), "front": (0, 2), "side": (1, 2)}  # across and up, by [re
 
 
 def tube_png(problem: PlanningTask, plan: Trajectory, execution: Execution, title: str) -> bytes:
-    """Return a PNG plot: paths from above or from the side, and deviations over time.
-
-    Args:
-        problem: The problem of the plan.
-        plan: The executed plan.
-        execution: Its executions.
-        title: Title of the plan.
-    """
+    """Return a PNG plot: paths from above or from the side, and deviations over time."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 

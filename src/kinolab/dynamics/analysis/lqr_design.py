@@ -33,7 +33,6 @@ def lqr_design(model: Model, regulator: Regulator) -> Feedback:
 
     Args:
         model: The machine, without feedback.
-        regulator: Tracked expressions and weights.
 
     Raises:
         InputError: If there is no equilibrium or no gain, or the tracked expressions do not

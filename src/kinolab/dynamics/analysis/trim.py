@@ -49,7 +49,6 @@ class StateFunctions:
     """Numeric functions of a machine's state from expressions, with their derivatives.
 
     Args:
-        model: The machine.
         expressions: In coordinates, independent rates, auxiliary states and parameters.
 
     Raises:
@@ -112,7 +111,6 @@ def trim(
     Args:
         model: The machine, without feedback.
         steady: Expressions whose rates of change vanish.
-        fixed: Expressions and their prescribed values.
         start: Initial guess; at rest with inputs mid-range when left out.
 
     Returns:

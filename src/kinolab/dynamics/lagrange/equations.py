@@ -240,7 +240,6 @@ class _LagrangeDerivation:
         """Return a force in groups, of which each root that was held has one, as it was written.
 
         Args:
-            force: A force.
             known: What velocities in the roots are.
         """
         written = {symbol: power.xreplace(known or {}) for power, symbol in self.roots.items()}

@@ -92,9 +92,6 @@ def convolved(
     """Return the sum over k of a_k b_(n-k), with derivatives; None where it has no term.
 
     Args:
-        a: A series.
-        b: A series.
-        n: The order.
         first: The first k.
         last: The last k; n where left out.
         weight: Where it is given, terms are multiplied by k times this.

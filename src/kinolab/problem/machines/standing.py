@@ -38,7 +38,6 @@ def part(problem: PlanningTask, name: str) -> PlanningTask:
 
     Args:
         problem: Of machines side by side.
-        name: Of the machine.
     """
     model = problem.model
     made = Model.described_by(json.dumps([model.key, "part", name]), partial(_part, model, name))
@@ -104,7 +103,6 @@ def with_machine(problem: PlanningTask, whole: Model, model: Model) -> PlanningT
     Args:
         problem: What to change.
         whole: The machine with its full input limits.
-        model: The machine.
     """
     states, rates = problem.model.state_names, problem.model.rate_names
     place = [states.index(name) if name in states else -1 for name in model.state_names]

@@ -32,7 +32,6 @@ def read_environment(
     the coordinates x, y and z, not the places of all bodies.
 
     Args:
-        source: Path of the YAML file.
         overrides: ``KEY=VALUE`` texts that replace keys of the scenario.
 
     Returns:

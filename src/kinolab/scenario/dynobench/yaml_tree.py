@@ -38,7 +38,6 @@ def yaml_tree(text: str, label: str, mistakes: Found) -> Entry:
     """Read YAML and add keys that stand twice to a list of mistakes.
 
     Args:
-        text: Of the file.
         label: What mistakes call the file.
         mistakes: Where to add to.
 

@@ -58,8 +58,6 @@ class CfgFile:
         """Name the keys of a section that nobody knows.
 
         Args:
-            section: Its name.
-            known: Keys there are.
             beginnings: Of further keys that are known.
         """
         for value in self.sections.get(section, []):
@@ -114,7 +112,6 @@ def cfg_file(text: str, label: str, sections: Sequence[str]) -> CfgFile:
     before the first. What follows a ``#`` is a comment, and so is a line that begins with ``;``.
 
     Args:
-        text: Of the file.
         label: What mistakes call it.
         sections: Names that sections may have.
 

@@ -192,7 +192,6 @@ def _gains(problem: PlanningTask, driven: Integers, heading: int) -> Array:
     A law of feedback may be cut off by the limits of forces; small inputs at rest are not.
 
     Args:
-        problem: The planning problem.
         driven: Entries of the state whose rates inputs give, shape (nv,).
         heading: The entry that is zero for this; negative for none.
 

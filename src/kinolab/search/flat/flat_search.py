@@ -120,10 +120,7 @@ def flat_search(problem: PlanningTask, seed: int, reach: float, max_nodes: int) 
     """Collect what a search works on.
 
     Args:
-        problem: The planning problem.
-        seed: Of the random numbers.
         reach: Longest extension, as a fraction of the diagonal of the space of outputs.
-        max_nodes: Of a tree.
 
     Raises:
         InputError: If the machine is none that can be planned for in flat outputs.

@@ -30,8 +30,6 @@ class ControlGuide:
     region.
 
     Args:
-        problem: The planning problem.
-        samples: States around the goal.
         control_samples: Maximum number of candidate inputs per motion.
         goal_bias: Probability of extending towards the goal from a state near it.
         min_steps: Minimum propagation steps of a motion.

@@ -32,10 +32,8 @@ def search(
     OMPL is reproducible only if its random numbers are seeded before the planner is constructed.
 
     Args:
-        setup: The problem in OMPL's terms.
         begin: Returns a planner that is ready to solve.
         again: Returns a planner with an empty tree, given a used one.
-        seed: Random seed.
         budget: When to stop.
         restart_after: Iterations of the first round; then the planner restarts, with a longer round
             each time. 0 for a single round.

@@ -59,8 +59,6 @@ class Descent:
     """Descends the field.
 
     Args:
-        field: The potential.
-        lookahead: Proposes inputs.
         arrival: Goal connection.
         propagator: Propagates and checks every step.
         near: Potential in [m] below which goal connections are attempted.

@@ -126,7 +126,6 @@ def navigation_function(
 
     Args:
         free: Mask of free cells, of the grid's shape.
-        grid: The grid.
         goal: World point at a corner of cells, shape (3,).
         clearance_cost_radius: Clearance in [m] below which path length is weighted, up to five
             times, to keep paths off obstacles; 0 for shortest paths.

@@ -44,7 +44,6 @@ def navigation_field(
 
     Args:
         propagator: Checks states of its problem for collisions.
-        repulsion: Repulsive potential of obstacles.
         resolution: Edge of a cell in [m]; 0 to derive it from the body's width.
         grid_memory: Memory limit for the grid of one point, in [MB].
         clearance_cost_radius: See ``navigation_function``.

@@ -26,10 +26,8 @@ class Lookahead:
     """Proposes inputs for a state.
 
     Args:
-        field: The potential.
         projection: Maps its forces to inputs.
         steps: Horizon in time steps of the problem.
-        draws: Number of additional random proposals.
         stop: Cancellation token; cancelling raises a CancelledError.
     """
 
@@ -52,7 +50,6 @@ class Lookahead:
         Args:
             x: State, shape (nx,).
             u: Current inputs, shape (nu,).
-            generator: Random number generator.
         """
         found, ends = [], []
         for proposed in self._ideas(x, u, generator):

@@ -45,11 +45,9 @@ class RandomWalkEscapes:
     """Search over local minima, alternating descents and random walks.
 
     Args:
-        field: The potential.
         descent: Descends it.
         projection: Maps random forces to inputs.
         propagator: Propagates and checks the random walks.
-        most: Maximum number of random walks.
         reached: Whether the re-simulation of a motion into the goal ends there too.
 
     Attributes:

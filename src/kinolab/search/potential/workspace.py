@@ -34,8 +34,6 @@ def grid_of(
     """Return the grid of a point's workspace, aligned so that the goal is a corner of cells.
 
     Args:
-        problem: The planning problem.
-        point: The control point.
         resolution: Edge of a cell in [m]; increased to fit the memory limit.
         grid_memory: Memory limit for all cells, in [MB].
     """

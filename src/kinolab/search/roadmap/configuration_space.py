@@ -26,11 +26,9 @@ class ConfigurationSpace:
     If it leaves none free, for example because the start cannot be held, the dimension is zero.
 
     Args:
-        problem: The planning problem.
         steering: Supplies paths between configurations.
         goal: Goal state, shape (nx,).
         margin: Required clearance in [m]; at most half that of start and goal.
-        rejections: Counts rejected states.
         stop: Cancellation token; cancelling raises a CancelledError.
     """
 

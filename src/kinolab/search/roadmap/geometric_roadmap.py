@@ -24,7 +24,6 @@ class GeometricRoadmap:
         configurations: The configuration space.
         start: Start state, shape (nx,).
         goal: Goal state, shape (nx,).
-        seed: Random seed.
         neighbours: Maximum number of neighbours that a configuration is connected to.
 
     Raises:

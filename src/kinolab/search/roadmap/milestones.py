@@ -17,10 +17,8 @@ class Sampler:
     """Samples collision-free milestones: equilibria, or moving states if there are none.
 
     Args:
-        problem: The planning problem.
         steering: Of its machine.
         judge: Checks states for collisions and limits.
-        seed: Random seed.
         stop: Cancellation token; cancelling raises a CancelledError.
     """
 

@@ -22,7 +22,6 @@ class RoadmapBuilder:
     Args:
         problem: The planning problem; start and goal may differ in each query.
         neighbours: Number of nearest milestones that a new one is steered to.
-        seed: Random seed.
         roadmap: Roadmap to extend.
 
     Attributes:

@@ -163,7 +163,6 @@ def rejection_sources(
     """Estimate the fractions of rejections by cause and source, as ``Rejections.shares``.
 
     Args:
-        problem: The planning problem.
         states: From which motions begin, shape (n, nx), at least one.
         max_steps: Maximum control duration in steps.
         budget: Of the finished search; if no time is left, few motions are made.
@@ -188,7 +187,6 @@ class IncumbentImprovement:
     """The incumbent solution and the time limit of its improvement.
 
     Args:
-        budget: Of the search.
         seconds: Time to continue after the first solution, in [s].
         step: Time step of the motions in [s].
         cost: Returns what inputs (N, nu) cost; the number of steps when left out.

@@ -72,11 +72,9 @@ class GoalConnections:
     They take no more time than the tree does, but for the last one.
 
     Args:
-        problem: The planning problem.
         period: Iterations between attempts; 0 for never.
         goal_region_scale: What counts as near the goal, in its tolerances.
         seed: Random seed of the node selection.
-        budget: Of the search.
 
     Attributes:
         due: Iterations until the next attempt.

@@ -35,12 +35,7 @@ class RestartRounds:
 
 
 class TimeSlices:
-    """Chooses the number of iterations until the next clock check.
-
-    Args:
-        budget: Of the search.
-        rounds: Of the search.
-    """
+    """Chooses the number of iterations until the next clock check."""
 
     def __init__(self, budget: Budget, rounds: RestartRounds) -> None:
         self._budget, self._size, self._begun = budget, 64, 0.0  # iterations of the first slice

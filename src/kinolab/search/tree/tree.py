@@ -55,8 +55,6 @@ def tree(
     """Allocate an empty tree.
 
     Args:
-        arrays: Of the problem.
-        capacity: In nodes.
         neighbours: Whether it has an index of nearest neighbours.
         kept_steps: Of inputs that are compared, whose states are kept.
     """
@@ -182,7 +180,6 @@ def nearer(tree: Tree, best: Array, violation: float, u: Array) -> tuple[float, 
     """Return the tree's nearest approach to the goal or a given motion, whichever is nearer.
 
     Args:
-        tree: The tree.
         best: The node nearest to the goal and its normalised goal error, shape (2,).
         violation: Normalised goal error of the given motion.
         u: Inputs of the given motion, shape (N, nu).

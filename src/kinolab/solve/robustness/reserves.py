@@ -68,7 +68,6 @@ def needed(prover: Prover, expected: Tube, uncertainty: Uncertainty, factor: flo
     """Return what a plan needs, a factor larger than the linear part of its tube says.
 
     Args:
-        prover: Of the plan.
         expected: The linear part of its tube.
         uncertainty: Under which.
         factor: At least 1.

@@ -85,7 +85,6 @@ def solved_robustly(
     """Return a plan that is proved under an uncertainty, or under less, and what is proved.
 
     Args:
-        problem: The problem.
         asked: What may differ from its assumptions.
         solve: Plans, from a motion that is nearly one where there is such.
         guess: The first of them.

@@ -64,7 +64,6 @@ def execute_plan(
         plan: The motion.
         conditions: By how much machines and sensors differ from what was assumed.
         runs: How many.
-        seed: Of the random numbers.
     """
     from kinolab.analyze.execute.execution import Executor
     from kinolab.analyze.execute.execution_diagnosis import diagnose_execution

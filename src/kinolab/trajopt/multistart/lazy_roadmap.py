@@ -58,7 +58,6 @@ def free_states(
         paths: What is free.
         ends: First and last state, near whose attitudes the others are.
         turning: As for ``GeometricPaths.find``.
-        most: Number of random states.
         stop: Cancellation token; cancelling raises a CancelledError.
     """
     free: list[Array] = []
@@ -161,7 +160,6 @@ def straight_roadmap(
     """Return a roadmap of straight lines between two states.
 
     Args:
-        problem: The planning problem.
         paths: What is free.
         times: Returns the least times in [s] for legs of paths, shape (..., m, nx), (..., m - 1).
         ends: First and last state, shape (2, nx).

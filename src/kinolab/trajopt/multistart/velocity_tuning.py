@@ -28,7 +28,6 @@ class VelocityTuning:
     Args:
         problem: The planning problem; ``standing`` has one for it.
         knots: Approximate number of knots of a guess.
-        seed: Random seed.
         cancelled: Whether to give up.
         below: Duration in [s] of the incumbent solution, if any.
     """

@@ -38,9 +38,7 @@ def restore_feasibility(
     """Return feasible knots near given ones; None if none are found.
 
     Args:
-        task: The problem.
         knots: Initial guess, clipped first to the limits of states and inputs.
-        iterations: Maximum number of subproblems.
         times: Steps of the problem per knot interval.
         lengths: Bounds of the step lengths in [s], of all or each (P,); fixed if None.
         enough: Total scaled violation at which to stop.
@@ -65,7 +63,6 @@ def coarse_to_fine(task: TrajectoryProblem, knots: Knots) -> Knots:
     smaller program, which is faster and has fewer local minima, leaves little to do.
 
     Args:
-        task: The problem.
         knots: Within the limits of states and inputs.
     """
     steps = len(knots.u)

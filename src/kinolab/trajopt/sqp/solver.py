@@ -44,11 +44,8 @@ def minimize(
     """Improve knots until they are feasible and the cost no longer falls.
 
     Args:
-        transcription: The nonlinear program.
         knots: Initial guess within the limits of states and inputs.
-        scaling: Of the variables.
         weights: Of the merit function; without time and effort only feasibility is restored.
-        iterations: Maximum number of subproblems.
         enough: Total scaled violation that counts as feasible.
         worth: Stop if a step leaves more than this fraction of the violation.
         pace: Fraction of the violation that every few subproblems must remove.

@@ -64,8 +64,6 @@ def inner_solids(problem: PlanningTask, mode: ModeFormulas, seats: Array) -> lis
     They are discs in bodies that only turn about the vertical, and balls in others.
 
     Args:
-        problem: Provides the bodies.
-        mode: Their frames.
         seats: Where the point is in each body's axes, (bodies, 3) in [m]; NaN where that changes.
     """
     operations, ends = mode.frames.operations, mode.frames.ends

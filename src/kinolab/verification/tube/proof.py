@@ -85,8 +85,6 @@ class Prover:
     """Proves what a plan's feedback makes of uncertain machines; what is nominal is proved once.
 
     Args:
-        problem: The problem of the plan.
-        trajectory: The plan.
         large: As of the ``Tracker``.
 
     Raises:
@@ -235,8 +233,6 @@ def prove(
     """Prove what can be proved of a plan under an uncertainty.
 
     Args:
-        problem: The problem of the plan.
-        trajectory: The plan.
         uncertainty: What may differ from the plan's assumptions.
         large: Deviation that the gains answer with a quarter of the inputs' range, as a fraction of
             one over each state's weight in the metric.

@@ -304,9 +304,7 @@ class _Propagation:
         """Return the deviations of states and inputs after a part, and how far states move in it.
 
         Args:
-            part: Number of the part.
             joint: The deviations at its beginning; the last nx generators are a box of states.
-            held: Bounds of the inputs.
             rounding: By how much inputs are off in ``joint`` at most, shape (nu,).
         """
         (least, most), slopes, off = self.about.linear[part]

@@ -47,7 +47,6 @@ class TubePoses:
         """Enclose the poses in a tube.
 
         Args:
-            problem: The machine.
             about: What is known of the nominal motion.
             tube: Deviations from it.
             p: By how much parameters are off at most, shape (parameters,).
@@ -106,7 +105,6 @@ def _displaced(shape: Shape, change: IntervalArray) -> Array:
     """Return how far points of a shape are displaced at most, shape (steps, BOXES).
 
     Args:
-        shape: In its body's frame.
         change: Of the body's rows of [R | p], shape (12, steps, BOXES).
     """
     own = placement(shape)

@@ -41,7 +41,6 @@ def cached_distance_field(
     """Return the grid of some obstacles as ``distance_field`` does, from disk where it is there.
 
     Args:
-        obstacles: Of a world.
         finest: Edge of a cell in [m] below which nothing is gained.
         name: Their ``digest``, where it is known.
     """

@@ -95,7 +95,6 @@ def locate(where: str, root: Path, formats: Sequence[str], noun: str) -> Path:
 
     Args:
         where: The path, which is what the file is called in messages.
-        root: Of the scenario.
         formats: Endings that it may have, in small letters.
         noun: What it should be.
 

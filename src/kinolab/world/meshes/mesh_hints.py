@@ -34,7 +34,6 @@ def doubts(
         where: What its file is called.
         mesh: As it was read.
         vertices: At their place, in [m], shape (n, 3).
-        parts: Of them.
         given: Whether the scenario says what is solid.
         scaled: Whether it gives a scale.
         up: The axis of the file that it takes to point up.

@@ -29,7 +29,6 @@ def require_size(where: str, kind: str, content: bytes) -> None:
     Args:
         where: What the file is called in messages.
         kind: Its format, in small letters.
-        content: Of the file.
 
     Raises:
         InputError: If it is too large for what it is.

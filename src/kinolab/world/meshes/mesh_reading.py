@@ -59,7 +59,6 @@ def read_triangles(where: str, kind: str, content: bytes, materials: bytes, most
     Args:
         where: What the file is called in messages.
         kind: Its format, in small letters.
-        content: Of the file.
         materials: Content of the file of materials that an OBJ names; empty without one.
         most: Triangles that are read.
 

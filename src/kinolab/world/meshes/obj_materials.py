@@ -40,8 +40,6 @@ def materials_file(mesh: Path, content: bytes, root: Path) -> Path | None:
     A missing one is no mistake: meshes are often passed on without.
 
     Args:
-        mesh: The OBJ file.
-        content: Of it.
         root: The folder that the file of materials must be in, or below.
     """
     named = NAMED.search(content) if mesh.suffix.lower() == ".obj" else None

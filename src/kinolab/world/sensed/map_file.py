@@ -83,7 +83,6 @@ def image_file(path: Path, content: bytes, root: Path) -> Path | None:
 
     Args:
         path: Of the description, or of any other file, which names none.
-        content: Of it.
         root: The folder that the picture must be in, or below.
     """
     if path.suffix.lower() not in (".yaml", ".yml"):

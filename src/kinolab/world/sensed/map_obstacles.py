@@ -52,7 +52,6 @@ def map_obstacles(
     Args:
         name: What the user calls it in reports.
         path: The file, looked up from ``root``, which it may not leave.
-        root: The folder of the scenario.
         position: Where the map's own origin goes, [m]; walls stand at this height.
         rpy: Roll, pitch, yaw in [rad].
         resolution: Edge of a cell in [m], of files that say none.

@@ -34,7 +34,6 @@ def cloud_obstacle(
     Args:
         name: What the user calls it in reports.
         path: The file, looked up from ``root``, which it may not leave.
-        root: The folder of the scenario.
         position: Where the file's origin goes, [m].
         rpy: Roll, pitch, yaw in [rad].
         radius: Of the balls, in [m].

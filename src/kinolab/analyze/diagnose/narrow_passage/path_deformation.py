@@ -18,7 +18,6 @@ class PathDeformation:
     """Deforms configuration paths of one machine.
 
     Args:
-        problem: The machine.
         reach: Displacement of the machine per unit of each coordinate, in [m], shape (nx,).
 
     Attributes:
@@ -81,10 +80,8 @@ class PathDeformation:
         Args:
             band: States, shape (n, nx).
             marks: Arc lengths of the states, in [m], shape (n,).
-            k: Index of the state.
             width: Extent in [m] on both sides of it.
             j: Index into ``entries``.
-            value: Value of the coordinate.
         """
         i = self.entries[j]
         values = np.unwrap(band[:, i]) if self._circular[i] else band[:, i]

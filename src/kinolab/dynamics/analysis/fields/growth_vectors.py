@@ -103,11 +103,9 @@ def filtration(
     """Return the filtration by brackets of vector fields; see ``growth_vector``.
 
     Args:
-        fields: The generators.
         at: The point, by name; random regular points when left out.
         strong: Leave out the drift itself, but not its brackets (strong accessibility: states
             reached at one and the same time).
-        exact: Use rational arithmetic.
         tolerance: Relative tolerance of ranks.
         work: Limit of multiplications per point.
     """
@@ -198,7 +196,6 @@ def has_kink(fields: VectorFields, point: Mapping[str, Any]) -> bool:
     """Return whether an absolute value, or similar, has its kink at a state.
 
     Args:
-        fields: Of a machine.
         point: Value of every state entry, by name.
     """
     tape, moving = fields.tape, frozenset(fields.state)

@@ -134,7 +134,6 @@ class MotionSeries:
     """A motion from a state as a series in time, with derivatives by the state and the inputs.
 
     Args:
-        control: The machine.
         x: The first state, shape (nx,).
         generator: Draws the coefficients of the inputs.
         held: Constant inputs instead, shape (nu,), and the pace at which the state would change in
@@ -194,9 +193,6 @@ class MotionSeries:
 
     def along(self, nodes: Sequence[Node]) -> Array:
         """Return the derivatives of functions of the state along the motion.
-
-        Args:
-            nodes: The functions.
 
         Returns:
             Of each coefficient of each function by the state (d) and by each coefficient of the

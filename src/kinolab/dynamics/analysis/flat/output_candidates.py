@@ -71,11 +71,7 @@ class Point:
 
 
 class Candidates:
-    """The candidates of one machine.
-
-    Args:
-        control: The machine.
-    """
+    """The candidates of one machine."""
 
     def __init__(self, control: ControlSystem) -> None:
         self._control, self._tape = control, control.tape

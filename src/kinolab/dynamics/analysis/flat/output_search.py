@@ -52,7 +52,6 @@ class OutputSearch:
     """The search of one machine, at a few random motions.
 
     Args:
-        control: The machine.
         rest: A state of rest, shape (nx,), with the inputs that hold it, shape (nu,), if known.
     """
 

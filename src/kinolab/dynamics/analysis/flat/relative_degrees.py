@@ -92,7 +92,6 @@ def extension(rows: Array, dimension: int) -> Extension:
     Args:
         rows: Derivatives of outputs and their rates by states and inputs, shape
             (nu, k + 1, dimension + nu * (k + 1)).
-        dimension: Of the state space.
     """
     rows = cleaned(rows)
     count, orders, width = rows.shape
@@ -115,7 +114,6 @@ def recovers(rows: Array, orders: tuple[int, ...], dimension: int, wanted: int) 
     Args:
         rows: As those of ``extension``, shape (nu, k + 1, dimension + nu * (k + 1)).
         orders: Number of derivatives of each output.
-        dimension: Of the state space.
         wanted: How many of its dimensions are to be determined.
     """
     rows = cleaned(rows)
@@ -129,7 +127,6 @@ def least_orders(rows: Array, dimension: int, wanted: int) -> tuple[int, ...] | 
 
     Args:
         rows: As those of ``extension``, shape (nu, k + 1, dimension + nu * (k + 1)).
-        dimension: Of the state space.
         wanted: How many of its dimensions are to be determined.
     """
     orders = (rows.shape[1] - 1,) * len(rows)

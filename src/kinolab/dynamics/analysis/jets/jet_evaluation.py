@@ -30,8 +30,6 @@ def jets_of(
         outputs: Nodes to expand.
         variables: Variables of the expansion.
         values: Values of all variables, by label; those of ``variables`` are the point.
-        order: Highest degree.
-        numbers: The number type.
 
     Returns:
         Jets, shape (outputs, size).

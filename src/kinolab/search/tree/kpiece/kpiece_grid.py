@@ -64,7 +64,6 @@ def kpiece_grid(
     """Allocate an empty grid.
 
     Args:
-        problem: The planning problem.
         arrays: The same problem as arrays.
         capacity: Maximum number of nodes and cells.
         goal_region_scale: What counts as near the goal, in its tolerances.

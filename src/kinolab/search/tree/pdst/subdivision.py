@@ -51,7 +51,6 @@ def subdivision(problem: PlanningTask, capacity: int) -> Subdivision:
     """Allocate cells over the projection of a problem's states.
 
     Args:
-        problem: The planning problem.
         capacity: Maximum number of motions; there are as many cells.
     """
     entries = projected_coordinates(problem)

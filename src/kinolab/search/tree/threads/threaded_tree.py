@@ -25,9 +25,7 @@ class ThreadedTree(SampledTree):
     It depends on their number, not on the processors: there are as many workers on one alone.
 
     Args:
-        search: Of the tree.
         growth: How it grows.
-        max_nodes: Its capacity.
         threads: Their number; no more are started than there are processors.
     """
 
