@@ -164,8 +164,8 @@ def test_an_stl_of_very_many_solids_is_refused() -> None:
 @pytest.mark.parametrize(
     ("nodes", "what"),
     [
-        ([{"children": [k + 1]} for k in range(101)] + [{}], "within more than 100 others"),
-        ([{"children": [0]}], "within more than 100 others"),
+        ([{"children": [k + 1]} for k in range(101)] + [{}], "more than 100 levels of nodes"),
+        ([{"children": [0]}], "more than 100 levels of nodes"),
         ([{}] * (file_laws.ELEMENTS["nodes"] + 1), "more than 20000 nodes"),
     ],
 )

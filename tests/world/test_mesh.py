@@ -177,19 +177,18 @@ def test_textures_are_not_opened(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     (tmp_path / "box.mtl").write_text("newmtl a\nmap_Kd /etc/hostname\n")
     (tmp_path / "box.obj").write_text("mtllib box.mtl\nusemtl a\n" + OBJ + "f 1 2 3\n")
     opened: list[str] = []
-    original: Callable[..., object] = Path.open
 
-    def record(self: Path, *args: object, **options: object) -> object:
-        opened.append(self.name)
-        return original(self, *args, **options)
+    def recorded(original: Callable[..., object]) -> Callable[..., object]:
+        def record(file: str | Path, *args: object, **options: object) -> object:
+            opened.append(Path(file).name)
+            return original(file, *args, **options)
 
-    def forbid(*_: object, **__: object) -> object:
-        raise AssertionError("opened another file")
+        return record
 
     store = SimpleNamespace(find=lambda _: None, keep=lambda *_: None)  # it has its own files
     monkeypatch.setattr(module, "MESHES", store)
-    monkeypatch.setattr(Path, "open", record)
-    monkeypatch.setattr("builtins.open", forbid)
+    monkeypatch.setattr(Path, "open", recorded(Path.open))
+    monkeypatch.setattr("builtins.open", recorded(open))
     assert len(load_mesh("box.obj", root=tmp_path).faces) == 1
     assert opened == ["box.obj", "box.mtl"]
 

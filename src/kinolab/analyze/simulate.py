@@ -62,7 +62,7 @@ def simulate(
 
 
 def drifting_constraints(problem: PlanningTask, motion: Trajectory) -> tuple[str, ...]:
-    """Return sentences about constraints that a motion leaves, so that its equations are inexact."""
+    """Return sentences about constraints that a motion leaves: its equations are then inexact."""
     plant, u = problem.model.plant, motion.u
     if not problem.machine.constraints or not len(u):
         return ()

@@ -6,7 +6,6 @@ Source: the specification at wiki.ros.org/urdf/XML.
 from __future__ import annotations
 
 import io
-import logging
 import math
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -22,7 +21,7 @@ from kinolab.dynamics import System
 from kinolab.dynamics.language.shapes import Box, Cylinder, Shape, Sphere
 from kinolab.errors import InputError, Mistake, UnknownNameError, listed, printable
 from kinolab.file_laws import read, refuse_many
-from kinolab.files import is_file
+from kinolab.files import LOG, is_file
 from kinolab.lazy import library_of
 from kinolab.numerics.arrays import Array
 from kinolab.robots.actuation.actuators import Motor
@@ -52,7 +51,6 @@ from kinolab.world.meshes.mesh import load_mesh
 from kinolab.world.shape_surfaces import Faces
 
 T = TypeVar("T")
-LOG = logging.getLogger("kinolab")
 # Some files call themselves XML 0.0, or begin with a blank line; other readers mind neither.
 XML_VERSION = re.compile(rb"""^(<\?xml\s+version\s*=\s*["'])[^"']*""")
 LARGEST_LINK = 20.0  # [m] across: beyond that a mesh is likely to be in millimetres

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 import math
 from collections.abc import Iterator, Mapping, Sequence
 
@@ -10,12 +9,11 @@ import numpy as np
 
 from kinolab.dynamics.language.shapes import DrawnMesh
 from kinolab.errors import InputError, printable
+from kinolab.files import LOG
 from kinolab.numerics.arrays import Array
 from kinolab.robots.kinematic_tree import KinematicTree, VisibleMesh
 from kinolab.world.mesh_simplification import fewer_triangles
 from kinolab.world.shape_surfaces import Faces
-
-LOG = logging.getLogger("kinolab")
 
 
 def drawn_meshes(tree: KinematicTree) -> Mapping[str, tuple[DrawnMesh, ...]]:

@@ -8,7 +8,6 @@ Source: Garland, Heckbert, Surface simplification using quadric error metrics, S
 
 from __future__ import annotations
 
-import logging
 import math
 from dataclasses import replace
 from pathlib import Path
@@ -19,6 +18,7 @@ import numpy as np
 from kinolab.dynamics.language.shapes import Sphere
 from kinolab.dynamics.machine_facts import BodyGeometry
 from kinolab.errors import printable
+from kinolab.files import LOG
 from kinolab.numerics.arrays import Array
 from kinolab.store import Kind, pack_arrays, unpack_arrays
 from kinolab.world.collision.checker import CollisionChecker
@@ -30,7 +30,6 @@ from kinolab.world.obstacle import Obstacle
 from kinolab.world.shape_surfaces import Faces
 from kinolab.world.world import World
 
-LOG = logging.getLogger("kinolab")
 BEAD = 1e-7  # [m] radius of the ball whose gap stands for a point's distance
 BATCH = 100_000  # points at once
 

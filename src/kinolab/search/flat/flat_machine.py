@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from kinolab.errors import InputError, Mistake
 from kinolab.numerics.arrays import Array, Integers
 from kinolab.problem import PlanningTask
+from kinolab.steering.bounded_curvature import ROUNDING
 from kinolab.steering.path_motion import LIMIT_FRACTION
 from kinolab.steering.plane_curves import CURVATURE_FRACTION
 
@@ -17,7 +18,6 @@ from kinolab.steering.plane_curves import CURVATURE_FRACTION
 FULL, PLANE, CAR = 0, 1, 2
 STEERINGS = 1001  # whose curvatures are known; between them straight lines are off by millionths
 SMALL = 0.1  # inputs by which it is seen, of their half ranges
-ROUNDING = 1e-9  # relative to the largest rate
 NO_CURVES = np.zeros(1), np.zeros(3), 1.0  # of machines that are no cars
 REMEDY = "auto plans for every machine."
 
