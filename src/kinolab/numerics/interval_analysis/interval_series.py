@@ -18,7 +18,6 @@ from kinolab.numerics.arrays import Array
 from kinolab.numerics.intervals import IntervalArray
 
 UNIT = np.finfo(float).eps
-NOTHING = IntervalArray(np.asarray(-np.inf), np.asarray(np.inf))
 
 
 class Expansion:
