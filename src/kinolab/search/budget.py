@@ -192,9 +192,5 @@ class Budget:
         """Send the search graph to the viewer, if there is one and a snapshot is due."""
         if self.viewer and (elapsed := self.elapsed) > self._next_look:
             self.viewer(explored())
-            self._next_look = self.elapsed + max(
-                # [s] between snapshots of the search graph
-                # minimum interval between snapshots, in multiples of their cost
-                0.5,
-                4.0 * (self.elapsed - elapsed),
-            )
+            # half a second between snapshots of the graph, or four times what they cost
+            self._next_look = self.elapsed + max(0.5, 4.0 * (self.elapsed - elapsed))

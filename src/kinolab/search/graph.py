@@ -32,12 +32,7 @@ class SearchGraph:
 
     @classmethod
     def of_tree(
-        # states kept of a tree: a picture shows no more
-        cls,
-        states: Callable[[Integers], Array],
-        parents: Integers,
-        *,
-        most: int = 10_000,
+        cls, states: Callable[[Integers], Array], parents: Integers, *, most: int = 10_000
     ) -> SearchGraph:
         """Return the graph of a tree, thinned to about ``most`` states.
 

@@ -94,7 +94,7 @@ def stiff_law(
         found = largest_multiplier(model, settings, step)
         if found <= GROWING:
             return None
-        for short in step * 0.5 ** np.arange(1, 8 + 1):  # halvings of a step until the law holds
+        for short in step * 0.5 ** np.arange(1, 9):  # halvings of a step until the law holds
             if largest_multiplier(model, settings, short) <= GROWING:
                 return StiffLaw(step, found, float(short), _gentler(described(), settings))
     except KinolabError:  # where the equations are singular, other checks say so

@@ -39,13 +39,8 @@ class Rollout:
         self._calls = CompiledStep(problem, method)
         self.step, self.propagations = problem.step, 0
         self._pieces = 1 if discrete else _pieces(problem)
-        self._sensitivities = StepSensitivities(
-            # Runge-Kutta steps per propagation step, for derivatives
-            problem.model,
-            METHODS[method],
-            self._pieces,
-            2,
-        )
+        # with two Runge-Kutta steps per propagation step for derivatives
+        self._sensitivities = StepSensitivities(problem.model, METHODS[method], self._pieces, 2)
 
     def follow(self, x0: Array, u: Array) -> Array | None:
         """Return the states at the knots, shape (N+1, nx); None where a step fails.

@@ -48,8 +48,8 @@ def hidden_excess(
         Time in [s], by how much at most, and which limit; None if none is passed.
     """
     halved = 0
-    # pieces, which take little longer than one: calls of NumPy are what takes time
-    while 0 < len(pieces.begin) <= 256 // 2 and pieces.divisible.all():
+    # 256 pieces take little longer than one: calls of NumPy are what takes time
+    while 0 < len(pieces.begin) <= 128 and pieces.divisible.all():
         pieces = pieces.halves()
     for _ in range(MAX_HALVINGS):
         if not len(pieces.begin):

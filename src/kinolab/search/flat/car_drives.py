@@ -167,8 +167,8 @@ def guess_holds(search, knots):  # type: ignore[no-untyped-def]
         car.least[i] = 0.0
         if side != 0.0:  # a turn grows with the square of how far one steers for it
             full = ramp_seconds(search, side)
-            # of its full steering, to which a side is steered at least
-            car.least[i] = (0.01 - 1.0) * full
+            # a side is steered by a hundredth of its full steering at least
+            car.least[i] = -0.99 * full
             if car.hold[i] < 0.0:
                 share = math.sqrt(max(1.0 + car.hold[i] / full, 0.0))
                 car.hold[i] = (share - 1.0) * full

@@ -321,6 +321,6 @@ def try_drive(search):  # type: ignore[no-untyped-def]
         pose_at(search.flat, draft, k, t, car.begin if row == 0 else car.end)
     find_word(search, car.begin, car.end)
     T = fit_drive(search, car.begin, car.end, knots)
-    # of the duration of what a drive replaces, to be gained
-    shorter = end > begin and (1.0 - 0.02) * (end - begin) > T
+    # 2 % of the duration of what a drive replaces are to be gained
+    shorter = end > begin and 0.98 * (end - begin) > T
     return begin, end, shorter and is_trial_free(search)

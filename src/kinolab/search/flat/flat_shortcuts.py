@@ -70,8 +70,8 @@ def try_shortcut(search, begin, end, between):  # type: ignore[no-untyped-def]
     j, later = locate_time(draft, end)
     if not read_knot(search, i, t, knots[BEGIN]) or not read_knot(search, j, later, knots[END]):
         return False
-    # of the duration of what a shortcut replaces, to be gained
-    longest = (1.0 - 0.02) * (end - begin)
+    # 2 % of the duration of what a shortcut replaces are to be gained
+    longest = 0.98 * (end - begin)
     if between:
         k, middle = locate_time(draft, begin + uniform(search.random) * (end - begin))
         read_knot(search, k, middle, knots[MIDDLE])

@@ -45,9 +45,7 @@ def grid_of(
     size = resolution
     while True:
         below, above = (
-            # 1e-9 m for rounding
-            np.maximum(np.ceil((s - 1e-9) / size), 1)
-            for s in (goal - low, high - goal)
+            np.maximum(np.ceil((s - 1e-9) / size), 1) for s in (goal - low, high - goal)
         )
         if np.prod(below + above) <= most:
             break

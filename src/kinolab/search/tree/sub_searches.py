@@ -109,7 +109,7 @@ class GoalConnections:
         if self.due > 0:
             return None
         self.due = self._period
-        # of a goal connection, which checks nothing, take as long as one of the tree
+        # three steps of a connection, which checks nothing, take as long as one of the tree
         if 3.0 * tree.steps_made < self._propagations:
             return None
         node = int(self._generator.integers(tree.nodes.size[0]))

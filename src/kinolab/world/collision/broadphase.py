@@ -139,9 +139,7 @@ def make_broadphase(
         grow=0.0,
         margin=0.0,
         ground=world.ground,
-        # [m] of a proved gap beside a mesh, from which on FCL is not asked: fifty times what it
-        # errs by
-        sure=1e-3,
+        sure=1e-3,  # [m] of a gap beside a mesh: FCL, which errs by a fiftieth of it, is not asked
     )
     return scene, mesh_grid(meshes)
 

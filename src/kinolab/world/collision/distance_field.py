@@ -46,10 +46,7 @@ class DistanceField(NamedTuple):
 
 
 def distance_field(
-    # [bytes] that a grid may take at most
-    obstacles: Sequence[Obstacle],
-    finest: float = 0.0,
-    memory: int = 256 * 2**20,
+    obstacles: Sequence[Obstacle], finest: float = 0.0, memory: int = 256 * 2**20
 ) -> DistanceField:
     """Build the grid of some obstacles, as fine as memory and time allow.
 
