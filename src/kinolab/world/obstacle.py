@@ -11,6 +11,7 @@ import numpy as np
 
 from kinolab.dynamics.language.shapes import MAX_COORDINATE, Box, Capsule, Cylinder, Shape, Sphere
 from kinolab.errors import InputError, Mistake
+from kinolab.file_laws import ELEMENTS
 from kinolab.numerics.arrays import Array
 from kinolab.world.geometry import frame_in_world, half_extents, sizes, triangles
 from kinolab.world.meshes.mesh import check, load_mesh
@@ -155,7 +156,7 @@ def mesh_obstacle(
     scale: float | Numbers = 1.0,
     up: Literal["x", "y", "z"] = "z",
     solid: bool | None = None,
-    most: int | None = None,
+    most: int = ELEMENTS["triangles"],
 ) -> Obstacle:
     """Read a mesh and place it: first ``scale``, then ``up``, then ``rpy``, then ``position``.
 
@@ -168,7 +169,7 @@ def mesh_obstacle(
         up: The axis of the file that points up.
         solid: Fill every closed part (True) or none (False). By default a part whose faces look
             outward is filled, and one whose faces look inward is a room.
-        most: Triangles that the file may have; as many as any mesh if left out.
+        most: Triangles that the file may have.
 
     Raises:
         InputError: If the file is unusable, ``scale`` is zero, or ``solid`` is asked of an open
