@@ -142,6 +142,7 @@ def answers(
     Args:
         forks: Each was asked one thing.
         tell: Gets the index of a fork and what it tells on the way, in whatever order that comes.
+        cancelled: Asked now and then.
 
     Returns:
         In the order of the forks; None where the wait was cancelled, which ends all of them.

@@ -244,6 +244,7 @@ def along(
     """Enclose the Taylor coefficients of formulas along a curve of their variables.
 
     Args:
+        formulas: Functions of the variables.
         coefficients: Of the curve, for each order a box (variables, m) that holds it at all points.
 
     Returns:

@@ -56,6 +56,9 @@ def in_mode(system: Mechanism, mode: str) -> Mechanism:
 
     It has the inputs that have an effect in this mode.
 
+    Args:
+        mode: The mode's name.
+
     Raises:
         InputError: If it has no such mode.
     """

@@ -72,6 +72,7 @@ class StepBatch:
     """Copies of a machine in the world of a problem.
 
     Args:
+        count: Number of copies, n.
         reward: ``shaped`` or ``sparse``.
         starts: ``scenario`` or ``anywhere``.
         duration: Of an episode in [s].

@@ -372,6 +372,7 @@ def error_amplification(problem: PlanningTask, states: Array, beside: Array) -> 
     """Return the error amplification: the largest growth of a perturbation at the start.
 
     Args:
+        problem: Provides the state scales.
         states: Nominal motion, shape (N+1, nx).
         beside: Motion from ``perturbed_start``, shape (N+1, nx).
     """

@@ -21,6 +21,7 @@ class StopManeuver:
 
     Args:
         closing: Terminal correction, to end exactly at rest.
+        tracker: Feedback about an equilibrium.
     """
 
     def __init__(

@@ -42,6 +42,7 @@ class TerminalCorrection:
             x0: Start state, shape (nx,).
             u: Initial inputs, shape (N, nu).
             x1: End state, shape (nx,).
+            most: Maximum number of corrections.
 
         Returns:
             The motion, or None if the end is not reached within input limits.

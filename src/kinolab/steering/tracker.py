@@ -108,6 +108,7 @@ def tracked_weights(problem: PlanningTask, asked: Sequence[str]) -> Array:
     depends, such as how far a wheel has rolled: bringing them back would cost what does matter.
 
     Args:
+        problem: Machine, world, goal and metric.
         asked: Names of such coordinates that are tracked all the same.
     """
     names = problem.model.state_names

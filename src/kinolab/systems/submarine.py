@@ -94,6 +94,7 @@ def added_mass_coefficients(
     Args:
         a: Semi-axis along x, positive, in any unit.
         b: Semi-axis along y, in the same unit; it may be equal to others.
+        c: Semi-axis along z.
 
     Raises:
         InputError: If a semi-axis is not a positive, finite number.

@@ -59,8 +59,10 @@ def minimize_cost(
     """Return feasible knots that take less time, or cost less, or the given ones.
 
     Args:
+        knots: Feasible initial guess.
         lengths: Bounds of the step lengths in [s], of all or each, shape (P,).
         times: Time steps of the problem per knot interval.
+        tolerances: Stopping criteria.
     """
     if not task.problem.cost_of(knots) > 0.0:
         return knots  # nothing costs less

@@ -67,6 +67,7 @@ class Segments:
         """Return a faster segment near the given one; None if infeasible or the gain is small.
 
         Args:
+            knots: Maximum number of knots.
             last: Whether it ends in the problem's goal.
         """
         task = self._between(motion.x[0], None if last else motion.x[-1])

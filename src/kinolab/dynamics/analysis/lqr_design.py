@@ -33,6 +33,7 @@ def lqr_design(model: Model, regulator: Regulator) -> Feedback:
 
     Args:
         model: The machine, without feedback.
+        regulator: Tracked expressions and weights.
 
     Raises:
         InputError: If there is no equilibrium or no gain, or the tracked expressions do not

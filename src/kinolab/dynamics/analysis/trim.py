@@ -111,6 +111,7 @@ def trim(
     Args:
         model: The machine, without feedback.
         steady: Expressions whose rates of change vanish.
+        fixed: Expressions and their prescribed values.
         start: Initial guess; at rest with inputs mid-range when left out.
 
     Returns:

@@ -228,6 +228,7 @@ def emit_rows(states: int, controls: int | None, *, name: str) -> str:
     """Return a loop of any function over rows; its result is the first failing row, or -1.
 
     Args:
+        states: Length of x.
         controls: Length of u; None for functions that have no inputs.
     """
     tables = {"%x": states, **({} if controls is None else {"%u": controls})}

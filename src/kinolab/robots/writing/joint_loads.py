@@ -118,6 +118,7 @@ class _Efforts:
 
         Args:
             effort: The force of which it is a part.
+            magnitude: In numbers and rates.
             factor: The velocity by its rate.
         """
         load, own = self.joints[c], abs(factor) / self._factors[c]

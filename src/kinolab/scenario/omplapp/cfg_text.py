@@ -58,6 +58,7 @@ class CfgFile:
         """Name the keys of a section that nobody knows.
 
         Args:
+            known: Keys there are.
             beginnings: Of further keys that are known.
         """
         for value in self.sections.get(section, []):

@@ -28,6 +28,7 @@ class Lookahead:
     Args:
         projection: Maps its forces to inputs.
         steps: Horizon in time steps of the problem.
+        draws: Number of additional random proposals.
         stop: Cancellation token; cancelling raises a CancelledError.
     """
 

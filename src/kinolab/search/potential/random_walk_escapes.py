@@ -48,6 +48,7 @@ class RandomWalkEscapes:
         descent: Descends it.
         projection: Maps random forces to inputs.
         propagator: Propagates and checks the random walks.
+        most: Maximum number of random walks.
         reached: Whether the re-simulation of a motion into the goal ends there too.
 
     Attributes:

@@ -29,6 +29,7 @@ class ConfigurationSpace:
         steering: Supplies paths between configurations.
         goal: Goal state, shape (nx,).
         margin: Required clearance in [m]; at most half that of start and goal.
+        rejections: Counts rejected states.
         stop: Cancellation token; cancelling raises a CancelledError.
     """
 

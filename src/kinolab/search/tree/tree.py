@@ -55,6 +55,7 @@ def tree(
     """Allocate an empty tree.
 
     Args:
+        capacity: In nodes.
         neighbours: Whether it has an index of nearest neighbours.
         kept_steps: Of inputs that are compared, whose states are kept.
     """

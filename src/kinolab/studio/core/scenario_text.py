@@ -88,6 +88,7 @@ class ScenarioText:
 
         Args:
             what: The edit in words, for undo.
+            changes: Applied in order.
             going_on: Whether it belongs to the last edit if that has the same words, as the many
                 steps of one drag do.
 

@@ -58,6 +58,7 @@ def free_states(
         paths: What is free.
         ends: First and last state, near whose attitudes the others are.
         turning: As for ``GeometricPaths.find``.
+        most: Number of random states.
         stop: Cancellation token; cancelling raises a CancelledError.
     """
     free: list[Array] = []

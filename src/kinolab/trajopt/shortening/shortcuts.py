@@ -115,6 +115,7 @@ class ConnectionGuesses:
         Args:
             begin: Start state, shape (nx,).
             end: End state, shape (nx,).
+            knots: Maximum number of knots.
         """
         charge(2e-4)
         path = straight(self._problem, begin, end)

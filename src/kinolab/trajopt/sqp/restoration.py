@@ -39,6 +39,7 @@ def restore_feasibility(
 
     Args:
         knots: Initial guess, clipped first to the limits of states and inputs.
+        iterations: Maximum number of subproblems.
         times: Steps of the problem per knot interval.
         lengths: Bounds of the step lengths in [s], of all or each (P,); fixed if None.
         enough: Total scaled violation at which to stop.

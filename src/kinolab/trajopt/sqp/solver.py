@@ -46,6 +46,7 @@ def minimize(
     Args:
         knots: Initial guess within the limits of states and inputs.
         weights: Of the merit function; without time and effort only feasibility is restored.
+        iterations: Maximum number of subproblems.
         enough: Total scaled violation that counts as feasible.
         worth: Stop if a step leaves more than this fraction of the violation.
         pace: Fraction of the violation that every few subproblems must remove.

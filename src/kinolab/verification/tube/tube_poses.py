@@ -105,6 +105,7 @@ def _displaced(shape: Shape, change: IntervalArray) -> Array:
     """Return how far points of a shape are displaced at most, shape (steps, BOXES).
 
     Args:
+        shape: In its body's frame.
         change: Of the body's rows of [R | p], shape (12, steps, BOXES).
     """
     own = placement(shape)

@@ -61,6 +61,7 @@ def contacts_at(
         poses: Of the bodies, shape (bodies, 12).
         sound: The shapes whose places are finite.
         owners: The body or cable of each shape.
+        obstacles: Names of the world's obstacles.
         record: The machine in its world, ``CheckerArrays``, cables placed in its scratch.
         narrowphase: Judges pairs of what is placed there.
     """

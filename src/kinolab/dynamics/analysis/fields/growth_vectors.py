@@ -106,6 +106,7 @@ def filtration(
         at: The point, by name; random regular points when left out.
         strong: Leave out the drift itself, but not its brackets (strong accessibility: states
             reached at one and the same time).
+        exact: Use rational arithmetic.
         tolerance: Relative tolerance of ranks.
         work: Limit of multiplications per point.
     """

@@ -176,6 +176,7 @@ def _integrals(
     """Return conserved functions of the coordinates, linear ones if no others are found.
 
     Args:
+        places: Closures at several configurations.
         shares: Integrable constant combinations of constraints, one per row.
     """
     found = [integral_of(system, dict(zip(names, map(float, row), strict=True))) for row in shares]

@@ -30,6 +30,7 @@ def jets_of(
         outputs: Nodes to expand.
         variables: Variables of the expansion.
         values: Values of all variables, by label; those of ``variables`` are the point.
+        order: Highest degree.
 
     Returns:
         Jets, shape (outputs, size).

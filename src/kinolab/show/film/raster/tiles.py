@@ -18,6 +18,7 @@ class Tiles:
     """Layers on a canvas of any size; a window that moves slowly costs only what is new in it.
 
     Args:
+        layers: In drawing order.
         paper: Colour of the background (r, g, b) in 0..255.
     """
 

@@ -29,6 +29,7 @@ class Inset:
 
     Args:
         pen: Of the whole picture, enlarged, in small pixels.
+        backdrop: The static backdrop, enlarged.
         box: Position of the inset, in pixels of the picture.
         times: Magnification.
         still: What stands still.

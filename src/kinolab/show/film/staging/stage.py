@@ -42,6 +42,7 @@ class Stage:
     """Draws the machine over a backdrop; only the pixels that it covers are redrawn.
 
     Args:
+        layers: The backdrop, in drawing order.
         still: What stands still.
     """
 

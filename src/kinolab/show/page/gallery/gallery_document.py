@@ -38,6 +38,9 @@ def gallery_html(title: str, cards: Sequence[Card]) -> str:
 
     The interactive pages open in frames that may run their own scripts and nothing else: a frame
     keeps the policy of the page around it, so this one's lists the scripts of all of them.
+
+    Args:
+        cards: In display order.
     """
     shared, style, script = library(), _source("gallery.css"), _source("gallery.js")
     runs = [_card(card, shared) for card in cards]
