@@ -78,7 +78,7 @@ class Watch:
     def begin(self) -> None:
         """Watch the time and the memory of everything from now on."""
         from kinolab.errors import InputError
-        from kinolab.file_laws import MEMORY
+        from kinolab.untrusted import MEMORY
 
         logging.disable(logging.CRITICAL)  # warnings of damaged caches
         signal.signal(signal.SIGPROF, _too_long)

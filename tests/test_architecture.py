@@ -216,7 +216,7 @@ def test_few_files_know_an_attitude_from_other_coordinates() -> None:
 
 
 def test_constants_of_modules_are_few() -> None:
-    """What one place uses stands there; caps of files are in one table of ``file_laws``."""
+    """What one place uses stands there; caps of files are in one table of ``untrusted``."""
     code = "\n".join(path.read_text(encoding="utf-8") for path in modules().values())
     assert len(re.findall(r"^[A-Z][A-Z_]+ = ", code, re.MULTILINE)) < 1030
     assert len(re.findall(r"^(?:MOST|MAX)_[A-Z_]+ = ", code, re.MULTILINE)) < 40

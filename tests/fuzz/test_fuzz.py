@@ -19,7 +19,7 @@ from random import Random
 import numpy as np
 import pytest
 
-from kinolab import file_laws
+from kinolab import untrusted
 from kinolab.errors import InputError
 from kinolab.search.graph import read_graph
 from kinolab.untrusted import array_file, json_of, nesting
@@ -101,7 +101,7 @@ def test_arrays_are_refused_before_they_are_unpacked(
     path.write_bytes(archive("(10000000000,)", "<f8", 8))
     with pytest.raises(ValueError, match=r"x.npy is not as large as it says"):
         array_file(path)
-    monkeypatch.setitem(file_laws.BYTES, "arrays", 1_000_000)
+    monkeypatch.setitem(untrusted.BYTES, "arrays", 1_000_000)
     path.write_bytes(archive("(250000,)", "<f8", 2_000_000))
     assert path.stat().st_size < 10_000
     with pytest.raises(ValueError, match="its arrays take more than 1 MB"):
@@ -134,7 +134,7 @@ def test_an_archive_of_very_many_entries_is_refused(tmp_path: Path) -> None:
 
 
 def test_json_is_refused_where_it_is_nested_too_deeply() -> None:
-    most = file_laws.ELEMENTS["levels of lists and tables"]
+    most = untrusted.ELEMENTS["levels of lists and tables"]
     assert nesting(b'{"a[[[": [1, {"b\\"{{": []}]}') == 4
     assert json_of("[" * most + "]" * most)
     with pytest.raises(ValueError, match="nested too deeply"):
@@ -149,7 +149,7 @@ def test_a_glb_may_not_ask_for_zeros_that_it_does_not_hold() -> None:
 
 
 def test_meshes_of_text_are_smaller_than_others(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(file_laws.BYTES, "mesh in ply", 1000)
+    monkeypatch.setitem(untrusted.BYTES, "mesh in ply", 1000)
     head = b"ply\nformat %s 1.0\nend_header\n"
     mesh_limits.require_size("m", "ply", head % b"binary_little_endian" + bytes(2000))
     text = head % b"ascii" + b"0 0 0\n" * 300
@@ -157,7 +157,7 @@ def test_meshes_of_text_are_smaller_than_others(monkeypatch: pytest.MonkeyPatch)
 
 
 def test_an_stl_of_very_many_solids_is_refused() -> None:
-    content = b"solid a\nendsolid a\n" * (file_laws.ELEMENTS["solids"] + 1)
+    content = b"solid a\nendsolid a\n" * (untrusted.ELEMENTS["solids"] + 1)
     assert "1000 solids" in refusal(lambda: mesh_limits.require_size("m", "stl", content))
 
 
@@ -166,7 +166,7 @@ def test_an_stl_of_very_many_solids_is_refused() -> None:
     [
         ([{"children": [k + 1]} for k in range(101)] + [{}], "more than 100 levels of nodes"),
         ([{"children": [0]}], "more than 100 levels of nodes"),
-        ([{}] * (file_laws.ELEMENTS["nodes"] + 1), "more than 20000 nodes"),
+        ([{}] * (untrusted.ELEMENTS["nodes"] + 1), "more than 20000 nodes"),
     ],
 )
 def test_a_glb_of_many_nodes_or_deep_ones_is_refused(nodes: list[object], what: str) -> None:
@@ -182,13 +182,13 @@ def test_nodes_of_a_dae_are_counted_as_often_as_they_are_used() -> None:
 
     # Each of the first three stands by itself, too: 2, then 2 (2) + 1 = 5, then 2 (5) + 1 = 11.
     assert mesh_limits.unfolded_nodes(folded(2)) == 2 + 5 + 11
-    assert mesh_limits.unfolded_nodes(folded(40)) > file_laws.ELEMENTS["nodes"]
+    assert mesh_limits.unfolded_nodes(folded(40)) > untrusted.ELEMENTS["nodes"]
     itself = b'<a><node id="n"><instance_node url="#n"/></node></a>'
-    assert mesh_limits.unfolded_nodes(itself) > file_laws.ELEMENTS["nodes"]
+    assert mesh_limits.unfolded_nodes(itself) > untrusted.ELEMENTS["nodes"]
 
 
 def test_an_obj_of_very_many_materials_is_refused() -> None:
-    most = file_laws.ELEMENTS["materials"]
+    most = untrusted.ELEMENTS["materials"]
     mesh_limits.require_size("m", "obj", b"usemtl a\n" * (most + 1))
     many = b"".join(b"usemtl %d\n" % k for k in range(most + 1))
     assert "2000 materials" in refusal(lambda: mesh_limits.require_size("m", "obj", many))
@@ -198,8 +198,8 @@ def test_a_scenario_of_very_many_values_is_refused(tmp_path: Path) -> None:
     from kinolab.scenario import load_scenario
 
     path = tmp_path / "table.toml"
-    path.write_text(OPEN + "[x]\na = [" + "{}," * (file_laws.ELEMENTS["values"] + 1) + "]\n")
-    assert f"more than {file_laws.ELEMENTS['values']} values" in refusal(
+    path.write_text(OPEN + "[x]\na = [" + "{}," * (untrusted.ELEMENTS["values"] + 1) + "]\n")
+    assert f"more than {untrusted.ELEMENTS['values']} values" in refusal(
         lambda: load_scenario(path)
     )
 
@@ -249,6 +249,6 @@ def test_the_worst_content_of_the_largest_size_stays_below_the_cap(
     path = tmp_path / "content"
     path.write_bytes(make())
     subprocess.run(
-        [sys.executable, "-c", MEASURE, target, str(path), str(file_laws.MEMORY)],
+        [sys.executable, "-c", MEASURE, target, str(path), str(untrusted.MEMORY)],
         env=environment(), cwd=ROOT, check=True, timeout=600,
     )  # fmt: skip

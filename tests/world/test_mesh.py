@@ -14,7 +14,7 @@ import pytest
 import trimesh
 
 from kinolab.errors import InputError
-from kinolab.file_laws import BYTES, ELEMENTS
+from kinolab.untrusted import BYTES, ELEMENTS
 from kinolab.world import load_mesh, mesh_obstacle
 from kinolab.world.meshes import mesh
 from kinolab.world.meshes import mesh as module

@@ -10,7 +10,7 @@ import pytest
 import trimesh
 
 from kinolab.errors import InputError
-from kinolab.file_laws import ELEMENTS
+from kinolab.untrusted import ELEMENTS
 from kinolab.world import load_mesh
 from kinolab.world.meshes import mesh
 from kinolab.world.meshes.mesh_cache import MESHES, Mesh

@@ -10,7 +10,6 @@ from typing import Any, TypeVar
 from kinolab.arguments import require_fit
 from kinolab.dynamics import Model
 from kinolab.errors import InputError, Mistake
-from kinolab.file_laws import ELEMENTS
 from kinolab.loading.chosen_integration import steady
 from kinolab.loading.foreign_files import read_any
 from kinolab.loading.goal_regions import with_regions
@@ -31,6 +30,7 @@ from kinolab.loading.well_posed import (
 from kinolab.problem import PlanningTask
 from kinolab.problem.objective.costed import require_costs
 from kinolab.scenario import Issue, ObstacleEntry, Scenario, mistake_at
+from kinolab.untrusted import ELEMENTS
 from kinolab.world import (
     Obstacle,
     World,

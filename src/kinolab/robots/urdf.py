@@ -20,7 +20,6 @@ from kinolab.concurrency.stages import doing
 from kinolab.dynamics import System
 from kinolab.dynamics.language.shapes import Box, Cylinder, Shape, Sphere
 from kinolab.errors import InputError, Mistake, UnknownNameError, listed, printable
-from kinolab.file_laws import read, refuse_many
 from kinolab.files import LOG, is_file
 from kinolab.lazy import library_of
 from kinolab.numerics.arrays import Array
@@ -47,6 +46,7 @@ from kinolab.robots.tree_mistakes import tree_mistakes
 from kinolab.robots.urdf_fields import READ, unread_words
 from kinolab.robots.urdf_inertials import balanced, write_inertials
 from kinolab.robots.xacro_files import expanded
+from kinolab.untrusted import read, refuse_many
 from kinolab.world.meshes.mesh import load_mesh
 from kinolab.world.shape_surfaces import Faces
 

@@ -9,8 +9,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from kinolab.errors import InputError, Mistake, printable
-from kinolab.file_laws import read
 from kinolab.scenario.toml_text import shortened
+from kinolab.untrusted import read
 
 ENDINGS = (".toml", ".yaml", ".yml", ".cfg")  # of paths, with or without a folder before them
 

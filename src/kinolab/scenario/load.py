@@ -12,7 +12,6 @@ from typing import Any
 from pydantic import ValidationError
 
 from kinolab.errors import InputError, Mistake
-from kinolab.file_laws import ELEMENTS, refuse_many
 from kinolab.scenario.file_lookup import read_text, scenario_path
 from kinolab.scenario.issues import Issue, KeyPath, Origin
 from kinolab.scenario.locations import mistake_at
@@ -28,6 +27,7 @@ from kinolab.scenario.toml_text import (
     values_in,
 )
 from kinolab.scenario.user_code import python_reference
+from kinolab.untrusted import ELEMENTS, refuse_many
 
 MISTAKE_LIMIT = 100  # nobody reads more, and every one of them takes time to word
 _BEGINNING = 'Begin with schema = 1, title = "…" and a [system] section.'

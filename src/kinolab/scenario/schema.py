@@ -22,7 +22,6 @@ from pydantic_core import PydanticCustomError
 
 from kinolab.dynamics.codegen.methods import METHODS, SHIPPED
 from kinolab.errors import is_broken, printable
-from kinolab.file_laws import ELEMENTS
 from kinolab.files import stem_of
 from kinolab.scenario import rules
 from kinolab.scenario.issues import Issue, KeyPath, Origin
@@ -83,6 +82,7 @@ from kinolab.scenario.values import (
     plain_setting,
     rgb_of,
 )
+from kinolab.untrusted import ELEMENTS
 
 LARGEST_CLEARANCE = 1e6  # [m]; its square must not drown the sizes of what moves
 TOLERANCE = 0.1  # of every goal that does not give its own

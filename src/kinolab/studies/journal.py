@@ -13,9 +13,8 @@ from pathlib import Path
 from typing import Any, Self
 
 from kinolab.errors import InputError, KinolabError, Mistake
-from kinolab.file_laws import BYTES
 from kinolab.studies.columns import Row, fits
-from kinolab.untrusted import json_of
+from kinolab.untrusted import BYTES, json_of
 
 ROWS = "rows.jsonl"
 

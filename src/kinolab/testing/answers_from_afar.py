@@ -20,8 +20,7 @@ import numpy as np
 
 from kinolab.dynamics import System
 from kinolab.errors import LONGEST_QUOTE
-from kinolab.file_laws import BYTES
-from kinolab.untrusted import json_of
+from kinolab.untrusted import BYTES, json_of
 
 
 class _Unreadable:

@@ -11,8 +11,8 @@ import numpy as np
 
 from kinolab.dynamics.language.shapes import MAX_COORDINATE, Box, Capsule, Cylinder, Shape, Sphere
 from kinolab.errors import InputError, Mistake
-from kinolab.file_laws import ELEMENTS
 from kinolab.numerics.arrays import Array
+from kinolab.untrusted import ELEMENTS
 from kinolab.world.geometry import frame_in_world, half_extents, sizes, triangles
 from kinolab.world.meshes.mesh import check, load_mesh
 from kinolab.world.meshes.mesh_components import Components, components

@@ -11,12 +11,12 @@ from xml.etree.ElementTree import ParseError, iterparse, parse
 import numpy as np
 
 from kinolab.errors import InputError, Mistake
-from kinolab.file_laws import refuse_large, refuse_many
 from kinolab.files import is_file
 from kinolab.lazy import library_of
 from kinolab.numerics.arrays import Array
 from kinolab.robots.compared.mujoco_engine import MujocoEngine, quiet
 from kinolab.robots.mjcf.mjcf_fields import apply_flags, disabled, not_finite
+from kinolab.untrusted import refuse_large, refuse_many
 
 WORLD_BODY = 0
 

@@ -16,9 +16,9 @@ from typing import Any
 import numpy as np
 
 from kinolab.errors import InputError
-from kinolab.file_laws import read
 from kinolab.numerics.arrays import Array
 from kinolab.robots.omplapp.vertex_mean import mean_in_collada, mean_of_triangles
+from kinolab.untrusted import read
 from kinolab.world.meshes.mesh import load_mesh
 from kinolab.world.meshes.mesh_cache import Mesh
 from kinolab.world.meshes.mesh_reading import AXES, refusal

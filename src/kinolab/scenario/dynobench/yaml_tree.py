@@ -10,7 +10,7 @@ from typing import Any, TypeAlias
 import yaml
 
 from kinolab.errors import InputError, Mistake
-from kinolab.file_laws import refuse_many
+from kinolab.untrusted import refuse_many
 
 Found: TypeAlias = "list[tuple[int, Mistake]]"  # with the line of each
 Value: TypeAlias = "dict[str, Entry] | list[Entry] | float | int | str | bool | None"

@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from kinolab.errors import Mistake, printable, unknown_name
-from kinolab.file_laws import ELEMENTS, refuse_many
 from kinolab.scenario.toml_text import shortened
+from kinolab.untrusted import ELEMENTS, refuse_many
 
 
 @dataclass(frozen=True)

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.dynamics.language.shapes import MAX_COORDINATE
-from kinolab.file_laws import ELEMENTS, read
 from kinolab.numerics.arrays import Array
+from kinolab.untrusted import ELEMENTS, read
 from kinolab.world.meshes.double_faces import single_faces
 from kinolab.world.meshes.mesh_cache import MESHES, Mesh
 from kinolab.world.meshes.mesh_components import connected_parts

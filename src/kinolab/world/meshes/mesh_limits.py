@@ -1,6 +1,6 @@
 """What a mesh file may be large for, looked at before anything is built of it.
 
-How much that is, ``file_laws`` says.
+How much that is, ``untrusted`` says.
 """
 
 from __future__ import annotations
@@ -13,8 +13,7 @@ from contextlib import suppress
 from typing import Any
 
 from kinolab.errors import InputError, Mistake, printable
-from kinolab.file_laws import BYTES, ELEMENTS, refuse_large, refuse_many
-from kinolab.untrusted import json_of
+from kinolab.untrusted import BYTES, ELEMENTS, json_of, refuse_large, refuse_many
 
 JOIN = "Join parts before you export it."
 COMPONENTS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from kinolab.file_laws import BYTES
+from kinolab.untrusted import BYTES
 
 NAMED = re.compile(rb"^[ \t]*+mtllib[ \t]++(\S[^\r\n]*+)", re.MULTILINE)
 SUFFIX = ".mtl"

@@ -14,8 +14,8 @@ from pathlib import Path
 import numpy as np
 
 from kinolab.errors import InputError
-from kinolab.file_laws import ELEMENTS, read
 from kinolab.numerics.arrays import Array
+from kinolab.untrusted import ELEMENTS, read
 from kinolab.world.meshes.mesh import locate
 from kinolab.world.meshes.mesh_reading import refusal
 

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.errors import InputError, printable
-from kinolab.file_laws import BYTES, ELEMENTS, read
+from kinolab.untrusted import BYTES, ELEMENTS, read
 from kinolab.world.meshes.mesh import locate
 from kinolab.world.meshes.mesh_reading import refusal
 

@@ -14,8 +14,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from kinolab.file_laws import read, refuse_many
 from kinolab.numerics.arrays import Array
+from kinolab.untrusted import read, refuse_many
 from kinolab.world.meshes.mesh import check, locate
 from kinolab.world.meshes.mesh_components import Components, components
 from kinolab.world.meshes.mesh_reading import refusal

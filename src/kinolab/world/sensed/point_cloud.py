@@ -7,8 +7,8 @@ from typing import Literal
 
 import numpy as np
 
-from kinolab.file_laws import refuse_many
 from kinolab.numerics.arrays import Array
+from kinolab.untrusted import refuse_many
 from kinolab.world.meshes.mesh import check
 from kinolab.world.meshes.mesh_components import Components
 from kinolab.world.meshes.mesh_hints import MAX_EXTENT

@@ -25,7 +25,7 @@ from kinolab.dynamics.language.json.machine_file import (
 from kinolab.dynamics.language.json.size_limits import size_mistakes
 from kinolab.dynamics.language.shapes.packed_rows import packed
 from kinolab.errors import InputError
-from kinolab.file_laws import BYTES
+from kinolab.untrusted import BYTES
 from tests.support import within
 
 

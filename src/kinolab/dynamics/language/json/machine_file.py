@@ -52,8 +52,7 @@ from kinolab.dynamics.language.symbols import (
     rotation,
 )
 from kinolab.errors import InputError, Mistake, UnknownNameError, printable
-from kinolab.file_laws import ELEMENTS, read
-from kinolab.untrusted import json_of
+from kinolab.untrusted import ELEMENTS, json_of, read
 
 FORMAT, VERSION = "kinolab machine", 1
 DAMAGED = (

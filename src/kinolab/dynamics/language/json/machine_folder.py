@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from kinolab.file_laws import BYTES
 from kinolab.files import read_ordinary
+from kinolab.untrusted import BYTES
 
 MACHINE_FILE = "machine.json"
 FEEDBACK_FILE = "feedback.json"  # only of a machine that has a controller

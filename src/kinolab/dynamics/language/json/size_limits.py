@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from kinolab.errors import Mistake, is_broken
-from kinolab.file_laws import ELEMENTS
+from kinolab.untrusted import ELEMENTS
 
 MAX_ENTRIES: Mapping[str, int] = {"bodies": 200, "coordinates": 64}
 

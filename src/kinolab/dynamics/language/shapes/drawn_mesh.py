@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from kinolab.arguments import checked
 from kinolab.dynamics.language.shapes.packed_rows import packed, unpacked
 from kinolab.errors import InputError, Mistake
-from kinolab.file_laws import refuse_many
 from kinolab.numerics.arrays import Array
+from kinolab.untrusted import refuse_many
 
 
 @checked
