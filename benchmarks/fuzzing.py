@@ -78,12 +78,12 @@ class Watch:
     def begin(self) -> None:
         """Watch the time and the memory of everything from now on."""
         from kinolab.errors import InputError
-        from kinolab.untrusted import MOST_MEMORY
+        from kinolab.untrusted import MEMORY
 
         logging.disable(logging.CRITICAL)  # warnings of damaged caches
         signal.signal(signal.SIGPROF, _too_long)
         grown = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
-        resource.setrlimit(resource.RLIMIT_AS, (grown + MOST_MEMORY,) * 2)
+        resource.setrlimit(resource.RLIMIT_AS, (grown + MEMORY,) * 2)
         plain = InputError.__init__
 
         def noting(error: InputError, mistakes: Any) -> None:

@@ -41,9 +41,6 @@ if TYPE_CHECKING:
     from kinolab.trajopt.multistart.multiple_shooting import Multistart
     from kinolab.trajopt.multistart.velocity_tuning import VelocityTuning
 
-GUESS_KNOTS = 80  # knots of a guess
-# tree iterations before the first guess: some milliseconds
-ITERATIONS_BEFORE_GUESSES = 4000
 WORK_PER_TURN = 5e-3  # [s] of a guess at least
 EVEN_WORK = 0.2  # [s] of the trees, until which they and guesses get the same time
 LATER_SHARE = 1 / 2  # of the time of guesses, for trees that have not arrived by then
@@ -152,7 +149,8 @@ class _Multistart:
 
     def __init__(self, problem: PlanningTask, seed: int, budget: Budget) -> None:
         again = math.isfinite(budget.below)  # if so, every other search begins with a guess
-        self.due: float = 1 if again and seed % 2 else ITERATIONS_BEFORE_GUESSES
+        # tree iterations before the first guess: some milliseconds
+        self.due: float = 1 if again and seed % 2 else 4000
         self._problem, self._seed, self._budget = problem, seed, budget
         self._count = 0
         self._guess: Coroutine[Trajectory | None] | None = None
@@ -204,7 +202,7 @@ class _Multistart:
     @property
     def _given(self) -> tuple[PlanningTask, int, int, Callable[[], bool], float]:
         budget = self._budget
-        return self._problem, GUESS_KNOTS, self._seed, self._stop, budget.below
+        return self._problem, 80, self._seed, self._stop, budget.below  # knots of a guess
 
     def _stop(self) -> bool:
         """End the turn of the guess when it is over; say whether the search is, too."""

@@ -14,12 +14,10 @@ from kinolab.search.flat.flat_search import FlatConnection
 from kinolab.search.flat.flat_trees import FILLED, LINKED
 from kinolab.search.tree.compiled_planner import rejection_sources
 
-SLICE = 200  # iterations of the trees between two looks at the clock
 NO_PLACE = (
     "flat_connect comes to rest in the goal, where it found no free place to rest; "
     "auto also plans for goals that are passed at speed."
 )
-HELD = 20  # steps for which inputs are held, where it is told what was in the way
 BATCH = 50  # shortcuts after which a motion is followed
 
 
@@ -66,7 +64,8 @@ class FlatConnect(AbstractPlanner):
         budget.restart()  # code was compiled and loaded until here
         rounds = 1 if budget.improve == 0.0 else self.rounds
         while search.has_goals and found < rounds and not budget.over:
-            ended, made = search.grow(int(min(SLICE, budget.left)))
+            # iterations of the trees between two looks at the clock
+            ended, made = search.grow(int(min(200, budget.left)))
             budget.spend(made)
             if ended == LINKED and search.connect():
                 found += self._shorten(search, budget)
@@ -80,7 +79,8 @@ class FlatConnect(AbstractPlanner):
             u = search.approach()
             outcome = unsolved(budget, len(u))
             if not budget.interrupted:
-                rejections = rejection_sources(problem, search.states, HELD, budget)
+                # steps for which inputs are held, where it is told what was in the way
+                rejections = rejection_sources(problem, search.states, 20, budget)
         times = problem.step * np.arange(len(u) + 1.0)
         statistics = {"restarts": float(restarts), "nodes": float(search.nodes)}
         warnings = () if search.has_goals else (NO_PLACE,)

@@ -14,9 +14,6 @@ from kinolab.problem import PlanningTask
 from kinolab.search import AbstractPlanner, Budget, Outcome, SearchResult, setting, unsolved
 from kinolab.search.roadmap import RoadmapBuilder, load_roadmap, save_roadmap
 
-MILESTONES_PER_BATCH = 10  # milestones between queries; the first queries come sooner
-MAX_GOAL_STATES = 5  # goal states per query
-
 
 @final
 @dataclass(frozen=True, kw_only=True)
@@ -81,13 +78,13 @@ def _query(
     """Query after every batch of milestones until one succeeds or time runs out."""
     if problem.goal_excess(problem.start) <= 1.0:
         return Outcome.SOLVED, np.zeros((0, problem.model.nu))
-    goals, batch = builder.goals(MAX_GOAL_STATES, budget), 1
+    goals, batch = builder.goals(5, budget), 1  # goal states per query
     while goals and not budget.over:
         inputs = builder.query(problem.start, goals, budget)
         if inputs is not None:
             return Outcome.SOLVED, inputs
         if not _grow(builder, batch, budget):
             break
-        batch = min(2 * batch, MILESTONES_PER_BATCH)
+        batch = min(2 * batch, 10)  # milestones between queries; the first queries come sooner
     inputs = builder.approach(problem.start, problem.goal_distance)
     return unsolved(budget, len(inputs)), inputs

@@ -18,10 +18,6 @@ from kinolab.simulation import Propagator
 from kinolab.steering import Maneuver, Steering
 
 CONFIGURATIONS_PER_BATCH = 20  # configurations between queries
-# growth of the roadmap between attempts to follow its nearest approach
-APPROACH_PERIOD_FACTOR = 4
-MAX_GOAL_STATES = 10  # goal samples from which to choose an equilibrium
-MARGIN_FACTOR = 1.5  # factor on the margin after a path that could not be tracked
 
 
 @final
@@ -63,7 +59,8 @@ class PRMGeometric(AbstractPlanner):
                 follower.follow(places, path)
                 if follower.reaches:
                     break
-                margin, tried = max(MARGIN_FACTOR * margin, 0.005), tried + 1
+                # factor on the margin after a path that could not be tracked
+                margin, tried = max(1.5 * margin, 0.005), tried + 1
                 places = follower.places(goal, margin)
         except CancelledError:
             pass  # partial work is discarded
@@ -84,7 +81,7 @@ def _path(
         if path is not None:
             return path
         if roadmap.size >= due:
-            due *= APPROACH_PERIOD_FACTOR
+            due *= 4  # growth of the roadmap between attempts to follow its nearest approach
             follower.follow(places, roadmap.approach(follower.problem.goal_distance))
         roadmap.grow(CONFIGURATIONS_PER_BATCH, budget)
     return None
@@ -108,7 +105,8 @@ class _PathFollower:
     def goal(self, seed: int) -> Array | None:
         """Return a collision-free equilibrium (nx,) in the goal, preferably its centre; or None."""
         sampler = Sampler(self.problem, self.steering, self._judge, seed)
-        return next(sampler.near_goal(MAX_GOAL_STATES, moving=False), None)
+        # goal samples from which to choose an equilibrium
+        return next(sampler.near_goal(10, moving=False), None)
 
     def places(self, goal: Array, margin: float) -> ConfigurationSpace:
         """Return the configuration space with a clearance margin in [m]."""

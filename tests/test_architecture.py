@@ -215,6 +215,13 @@ def test_few_files_know_an_attitude_from_other_coordinates() -> None:
     assert len(sliced) <= 1  # a number of headings that are tried
 
 
+def test_constants_of_modules_are_few() -> None:
+    """What one place uses stands there; caps of files are in one table of ``untrusted``."""
+    code = "\n".join(path.read_text(encoding="utf-8") for path in modules().values())
+    assert len(re.findall(r"^[A-Z][A-Z_]+ = ", code, re.MULTILINE)) < 1030
+    assert len(re.findall(r"^(?:MOST|MAX)_[A-Z_]+ = ", code, re.MULTILINE)) < 40
+
+
 def test_every_package_is_listed() -> None:
     assert set(SETUPTOOLS["packages"]) == packages_on_disk()
 

@@ -203,7 +203,6 @@ def read_ordinary(path: Path, most: int) -> bytearray:
     """Read a whole regular file; never blocks on a pipe or reads a device endlessly.
 
     Args:
-        path: Of the file.
         most: Largest size in bytes.
 
     Raises:

@@ -53,7 +53,6 @@ def library_of(extra: str, module: str, need: str) -> Any:
 
     Args:
         extra: Its name, as in ``pip install 'kinolab[hdf5]'``.
-        module: The library's module.
         need: What needs which library, such as "films need PyAV".
 
     Raises:

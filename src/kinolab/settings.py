@@ -113,7 +113,6 @@ def with_default(default: Any, planner: type, name: str) -> Any:
     Args:
         default: Default value.
         planner: The planner that declares it.
-        name: Name of the setting.
     """
     told = {entry.name: entry.metadata for entry in fields(planner)}
     return field(default=default, metadata=told[name])

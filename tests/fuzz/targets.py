@@ -2,7 +2,7 @@
 
 Each target takes the content of one file, or of one command line, and gives it to its reader. An
 ``InputError`` is an answer; anything else that a reader raises is a bug, and so is an answer that
-takes more than ``MOST_SECONDS`` or more memory than ``kinolab.untrusted.MOST_MEMORY``.
+takes more than ``MOST_SECONDS`` or more memory than ``kinolab.untrusted.MEMORY``.
 """
 
 from __future__ import annotations

@@ -21,9 +21,8 @@ import pytest
 
 from kinolab import untrusted
 from kinolab.errors import InputError
-from kinolab.scenario.toml_text import MOST_VALUES
 from kinolab.search.graph import read_graph
-from kinolab.untrusted import MOST_MEMORY, array_file, json_of, nesting
+from kinolab.untrusted import array_file, json_of, nesting
 from kinolab.world.meshes import mesh_limits
 from tests.fuzz.targets import TARGETS, glb
 from tests.support import OPEN, ROOT, environment, within
@@ -102,7 +101,7 @@ def test_arrays_are_refused_before_they_are_unpacked(
     path.write_bytes(archive("(10000000000,)", "<f8", 8))
     with pytest.raises(ValueError, match=r"x.npy is not as large as it says"):
         array_file(path)
-    monkeypatch.setattr(untrusted, "MOST_ARRAY_BYTES", 1_000_000)
+    monkeypatch.setitem(untrusted.BYTES, "arrays", 1_000_000)
     path.write_bytes(archive("(250000,)", "<f8", 2_000_000))
     assert path.stat().st_size < 10_000
     with pytest.raises(ValueError, match="its arrays take more than 1 MB"):
@@ -135,7 +134,7 @@ def test_an_archive_of_very_many_entries_is_refused(tmp_path: Path) -> None:
 
 
 def test_json_is_refused_where_it_is_nested_too_deeply() -> None:
-    most = untrusted.MOST_NESTED
+    most = untrusted.ELEMENTS["levels of lists and tables"]
     assert nesting(b'{"a[[[": [1, {"b\\"{{": []}]}') == 4
     assert json_of("[" * most + "]" * most)
     with pytest.raises(ValueError, match="nested too deeply"):
@@ -150,7 +149,7 @@ def test_a_glb_may_not_ask_for_zeros_that_it_does_not_hold() -> None:
 
 
 def test_meshes_of_text_are_smaller_than_others(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(mesh_limits.MAX_TEXT_BYTES, "ply", 1000)
+    monkeypatch.setitem(untrusted.BYTES, "mesh in ply", 1000)
     head = b"ply\nformat %s 1.0\nend_header\n"
     mesh_limits.require_size("m", "ply", head % b"binary_little_endian" + bytes(2000))
     text = head % b"ascii" + b"0 0 0\n" * 300
@@ -158,16 +157,16 @@ def test_meshes_of_text_are_smaller_than_others(monkeypatch: pytest.MonkeyPatch)
 
 
 def test_an_stl_of_very_many_solids_is_refused() -> None:
-    content = b"solid a\nendsolid a\n" * (mesh_limits.MAX_SOLIDS + 1)
+    content = b"solid a\nendsolid a\n" * (untrusted.ELEMENTS["solids"] + 1)
     assert "1000 solids" in refusal(lambda: mesh_limits.require_size("m", "stl", content))
 
 
 @pytest.mark.parametrize(
     ("nodes", "what"),
     [
-        ([{"children": [k + 1]} for k in range(101)] + [{}], "within more than 100 others"),
-        ([{"children": [0]}], "within more than 100 others"),
-        ([{}] * (mesh_limits.MAX_NODES + 1), "more than 20000 nodes"),
+        ([{"children": [k + 1]} for k in range(101)] + [{}], "more than 100 levels of nodes"),
+        ([{"children": [0]}], "more than 100 levels of nodes"),
+        ([{}] * (untrusted.ELEMENTS["nodes"] + 1), "more than 20000 nodes"),
     ],
 )
 def test_a_glb_of_many_nodes_or_deep_ones_is_refused(nodes: list[object], what: str) -> None:
@@ -183,13 +182,13 @@ def test_nodes_of_a_dae_are_counted_as_often_as_they_are_used() -> None:
 
     # Each of the first three stands by itself, too: 2, then 2 (2) + 1 = 5, then 2 (5) + 1 = 11.
     assert mesh_limits.unfolded_nodes(folded(2)) == 2 + 5 + 11
-    assert mesh_limits.unfolded_nodes(folded(40)) > mesh_limits.MAX_NODES
+    assert mesh_limits.unfolded_nodes(folded(40)) > untrusted.ELEMENTS["nodes"]
     itself = b'<a><node id="n"><instance_node url="#n"/></node></a>'
-    assert mesh_limits.unfolded_nodes(itself) > mesh_limits.MAX_NODES
+    assert mesh_limits.unfolded_nodes(itself) > untrusted.ELEMENTS["nodes"]
 
 
 def test_an_obj_of_very_many_materials_is_refused() -> None:
-    most = mesh_limits.MAX_MATERIALS
+    most = untrusted.ELEMENTS["materials"]
     mesh_limits.require_size("m", "obj", b"usemtl a\n" * (most + 1))
     many = b"".join(b"usemtl %d\n" % k for k in range(most + 1))
     assert "2000 materials" in refusal(lambda: mesh_limits.require_size("m", "obj", many))
@@ -199,8 +198,10 @@ def test_a_scenario_of_very_many_values_is_refused(tmp_path: Path) -> None:
     from kinolab.scenario import load_scenario
 
     path = tmp_path / "table.toml"
-    path.write_text(OPEN + "[x]\na = [" + "{}," * (MOST_VALUES + 1) + "]\n")
-    assert f"more than {MOST_VALUES} values" in refusal(lambda: load_scenario(path))
+    path.write_text(OPEN + "[x]\na = [" + "{}," * (untrusted.ELEMENTS["values"] + 1) + "]\n")
+    assert f"more than {untrusted.ELEMENTS['values']} values" in refusal(
+        lambda: load_scenario(path)
+    )
 
 
 # --- the worst contents of the largest sizes ---
@@ -248,6 +249,6 @@ def test_the_worst_content_of_the_largest_size_stays_below_the_cap(
     path = tmp_path / "content"
     path.write_bytes(make())
     subprocess.run(
-        [sys.executable, "-c", MEASURE, target, str(path), str(MOST_MEMORY)],
+        [sys.executable, "-c", MEASURE, target, str(path), str(untrusted.MEMORY)],
         env=environment(), cwd=ROOT, check=True, timeout=600,
     )  # fmt: skip

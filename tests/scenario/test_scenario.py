@@ -345,7 +345,7 @@ def test_a_file_of_thirty_megabytes_is_read_and_a_larger_one_is_refused(tmp_path
     file.write_text(HEAD + "#" * (30_000_000 - len(HEAD)))
     assert load_scenario(file).title == "A crane"
     file.write_text(HEAD + "#" * (30_000_001 - len(HEAD)))
-    assert refusal(file).what == "the file is larger than 30 MB."
+    assert refusal(file).what == "it cannot be read: it is larger than 30 MB."
 
 
 @pytest.mark.parametrize("name", ["crano.toml", "crane.tml"])

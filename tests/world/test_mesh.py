@@ -14,6 +14,7 @@ import pytest
 import trimesh
 
 from kinolab.errors import InputError
+from kinolab.untrusted import BYTES, ELEMENTS
 from kinolab.world import load_mesh, mesh_obstacle
 from kinolab.world.meshes import mesh
 from kinolab.world.meshes import mesh as module
@@ -144,9 +145,9 @@ def test_unsound_meshes_are_mistakes(name: str, content: str, what: str, tmp_pat
 
 def test_too_large_files_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     trimesh.creation.icosphere(subdivisions=2).export(tmp_path / "ball.stl")
-    monkeypatch.setattr(module, "MAX_TRIANGLES", 319)
+    monkeypatch.setitem(ELEMENTS, "triangles", 319)
     assert "more than 319 triangles" in refused("ball.stl", tmp_path)
-    monkeypatch.setattr(module, "MAX_BYTES", 1000)
+    monkeypatch.setitem(BYTES, "mesh", 1000)
     assert "larger" in refused("ball.stl", tmp_path)
 
 
@@ -176,19 +177,18 @@ def test_textures_are_not_opened(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     (tmp_path / "box.mtl").write_text("newmtl a\nmap_Kd /etc/hostname\n")
     (tmp_path / "box.obj").write_text("mtllib box.mtl\nusemtl a\n" + OBJ + "f 1 2 3\n")
     opened: list[str] = []
-    original: Callable[..., object] = Path.open
 
-    def record(self: Path, *args: object, **options: object) -> object:
-        opened.append(self.name)
-        return original(self, *args, **options)
+    def recorded(original: Callable[..., object]) -> Callable[..., object]:
+        def record(file: str | Path, *args: object, **options: object) -> object:
+            opened.append(Path(file).name)
+            return original(file, *args, **options)
 
-    def forbid(*_: object, **__: object) -> object:
-        raise AssertionError("opened another file")
+        return record
 
     store = SimpleNamespace(find=lambda _: None, keep=lambda *_: None)  # it has its own files
     monkeypatch.setattr(module, "MESHES", store)
-    monkeypatch.setattr(Path, "open", record)
-    monkeypatch.setattr("builtins.open", forbid)
+    monkeypatch.setattr(Path, "open", recorded(Path.open))
+    monkeypatch.setattr("builtins.open", recorded(open))
     assert len(load_mesh("box.obj", root=tmp_path).faces) == 1
     assert opened == ["box.obj", "box.mtl"]
 

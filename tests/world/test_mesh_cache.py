@@ -10,6 +10,7 @@ import pytest
 import trimesh
 
 from kinolab.errors import InputError
+from kinolab.untrusted import ELEMENTS
 from kinolab.world import load_mesh
 from kinolab.world.meshes import mesh
 from kinolab.world.meshes.mesh_cache import MESHES, Mesh
@@ -86,6 +87,6 @@ def test_a_mesh_that_was_kept_to_be_simplified_is_too_large_for_others(
     two_balls(tmp_path / "balls.stl", 3.0)
     load_mesh("balls.stl", root=tmp_path, most=10**6)  # two balls of 80 triangles
     assert len(list(home.glob("*.mesh"))) == 1
-    monkeypatch.setattr(mesh, "MAX_TRIANGLES", 159)
+    monkeypatch.setitem(ELEMENTS, "triangles", 159)
     with pytest.raises(InputError, match=r"has more than 159 triangles\. Write simplify = 159"):
         load_mesh("balls.stl", root=tmp_path)

@@ -31,7 +31,6 @@ def simulate(
     """Return the accurately integrated motion from the problem's start.
 
     Args:
-        problem: Provides machine, start and step.
         duration: In [s]; after the end of a file of inputs its last row is held.
         inputs: A CSV file with a column t and one per input, or a function of time and state; with
             neither all inputs are 0, or the limit nearest to 0. The function is asked at every
@@ -63,12 +62,7 @@ def simulate(
 
 
 def drifting_constraints(problem: PlanningTask, motion: Trajectory) -> tuple[str, ...]:
-    """Return sentences about constraints that a motion leaves, by which its equations are inexact.
-
-    Args:
-        problem: Provides the machine.
-        motion: Of the machine.
-    """
+    """Return sentences about constraints that a motion leaves: its equations are then inexact."""
     plant, u = problem.model.plant, motion.u
     if not problem.machine.constraints or not len(u):
         return ()

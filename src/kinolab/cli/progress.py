@@ -32,7 +32,6 @@ class Progress:
         """Print a message.
 
         Args:
-            text: The message.
             passing: Whether it may be skipped.
             lasting: Whether it stays on the terminal, and is printed even if quiet.
         """

@@ -29,7 +29,6 @@ class Versions:
 
     Args:
         problem: What is planned.
-        folder: Of the run.
         film: Returns the process that draws, always the same; None where no pictures are wanted.
         ahead: Whether a processor is left to draw films while the plan is improved.
 
@@ -141,7 +140,6 @@ class Versions:
         """Write a plan with its pictures, or at least without; return what is wrong with them.
 
         Args:
-            found: The plan.
             film: Returns its film, if that is finished.
             pictured: Whether there are to be pictures; only if any are wanted.
         """

@@ -29,7 +29,6 @@ def in_parts(work: Callable[[slice], T], rows: int, seconds: float) -> list[T]:
 
     Args:
         work: Works on a range of rows, mostly in compiled code.
-        rows: Their number.
         seconds: What all of them take in one thread, about.
     """
     parts = max(1, min(processors(), MOST, rows, int(seconds / WORTH)))

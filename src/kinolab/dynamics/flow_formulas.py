@@ -274,7 +274,6 @@ def along(
 
     Args:
         formulas: Functions of the variables.
-        names: Of the variables.
         coefficients: Of the curve, for each order a box (variables, m) that holds it at all points.
 
     Returns:

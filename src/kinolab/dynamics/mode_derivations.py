@@ -57,7 +57,6 @@ def in_mode(system: Mechanism, mode: str) -> Mechanism:
     It has the inputs that have an effect in this mode.
 
     Args:
-        system: The machine.
         mode: The mode's name.
 
     Raises:
@@ -164,7 +163,6 @@ def _widened(system: Mechanism, d: Derivation, *, projects: bool) -> Derivation:
     """Return a mode's derivation with an entry for what only other modes have.
 
     Args:
-        system: The machine.
         own: The machine in this mode.
         d: Its derivation.
         projects: Whether any mode moves states back onto constraints.

@@ -26,7 +26,6 @@ from kinolab.dynamics.machine_facts import TIME
 from kinolab.numerics.arrays import Array
 
 ENTRIES = ("x", "y", "z", "roll", "pitch", "yaw")
-STILL = 60.0  # [s] that count as a metre where nothing is seen to move
 SAMPLES = 1000  # of a motion, among which the fastest is taken
 t = sympy.Symbol("t", real=True)  # the time in formulas
 
@@ -54,15 +53,14 @@ def among(
     """Return a machine among obstacles that move.
 
     Args:
-        system: The machine.
-        movers: The obstacles.
         fastest: How fast a point of them is at most, in [m/s]; a second counts in the metric as far
             as that goes in it.
         until: Time in [s] up to which their motion is known.
     """
     own = clocks(system)
     time = (
-        own[0] if own else clock(TIME, 0.0, until, scale=1.0 / fastest if fastest > 0.0 else STILL)
+        # [s] that count as a metre where nothing is seen to move
+        own[0] if own else clock(TIME, 0.0, until, scale=1.0 / fastest if fastest > 0.0 else 60.0)
     )
     bodies = []
     for mover in movers:
@@ -203,7 +201,6 @@ def simplified(rows: Array, chord: float, sizes: Array | float = 1.0) -> Array:
 
     Args:
         rows: A time and the entries of a pose each, shape (m, n).
-        chord: The distance.
         sizes: How far a unit of each entry is, shape (n-1,).
 
     Source: Douglas, Peucker, Algorithms for the reduction of the number of points required to

@@ -21,11 +21,7 @@ _read: WeakKeyDictionary[Model, dict[int, MultiplierForm]] = WeakKeyDictionary()
 
 
 class SecondDerivation:
-    """The equations of motion of a machine without its feedback, as ``MultiplierForm`` has them.
-
-    Args:
-        model: The machine.
-    """
+    """The equations of motion of a machine without its feedback, as ``MultiplierForm`` has them."""
 
     def __init__(self, model: Model) -> None:
         self._model = model.plant

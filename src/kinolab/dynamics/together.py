@@ -165,11 +165,7 @@ def _velocities(parts: list[Mechanism]) -> Any:
 
 
 class _Renamed:
-    """Puts a text before all names of a machine.
-
-    Args:
-        prefix: The text.
-    """
+    """Puts a text before all names of a machine."""
 
     def __init__(self, prefix: str) -> None:
         self._prefix = prefix

@@ -95,7 +95,6 @@ class PlanningEnv(gymnasium.Env[Observation, NDArray[np.float32]]):
         """Begin an episode.
 
         Args:
-            seed: Of random starts.
             options: ``{"x": state}`` begins at a state (nx,).
 
         Raises:

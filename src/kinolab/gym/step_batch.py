@@ -72,7 +72,6 @@ class StepBatch:
     """Copies of a machine in the world of a problem.
 
     Args:
-        problem: The problem.
         count: Number of copies, n.
         reward: ``shaped`` or ``sparse``.
         starts: ``scenario`` or ``anywhere``.

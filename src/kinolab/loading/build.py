@@ -30,6 +30,7 @@ from kinolab.loading.well_posed import (
 from kinolab.problem import PlanningTask
 from kinolab.problem.objective.costed import require_costs
 from kinolab.scenario import Issue, ObstacleEntry, Scenario, mistake_at
+from kinolab.untrusted import ELEMENTS
 from kinolab.world import (
     Obstacle,
     World,
@@ -40,7 +41,6 @@ from kinolab.world import (
     sphere_obstacle,
 )
 from kinolab.world.floors import without_floor
-from kinolab.world.meshes.mesh import MOST_SIMPLIFIED
 from kinolab.world.obstacle import ORIGIN
 from kinolab.world.placed_shapes import near_each_other
 
@@ -238,7 +238,9 @@ def _obstacles(scenario: Scenario, entry: ObstacleEntry) -> tuple[Obstacle, ...]
         return (mesh_obstacle(name, *file, *pose, **given),)
     from kinolab.world.mesh_simplification import simplified  # late: few meshes need it
 
-    whole = mesh_obstacle(name, *file, *pose, **given, most=MOST_SIMPLIFIED)
+    whole = mesh_obstacle(
+        name, *file, *pose, **given, most=ELEMENTS["triangles that are simplified"]
+    )
     return (simplified(whole, entry.simplify),)
 
 

@@ -35,9 +35,6 @@ if TYPE_CHECKING:
 
 COLUMNS = ("t", "x", "y", "z", "roll", "pitch", "yaw")  # of a file; the angles may be left out
 LONGEST = 600.0  # [s] for which rows are repeated, without [bounds] time
-MOST_CORNERS = WHOLE_POSES  # of a path: each is an operation of the machine's code
-CLOSED = 1e-6  # [m] or [rad] between the ends of a path that repeats
-HULL = 0.01  # of a mesh's extent, by which a face may lie within its convex hull unsaid
 CHORD = 1e-3  # [m] between a path of many rows and straight lines, and kept beside obstacles
 
 
@@ -45,7 +42,6 @@ def among_moving(model: Model, scenario: Scenario, obstacles: Sequence[Obstacle]
     """Return a machine among the obstacles that move, the time being a further coordinate.
 
     Args:
-        model: The machine.
         scenario: Says how obstacles move.
         obstacles: Those that move, each with its own origin in that of the world.
 
@@ -84,8 +80,6 @@ def among_runs(model: Model, scenario: Scenario, load: Callable[[Path], Planning
     """Return a machine among those of other plans that a scenario names, which move as was planned.
 
     Args:
-        model: The machine.
-        scenario: Names the folders of plans.
         load: Returns the problem of a scenario's file.
 
     Raises:
@@ -196,7 +190,8 @@ def _convex(obstacle: Obstacle) -> bool:
 
     hull, triangles = ConvexHull(obstacle.vertices), obstacle.vertices[obstacle.faces]
     inside = -(triangles.mean(axis=1) @ hull.equations[:, :3].T + hull.equations[:, 3])  # (m, k)
-    return bool(inside.min(axis=1).max() <= HULL * np.ptp(obstacle.vertices, axis=0).max())
+    # of a mesh's extent, by which a face may lie within its convex hull unsaid
+    return bool(inside.min(axis=1).max() <= 0.01 * np.ptp(obstacle.vertices, axis=0).max())
 
 
 def _shape(obstacle: Obstacle) -> Shape:
@@ -250,8 +245,6 @@ def _points(
 
     Args:
         scenario: Which says it.
-        k: Of the obstacle.
-        entry: The obstacle.
         horizon: Time in [s] up to which rows are repeated.
         reach: How far the obstacle's points are from its origin at most, in [m].
     """
@@ -287,10 +280,10 @@ def _points(
         raise refuse(key, "it does not end where it begins.", "Add the first pose at the end.")
     if motion.repeat:
         rows = _repeated(rows, horizon)
-    if len(rows) > MOST_CORNERS:
-        what = f"its path has more than {MOST_CORNERS} corners"
+    if len(rows) > WHOLE_POSES:
+        what = f"its path has more than {WHOLE_POSES} corners"
         what += f" within {horizon:g} s." if motion.repeat else "."
-        raise refuse(key, what, f"Leave some out, or write formulas: at most {MOST_CORNERS}.")
+        raise refuse(key, what, f"Leave some out, or write formulas: at most {WHOLE_POSES}.")
     return rows
 
 
@@ -327,12 +320,12 @@ def _closes(rows: Array) -> bool:
     """Say whether a path ends in the pose in which it begins, but for whole turns."""
     away = rows[-1, 1:] - rows[0, 1:]
     away[3:] -= whole_turns(away[3:])
-    return bool(np.abs(away).max() <= CLOSED)
+    return bool(np.abs(away).max() <= 1e-6)  # [m] or [rad] between the ends of a path that repeats
 
 
 def _repeated(rows: Array, until: float) -> Array:
     """Return a path that begins anew whenever it ends, up to a time in [s] or as long as it can."""
-    period, most = rows[-1, 0] - rows[0, 0], (MOST_CORNERS - 1) // (len(rows) - 1)
+    period, most = rows[-1, 0] - rows[0, 0], (WHOLE_POSES - 1) // (len(rows) - 1)
     times = math.ceil((min(until, LONGEST) - rows[0, 0]) / period)
     if math.isinf(until):
         times = min(times, most)

@@ -64,7 +64,6 @@ def _mesh(
 
     Args:
         file: That names it.
-        value: Its path.
         folder: Of the file, which meshes may not leave.
         centred: Whether the mean of its vertices is asked for.
     """

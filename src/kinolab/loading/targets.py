@@ -51,7 +51,6 @@ def goal_of(section: GoalSection, model: Model, circular: NDArray[np.bool_]) -> 
 
     Args:
         section: What was asked for.
-        model: The machine.
         circular: Which entries of the state are angles on the circle, shape (nx,).
     """
     first, *others = (_region(one, model, circular) for one in section.any_of or [section])

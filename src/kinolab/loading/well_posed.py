@@ -9,6 +9,7 @@ import numpy as np
 
 from kinolab import planners
 from kinolab.dynamics import Model
+from kinolab.dynamics.language.shapes import MAX_COORDINATE
 from kinolab.dynamics.machine_facts import MachineFacts
 from kinolab.dynamics.units import units_by_name
 from kinolab.errors import InputError, MissingPlannerError, Mistake, listed
@@ -21,7 +22,6 @@ from kinolab.search.plugins import full_reference
 from kinolab.world import Obstacle
 from kinolab.world.meshes.mesh_hints import FAR_TOO_LARGE, likely_scale
 
-MAX_LIMIT = 1e9  # of a limit, in its own unit: beyond it nothing in the world has a size
 MIN_STEP = 1e-6  # [s]
 
 
@@ -117,9 +117,9 @@ def limit_issues(scenario: Scenario, model: Model, arrays: StateArrays) -> Itera
         elif not np.isfinite([lower, upper]).all():
             if i not in model.clocks:
                 unlimited.append(name)
-        elif max(abs(lower), abs(upper)) > MAX_LIMIT:
+        elif max(abs(lower), abs(upper)) > MAX_COORDINATE:
             what = f"{name} may be as large as {max(abs(lower), abs(upper)):g}."
-            yield Issue(("bounds", name), what, f"Keep limits below {MAX_LIMIT:g}.")
+            yield Issue(("bounds", name), what, f"Keep limits below {MAX_COORDINATE:g}.")
     if unlimited:
         yield Issue(("bounds",), *unlimited_sentences(model, unlimited))
     if not arrays.weights.any():

@@ -32,7 +32,6 @@ def allocate(kind: type[T], sizes: dict[str, int], **given: Any) -> T:
     milliseconds. All others are zero. A field that is a named tuple is allocated likewise.
 
     Args:
-        kind: The tuple's class.
         sizes: Lengths of axes, by name.
         given: All fields that are not to be allocated.
     """

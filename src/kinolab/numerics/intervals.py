@@ -208,9 +208,7 @@ def slope_of(
     Args:
         name: Of the operation, as in ``ON_INTERVALS``.
         k: Which operand.
-        operands: Their enclosures.
         value: The enclosure of the operation.
-        d: The derivative of the operand.
 
     Source: Clarke, Optimization and Nonsmooth Analysis, 1983, section 2.3.
     """

@@ -106,9 +106,7 @@ class _Copies:
 
     Args:
         memory: For the copies (bytes,).
-        begin: Its address.
         at: Where in it the first copy begins.
-        words: Of the record.
     """
 
     def __init__(
@@ -120,8 +118,6 @@ class _Copies:
         """Return a tuple with copies.
 
         Args:
-            held: The tuple.
-            kind: Its record type.
             own: Names of what is copied, all if there are none.
             first: Its first word.
         """

@@ -50,7 +50,6 @@ def goal_entries(
     """Return the goal's entries at a state, largest violation in tolerances first.
 
     Args:
-        problem: Whose goal.
         x: State, shape (nx,).
         frames: Poses of the bodies, shape (bodies, 12), where they are not those of the problem's
             machine.

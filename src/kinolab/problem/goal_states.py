@@ -9,10 +9,6 @@ import numpy as np
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 
-MAX_SAMPLES = 40
-# evaluations per inverse-kinematics search
-MAX_EVALUATIONS = 200
-
 
 @dataclass(frozen=True, eq=False)
 class GoalStates:
@@ -44,7 +40,7 @@ def goal_states(problem: PlanningTask) -> GoalStates:
 
 def _guesses(problem: PlanningTask, generator: np.random.Generator) -> list[Array]:
     """Return the start moved to the goal's targets, then random samples of the goal box."""
-    drawn = (problem.sample_goal(generator) for _ in range(MAX_SAMPLES))
+    drawn = (problem.sample_goal(generator) for _ in range(40))
     return [problem.goal.centre(problem.start), *drawn]
 
 
@@ -75,6 +71,6 @@ def _reached(problem: PlanningTask, guess: Array) -> Array:
         lambda q: problem.goal_residual(state(q)),
         np.clip(guess[:nq], lower, upper),
         bounds=(lower, upper),
-        max_nfev=MAX_EVALUATIONS,
+        max_nfev=200,  # evaluations per inverse-kinematics search
     )
     return state(found.x)

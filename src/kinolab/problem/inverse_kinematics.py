@@ -8,13 +8,6 @@ from kinolab.dynamics import Model
 from kinolab.numerics.arrays import Array
 from kinolab.problem.goal import Goal
 
-MAX_STEPS = 40
-# of a coordinate, in its characteristic magnitude: the linearisation holds no longer
-MAX_STEP = 0.5
-DAMPING = 1e-6  # of the squared singular values, relative: bounds steps near singular poses
-STALLED = 1e-9  # step of a coordinate, relative to its magnitude: no nearer any more
-REACHED = 1e-9  # [m] and [rad] from the targets
-
 
 def reaching(
     model: Model, goal: Goal, x: Array, offsets: Array, *, scales: Array, limits: Array
@@ -26,7 +19,6 @@ def reaching(
 
     Args:
         model: The machine; without closed loops, whose constraints are not kept here.
-        goal: The goal.
         x: States, shape (n, nx).
         offsets: Where each point is wanted besides its target, in [m], shape (n, points, 3).
         scales: Characteristic magnitude of each entry, shape (nx,).
@@ -40,9 +32,9 @@ def reaching(
     free[goal.entries] = False
     widths = np.where(free, scales, 0.0)
     reached, rows = x.copy(), np.arange(len(x))
-    for _ in range(MAX_STEPS):
+    for _ in range(40):  # damped steps of Newton's method
         gap = _gap(model, goal, reached[rows], offsets[rows])
-        apart = np.abs(gap).max(axis=1, initial=0.0) > REACHED
+        apart = np.abs(gap).max(axis=1, initial=0.0) > 1e-9  # [m] and [rad] from the targets
         rows, gap = rows[apart], gap[apart]
         if not len(rows):
             break
@@ -50,12 +42,15 @@ def reaching(
         A = J @ J.swapaxes(1, 2)
         size = np.trace(A, axis1=1, axis2=2)[:, None, None]
         # Where nothing changes any gap, as a formula's at its extremum, no step is made.
-        damped = A + np.where(size > 0.0, DAMPING * size, 1.0) * np.eye(A.shape[1])
+        # of the squared singular values: bounds steps near singular poses
+        damped = A + np.where(size > 0.0, 1e-6 * size, 1.0) * np.eye(A.shape[1])
         step = -(J.swapaxes(1, 2) @ np.linalg.solve(damped, gap[..., None]))[..., 0]
         longest = np.abs(step).max(axis=1, keepdims=True)
-        step *= widths * np.minimum(1.0, MAX_STEP / np.maximum(longest, MAX_STEP))
+        # half a characteristic magnitude at most: the linearisation holds no longer
+        step *= widths * (0.5 / np.maximum(longest, 0.5))
         reached[rows] = model.space.unit(np.clip(reached[rows] + step, *limits.T))
-        rows = rows[longest[:, 0] > STALLED]
+        # step of a coordinate, relative to its magnitude: no nearer any more
+        rows = rows[longest[:, 0] > 1e-9]
     return reached
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from kinolab.problem.task import PlanningTask
 
-MAX_COORDINATES = 3  # of a projection; more would make too many cells
 CELLS_AROUND_GOAL = 1000  # total over the box of the goal's tolerances
 
 
@@ -14,7 +13,6 @@ def projected_coordinates(problem: PlanningTask, *, angles: bool = True) -> list
     Angles of little weight in the metric, such as a wheel's, come last.
 
     Args:
-        problem: Provides machine and metric.
         angles: Whether to include angles where there are lengths.
     """
     model = problem.model
@@ -23,4 +21,5 @@ def projected_coordinates(problem: PlanningTask, *, angles: bool = True) -> list
     lengths = [i for i in range(model.nq) if units.get(model.state_names[i]) == "m"]
     others = [i for i in range(model.nq) if i not in lengths]
     others.sort(key=lambda i: -float(problem.weights[i] * spans[i]))
-    return (lengths if lengths and not angles else lengths + others)[:MAX_COORDINATES]
+    # a projection onto more would make too many cells
+    return (lengths if lengths and not angles else lengths + others)[:3]

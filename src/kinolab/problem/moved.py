@@ -23,7 +23,6 @@ def with_obstacles_at(problem: PlanningTask, places: Mapping[str, Sequence[float
     Nothing else is built anew: it takes a fraction of a millisecond, more for large meshes.
 
     Args:
-        problem: The problem.
         places: By names of obstacles: what ``position`` of their tables would be, (3,) in [m].
 
     Raises:

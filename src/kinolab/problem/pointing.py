@@ -8,8 +8,6 @@ from kinolab.dynamics import Model
 from kinolab.numerics.arrays import Array
 from kinolab.problem.goal import DirectionTarget, Goal
 
-OPPOSITE_TOLERANCE = 1e-9  # of 1 + cosine: below, any perpendicular rotation axis will do
-
 
 def pointed(model: Model, goal: Goal, x: Array) -> Array:
     """Return states (n, nx) with attitudes rotated so that axes point along their targets.
@@ -37,7 +35,7 @@ def _least_turn(begin: Array, end: Array) -> Array:
     """Return the quaternions (n, 4) of minimal rotations from unit vectors (n, 3) to one (3,)."""
     cosine = begin @ end
     aside = np.cross(begin, np.eye(3)[np.abs(begin).argmin(axis=1)])
-    opposite = (1.0 + cosine < OPPOSITE_TOLERANCE)[:, None]
+    opposite = (1.0 + cosine < 1e-9)[:, None]  # below, any perpendicular rotation axis will do
     vector = np.where(opposite, aside, np.cross(begin, end))
     scalar = np.where(opposite, 0.0, (1.0 + cosine)[:, None])
     turn = np.hstack([vector, scalar])

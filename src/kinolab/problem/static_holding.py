@@ -16,12 +16,7 @@ from kinolab.problem import PlanningTask
 from kinolab.problem.goal_states import goal_states
 
 EQUILIBRIUM_TOLERANCE = 1e-6  # of a state's scale per second: slower counts as held
-MAX_ITERATIONS = 100
-DRAWN_BACK = 5  # steps of Newton's method towards the equilibrium that is nearest
-AT_START = 1e-4  # of a state's scale: a start is written with a few digits
 GOAL_SAMPLES = 40  # of the goal, from which the nearest equilibrium is sought; few are needed
-EXPLAINED = 5  # of them, if there is none: the one that is held best says what is missing
-FLAT = 1e-9  # relative change of the potential energy that is rounding
 
 
 @dataclass(frozen=True)
@@ -86,7 +81,8 @@ def start_holding(problem: PlanningTask) -> StaticHolding | None:
         return held
     for x, _ in _equilibria(problem, [problem.start]):
         moved = np.abs(problem.space.difference(problem.start, x)) / problem.scales
-        if moved[: problem.model.nq].max(initial=0.0) <= AT_START:
+        # of a state's scale: a start is written with a few digits
+        if moved[: problem.model.nq].max(initial=0.0) <= 1e-4:
             return static_holding(problem, x)
     return held
 
@@ -115,7 +111,8 @@ def _held(problem: PlanningTask, states: Iterable[Array]) -> list[StaticHolding]
 def _equilibria(problem: PlanningTask, states: Iterable[Array]) -> Iterator[tuple[Array, Array]]:
     """Yield equilibria near states (nx,), within all limits but those of the inputs (nu,)."""
     for near in states:
-        found = equilibrium(problem.model, near, scales=problem.scales, drawn_back=DRAWN_BACK)
+        # steps of Newton's method towards the equilibrium that is nearest
+        found = equilibrium(problem.model, near, scales=problem.scales, drawn_back=5)
         if found is not None and not any(problem.limit_violations(found[0])):
             yield found
 
@@ -132,7 +129,8 @@ def rest_warnings(problem: PlanningTask) -> tuple[str, ...]:
     """
     if not _wants_rest(problem) or not _has_potential(problem) or _is_held_nearby(problem):
         return ()
-    goal = best_static_holding(problem, goal_states(problem).inside[:EXPLAINED])
+    # if there is none, the one of these that is held best says what is missing
+    goal = best_static_holding(problem, goal_states(problem).inside[:5])
     return tuple(holding_sentences(problem, None, goal))
 
 
@@ -144,7 +142,8 @@ def _has_potential(problem: PlanningTask) -> bool:
         _, energies = problem.model.energy(states)
     except NoDynamicsError:
         return False
-    return bool(np.ptp(energies) > FLAT * max(1.0, np.abs(energies).max()))
+    # relative change of the potential energy that is rounding
+    return bool(np.ptp(energies) > 1e-9 * max(1.0, np.abs(energies).max()))
 
 
 def _is_held_nearby(problem: PlanningTask) -> bool:
@@ -239,7 +238,7 @@ class _Balance:
             none / unit,
             jac=lambda z: self._slope(z * unit) * unit,
             bounds=(lower / unit, upper / unit) if limited else (-np.inf, np.inf),
-            max_nfev=MAX_ITERATIONS,
+            max_nfev=100,
             xtol=1e-12,
             ftol=1e-12,
             gtol=1e-12,

@@ -31,12 +31,9 @@ from kinolab.world.collision.contact_report import GROUND_NAME
 if TYPE_CHECKING:
     from kinolab.dynamics.language.mechanism import Mechanism
 
-GOAL_SAMPLES = 200  # of the goal region, checked before it is reported as blocked
-REACH_SAMPLES = 500  # more, each led as near as it comes, before a goal is called out of reach
 # a goal is called so only if the nearest of them misses by more than both; singular poses may do it
 MISSED_TOLERANCES, MISSED_LENGTH = 2.0, 1e-3  # [m] or [rad]
 LIMIT_TOLERANCE = 1e-9  # by which a value may exceed a limit, in its own unit
-REST = 1e-10  # of an entry's scale: what is slower rests
 HORIZON = 60.0  # [s] of the time in which states are drawn, where no limit of it is given
 SAME = 1e-12  # smaller differences are not printed
 LEANING = " Draw a wheel that leans thin: the edge of its tread goes down."
@@ -229,7 +226,8 @@ class PlanningTask:
     def rests(self, x: Array) -> bool:
         """Say whether the velocities and auxiliary states of a state, shape (nx,), vanish."""
         nq = self.model.nq
-        return bool(np.abs(x[nq:] / self.scales[nq:]).max(initial=0.0) <= REST)
+        # of an entry's scale: what is slower rests
+        return bool(np.abs(x[nq:] / self.scales[nq:]).max(initial=0.0) <= 1e-10)
 
     def _goal_frames(self, x: Array) -> Array | None:
         return self.frames(x) if self.goal.asks_frames else None
@@ -412,7 +410,7 @@ class PlanningTask:
             yield from (Mistake(where, what) for what in outside)
             return
         generator, reasons, looked = np.random.default_rng(0), dict[str, list[str]](), 0
-        for _ in range(GOAL_SAMPLES):
+        for _ in range(200):  # samples of the goal region, checked before it is reported as blocked
             x = self.sample_goal(generator)
             if self.goal.needs_frames and not self.goal_excess(x) <= 1.0:
                 continue  # what a state beside the goal touches says nothing about it
@@ -443,7 +441,8 @@ class PlanningTask:
         def missed(x: Array) -> Array:
             return self.goal_errors(x)[-placed:]
 
-        states = self.sample_goals(generator, np.ones(REACH_SAMPLES))
+        # states, each led as near as it comes, before a goal is called out of reach
+        states = self.sample_goals(generator, np.ones(500))
         best = min(states, key=lambda x: float((missed(x) / tolerances).max()))
         nearest = missed(self.with_bodies_placed(best[None])[0])  # now for the very middle
         k = int(np.argmax(nearest / tolerances))
@@ -490,7 +489,6 @@ class PlanningTask:
         taken; where there is none, one that comes near. Collisions are not looked at.
 
         Args:
-            generator: Source of random numbers.
             spread: Factor on the tolerances.
         """
         return np.asarray(self.sample_goals(generator, np.array([spread]))[0])

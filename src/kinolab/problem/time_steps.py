@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import math
 
-ROUNDING = 1e-6  # of a step, by which a duration may exceed a whole number of them
-
 
 def covering_steps(duration: float, step: float) -> int:
     """Return the least number of steps that cover a duration, but for rounding.
@@ -14,4 +12,5 @@ def covering_steps(duration: float, step: float) -> int:
         duration: In [s], at least 0; finite.
         step: Length of a step in [s].
     """
-    return math.ceil(duration / step - ROUNDING)
+    # rounding, by which a duration may exceed a whole number of steps
+    return math.ceil(duration / step - 1e-6)

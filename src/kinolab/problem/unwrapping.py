@@ -14,8 +14,6 @@ from kinolab.numerics.arrays import Array
 from kinolab.problem.task import PlanningTask
 from kinolab.trajectory import Trajectory
 
-MAX_ANGLE = 1e12  # [rad] beyond which rounding exceeds a thousandth
-
 
 def unwrapped(problem: PlanningTask, trajectory: Trajectory) -> Trajectory:
     """Return the same motion in a representation without jumps from knot to knot.
@@ -26,10 +24,10 @@ def unwrapped(problem: PlanningTask, trajectory: Trajectory) -> Trajectory:
     turns are lost in rounding.
 
     Args:
-        problem: Provides start and state space.
         trajectory: Knots in any representation.
     """
-    if not problem.space.turns.any() or not (np.abs(trajectory.x) < MAX_ANGLE).all():
+    # [rad] beyond which rounding exceeds a thousandth
+    if not problem.space.turns.any() or not (np.abs(trajectory.x) < 1e12).all():
         return trajectory
     x = np.array(trajectory.x, dtype=float)
     near = problem.start

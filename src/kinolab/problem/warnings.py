@@ -13,8 +13,6 @@ from kinolab.problem.static_holding import rest_warnings
 from kinolab.scenario.locations import place_text
 from kinolab.scenario.schema import ALL
 
-MOST_NAMED = 5  # pairs of bodies in a warning
-
 
 def problem_warnings(problem: PlanningTask) -> tuple[str, ...]:
     """Return what may not be meant as it is written, and where the machine cannot rest."""
@@ -34,8 +32,8 @@ def machine_warnings(machine: MachineFacts) -> Iterator[str]:
     yield from (sentence for name, sentence in machine.notes if not name)
     pairs = [f"{a} and {b}" for a, b in machine.unwatched]
     if pairs:
-        rest = f", and {len(pairs) - MOST_NAMED} further pairs" if len(pairs) > MOST_NAMED else ""
-        yield f"These bodies may touch each other unnoticed: {'; '.join(pairs[:MOST_NAMED])}{rest}."
+        rest = f", and {len(pairs) - 5} further pairs" if len(pairs) > 5 else ""
+        yield f"These bodies may touch each other unnoticed: {'; '.join(pairs[:5])}{rest}."
 
 
 def _degrees(problem: PlanningTask) -> Iterator[str]:

@@ -36,7 +36,6 @@ def closing_constraints(
 
     Args:
         name: Of what closes the loop.
-        first, second: The frames.
         turns: Whether their axes coincide, too, not only their origins.
         where: What mistakes are reported for.
 

@@ -27,7 +27,6 @@ from kinolab.robots.kinematic_tree import (
 from kinolab.robots.urdf_inertials import breaks_triangle, moments
 from kinolab.scenario.angles import WrittenAngle
 
-MOST_LINKS = 1000  # of a robot
 WAYS_ON = (
     "To plan with speeds as inputs, write kinematic = true below [system]; to plan with forces, "
     "give links an <inertial>, or write density = 2700 [kg/m^3] for that of their geometry."

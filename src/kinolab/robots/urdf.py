@@ -6,7 +6,6 @@ Source: the specification at wiki.ros.org/urdf/XML.
 from __future__ import annotations
 
 import io
-import logging
 import math
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -21,7 +20,7 @@ from kinolab.concurrency.stages import doing
 from kinolab.dynamics import System
 from kinolab.dynamics.language.shapes import Box, Cylinder, Shape, Sphere
 from kinolab.errors import InputError, Mistake, UnknownNameError, listed, printable
-from kinolab.files import is_file, read_ordinary
+from kinolab.files import LOG, is_file
 from kinolab.lazy import library_of
 from kinolab.numerics.arrays import Array
 from kinolab.robots.actuation.actuators import Motor
@@ -43,16 +42,15 @@ from kinolab.robots.mesh_files import find_mesh
 from kinolab.robots.robot_machine import Base, assembled
 from kinolab.robots.solids.convex_parts import check_parts, enclosing_shapes
 from kinolab.robots.solids.solid_mass import ball_mass, box_mass, cylinder_mass, mesh_mass
-from kinolab.robots.tree_mistakes import MOST_LINKS, tree_mistakes
+from kinolab.robots.tree_mistakes import tree_mistakes
 from kinolab.robots.urdf_fields import READ, unread_words
 from kinolab.robots.urdf_inertials import balanced, write_inertials
 from kinolab.robots.xacro_files import expanded
-from kinolab.untrusted import MOST_BYTES, refuse_many
+from kinolab.untrusted import read, refuse_many
 from kinolab.world.meshes.mesh import load_mesh
 from kinolab.world.shape_surfaces import Faces
 
 T = TypeVar("T")
-LOG = logging.getLogger("kinolab")
 # Some files call themselves XML 0.0, or begin with a blank line; other readers mind neither.
 XML_VERSION = re.compile(rb"""^(<\?xml\s+version\s*=\s*["'])[^"']*""")
 LARGEST_LINK = 20.0  # [m] across: beyond that a mesh is likely to be in millimetres
@@ -167,7 +165,7 @@ def _parsed(
     library = library_of("robots", "yourdfpy", "URDF files are read by yourdfpy")
     if not is_file(path):
         raise InputError([Mistake(str(path), "there is no such file.")])
-    content = bytes(read_ordinary(path, MOST_BYTES))
+    content = read(path, "xml")
     if b"<!ENTITY" in content:
         raise InputError([Mistake(path.name, "it defines XML entities.", "Write them out.")])
     content = XML_VERSION.sub(rb"\g<1>1.0", expanded(path, content, packages).lstrip())
@@ -202,7 +200,7 @@ def _parsed(
         raise InputError([Mistake(path.name, what)]) from error
     if not robot.links:
         raise InputError([Mistake(path.name, "it has no links.")])
-    refuse_many(len(robot.links), MOST_LINKS, "links", path.name)
+    refuse_many(len(robot.links), "links", path.name)
     if left_out:
         notes.append(f"not read: {listed(left_out)}.")
     return robot, document, notes
@@ -242,7 +240,7 @@ def _allowed(path: Path, links: Sequence[str]) -> frozenset[frozenset[str]]:
     if file is None:
         return frozenset()
     xml = library_of("robots", "lxml.etree", "SRDF files are read by lxml")
-    content = bytes(read_ordinary(file, MOST_BYTES))
+    content = read(file, "xml")
     try:
         document = xml.fromstring(content, xml.XMLParser(resolve_entities=False))
     except xml.XMLSyntaxError as error:

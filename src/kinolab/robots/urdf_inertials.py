@@ -59,8 +59,6 @@ def write_inertials(xml: Any, document: Any, links: Sequence[Link]) -> None:
     Other engines, with which a robot is compared, read the document.
 
     Args:
-        xml: The library lxml.etree.
-        document: The file.
         links: Those of its links that have others than it says.
     """
     elements = {element.get("name"): element for element in document.iterchildren("link")}

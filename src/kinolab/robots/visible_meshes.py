@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 import math
 from collections.abc import Iterator, Mapping, Sequence
 
@@ -10,13 +9,11 @@ import numpy as np
 
 from kinolab.dynamics.language.shapes import DrawnMesh
 from kinolab.errors import InputError, printable
+from kinolab.files import LOG
 from kinolab.numerics.arrays import Array
 from kinolab.robots.kinematic_tree import KinematicTree, VisibleMesh
 from kinolab.world.mesh_simplification import fewer_triangles
 from kinolab.world.shape_surfaces import Faces
-
-LOG = logging.getLogger("kinolab")
-MOST_TRIANGLES = 30_000  # of a robot: half a megabyte of every run
 
 
 def drawn_meshes(tree: KinematicTree) -> Mapping[str, tuple[DrawnMesh, ...]]:
@@ -38,7 +35,7 @@ def drawn_meshes(tree: KinematicTree) -> Mapping[str, tuple[DrawnMesh, ...]]:
 
 def _most(sizes: Sequence[int]) -> float:
     """Return how many triangles every mesh may keep, so that small ones keep all."""
-    left = float(MOST_TRIANGLES)
+    left = 30_000.0  # of a robot: half a megabyte of every run
     for k, size in enumerate(sorted(sizes)):
         most = left / (len(sizes) - k)
         if size > most:

@@ -24,8 +24,6 @@ def expanded(path: Path, content: bytes, packages: Mapping[str, str | Path]) -> 
     code of Python that xacro evaluates.
 
     Args:
-        path: The file.
-        content: Its content.
         packages: As ``find_mesh`` takes them, for what ``$(find package)`` names, where ROS does
             not know it.
 

@@ -16,8 +16,6 @@ from kinolab.scenario.values import ROBOT_ONLY
 from kinolab.world.meshes.obj_materials import materials_file, with_materials
 from kinolab.world.sensed.map_file import image_file, with_image
 
-NAMING = (".obj", ".yaml", ".yml")  # endings of files that name another one
-
 
 def assets_of(problem: PlanningTask) -> dict[str, bytes]:
     """Return the files below assets/ by name: the machine, copies of the world's and a planner."""
@@ -117,7 +115,6 @@ def used_assets(folder: Path, problem: PlanningTask) -> set[str]:
     """Return the names of the files below ``assets/`` that a run's own scenario uses.
 
     Args:
-        folder: Of the run.
         problem: Built from its scenario.
     """
     scenario = problem.scenario
@@ -125,7 +122,8 @@ def used_assets(folder: Path, problem: PlanningTask) -> set[str]:
     libraries = [
         _beside(path, path.read_bytes(), folder)
         for path in world
-        if path.suffix.lower() in NAMING and path.is_file()
+        # endings of files that name another one
+        if path.suffix.lower() in (".obj", ".yaml", ".yml") and path.is_file()
     ]
     files = [*world, *libraries, _planner_file(scenario)]
     machine = {MACHINE_FILE} | (

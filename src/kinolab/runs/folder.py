@@ -98,7 +98,6 @@ def write_run(
     are complete, which a full disk may prevent.
 
     Args:
-        folder: Of the run.
         problem: What was planned.
         plan: What came of it.
         pictures: Returns files of ``PICTURES`` by name, of the run's report.
@@ -153,7 +152,6 @@ def still_there(folder: Path, report: Mapping[str, Any]) -> Iterator[bool]:
     """Let no other run be written into a folder, and tell whether none was meanwhile.
 
     Args:
-        folder: Of a run.
         report: Of that run.
 
     Raises:
@@ -243,7 +241,6 @@ def read_run(folder: Path, *, planned: bool = True) -> Run:
     """Read a run back from its files alone.
 
     Args:
-        folder: Of the run.
         planned: Whether its goal has to ask for something; that of a simulated motion need not.
 
     Raises:
@@ -293,7 +290,6 @@ def check_run(folder: Path, told: Told | None = None, *, thorough: bool = False)
     ``tube.json`` beside it says is proved again.
 
     Args:
-        folder: Of the run.
         told: Called now and then with what is being done, in words.
         thorough: As ``verify``.
 

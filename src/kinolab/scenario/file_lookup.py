@@ -10,8 +10,8 @@ from pathlib import Path
 
 from kinolab.errors import InputError, Mistake, printable
 from kinolab.scenario.toml_text import shortened
+from kinolab.untrusted import read
 
-SIZE_LIMIT = 30_000_000  # [bytes]; 100 000 boxes with every digit take 25 million
 ENDINGS = (".toml", ".yaml", ".yml", ".cfg")  # of paths, with or without a folder before them
 
 
@@ -44,16 +44,7 @@ def read_text(path: Path) -> str:
     where = shortened(printable(str(path)), 200)
     if not os.path.isfile(path):  # unlike pathlib's, it never raises
         raise InputError([_no_file(path, where)])
-    try:
-        with path.open("rb") as file:
-            content = file.read(SIZE_LIMIT + 1)
-    except OSError as error:
-        reason = error.strerror or type(error).__name__
-        raise InputError([Mistake(where, f"the file cannot be read: {reason}.")]) from None
-    if len(content) > SIZE_LIMIT:
-        raise InputError(
-            [Mistake(where, "the file is larger than 30 MB.", "Keep meshes in files of their own.")]
-        )
+    content = read(path, "scenario", where, "Keep meshes in files of their own.")
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError as error:

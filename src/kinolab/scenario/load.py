@@ -21,14 +21,13 @@ from kinolab.scenario.partial_parse import parse_partially
 from kinolab.scenario.rules import document_issues, system_issues
 from kinolab.scenario.schema import ALL, GoalSection, MachineTables, Scenario
 from kinolab.scenario.toml_text import (
-    MOST_PARTS,
-    MOST_VALUES,
-    has_too_many,
     long_key,
     shortened,
     shown,
+    values_in,
 )
 from kinolab.scenario.user_code import python_reference
+from kinolab.untrusted import ELEMENTS, refuse_many
 
 MISTAKE_LIMIT = 100  # nobody reads more, and every one of them takes time to word
 _BEGINNING = 'Begin with schema = 1, title = "…" and a [system] section.'
@@ -278,14 +277,13 @@ def toml_document(text: str, label: str, fewer: str) -> dict[str, Any]:
         InputError: If it is not TOML, or has too many values or too long keys.
     """
     if line := long_key(text):
-        what = f"a key has more than {MOST_PARTS} parts with dots between them."
+        what = f"a key has more than {ELEMENTS['parts of a key']} parts with dots between them."
         raise InputError([Mistake(f"{label} line {line}", what, "Shorten it.")])
     try:
         document = tomllib.loads(text)
     except (ValueError, RecursionError) as error:
         raise InputError([_not_toml(label, text, error)]) from None
-    if has_too_many(document):
-        raise InputError([Mistake(label, f"it holds more than {MOST_VALUES} values.", fewer)])
+    refuse_many(values_in(document), "values", label, fewer)
     return document
 
 

@@ -11,7 +11,6 @@ from kinolab.scenario.angles import angle_of
 from kinolab.scenario.issues import KeyPath, Override
 from kinolab.scenario.toml_text import long_key, shortened, shown
 
-MOST_TEXT = 100_000  # characters of an override
 _MOST_EQUALS = 100  # signs in a quoted key
 _SHOWN = 200  # characters of an override that a message quotes
 _SHAPE = "Write KEY=VALUE, for example planner.time_limit=5."
@@ -64,8 +63,8 @@ def override_place(text: str) -> str:
 def _apply(document: dict[str, Any], text: str) -> tuple[KeyPath, object]:
     if is_broken(text):
         raise _RefusedError("the text is not Unicode.", "Write it in UTF-8.")
-    if len(text) > MOST_TEXT:
-        raise _RefusedError(f"it has more than {MOST_TEXT} characters.", "Write it into the file.")
+    if len(text) > 100_000:
+        raise _RefusedError("it has more than 100000 characters.", "Write it into the file.")
     keys, value = _split(text)
     return _put(document, keys, _parsed(value))
 

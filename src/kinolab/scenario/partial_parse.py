@@ -15,7 +15,6 @@ from pydantic import ValidationError
 from kinolab.scenario.issues import Issue, KeyPath, Origin
 from kinolab.scenario.schema import Scenario, SystemSection
 
-MAX_ROUNDS = 5  # taking something out may reveal what rests on it
 STAND_IN = {"sphere": 1.0}  # keeps the count of obstacles, on which messages rely
 
 
@@ -37,7 +36,7 @@ def parse_partially(
     rest |= {"schema": 1, "title": "untitled", "system": {"name": "unknown"} if unknown else system}
     for path in sorted(broken, key=len, reverse=True):
         _take_out(rest, path)
-    for _ in range(MAX_ROUNDS):
+    for _ in range(5):  # taking something out may reveal what rests on it
         try:
             scenario = Scenario.model_validate(rest)
         except ValidationError as error:

@@ -16,10 +16,8 @@ from kinolab.scenario.issues import Issue, KeyPath
 from kinolab.scenario.toml_text import shortened, string_text
 from kinolab.scenario.values import ROBOT_ONLY
 
-SYSTEM_KINDS = ("name", "file")
 ObstacleKind = Literal["mesh", "box", "sphere", "cylinder", "capsule", "map", "cloud", "run"]
 OBSTACLE_KINDS: tuple[ObstacleKind, ...] = get_args(ObstacleKind)
-KINEMATIC_ONLY = ("max_velocity", "max_acceleration")
 KINDS_OF = {  # which kinds of obstacles have a key that not all have
     **{"scale": ("mesh", "cloud"), "up": ("mesh", "cloud")},
     **dict.fromkeys(("solid", "simplify"), ("mesh",)),
@@ -114,7 +112,7 @@ def system_issues(given: Mapping[str, object], file: object) -> list[Issue]:
     if "machines" in given:  # of [[machine]] entries, each of which is held against this
         return []
     issues = _exactly_one(
-        list(given), SYSTEM_KINDS, "a registered machine's name or a machine's file"
+        list(given), ("name", "file"), "a registered machine's name or a machine's file"
     )
     named = file if isinstance(file, str) else ""
     for key, formats, kind in ROBOT_ONLY:
@@ -124,7 +122,7 @@ def system_issues(given: Mapping[str, object], file: object) -> list[Issue]:
         remedy = "Write kinematic = true, too, or leave it out."
         issues += [
             Issue((key,), f"{key} is a limit of kinematic robots.", remedy)
-            for key in KINEMATIC_ONLY
+            for key in ("max_velocity", "max_acceleration")
             if key in given
         ]
     elif "density" in given:

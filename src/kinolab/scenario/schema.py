@@ -82,9 +82,9 @@ from kinolab.scenario.values import (
     plain_setting,
     rgb_of,
 )
+from kinolab.untrusted import ELEMENTS
 
 LARGEST_CLEARANCE = 1e6  # [m]; its square must not drown the sizes of what moves
-MOST_OBSTACLES = 100_000  # each takes 0.1 ms and 5 kB to be made; more belong into a mesh
 TOLERANCE = 0.1  # of every goal that does not give its own
 ALL = "*"  # after the beginning of names: of a tolerance for all that is a machine's
 RULE_ERROR = "kinolab_rule"  # the type of errors that several keys make together
@@ -229,9 +229,9 @@ class WorldSection(Section):
     ] = 0.0  # that plans keep from every obstacle
     obstacle: Annotated[
         Tables[ObstacleEntry],
-        Field(max_length=MOST_OBSTACLES),
+        Field(max_length=ELEMENTS["obstacles"]),
         AfterValidator(_named),
-        Wanted(f"a list of at most {MOST_OBSTACLES} [[world.obstacle]] tables"),
+        Wanted(f"a list of at most {ELEMENTS['obstacles']} [[world.obstacle]] tables"),
     ] = ()
 
 

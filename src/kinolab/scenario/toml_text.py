@@ -5,16 +5,15 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping
 
+from kinolab.untrusted import ELEMENTS
+
 _BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
 _MUST_ESCAPE = re.compile(r'[\x00-\x1f\x7f"\\\ud800-\udfff]')
 _SHORT = {'"': '\\"', "\\": "\\\\", "\n": "\\n", "\t": "\\t", "\r": "\\r"}
 
-MOST_PARTS = 32
-MOST_VALUES = 2_000_000  # of a file, tables and lists included; a box has up to twenty
-
 _PART = r"""(?>[A-Za-z0-9_-]++|"[^"\n]*+"|'[^'\n]*+')"""
 _MORE = rf"(?>[ \t]*+\.[ \t]*+{_PART})"
-_LONG = rf"(?P<long>(?<![A-Za-z0-9_-]){_PART}{_MORE}{{{MOST_PARTS}}})"
+_LONG = rf"(?P<long>(?<![A-Za-z0-9_-]){_PART}{_MORE}{{{ELEMENTS['parts of a key']}}})"
 # What is no key: texts of several lines, texts of one line, comments.
 _TEXTS = (
     r'"""(?s:.*?)"""',
@@ -64,13 +63,13 @@ def shortened(text: str, limit: int = 60) -> str:
     return text if len(text) <= limit else f"{text[:limit]}…"
 
 
-def has_too_many(document: object) -> bool:
-    """Whether lists and tables hold more than ``MOST_VALUES`` together.
+def values_in(document: object) -> int:
+    """Return how many values lists and tables hold together, at least where they are too many.
 
     To tell what is wrong with so many takes longer than to read them.
     """
     count, left = 0, [document]
-    while left and count <= MOST_VALUES:
+    while left and count <= ELEMENTS["values"]:
         value = left.pop()
         inside = value.values() if isinstance(value, dict) else value
         if isinstance(inside, str) or not isinstance(inside, Iterable):
@@ -78,11 +77,11 @@ def has_too_many(document: object) -> bool:
         held = list(inside)
         count += len(held)
         left += held
-    return count > MOST_VALUES
+    return count
 
 
 def long_key(text: str) -> int | None:
-    """Return the line, counted from 1, of the first key of more than ``MOST_PARTS``.
+    """Return the line, counted from 1, of the first key of too many parts.
 
     It is found before TOML is read: what tomllib keeps of one grows with the square of its parts,
     8 GB for a file of 1 MB.

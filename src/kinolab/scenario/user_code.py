@@ -35,7 +35,6 @@ def run_file(path: Path, where: str) -> ModuleType:
     """Run a user's Python file, once for as long as its text stays the same.
 
     Args:
-        path: Of the file.
         where: What mistakes are reported for.
 
     Raises:

@@ -14,10 +14,8 @@ from kinolab.search.graph import SearchGraph
 
 T = TypeVar("T")
 
-PICTURE_PERIOD = 0.5  # [s] between snapshots of the search graph
 LATE = 1.0  # [s] after its end until a search that does not ask is named
 READY = 30.0  # [s] of preparation that do not count, such as loading code on a slow computer
-PICTURE_COST_FACTOR = 4.0  # minimum interval between snapshots, in multiples of their cost
 
 
 @dataclass
@@ -194,6 +192,5 @@ class Budget:
         """Send the search graph to the viewer, if there is one and a snapshot is due."""
         if self.viewer and (elapsed := self.elapsed) > self._next_look:
             self.viewer(explored())
-            self._next_look = self.elapsed + max(
-                PICTURE_PERIOD, PICTURE_COST_FACTOR * (self.elapsed - elapsed)
-            )
+            # half a second between snapshots of the graph, or four times what they cost
+            self._next_look = self.elapsed + max(0.5, 4.0 * (self.elapsed - elapsed))

@@ -17,8 +17,6 @@ from kinolab.untrusted import array_file, why
 
 Integers: TypeAlias = NDArray[np.integer]
 
-MAX_STATES = 10_000  # states kept of a tree: a picture shows no more
-
 
 @dataclass(frozen=True, eq=False)
 class SearchGraph:
@@ -34,7 +32,7 @@ class SearchGraph:
 
     @classmethod
     def of_tree(
-        cls, states: Callable[[Integers], Array], parents: Integers, *, most: int = MAX_STATES
+        cls, states: Callable[[Integers], Array], parents: Integers, *, most: int = 10_000
     ) -> SearchGraph:
         """Return the graph of a tree, thinned to about ``most`` states.
 

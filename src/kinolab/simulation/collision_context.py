@@ -24,13 +24,10 @@ from kinolab.world.collision.clearance_bound import clearance_within
 from kinolab.world.collision.collision_scene import CollisionScene, collision_scene
 from kinolab.world.placed_shapes import lowest_heights
 
-RESOLUTION = 0.01  # [m] that a point may move between two checks, at the finest level
 MIN_RESOLUTION = 1e-4  # [m], where the start is close to an obstacle
 RANDOM_STATES = 20  # at which bodies' heights are compared
 SAFETY_FACTOR = 1.1  # on speeds at both ends of a step, for those in between
-MOST_CHECKS = 1_000_000  # of a step; one of more, such as one of years, is refused
 CLEARANCE_HORIZON = 1.0  # [m] up to which clearance is computed, to skip later checks
-COARSE_CELL_FRACTION = 0.25  # of a cell: clearance for which the grid's bound suffices
 
 
 class CollisionScratch(NamedTuple):
@@ -62,7 +59,6 @@ def collision_context(
     """Build the collision context of a problem, with scratch memory for one thread.
 
     Args:
-        problem: The planning problem.
         margin: Additional clearance in [m].
         finest: As ``resolution`` takes it: passages half as wide count as free.
     """
@@ -89,7 +85,8 @@ def collision_context(
         bodies=problem.moving.astype(np.int64),
         required_clearance=margin + spacing / 2,
         max_step=max_step,
-        coarse_clearance=max(COARSE_CELL_FRACTION * all_around.distance.width, spacing),
+        # of a cell: clearance for which the grid's bound suffices
+        coarse_clearance=max(0.25 * all_around.distance.width, spacing),
     )
     return context, allocate(CollisionScratch, sizes)
 
@@ -98,10 +95,10 @@ def resolution(problem: PlanningTask, finest: float = math.inf) -> float:
     """Return the spacing of checks in [m]: the clearance of the start, clipped.
 
     Args:
-        problem: The planning problem.
         finest: Another one in [m], where that of the problem is coarser.
     """
-    clearance = problem.checker().clearance(*problem.placement(problem.start), RESOLUTION)
+    # [m] that a point may move between two checks, at the finest level
+    clearance = problem.checker().clearance(*problem.placement(problem.start), 0.01)
     return max(min(clearance, finest), MIN_RESOLUTION)
 
 
@@ -188,7 +185,8 @@ def is_motion_free(machine, x, u, after, h, spare, speed, scratch, context):  # 
     """
     then = speed_bound(machine, after, u, scratch)
     speed = SAFETY_FACTOR * max(speed, then)
-    if not speed * h <= MOST_CHECKS * context.required_clearance:  # NaN included
+    # checks; a step of more, such as one of years, is refused
+    if not speed * h <= 1_000_000 * context.required_clearance:  # NaN included
         return -1.0, then
     if spare - speed * h >= context.required_clearance:
         return spare - speed * h, then

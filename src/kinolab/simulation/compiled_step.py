@@ -19,7 +19,6 @@ class CompiledStep:
     """One step of the machine, and where it leads.
 
     Args:
-        problem: Whose machine.
         method: Of integration; that of the problem when left out.
 
     Attributes:

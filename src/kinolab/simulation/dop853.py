@@ -35,9 +35,6 @@ SAFETY, MIN_FACTOR, MAX_FACTOR = 0.9, 0.2, 10.0  # of the step size control
 EXPONENT = -1.0 / 8.0
 # How ``follow`` ended
 WORKED, FULL, TOO_SMALL, SINGULAR, LAW_FAILED, NOT_FINITE, CHATTERS, TOO_MANY = range(8)
-HALVINGS = 60  # of a step, to locate a transition between modes
-MINIMUM_HALVINGS = 30  # of a step, to find where a guard is least
-LOOKS = 4  # in an interval at least, for one
 MAX_STEPS = 200_000  # in one interval: thousands of oscillations, in less than a second
 MAX_TOTAL = 2_000_000  # in all intervals
 MAX_SWITCHES = 1000  # in one interval; more are called chattering
@@ -252,7 +249,7 @@ def returns(ode, j, h):  # type: ignore[no-untyped-def]
 def near_minimum(ode, j, h):  # type: ignore[no-untyped-def]
     """Return the length of a step to a transition near guard j's minimum; 0 if there is none."""
     low, high = 0.0, h
-    for _ in range(MINIMUM_HALVINGS):
+    for _ in range(30):  # halvings of a step, to find where a guard is least
         middle = 0.5 * (low + high)
         if trial(ode, middle) != 0:
             return 0.0
@@ -292,7 +289,7 @@ def until_transition(ode, h):  # type: ignore[no-untyped-def]
 def located(ode, h):  # type: ignore[no-untyped-def]
     """Return the length in [s] of the shortest step from y that ends in a transition, at most h."""
     low, high = 0.0, h
-    for _ in range(HALVINGS):
+    for _ in range(60):  # halvings of a step, to locate a transition between modes
         middle = 0.5 * (low + high)
         if trial(ode, middle) == 0 and leaves(ode, ode.after, BETWEEN):
             high = middle
@@ -369,7 +366,8 @@ def integrate(ode, begin, end, longest, knot, dense, table, row):  # type: ignor
         row: Shape (1,), first row of the table that is free; written.
     """
     t, h, switches, fresh, steps = begin, 0.0, 0, True, 0
-    longest = min(longest, (end - begin) / (LOOKS if ode.guards != 0 else 1))
+    # looks in an interval at least, for a guard
+    longest = min(longest, (end - begin) / (4 if ode.guards != 0 else 1))
     ode.progress[0] = t
     while True:
         made = switched(ode)

@@ -26,11 +26,7 @@ from kinolab.simulation.stability import fastest_rate, step_too_long
 if TYPE_CHECKING:  # a machine that is in the cache needs no symbols
     from kinolab.dynamics.language.mechanism import Mechanism
 
-FD_STEP = 1e-5  # of a state's scale, for finite differences of a step
 GROWING = 1.02  # multiplier from which a deviation grows; double roots at 1 are rounded by less
-HALVINGS = 8  # of a step until the law holds
-SETTLING = 4.0  # [s] that a machine is given to come to its steady motion
-GENTLER = (2.0, 3.0, 5.0, 10.0, 20.0, 50.0, 100.0)  # factors on large deviations
 
 
 @dataclass(frozen=True)
@@ -98,7 +94,7 @@ def stiff_law(
         found = largest_multiplier(model, settings, step)
         if found <= GROWING:
             return None
-        for short in step * 0.5 ** np.arange(1, HALVINGS + 1):
+        for short in step * 0.5 ** np.arange(1, 9):  # halvings of a step until the law holds
             if largest_multiplier(model, settings, short) <= GROWING:
                 return StiffLaw(step, found, float(short), _gentler(described(), settings))
     except KinolabError:  # where the equations are singular, other checks say so
@@ -153,7 +149,7 @@ def _multiplier(
     model: Model, x: Array, r: Array, settings: IntegrationSection, step: float
 ) -> float:
     """Return the spectral radius of the derivative of a step, by central differences."""
-    h = FD_STEP * model.state_scales
+    h = 1e-5 * model.state_scales  # of a state's scale, for finite differences of a step
     shifts = np.diag(h)
     ends = [
         model.step(x + sign * shifts, np.tile(r, (model.nx, 1)), step,
@@ -176,7 +172,7 @@ def _steady(model: Model, settings: IntegrationSection) -> Iterator[tuple[Array,
     limits = model.plant.control_bounds
     for share in (None, 0.5, 0.9, 0.1):
         r = model.null_control() if share is None else lower + share * (upper - lower)
-        steps = round(SETTLING / short)
+        steps = round(4.0 / short)  # [s] that a machine is given to come to its steady motion
         try:
             x = model.steps(
                 model.rest(), np.tile(r, (steps, 1)), np.full(steps, short), method=settings.method
@@ -198,7 +194,7 @@ def _gentler(system: Mechanism, settings: IntegrationSection) -> float | None:
     if not isinstance(regulator, Regulator):
         return None
 
-    for factor in GENTLER:
+    for factor in (2.0, 3.0, 5.0, 10.0, 20.0, 50.0, 100.0):  # factors on large deviations
         softer = Regulator(
             regulator.references,
             tracked=[(z, factor * large) for z, large in regulator.tracked],

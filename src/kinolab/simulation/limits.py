@@ -14,7 +14,6 @@ from kinolab.problem.goal_kernel import axis_angle, carried
 from kinolab.simulation.collision_context import SAFETY_FACTOR, place_machine
 from kinolab.simulation.machine import advance, call_under
 
-CONE_RESOLUTION = 0.01  # [rad] that an axis may turn between two checks of a keep-out cone
 REQUIREMENT_SAMPLES = 4  # of what a machine demands, along a step
 KEPT = -1  # index where no limit is violated
 
@@ -203,7 +202,8 @@ def entered_cone(machine, limits, x, u, after, h, scratch):  # type: ignore[no-u
         turning(machine, limits, x, limits.slope[0], scratch),
         turning(machine, limits, after, limits.slope[1], scratch),
     )
-    count = max(1.0, math.ceil(SAFETY_FACTOR * fastest * h / CONE_RESOLUTION))
+    # [rad] that an axis may turn between two checks of a keep-out cone
+    count = max(1.0, math.ceil(SAFETY_FACTOR * fastest * h / 0.01))
     if not count < 1e6:  # NaN included
         return 0
     for k in range(1, int(count) + 1):

@@ -136,7 +136,6 @@ def states_under(
     """Roll out inputs (N, nu) by the problem's own step map.
 
     Args:
-        problem: Provides machine and start.
         u: Inputs, one row per step.
         start: Initial state, shape (nx,); the problem's when left out.
         method, substeps: Of the integrator; the problem's when left out.

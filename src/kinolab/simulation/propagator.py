@@ -144,7 +144,6 @@ class Propagator:
     speeds holds. It is a filter: the verifier alone decides.
 
     Args:
-        problem: Provides machine and world.
         margin: Required clearance from obstacles in [m].
         rejections: Counter to share with other propagators; its own when left out.
         finest: Resolution of the collision check in [m], where the problem's own is coarser.

@@ -143,7 +143,6 @@ def follow(
     each interval.
 
     Args:
-        model: The compiled machine.
         start: State at t[0], shape (nx,).
         t: Times of the knots in [s], shape (N+1,).
         u: Inputs per interval, or references, shape (N, nu).
@@ -166,7 +165,6 @@ def follow_each(
     """Integrate each interval from a state of its own; return the states reached, (N, nx).
 
     Args:
-        model: The compiled machine.
         starts: States at the beginnings of the intervals, shape (N, nx).
         t: Times of the knots in [s], shape (N+1,).
         u: Inputs per interval, or references, shape (N, nu).
@@ -351,7 +349,6 @@ def trajectory_under(model: Model, t: Array, x: Array, u: Array) -> Trajectory:
     """Return a motion as a trajectory, with the plant inputs where the machine has feedback.
 
     Args:
-        model: The machine.
         t: Times of the knots in [s], shape (N+1,).
         x: States at the knots, shape (N+1, nx).
         u: Inputs of the model per interval, shape (N, nu): references where it has feedback.

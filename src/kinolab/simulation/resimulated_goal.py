@@ -63,7 +63,6 @@ def resimulated_violation(problem: PlanningTask, u: Array) -> float:
     collides on its way or amplifies errors too much.
 
     Args:
-        problem: Provides start and goal.
         u: Inputs, one row per step, shape (N, nu).
     """
     if problem.scenario.integration.truth == "discrete":

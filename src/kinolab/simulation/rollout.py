@@ -15,10 +15,6 @@ from kinolab.simulation.compiled_step import CompiledStep
 from kinolab.simulation.machine import follow, machine_of
 from kinolab.simulation.sensitivities import StepSensitivities
 
-# of the fastest time constant: the Runge-Kutta step that errs by some 1e-6 of it
-STEP_PER_TIME_CONSTANT = 0.15
-MAX_SUBSTEPS = 20  # Runge-Kutta steps per propagation step
-DERIVED_PIECES = 2  # Runge-Kutta steps per propagation step, for derivatives
 RANDOM_STATES = 10  # at which time constants are computed
 STEPS_PER_CANCELLATION_CHECK = 256  # steps between two checks of the token: some milliseconds
 
@@ -43,9 +39,8 @@ class Rollout:
         self._calls = CompiledStep(problem, method)
         self.step, self.propagations = problem.step, 0
         self._pieces = 1 if discrete else _pieces(problem)
-        self._sensitivities = StepSensitivities(
-            problem.model, METHODS[method], self._pieces, DERIVED_PIECES
-        )
+        # with two Runge-Kutta steps per propagation step for derivatives
+        self._sensitivities = StepSensitivities(problem.model, METHODS[method], self._pieces, 2)
 
     def follow(self, x0: Array, u: Array) -> Array | None:
         """Return the states at the knots, shape (N+1, nx); None where a step fails.
@@ -103,7 +98,9 @@ def _pieces(problem: PlanningTask) -> int:
     u = model.null_control()
     A, _ = model.jacobian(states, u)
     fastest = float(np.abs(np.linalg.eigvals(A[np.isfinite(A).all(axis=(1, 2))])).max(initial=0.0))
-    return int(np.clip(np.ceil(problem.step * fastest / STEP_PER_TIME_CONSTANT), 1, MAX_SUBSTEPS))
+    # of the fastest time constant: the Runge-Kutta step that errs by some 1e-6 of it
+    # Runge-Kutta steps per propagation step
+    return int(np.clip(np.ceil(problem.step * fastest / 0.15), 1, 20))
 
 
 class ZeroOrderHold:
@@ -137,7 +134,6 @@ class CandidateRollouts:
 
     Args:
         problem: Provides machine and integration settings.
-        count: Number of rollouts.
         steps: Propagation steps per rollout.
 
     Attributes:

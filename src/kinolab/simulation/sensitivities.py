@@ -59,7 +59,6 @@ class StepSensitivities:
     """The states after steps of any length, and their derivatives.
 
     Args:
-        model: The machine.
         method: Of integration.
         substeps: Of which each step is made, or each part of it after which feedback acts anew.
         derived: Of which it is made for derivatives; fewer are faster and enough for a direction.

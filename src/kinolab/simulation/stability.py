@@ -16,8 +16,6 @@ from kinolab.scenario.schema import IntegrationSection
 
 RANDOM_STATES = 100  # of each kind
 FEW_STATES = 10  # of a machine by itself
-QUANTILE = 0.9  # of their rates: stiffness at isolated states is ignored
-GROWTH_RATIO = 0.5  # Re(lambda) / |lambda| above which a mode counts as unstable
 UNLIMITED_INPUT = 1e3  # sampling limit of an unbounded input, in its unit
 
 
@@ -106,7 +104,6 @@ def decay_rate(model: Model, x: Array, generator: np.random.Generator) -> float:
     The machine's feedback is left out: its inputs are constant during a step.
 
     Args:
-        model: The machine.
         x: States, shape (N, nx).
         generator: Draws the inputs at which, besides zero input, modes are computed.
     """
@@ -116,7 +113,7 @@ def decay_rate(model: Model, x: Array, generator: np.random.Generator) -> float:
     rates = np.zeros(len(x))
     for u in (idle, drawn):
         rates = np.maximum(rates, [_fading_at(model, *one) for one in zip(x, u, strict=True)])
-    return float(np.quantile(rates, QUANTILE, method="lower"))
+    return float(np.quantile(rates, 0.9, method="lower"))  # stiffness at isolated states is ignored
 
 
 def _fading_at(model: Model, x: Array, u: Array) -> float:
@@ -128,7 +125,8 @@ def _fading_at(model: Model, x: Array, u: Array) -> float:
     if not np.isfinite(slope).all():
         return 0.0
     found = np.linalg.eigvals(slope)
-    return float(np.abs(found[found.real <= GROWTH_RATIO * np.abs(found)]).max(initial=0.0))
+    # Re(lambda) / |lambda| above which a mode counts as unstable
+    return float(np.abs(found[found.real <= 0.5 * np.abs(found)]).max(initial=0.0))
 
 
 def _sampled(problem: PlanningTask, generator: np.random.Generator) -> list[Array]:

@@ -18,7 +18,6 @@ from kinolab.numerics.lu import factor, substitute
 from kinolab.simulation.machine import call_at, call_under
 
 FD_STEP = 1e-6  # of an entry of a state, or of inputs
-SMALL_TURN = 1e-6  # [rad^2] below which the series of sin(a)/a is exact to rounding
 
 
 class Dual(NamedTuple):
@@ -160,7 +159,7 @@ def turn(step, k, q):  # type: ignore[no-untyped-def]
     a2 = h * h * square
     a = math.sqrt(a2)
     cosine = math.cos(a)
-    if a2 < SMALL_TURN:
+    if a2 < 1e-6:  # [rad^2] below which the series of sin(a)/a is exact to rounding
         sinc, dsinc = 1.0 - a2 / 6.0 + a2 * a2 / 120.0, -1.0 / 6.0 + a2 / 60.0
     else:
         sinc = math.sin(a) / a

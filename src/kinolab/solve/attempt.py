@@ -67,9 +67,7 @@ def attempt(
     """Search with one seed and verify the result; on interrupt, keep what is complete.
 
     Args:
-        problem: The planning problem.
         searcher: The planner with its settings.
-        seed: Random seed.
         budget: When to stop.
         keep_approach: Whether to re-simulate a motion that misses the goal.
     """
@@ -111,9 +109,7 @@ def motion(
     """Search and re-simulate without verification; None if no solution is found.
 
     Args:
-        problem: The planning problem.
         searcher: The planner with its settings.
-        seed: Random seed.
         budget: When to stop.
     """
     try:

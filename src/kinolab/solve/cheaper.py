@@ -24,8 +24,6 @@ from kinolab.solve.starts import Starts
 from kinolab.trajectory import Trajectory
 from kinolab.verification import verify
 
-FRACTION = 0.6  # of the work that is left, for each motion that is made to cost less
-
 
 @dataclass
 class Cheapening:
@@ -113,7 +111,8 @@ class Cheapening:
         remaining, longest = starts.remaining, trajopt.most_time(self.problem)
         while not (incumbent.cancelled() or starts.exhausted or remaining.over):
             given, motions = motions[:AT_ONCE], motions[AT_ONCE:]
-            seconds, forks = FRACTION * remaining.unspent, []
+            # of the work that is left, for each motion that is made to cost less
+            seconds, forks = 0.6 * remaining.unspent, []
             for motion in given:
                 own = incumbent.apart()
                 forks.append(own.forked(partial(_cheapen, own), alone=len(given) == 1))

@@ -27,7 +27,6 @@ def cost_bounded(problem: PlanningTask, searcher: AbstractPlanner) -> AbstractPl
     """Return the planner that shortens by further trees what another one has found.
 
     Args:
-        problem: The planning problem.
         searcher: The planner whose motion is to be shortened.
 
     Returns:
@@ -47,7 +46,6 @@ def guessing(problem: PlanningTask, searcher: AbstractPlanner) -> AbstractPlanne
     through a narrow one. A path without dynamics does, and may become a motion.
 
     Args:
-        problem: The planning problem.
         searcher: The planner whose motion is to be shortened.
 
     Returns:
@@ -62,7 +60,6 @@ def bounded_work(problem: PlanningTask, seconds: float) -> tuple[float, float]:
     """Return the work on these trees in [s], and that after which they end without any success.
 
     Args:
-        problem: The planning problem.
         seconds: Of work that the improvement may do.
     """
     large = LARGE_SHARE, LARGE_PATIENCE

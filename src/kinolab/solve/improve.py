@@ -27,9 +27,6 @@ from kinolab.solve.refinement import STILL_GAINING, RefinedWay, Refinement
 from kinolab.solve.starts import Arm, Start, Starts
 from kinolab.trajectory import Trajectory
 
-# of the time limit, for repairing a motion that the verifier rejects
-REPAIR_TIME_FRACTION = 0.1
-MIN_REPAIR_SECONDS = 2.0  # [s] for that at least
 # Where nobody says how much work improvement may take: that of so many subproblems of the whole
 # motion, at least and at most so many seconds, which is how long users are ready to wait.
 SUBPROBLEMS, LEAST_SECONDS, MOST_SECONDS = 60, 2.0, 30.0
@@ -37,12 +34,10 @@ PATIENCE = 16.0  # times as many seconds by the clock may it take: on a busy com
 # So many motions are searched for where one can be shortened, as far as this fraction of the work
 # pays for them: a search is cheap beside shortening.
 SEARCHES_PER_WAY, SEARCH_FRACTION = 4, 0.15
-SHORTENING = 0.6  # of the work, which searches leave to shortening at least, about
 SHOWING = 40  # subproblems of a whole motion that show what becomes of it
 # Exponent of a motion's first duration beside that of its way: one half as long outweighs a way
 # that is longer by 7 %, by which the lengths of ways that are pulled tight differ by chance.
 FIRST_COUNTS = 0.1
-MIN_EXPECTED_GAIN = 0.01  # of the duration, by further starts, to go on
 MIN_WAYS = 3  # whose spread says something
 
 
@@ -77,7 +72,6 @@ class PlanImprover:
         """Return an improved plan, or the same one.
 
         Args:
-            found: A search's plan.
             budget: The budget of that search.
         """
         with compilation() as compiled:
@@ -133,7 +127,8 @@ class PlanImprover:
         refused, limit = incumbent.best.status == REFUSED, self.request.time_limit
         seconds, begun = self._seconds, incumbent.time()
         if refused:  # most of the time is for another search
-            seconds = min(seconds, max(MIN_REPAIR_SECONDS, REPAIR_TIME_FRACTION * limit))
+            # of the time limit, for repairing a motion that the verifier rejects
+            seconds = min(seconds, max(2.0, 0.1 * limit))  # [s] for that at least
 
         def cancelled() -> bool:
             patience = min(PATIENCE * remaining.time_limit, limit - begun)
@@ -174,7 +169,8 @@ class PlanImprover:
         given = Start(exact, starts.least_duration(exact))
         searching = incumbent.search_work + remaining.elapsed - before
         ways, enough = AT_ONCE, SHOWING * self._subproblem
-        while SHORTENING * remaining.unspent >= ways * math.log2(2 * ways) * enough:
+        # of the work, which searches leave to shortening at least, about
+        while 0.6 * remaining.unspent >= ways * math.log2(2 * ways) * enough:
             ways *= 2  # half of them on each line
         affordable = int(SEARCH_FRACTION * remaining.unspent * AT_ONCE / searching)
         most = min(affordable, SEARCHES_PER_WAY * ways)
@@ -273,7 +269,8 @@ class PlanImprover:
                     continue
                 self._unfinished = not incumbent.cancelled()
                 return
-            if _expected_gain(ways, remaining) < MIN_EXPECTED_GAIN:
+            # of the duration, by further starts, to go on
+            if _expected_gain(ways, remaining) < 0.01:
                 return
             starts.gained = self._gained
             # In proportion to what it takes when pulled tight, no way is shorter than the best.

@@ -23,7 +23,6 @@ T = TypeVar("T")
 
 SEARCHED_ALONE = "Found a trajectory into the goal region, which the search alone had missed."
 AT_ONCE = 2  # lines of work, in turn on one processor: their number must not change what is done
-VERIFICATION_SECONDS = 2e-4  # [s] for each knot, as ``charge`` counts it
 
 
 @dataclass(frozen=True)
@@ -138,7 +137,7 @@ class Incumbent:
         """Verify a motion that would improve on the best; return whether it is kept."""
         found, certificate = self._with(trajectory), None
         if found.rank < self.best.rank:
-            charge(VERIFICATION_SECONDS * len(trajectory.t))
+            charge(2e-4 * len(trajectory.t))  # [s] for each knot, as ``charge`` counts it
             with judging:  # may block for a while
                 if not self.cancelled():
                     certificate = self.budget.breaking(

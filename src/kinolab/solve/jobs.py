@@ -28,9 +28,6 @@ from kinolab.solve.worker import (
 )
 
 INTERRUPTED = "interrupted."
-PROCESS_EXIT_SECONDS = 5.0  # [s] for a process to exit after its last message
-# [s] for a thread to exit; after that it ends in the background
-THREAD_EXIT_SECONDS = 0.2
 
 
 class AbstractJob(ABC):
@@ -39,7 +36,6 @@ class AbstractJob(ABC):
     Args:
         connection: Receives its messages.
         request: The searches to make.
-        pool: Collects its plans.
 
     Attributes:
         connection: Readable when a message is waiting or the job has exited.
@@ -115,9 +111,7 @@ class ProcessJob(AbstractJob):
     """A job in a process of its own.
 
     Args:
-        parcel: The problem, pickled.
         request: The searches to make.
-        pool: Collects its plans.
 
     Raises:
         InputError: If this platform cannot start such processes.
@@ -149,7 +143,7 @@ class ProcessJob(AbstractJob):
     def _left(self) -> None:
         """Record how the process ended after its connection closed."""
         with suppress(subprocess.TimeoutExpired):
-            self._worker.process.wait(PROCESS_EXIT_SECONDS)
+            self._worker.process.wait(5.0)  # [s] for a process to exit after its last message
         code = self._worker.process.returncode
         if code == 0:  # out of time; the next seed was not begun
             self.over = True
@@ -181,7 +175,6 @@ class ThreadJob(AbstractJob):
     Args:
         problem: The planning problem, shared between threads.
         request: The searches to make.
-        pool: Collects its plans.
 
     Raises:
         OSError: If the system cannot start another thread.
@@ -212,7 +205,7 @@ class ThreadJob(AbstractJob):
     def close(self, reason: str) -> None:
         """Wait briefly for it to exit; ``reason`` is recorded for an unfinished search."""
         self.connection.close()  # its next message fails, which ends it
-        self._thread.join(THREAD_EXIT_SECONDS)
+        self._thread.join(0.2)  # [s] for a thread to exit; after that it ends in the background
         if not self.over:
             self._note("ended", reason)
 

@@ -19,9 +19,7 @@ from kinolab.solve.plan import Attempt, Request
 from kinolab.solve.solution_pool import SolutionPool
 from kinolab.solve.worker import OUT_OF_MEMORY
 
-POLL_SECONDS = 0.05  # [s] between checks for an interrupt by the user
 REQUEST_SECONDS = 0.25  # [s] for a search to end on request
-URGE_SECONDS = 0.2  # [s] more to abort the current stage
 
 
 class JobsError(KinolabError):
@@ -95,7 +93,8 @@ class _Team:
         """Process messages until one has won, all have ended, or an interrupt times out."""
         ending = _Ending()
         while self._running and not self._won and not ending.reached:
-            ready = wait([job.connection for job in self._running], POLL_SECONDS)
+            # [s] between checks for an interrupt by the user
+            ready = wait([job.connection for job in self._running], 0.05)
             for job in self._running:
                 if job.connection in ready and not (self._won or job.over):
                     job.hear()
@@ -158,4 +157,5 @@ class _Ending:
             self._calls = due
             for job in jobs:
                 job.end_search()
-        self.reached = now > self._begun + REQUEST_SECONDS + URGE_SECONDS
+        # [s] more to abort the current stage
+        self.reached = now > self._begun + REQUEST_SECONDS + 0.2

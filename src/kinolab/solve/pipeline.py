@@ -22,9 +22,6 @@ from kinolab.verification import verify
 from kinolab.verification.afterwards import hit_while_waiting
 from kinolab.verification.check import require_motion_of
 
-GLANCE_SECONDS = 1.0  # [s] of work on each leg between goals, to tell how far these are apart
-NOTHING = "Interrupted before anything was found."
-
 
 def solve(
     problem: PlanningTask,
@@ -51,9 +48,7 @@ def solve(
     the same seed gives the same plan on a busy one.
 
     Args:
-        problem: The planning problem.
         planner: Name of the planner; the scenario's when left out, as are the next four.
-        seed: Random seed.
         time_limit: Of the search, in [s].
         max_iterations: Of the search with each seed.
         improve: Work on making the solution exact and shorter, in [s]; 0 for none, ``"auto"`` for
@@ -94,7 +89,8 @@ def solve(
         return solved_in_legs(
             problem,
             lambda leg: solve(leg, improve=improve, **rest),
-            lambda leg: solve(leg, improve=GLANCE_SECONDS, **rest),
+            # [s] of work on each leg between goals, to tell how far these are apart
+            lambda leg: solve(leg, improve=1.0, **rest),
         )
     if robust and problem.scenario.robust is not None:
         if jobs > 1 or anytime:
@@ -164,7 +160,7 @@ def solve(
         request.seed,
         sum(attempt.iterations for attempt in pool.all),
         problem.goal_distance(problem.start),
-        message=NOTHING,
+        message="Interrupted before anything was found.",
         jobs=jobs,
         attempts=pool.all,
         interrupted=True,

@@ -11,10 +11,6 @@ if TYPE_CHECKING:
     from kinolab.problem import PlanningTask
     from kinolab.solve.plan import PlanResult
 
-MOST_LINES = 10  # of a plan that is printed
-MOST_NAMES = 12  # of states, or of inputs
-NOTABLE = 0.01  # gain of the second half of improvement that is told
-
 
 def progress_text(found: PlanResult, *, anytime: bool) -> str:
     """Describe a plan that improves on all previous ones."""
@@ -42,7 +38,6 @@ def summary(problem: PlanningTask, found: PlanResult, sentences: Sequence[str] =
 
     Args:
         problem: What it solves.
-        found: The plan.
         sentences: Of a diagnosis, if there is one; those of the plan's message are left out.
     """
     from kinolab.problem.goal_entries import distance_text
@@ -84,7 +79,6 @@ def goals_text(problem: PlanningTask, reached: Sequence[float]) -> str:
     """Say when each of several goals is reached, the first that is first.
 
     Args:
-        problem: Whose goals.
         reached: When each is, in the order written, in [s].
     """
     from kinolab.scenario.locations import place_text
@@ -103,7 +97,7 @@ def _more_time(statistics: Mapping[str, float], better: str) -> str:
         )
     seconds, gain = statistics["improvement_seconds"], statistics.get("last_half_gain", 0.0)
     more = f"--set planner.improve={math.ceil(4 * seconds)}"
-    if gain >= NOTABLE:
+    if gain >= 0.01:  # gain of the second half of improvement that is told
         return f"  it was still becoming {better} after {seconds:.3g} s: {more} goes on"
     return f"  with more time than {seconds:.3g} s it may become {better}: {more}"
 
@@ -143,9 +137,9 @@ def plan_text(problem: PlanningTask, found: PlanResult) -> str:
     if found.timings:
         spent = ", ".join(f"{stage} {seconds:.2f}" for stage, seconds in found.timings.items())
         lines.append(f"  seconds: {spent}")
-    return "\n".join(lines[:MOST_LINES])
+    return "\n".join(lines[:10])
 
 
 def _names(names: Sequence[str]) -> str:
-    more = f" and {len(names) - MOST_NAMES} more" if len(names) > MOST_NAMES else ""
-    return ", ".join(names[:MOST_NAMES]) + more if names else "none"
+    more = f" and {len(names) - 12} more" if len(names) > 12 else ""
+    return ", ".join(names[:12]) + more if names else "none"

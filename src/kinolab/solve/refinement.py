@@ -26,10 +26,7 @@ EXACTNESS_FRACTION = 0.25
 # the same for what searches find, at once and apart from that work
 EXACTNESS_AT_ONCE_FRACTION = 0.05
 STILL_GAINING = 0.05  # of the duration, by as much work again: so much is worth the wait
-MIN_GAIN = 1e-3  # fraction of the duration that justifies another round
-VERIFIED_GAIN = 0.03  # the same for a verification while more is to come
 UNKNOWN = 0.0, 1.0  # what has not been minimised yet
-MAX_REFUSALS = 2  # shorter motions that the verifier refuses before others are tried
 
 
 @dataclass
@@ -183,12 +180,14 @@ class Refinement:
         """Make the motion shorter and shorter, as long as the verifier agrees."""
         incumbent, made, refusals = self._incumbent, self.progress, 0
         for motion in self._shorter_and_shorter():
-            if not incumbent.beaten_by(motion, VERIFIED_GAIN) or incumbent.take(motion, "shorten"):
+            # of the duration, for a verification while more is to come
+            if not incumbent.beaten_by(motion, 0.03) or incumbent.take(motion, "shorten"):
                 made.shortest, made.work = motion, self._remaining.elapsed
                 made.curve.append((made.work, motion.duration))
             else:
                 refusals += 1
-            if refusals >= MAX_REFUSALS or self._pauses():
+            # shorter motions that the verifier refuses before others are tried
+            if refusals >= 2 or self._pauses():
                 return
 
     def _shorter_and_shorter(self) -> Iterator[Trajectory]:
@@ -203,7 +202,8 @@ class Refinement:
             spent = self._spent(self._remaining)
             made.minimised = UNKNOWN
             yield from trajopt.shortened(problem, made.shortest, spent, self._minimised)
-            if not made.shortest.duration < (1 - MIN_GAIN) * before:
+            # fraction of the duration that justifies another round
+            if not made.shortest.duration < (1 - 1e-3) * before:
                 return
 
     def _minimised(self, duration: float, still: float) -> None:
@@ -230,7 +230,6 @@ class RefinedWay:
     """A motion that is shortened beside others.
 
     Args:
-        incumbent: The best plan so far.
         given: The motion to begin with.
         remaining: Budget of the work on all of them.
         share: Of what is left of that, for this one at most.

@@ -36,7 +36,6 @@ def sequential_runs(
     verifier rejects leaves it, and its iterations, to another search derived from the same seed.
 
     Args:
-        problem: The planning problem.
         searcher: The planner with its settings.
         request: Seeds and limits.
         progress: Called during a search with the iterations and seconds so far, of all searches.
@@ -158,7 +157,6 @@ class RepeatedSearch:
         """Record the outcome of one more search.
 
         Args:
-            found: The search's plan.
             last: The same after improvement.
         """
         self.made += found.iterations

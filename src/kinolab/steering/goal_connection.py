@@ -30,7 +30,6 @@ class GoalConnection:
     """Finds final motions into the goal.
 
     Args:
-        problem: The planning problem.
         steps: Length of the shortest motion to try.
         propagator: Checks the motion.
         stop: Cancellation token.
@@ -170,7 +169,6 @@ class SteeredGoalConnection:
     found by shooting, which finds no path around obstacles.
 
     Args:
-        problem: The planning problem.
         every: Try one in this many eligible states.
         goal_region_scale: What counts as near the goal, in its tolerances.
         stop: Cancellation token.

@@ -16,7 +16,6 @@ def nearest_equilibrium(problem: PlanningTask, x: Array) -> tuple[Array, Array] 
     It satisfies the problem's limits and requirements and keeps the inputs off their bounds.
 
     Args:
-        problem: The planning problem.
         x: State, shape (nx,).
     """
     found = equilibrium(

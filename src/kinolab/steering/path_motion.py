@@ -138,7 +138,6 @@ class PathMotion:
     least-squares sense.
 
     Args:
-        problem: The planning problem.
         known: Names of the coordinates that paths determine, in order.
         stop: Cancellation token; cancelling raises a CancelledError.
     """

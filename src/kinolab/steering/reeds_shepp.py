@@ -66,7 +66,6 @@ def arcs(begin: PlanePose, end: PlanePose, radius: float, *, backward: bool = Tr
     """Return the shortest curve between two poses for a car.
 
     Args:
-        begin: Start pose.
         end: End pose.
         radius: Minimum turning radius in [m].
         backward: Whether it may reverse (Reeds-Shepp) or not (Dubins).

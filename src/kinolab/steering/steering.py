@@ -28,7 +28,6 @@ class Steering:
     the end if that is a stabilisable equilibrium, and a boundary-value problem by shooting.
 
     Args:
-        problem: The planning problem.
         stop: Cancellation token; cancelling raises a CancelledError.
 
     Attributes:

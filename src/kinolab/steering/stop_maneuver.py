@@ -20,8 +20,6 @@ class StopManeuver:
     """Brings a machine to rest: by feedback if that stabilises it, else by opposing its velocities.
 
     Args:
-        problem: The planning problem.
-        rollout: Simulates inputs.
         closing: Terminal correction, to end exactly at rest.
         tracker: Feedback about an equilibrium.
     """

@@ -54,7 +54,6 @@ class Tracker:
         """Design gains along a plan.
 
         Args:
-            problem: The problem of the plan.
             trajectory: The plan, of at least one step.
             large: The deviation that is worth a large correction, as a fraction of one over each
                 state's weight in the metric.

@@ -116,7 +116,6 @@ class LocalEngine(AbstractEngine):
     """Processes on this computer.
 
     Args:
-        workers: Their number.
         root: Folder below which the files of orders are.
     """
 

@@ -157,12 +157,9 @@ def execute_many(
     """Execute the plan of a finished run many times, and write how each ended.
 
     Args:
-        run: The finished run.
         conditions: Perturbations of the machine and its sensors.
         make: Makes the engine, from files and the folder they are in; this process does everything
             when None.
-        runs: Number of executions.
-        seed: Random seed.
         large: As of ``Executor``.
         table: Path of a CSV file with a row for each.
         told: Called after each with their number so far.

@@ -84,7 +84,6 @@ def expanded(study: Study, root: Path) -> StudyRuns:
     Seeds vary slowest, so that half a study is one too.
 
     Args:
-        study: The study.
         root: Folder into which the files of its scenarios are written.
 
     Raises:

@@ -14,8 +14,6 @@ from kinolab.studies.engine import WorkerProcesses
 from kinolab.studies.orders import Answer, WorkOrder
 from kinolab.studies.problem_files import ProblemFiles
 
-FOLDER = "kinolab-files"  # below a worker's own
-
 
 @dataclass(frozen=True)
 class FilesPlugin(WorkerPlugin):  # type: ignore[misc]
@@ -58,7 +56,7 @@ def do_order(order: WorkOrder) -> Answer:
 
 def files_root(worker: Worker) -> Path:
     """Return the folder below which a worker keeps files."""
-    return Path(worker.local_directory) / FOLDER
+    return Path(worker.local_directory) / "kinolab-files"  # below a worker's own
 
 
 @cache

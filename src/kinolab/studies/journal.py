@@ -14,7 +14,7 @@ from typing import Any, Self
 
 from kinolab.errors import InputError, KinolabError, Mistake
 from kinolab.studies.columns import Row, fits
-from kinolab.untrusted import MOST_BYTES, json_of
+from kinolab.untrusted import BYTES, json_of
 
 ROWS = "rows.jsonl"
 
@@ -27,9 +27,6 @@ class FullError(KinolabError):
 
 class Journal:
     """The rows of a folder, open for more; one process at a time has it.
-
-    Args:
-        folder: Of the study.
 
     Raises:
         InputError: If another process has it.
@@ -89,10 +86,10 @@ def read_rows(folder: Path) -> list[dict[str, Any]]:
     """
     rows = []
     for number, line in enumerate(_lines(folder / ROWS), start=1):
-        if not line.endswith(b"\n") and len(line) <= MOST_BYTES:
+        if not line.endswith(b"\n") and len(line) <= BYTES["json"]:
             break  # it was cut
         try:
-            row = json_of(line) if len(line) <= MOST_BYTES else None
+            row = json_of(line) if len(line) <= BYTES["json"] else None
         except (ValueError, RecursionError):
             row = None
         if row is None or not fits(row):
@@ -114,5 +111,5 @@ def _lines(path: Path) -> Iterator[bytes]:
     """Yield lines, the last one even if it was cut; what is longer than a line may be, in parts."""
     if path.is_file():
         with path.open("rb") as file:
-            while line := file.readline(MOST_BYTES + 1):
+            while line := file.readline(BYTES["json"] + 1):
                 yield line

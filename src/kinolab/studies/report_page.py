@@ -38,7 +38,6 @@ if TYPE_CHECKING:
 
 PAGE, TEXT = "report.html", "report.md"
 INK = "#7a7a7a"  # readable on white and on black
-LONGEST_LABEL = 80  # characters, for which a figure has room
 METADATA = ("Creator", "Date", "Format", "Type")  # that Matplotlib writes unless they are None
 LEGEND = (
     "*solved*: runs with a verified plan, and the 95 % interval of their share (Wilson). "
@@ -266,7 +265,7 @@ def _plain(text: str) -> str:
 
 def _label(text: str) -> str:
     """Return a text as Matplotlib draws it: dollars are no formulas, all labels are shown."""
-    text = printable(shortened(text, LONGEST_LABEL))
+    text = printable(shortened(text, 80))  # characters, for which a figure has room
     return (f" {text}" if text.startswith("_") else text).replace("$", r"\$")
 
 

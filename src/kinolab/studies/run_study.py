@@ -61,7 +61,6 @@ class StudyFolder:
     """A study, its runs, and the folder of its results.
 
     Args:
-        study: The study.
         folder: Of its results; made where it is missing.
         resume: Whether rows that are there are kept, and only the others made.
 

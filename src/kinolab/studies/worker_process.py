@@ -37,8 +37,6 @@ def answer_of(worker: WorkerProcess, order: WorkOrder, root: Path) -> Answer:
     """Have a process that runs this module do an order.
 
     Args:
-        worker: The process.
-        order: The order.
         root: Folder below which its files are.
 
     Raises:

@@ -24,11 +24,7 @@ KEYS: dict[str, HotkeyKey] = {"Undo": "Z", "Redo": "Y", "Save": "S"}  # with Ctr
 
 
 class StudioPage:
-    """All panels of a session.
-
-    Args:
-        session: Whose page it is.
-    """
+    """All panels of a session."""
 
     def __init__(self, session: Session) -> None:
         self._session, gui = session, session.server.gui

@@ -52,7 +52,6 @@ def _first_order(name: str, v: Limit, w: Limit) -> System:
     """Return a robot that rolls without sideslip at a speed v in [m/s] and turns at w in [rad/s].
 
     Args:
-        name: Name of the machine.
         v: Largest speed, or (lower, upper), in [m/s].
         w: Largest turn rate, or (lower, upper), in [rad/s].
     """

@@ -20,7 +20,7 @@ import numpy as np
 
 from kinolab.dynamics import System
 from kinolab.errors import LONGEST_QUOTE
-from kinolab.untrusted import MOST_BYTES, json_of
+from kinolab.untrusted import BYTES, json_of
 
 
 class _Unreadable:
@@ -52,7 +52,7 @@ class _Peer:
             ValueError: If it sends what is no message.
         """
         while True:
-            message = json_of(self._connection.recv_bytes(MOST_BYTES))
+            message = json_of(self._connection.recv_bytes(BYTES["json"]))
             if not isinstance(message, dict):
                 raise ValueError("it is no message")
             if "call" not in message:

@@ -163,7 +163,6 @@ def state_for(
 
     Args:
         asked: Provides that other machine.
-        given: Provides the machine.
         x: State of the other one, shape (nx,).
         names: Coordinates in which both agree; what else both name is taken over, but for rates.
 

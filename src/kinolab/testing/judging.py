@@ -138,10 +138,8 @@ def require_motion(
     """Compare a machine's equations of motion with closed forms, at a few states.
 
     Args:
-        answer: The machine.
         coordinates: Names that it must have.
         slopes: Returns the accelerations by name, of the state by name and the inputs.
-        inputs: Their number.
     """
     model = require_model(answer)
     names = model.state_names

@@ -30,7 +30,6 @@ def project_report(what: str, against: str | None, due: bool, told: Told) -> Rep
     """Grade a project.
 
     Args:
-        what: Its scenario.
         against: What was asked for: a scenario or a machine, as ``plan simulate`` takes them.
         due: Whether reasons say what would be right.
         told: Called with what is being done.

@@ -19,7 +19,6 @@ def states_at(t: Array, x: Array, names: Sequence[str], times: Array) -> Array:
     Args:
         t: Times of the knots in [s], shape (N+1,).
         x: States at the knots, shape (N+1, nx).
-        names: Of the states.
         times: In [s], shape (m,), from ``t[0]`` to ``t[-1]``.
 
     Source: Hairer, Norsett, Wanner, Solving ODEs I, 2nd ed., section II.6 (Hermite interpolation).

@@ -22,8 +22,6 @@ from kinolab.numerics.arrays import Array
 from kinolab.trajectory.interpolation import states_at
 from kinolab.untrusted import text_file, why
 
-MOST_TOLD = 10  # mistakes of a file
-
 
 class Moment(NamedTuple):
     """A motion at one time, or at several, one row for each.
@@ -148,7 +146,6 @@ class Trajectory:
             end: Last knot of the segment.
             other: The new segment, from and to the same states as far as the dynamics depend on
                 them.
-            space: The state space.
         """
         own = self.t[begin] + other.t - other.t[0]
         rest = own[-1] + self.t[end + 1 :] - self.t[end]
@@ -273,7 +270,7 @@ def reference_column(name: str) -> str:
 
 
 def _rows(lines: Iterable[list[str]], width: int) -> list[list[str]]:
-    """Return the rows below a header, up to the last one of another width that is told of."""
+    """Return the rows below a header, up to the tenth of another width: ten mistakes are told."""
     rows: list[list[str]] = []
     others = 0
     for row in lines:
@@ -281,7 +278,7 @@ def _rows(lines: Iterable[list[str]], width: int) -> list[list[str]]:
             raise csv.Error("it has more than 100000 knots")
         rows.append(row)
         others += len(row) != width
-        if others == MOST_TOLD:
+        if others == 10:
             break
     return rows
 
@@ -292,7 +289,7 @@ def _numbers(path: Path, rows: list[list[str]], header: Sequence[str], states: i
     data = np.full((len(rows), width), np.nan)
     mistakes: list[Mistake] = []
     for k, row in enumerate(rows):
-        if len(mistakes) >= MOST_TOLD:
+        if len(mistakes) >= 10:
             break
         needed = states if k == len(rows) - 1 else width
         where = f"{path} line {k + 2}"
@@ -308,7 +305,7 @@ def _numbers(path: Path, rows: list[list[str]], header: Sequence[str], states: i
             except ValueError as error:
                 mistakes.append(Mistake(f"{where} column {header[column]}", f"{error}."))
     if mistakes:
-        raise InputError(mistakes[:MOST_TOLD])
+        raise InputError(mistakes[:10])
     return data
 
 

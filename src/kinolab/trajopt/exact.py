@@ -36,7 +36,6 @@ from kinolab.trajopt.segments import Segments, is_long
 from kinolab.trajopt.single_shooting import end_by_single_shooting
 from kinolab.trajopt.sqp.restoration import make_knots_exact
 
-STANDING_STEPS = 4  # after which slip has died away: tyres creep for some hundredths of a second
 SLOWER = 1.2  # times as many steps, for a motion too quick to end in the goal's centre
 
 
@@ -110,7 +109,8 @@ def _standing_in_goal(problem: PlanningTask, motion: Trajectory) -> Trajectory |
     """
     end = motion.x[-1]
     centre = problem.space.nearest(end, problem.goal.centre(end))
-    return _standing(problem, motion, centre, STANDING_STEPS)
+    # steps after which slip has died away: tyres creep for some hundredths of a second
+    return _standing(problem, motion, centre, 4)
 
 
 def _smooth(

@@ -59,7 +59,6 @@ def minimize_cost(
     """Return feasible knots that take less time, or cost less, or the given ones.
 
     Args:
-        task: The problem.
         knots: Feasible initial guess.
         lengths: Bounds of the step lengths in [s], of all or each, shape (P,).
         times: Time steps of the problem per knot interval.

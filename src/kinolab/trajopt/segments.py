@@ -67,7 +67,6 @@ class Segments:
         """Return a faster segment near the given one; None if infeasible or the gain is small.
 
         Args:
-            motion: The segment.
             knots: Maximum number of knots.
             last: Whether it ends in the problem's goal.
         """
@@ -189,7 +188,6 @@ def segment_problem(problem: PlanningTask, begin: Array, end: Array) -> Planning
     """Return the two-point problem between two states, with the same machine and world.
 
     Args:
-        problem: The planning problem.
         begin: Start state, shape (nx,).
         end: Goal state, shape (nx,).
     """

@@ -9,8 +9,6 @@ from kinolab.problem.static_holding import static_holding
 from kinolab.problem.task import HORIZON
 from kinolab.trajectory import Trajectory
 
-SAMPLES_PER_STEP = 4  # of the planner's steps: this is a warning, and no proof
-
 
 def hit_while_waiting(problem: PlanningTask, trajectory: Trajectory) -> str | None:
     """Return a sentence about the first obstacle that meets the machine where it has come to rest.
@@ -27,7 +25,8 @@ def hit_while_waiting(problem: PlanningTask, trajectory: Trajectory) -> str | No
     held = static_holding(problem, end)
     if held is None or not held.holds:
         return None
-    later = np.arange(0.0, HORIZON, problem.step / SAMPLES_PER_STEP)
+    # of the planner's steps: this is a warning, and no proof
+    later = np.arange(0.0, HORIZON, problem.step / 4)
     states = np.tile(end, (len(later), 1))
     states[:, clocks] += later[:, None]
     checker = problem.checker()

@@ -12,7 +12,6 @@ from kinolab.simulation.motion_pieces import MotionPieces
 
 MAX_PIECES = 200_000  # that are halved before a motion counts as too wild to be checked
 PIECES_PER_BATCH = 4000
-AT_ONCE = 256  # pieces, which take little longer than one: calls of NumPy are what takes time
 # Of a step of the integrator, into parts of 1e-12. What has no bound even there, such as the
 # quotient of two numbers that pass zero together, is judged by what it is at both ends.
 MAX_HALVINGS = 40
@@ -49,7 +48,8 @@ def hidden_excess(
         Time in [s], by how much at most, and which limit; None if none is passed.
     """
     halved = 0
-    while 0 < len(pieces.begin) <= AT_ONCE // 2 and pieces.divisible.all():
+    # 256 pieces take little longer than one: calls of NumPy are what takes time
+    while 0 < len(pieces.begin) <= 128 and pieces.divisible.all():
         pieces = pieces.halves()
     for _ in range(MAX_HALVINGS):
         if not len(pieces.begin):

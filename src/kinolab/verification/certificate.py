@@ -87,7 +87,6 @@ def verify(
     No motion raises, whatever its numbers are: what cannot be judged is not true.
 
     Args:
-        problem: The problem.
         trajectory: To be checked.
         told: Called now and then with what is being done, in words.
         thorough: Whether the equations of motion, derived a second way, are compared with the
@@ -134,7 +133,6 @@ def conduct_checks(
 
     Args:
         problem: Requirements, limits, goal and obstacles.
-        trajectory: Provides the inputs.
         motion: The motion under these inputs.
     """
     return tuple(_checked(CheckContext(problem, trajectory, motion), CONDUCT))

@@ -25,9 +25,6 @@ from kinolab.trajectory import Trajectory
 from kinolab.verification.clearance_search import ClearanceSearch, Told
 from kinolab.verification.dense_motion import DenseMotion, TooFastError
 
-# A scale that is larger than an entry of the state, and than 1, by more than this does not make the
-# tolerances that go by it any larger: a description cannot switch checks off.
-MAX_SCALE = 20.0
 LIMIT_TOLERANCE = 1e-9  # allowed violation of a limit, in its own unit: rounding only
 
 
@@ -127,7 +124,9 @@ class CheckContext:
         sizes = np.maximum(np.abs(trajectory.x).max(axis=0), 1.0)
         sizes = np.where(problem.circular, np.pi, sizes)  # however many turns are added
         with np.errstate(over="ignore"):  # infinite, and then the problem's own are smaller
-            scales = np.fmin(problem.scales, MAX_SCALE * sizes)
+            # a scale that is larger than an entry of the state, and than 1, by more than this makes
+            # no tolerance larger: a description cannot switch checks off
+            scales = np.fmin(problem.scales, 20.0 * sizes)
         if (scales < problem.scales).any():
             problem = replace(problem, scales=scales)
         return cls(problem, trajectory, told=told, thorough=thorough)

@@ -11,12 +11,10 @@ from kinolab.problem import PlanningTask
 from kinolab.verification.clearance_search import ClearanceSearch
 from kinolab.world import CollisionChecker
 
-CONTACT_MARGIN = 1e-5  # [m] beyond the clearance, to find the closest pairs by contact
 CLEARANCE_TOLERANCE = 1e-4  # [m] by which the minimum may be missed between two samples
 TIME_DIGITS = 4  # of a time in [s] that is shown
 RELATIVE_TOLERANCE = 0.01  # of the smallest clearance: the same, where that is larger
 BETWEEN = " – "  # the names of a pair
-MAX_CHECKS = 20_000  # samples after which the tolerance doubles, and so on
 
 
 @dataclass(frozen=True)
@@ -72,7 +70,8 @@ def state_clearance(problem: PlanningTask, x: Array, checker: CollisionChecker) 
     clearance, moving, nearest = min(kinds, key=itemgetter(0))
     if math.isinf(clearance):
         return StateClearance(clearance, ())
-    reaching = nearest.inflated(clearance / moving + CONTACT_MARGIN, ground=nearest.scene.ground)
+    # [m] beyond the clearance, to find the closest pairs by contact
+    reaching = nearest.inflated(clearance / moving + 1e-5, ground=nearest.scene.ground)
     pairs = (f"{contact.body}{BETWEEN}{contact.obstacle}" for contact in reaching.contacts(*place))
     return StateClearance(clearance, tuple(dict.fromkeys(pairs)))
 
@@ -128,7 +127,8 @@ def _settle(search: ClearanceSearch, known: float) -> None:
         least = min(search.least, known)
         if not math.isfinite(least):
             return -math.inf
-        coarser = 2.0 ** (search.count // MAX_CHECKS)
+        # samples after which the tolerance doubles, and so on
+        coarser = 2.0 ** (search.count // 20_000)
         return least - coarser * max(CLEARANCE_TOLERANCE, RELATIVE_TOLERANCE * least)
 
     search.narrow(below, "the smallest clearance")

@@ -19,8 +19,6 @@ from kinolab.verification.speed_bounds import bounded_speeds
 
 MAX_SPACING = 0.01  # [m] largest motion between two samples of limits and requirements
 MAX_SAMPLES = 100_000  # per integrator step; a motion that needs more fails unchecked
-MAX_WAY = 50_000.0  # [m] of a motion: 5 million samples
-MIN_PARTS = 6  # of each piece between samples
 MAX_SHORT_STEPS, MAX_SHORT_STEPS_EACH = 1_000_000, 100_000  # of the integrator in all, in a row
 SPEED_PROBES = 5  # speed samples within one integrator step
 SAFETY_FACTOR = 1.2  # factor on the fastest sample
@@ -101,7 +99,7 @@ class DenseMotion:
         if cancelled.size:
             k = cancelled[0]
             raise TooFastError(float(begin[k]), float(end[k]), float(speed[k]))
-        if float((speed * (end - begin)).sum()) > MAX_WAY:
+        if float((speed * (end - begin)).sum()) > 50_000.0:  # [m] of a motion: 5 million samples
             raise TooFastError(float(begin[0]), float(end[-1]), float(speed.max()))
         return Steps(knots, begin, end, speed)
 
@@ -140,7 +138,7 @@ class DenseMotion:
         steps = self.steps
         counts = np.ceil(steps.speed * (steps.end - steps.begin) / MAX_SPACING).astype(int) + 1
         if self.pieces is not None:  # polynomials of degree 7, which may turn between two samples
-            counts = np.maximum(counts, MIN_PARTS)
+            counts = np.maximum(counts, 6)  # of each piece between samples at least
         group = np.cumsum(counts + 1) // STATES_PER_BATCH
         for rows in np.split(np.arange(len(counts)), np.flatnonzero(np.diff(group)) + 1):
             k = np.repeat(rows, counts[rows] + 1)

@@ -30,7 +30,6 @@ def peaks(
         dense: The motion.
         times: Of samples in [s], ascending, shape (m,).
         found: The quantities there, shape (m, n).
-        excess: Gives the quantities.
         above: Peaks that cannot be higher do not matter.
 
     Returns:

@@ -16,9 +16,7 @@ from kinolab.numerics.arrays import Array
 from kinolab.simulation.motion_pieces import MotionPieces
 from kinolab.verification.boxes import MAX_HALVINGS, MAX_PIECES, boxes
 
-CLOSE = 1.25  # factor on the fastest sample of a step that a bound need not be below
 SHORT, LONG = 1e-3, 100.0  # [m] of a piece that is short enough whatever its bound, and too long
-JUMP = 1e-8  # [m] between the ends of the shortest pieces, which rounding does not explain
 
 
 def bounded_speeds(
@@ -31,7 +29,6 @@ def bounded_speeds(
     """Divide a motion into pieces with a bound on the speed of all points in each.
 
     Args:
-        enclosures: Of the machine.
         pieces: The integrator's steps, a piece each.
         u: Inputs held between the knots, shape (N, nu).
         sampled: The fastest speed of each step that was sampled, in [m/s], shape (steps,).
@@ -41,7 +38,7 @@ def bounded_speeds(
         The pieces in order, and the bound of each in [m/s], shape (m,).
     """
     bounds = _bounds(enclosures, pieces, u)
-    close = CLOSE * sampled
+    close = 1.25 * sampled  # factor on the fastest sample of a step that a bound need not be below
     kept: list[tuple[MotionPieces, Array]] = []
     halved = 0
     for _ in range(MAX_HALVINGS):
@@ -56,7 +53,8 @@ def bounded_speeds(
         bounds = _bounds(enclosures, pieces, u)
     else:  # in 1e-12 of a step
         usual = close[pieces.step]
-        jumps = ~(moved(pieces) <= usual * (pieces.end - pieces.begin) + JUMP)
+        # [m] between the ends of the shortest pieces, which rounding does not explain
+        jumps = ~(moved(pieces) <= usual * (pieces.end - pieces.begin) + 1e-8)
         bounds = np.where(np.isfinite(bounds) | jumps, bounds, usual)
     kept = [(pieces, bounds), *kept]
     pieces = MotionPieces.joined([some for some, _ in kept])

@@ -15,8 +15,6 @@ from numpy.typing import NDArray
 from kinolab.world.meshes.mesh_components import Components
 from kinolab.world.obstacle import Obstacle
 
-HIGHEST = 1e-6  # [m] above z = 0, as far as bodies that rest may sink in
-
 
 def without_floor(obstacle: Obstacle) -> tuple[Obstacle | None, Obstacle | None]:
     """Divide an obstacle into what is met and the floor; None for a part that has nothing.
@@ -27,7 +25,8 @@ def without_floor(obstacle: Obstacle) -> tuple[Obstacle | None, Obstacle | None]
     if obstacle.primitive is not None or obstacle.parts is None:
         return obstacle, None
     label, volume = obstacle.parts
-    low = obstacle.vertices[obstacle.faces][:, :, 2].max(axis=1) <= HIGHEST
+    # [m] above z = 0, as far as bodies that rest may sink in
+    low = obstacle.vertices[obstacle.faces][:, :, 2].max(axis=1) <= 1e-6
     if not low.any():
         return obstacle, None
     above = np.bincount(label, weights=~low, minlength=len(volume)) > 0

@@ -76,7 +76,6 @@ def frame_in_world(shape: Shape, pose: Array) -> tuple[Array, Array]:
     """Give the axes (..., 3, 3) and centre (..., 3) in [m] of a shape's own frame.
 
     Args:
-        shape: Of a body.
         pose: Of that body, shape (..., 3, 4).
     """
     return carried(placement(shape), pose)

@@ -8,7 +8,6 @@ Source: Garland, Heckbert, Surface simplification using quadric error metrics, S
 
 from __future__ import annotations
 
-import logging
 import math
 from dataclasses import replace
 from pathlib import Path
@@ -19,6 +18,7 @@ import numpy as np
 from kinolab.dynamics.language.shapes import Sphere
 from kinolab.dynamics.machine_facts import BodyGeometry
 from kinolab.errors import printable
+from kinolab.files import LOG
 from kinolab.numerics.arrays import Array
 from kinolab.store import Kind, pack_arrays, unpack_arrays
 from kinolab.world.collision.checker import CollisionChecker
@@ -30,12 +30,7 @@ from kinolab.world.obstacle import Obstacle
 from kinolab.world.shape_surfaces import Faces
 from kinolab.world.world import World
 
-LOG = logging.getLogger("kinolab")
-LONG = 500_000  # triangles that are simplified in 20 s
 BEAD = 1e-7  # [m] radius of the ball whose gap stands for a point's distance
-ROUNDING = 2e-8  # [m] by which that gap may be too small
-ROUNDS = 6  # of triangles that are divided into four
-TIGHT = 1.2  # times the largest distance that was seen, at which a bound is good enough
 BATCH = 100_000  # points at once
 
 Simplified: TypeAlias = tuple[Array, Faces, float]  # vertices, faces, and the bound
@@ -87,11 +82,12 @@ def largest_distance(vertices: Array, faces: Faces, surface: Obstacle) -> float:
     at_vertices = _distances(vertices, surface)
     corners, far = vertices[faces], at_vertices[faces]
     seen, done = float(far.max()), 0.0
-    for _ in range(ROUNDS):
+    for _ in range(6):  # rounds of triangles that are divided into four
         edges = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
         # No point of a triangle is farther than this from the nearest of its corners.
         bound = far.max(axis=1) + edges / math.sqrt(3.0)
-        loose = bound > TIGHT * seen
+        # times the largest distance that was seen, at which a bound is good enough
+        loose = bound > 1.2 * seen
         done = max(done, float(bound[~loose].max(initial=0.0)))
         if not loose.any():
             return done
@@ -128,7 +124,8 @@ def _distances(points: Array, surface: Obstacle) -> Array:
         poses[:, 0, :, 3] = some
         found[first : first + BATCH] = checker.clearances(poses)
     # Where the bead touches, or FCL thinks so, the point is within its margin.
-    return np.where(found > 0.0, found + BEAD + ROUNDING, 1e-4)
+    # [m] by which that gap may be too small
+    return np.where(found > 0.0, found + BEAD + 2e-8, 1e-4)
 
 
 def _unpack(content: memoryview) -> Simplified:
@@ -142,7 +139,7 @@ SIMPLIFIED: Kind[Simplified] = Kind(
 
 
 def _made(obstacle: Obstacle, where: str, count: int) -> Simplified:
-    if len(obstacle.faces) > LONG:
+    if len(obstacle.faces) > 500_000:  # triangles that are simplified in 20 s
         many = len(obstacle.faces)
         told = "%s: simplifying %d triangles, once; it may take minutes."
         LOG.warning(told, printable(where), many)

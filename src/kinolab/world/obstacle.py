@@ -12,8 +12,9 @@ import numpy as np
 from kinolab.dynamics.language.shapes import MAX_COORDINATE, Box, Capsule, Cylinder, Shape, Sphere
 from kinolab.errors import InputError, Mistake
 from kinolab.numerics.arrays import Array
+from kinolab.untrusted import ELEMENTS
 from kinolab.world.geometry import frame_in_world, half_extents, sizes, triangles
-from kinolab.world.meshes.mesh import MAX_TRIANGLES, check, load_mesh
+from kinolab.world.meshes.mesh import check, load_mesh
 from kinolab.world.meshes.mesh_components import Components, components
 from kinolab.world.meshes.mesh_hints import doubts
 from kinolab.world.meshes.mesh_reading import refusal
@@ -29,7 +30,6 @@ UPRIGHT: dict[str, Array] = {
     "z": np.eye(3),
 }
 
-MOST_DRAWN = 25_000  # points of a cloud, of which a page is some megabytes large
 OCTAHEDRON: Faces = np.array(
     [[0, 1, 2], [1, 3, 2], [3, 4, 2], [4, 0, 2], [1, 0, 5], [3, 1, 5], [4, 3, 5], [0, 4, 5]]
 )
@@ -86,11 +86,12 @@ class Obstacle:
     def picture(self) -> tuple[Array, Faces]:
         """Return what is drawn of it: vertices (n, 3) in [m] and faces (m, 3).
 
-        A cloud is drawn as octahedra, of ``MOST_DRAWN`` points at equal steps where it has more.
+        A cloud is drawn as octahedra: of 25 000 points a page is some megabytes large, and where it
+        has more, points at equal steps are drawn.
         """
         if self.ball == 0.0:
             return self.vertices, self.faces
-        points = self.vertices[:: -(-len(self.vertices) // MOST_DRAWN)]
+        points = self.vertices[:: -(-len(self.vertices) // 25_000)]
         tips = self.ball * np.concatenate([np.eye(3), -np.eye(3)])
         faces = len(tips) * np.arange(len(points))[:, None, None] + OCTAHEDRON
         return (points[:, None] + tips).reshape(-1, 3), faces.reshape(-1, 3)
@@ -155,14 +156,13 @@ def mesh_obstacle(
     scale: float | Numbers = 1.0,
     up: Literal["x", "y", "z"] = "z",
     solid: bool | None = None,
-    most: int = MAX_TRIANGLES,
+    most: int = ELEMENTS["triangles"],
 ) -> Obstacle:
     """Read a mesh and place it: first ``scale``, then ``up``, then ``rpy``, then ``position``.
 
     Args:
         name: What the user calls it in reports.
         path: The mesh file, looked up from ``root``, which it may not leave.
-        root: The folder of the scenario.
         position: Where the file's origin goes, [m].
         rpy: Roll, pitch, yaw in [rad].
         scale: One factor, or one per axis of the file; negative ones mirror.

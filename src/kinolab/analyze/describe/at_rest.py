@@ -50,8 +50,6 @@ def examined_at_rest(system: System, fields: VectorFields, left_out: list[str]) 
     A rest position is often a special one: a stretched arm, wheels that are straight.
 
     Args:
-        system: The machine.
-        fields: Its vector fields.
         left_out: Receives sentences about what could not be determined.
     """
     model = system.model().plant  # a controller may not allow rest; the plant does
@@ -74,7 +72,6 @@ def held_state(model: Model, starts: Iterable[Array]) -> tuple[Array, Array] | N
     """Return an equilibrium state and its inputs, or None.
 
     Args:
-        model: The machine.
         starts: Initial guesses, each of shape (nx,); the first that converges within limits counts.
 
     Returns:

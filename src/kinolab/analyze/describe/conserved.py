@@ -9,8 +9,6 @@ from kinolab.dynamics.analysis.invariants import change_by, random_states_about_
 from kinolab.dynamics.derivation.derivation import is_kinematic
 from kinolab.numerics.arrays import Array
 
-MOVED = 0.3  # of a coordinate's scale: any other place of it serves as well
-
 
 def conserved_momenta(system: System) -> tuple[str, ...]:
     """Return the coordinates whose momenta p = dL/dq_dot stay constant under all inputs.
@@ -70,7 +68,8 @@ def cyclic_coordinates_of(system: System) -> tuple[str, ...]:
     return tuple(
         c.name
         for k, c in enumerate(system.coordinates)
-        if change_by(energies, states, k, MOVED * model.state_scales[k]) <= 1e-12 * size
+        # of a coordinate's scale: any other place of it serves as well
+        if change_by(energies, states, k, 0.3 * model.state_scales[k]) <= 1e-12 * size
     )
 
 

@@ -113,7 +113,6 @@ def describe(system: System, *, switching: Sequence[str] = ()) -> Description:
     """Describe a machine.
 
     Args:
-        system: The machine.
         switching: Names of the transitions between the modes of which this is one.
 
     Raises:

@@ -39,7 +39,6 @@ def generalisations_of(
     """Return the six generalisations, and whether a machine shows them.
 
     Args:
-        system: The machine.
         freedom: Number of independent velocities under its constraints.
         pushes: Number of independent directions in which its inputs act.
         potential: Whether its potential energy differs between configurations.

@@ -64,7 +64,6 @@ def state_storage(
     """Return the dimensions of a state space by kind.
 
     Args:
-        system: The machine.
         dimension: Of its state space.
         stored: Numbers that a state is stored as.
         redundant: Names of constraints that follow from others.

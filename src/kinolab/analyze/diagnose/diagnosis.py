@@ -152,7 +152,6 @@ def diagnose(
     A plan that was found is described without further searches.
 
     Args:
-        problem: The problem.
         plan: Result of the search, by any planner.
         progress: Receives progress messages.
         max_iterations: Of each search with one thing changed; as many as the plan's search made
@@ -282,7 +281,6 @@ def next_search_sentence(problem: PlanningTask, plan: PlanResult) -> str:
     """Return which longer search, and which other planner, would be worth trying.
 
     Args:
-        problem: The problem.
         plan: Result of the search that failed.
     """
     section, seconds = problem.scenario.planner, plan.timings.get("search", 0.0)

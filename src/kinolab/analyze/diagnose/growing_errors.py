@@ -22,7 +22,6 @@ def growing_errors_sentence(problem: PlanningTask, start: StaticHolding | None) 
     They grow as where the machine is held at the start, for the least time of the straight way.
 
     Args:
-        problem: The problem.
         start: How inputs hold the machine at its start.
     """
     from kinolab.trajopt.multistart.guesses import Guesses  # late: only where a search fails

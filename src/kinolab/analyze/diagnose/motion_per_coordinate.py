@@ -20,7 +20,6 @@ def motion_per_coordinate(problem: PlanningTask, states: Sequence[Array]) -> Arr
     roll angle, and for velocities. The four entries of an attitude have the value of its angle.
 
     Args:
-        problem: The machine and its goal.
         states: Where it is evaluated, in addition to random configurations.
     """
     generator = np.random.default_rng(0)

@@ -46,7 +46,6 @@ def relaxation_trials(
     """Search again with one thing changed at a time.
 
     Args:
-        problem: The unsolved problem.
         plan: The failed result: planner, seed and iterations.
         settings: Planner settings other than the scenario's.
         seconds: For all searches together.

@@ -114,7 +114,6 @@ def examine(
     """Examine a machine.
 
     Args:
-        system: The machine.
         integration: How planning integrates it; not checked if left out.
         file: The file that describes it, in which the lines of remarks are looked up.
 

@@ -110,7 +110,6 @@ def _same(subject: Subject, forces: Array, own: Array) -> Iterator[tuple[int, st
     """Yield the bodies, or all together, whose forces along a coordinate an effort's equal.
 
     Args:
-        subject: The machine.
         forces: Of the effort, shape (states, coordinates).
         own: Of each body and of all together, shape (bodies + 1, states, coordinates).
     """

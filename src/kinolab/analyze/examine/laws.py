@@ -26,7 +26,6 @@ def laws(system: System, integration: IntegrationSection | None = None) -> Itera
     """Yield the results of checking the laws of mechanics on a machine.
 
     Args:
-        system: The machine.
         integration: The integration settings for planning; not checked if left out.
 
     Raises:

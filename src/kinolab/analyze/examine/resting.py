@@ -68,7 +68,6 @@ def _settled(subject: Subject, z: Array, box: Array, growth: float = 1.0) -> tup
     accelerations alone are least, too, where the inertia is largest.
 
     Args:
-        subject: The machine.
         z: States and inputs, shape (nx + nu,); velocities are set to 0.
         box: Their limits, shape (nx + nu, 2).
         growth: Of the steps, after one that led nearer; 1 keeps them within half a range each.

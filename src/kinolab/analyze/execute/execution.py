@@ -145,10 +145,7 @@ class Executor:
     Every run depends on its number and the seed alone.
 
     Args:
-        problem: The problem of the plan.
-        trajectory: The plan.
         conditions: Perturbations of the machine and its sensors.
-        seed: Random seed.
         large: Deviation that the gains answer with a quarter of the inputs' range, as a fraction of
             one over each state's weight in the metric; smaller is stiffer.
 

@@ -41,7 +41,6 @@ def diagnose_execution(
 
     Args:
         executor: What made the runs.
-        execution: The runs.
         say: Receives progress messages.
     """
     sentences, trials = list[str](), dict[str, tuple[FailureTrial, ...]]()

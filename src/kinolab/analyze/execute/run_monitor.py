@@ -31,7 +31,6 @@ class RunMonitor:
     A plan's margins to obstacles and cones are its reserve; here they are not added.
 
     Args:
-        problem: The problem of the plan.
         planned: States of the plan, shape (N+1, nx).
 
     Attributes:
@@ -50,7 +49,6 @@ class RunMonitor:
         Args:
             x: States, shape (N, nx).
             t: Their times in [s], shape (N,).
-            built: The actual machine.
         """
         problem, parameters = self.as_built(built), built.parameter_values
         frames, ends = self._placed(x, parameters)
@@ -69,8 +67,6 @@ class RunMonitor:
         """Return by how much slimmer on every side the machine would pass along states (N, nx).
 
         Args:
-            x: The states.
-            built: The actual machine.
             most: Of the depths that are tried, in [m].
 
         Returns:

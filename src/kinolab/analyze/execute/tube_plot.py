@@ -26,26 +26,16 @@ COLOURS = {
     "strayed": "#e377c2",
     "lost": "#7b3294",
 }
-FIGURE_SIZE = (11.0, 4.8)  # inches
 TUBE_STYLE = (5.0, 95.0)  # percentiles
-MAX_FACES = 20_000  # drawn per mesh
 AXES = {"top": (0, 1), "front": (0, 2), "side": (1, 2)}  # across and up, by [render] view
-MOST_NAMED = 4  # groups of failures that the picture names
 
 
 def tube_png(problem: PlanningTask, plan: Trajectory, execution: Execution, title: str) -> bytes:
-    """Return a PNG plot: paths from above or from the side, and deviations over time.
-
-    Args:
-        problem: The problem of the plan.
-        plan: The executed plan.
-        execution: Its executions.
-        title: Title of the plan.
-    """
+    """Return a PNG plot: paths from above or from the side, and deviations over time."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=FIGURE_SIZE, layout="constrained")
+    figure = Figure(figsize=(11.0, 4.8), layout="constrained")  # inches
     FigureCanvasAgg(figure)
     left, right = figure.subplots(1, 2, width_ratios=[3, 2])
     _paths(left, problem, plan, execution)
@@ -73,7 +63,7 @@ def _paths(axes: Axes, problem: PlanningTask, plan: Trajectory, execution: Execu
     axes.plot(planned[:, across], planned[:, up], color="black", linewidth=1.6, label="plan")
     if execution.reached:
         axes.plot([], [], color=COLOURS["reached"], label=f"{execution.reached} reached the goal")
-    for group in execution.failures[:MOST_NAMED]:
+    for group in execution.failures[:4]:  # groups of failures that the picture names
         label = shortened(f"{group.count} {group.first.phrase}", 60)
         axes.plot([], [], color=COLOURS[group.first.outcome], marker="x", label=label)
     if problem.world.ground and up == 2:
@@ -125,7 +115,7 @@ def _outlines(problem: PlanningTask, across: int, up: int) -> list[Array]:
             except QhullError:  # degenerate in this view
                 continue
         else:
-            outlines += list(corners[faces[:MAX_FACES]])
+            outlines += list(corners[faces[:20_000]])  # most faces drawn per mesh
     return outlines
 
 

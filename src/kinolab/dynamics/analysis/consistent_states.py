@@ -57,7 +57,6 @@ def nearest_consistent_state(model: Model, x: Array, limits: Array) -> Array | N
     states' scales.
 
     Args:
-        model: The machine.
         x: State, shape (nx,).
         limits: Lower and upper limits of the state, kept by the configuration, shape (nx, 2).
     """

@@ -26,7 +26,6 @@ def equilibrium(
     half the inputs' ranges. Limits are ignored.
 
     Args:
-        model: The machine.
         near: Initial guess, shape (nx,); starts from zero velocities and inputs near 0.
         scales: Characteristic magnitude of each state entry, shape (nx,).
         movable: Which state entries may change, shape (nx,); velocities never do.

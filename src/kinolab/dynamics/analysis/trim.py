@@ -49,7 +49,6 @@ class StateFunctions:
     """Numeric functions of a machine's state from expressions, with their derivatives.
 
     Args:
-        model: The machine.
         expressions: In coordinates, independent rates, auxiliary states and parameters.
 
     Raises:

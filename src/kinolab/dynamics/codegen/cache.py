@@ -25,7 +25,6 @@ def compiled(text: str, *, quick: bool = False) -> bytes:
     Values of parameters are arguments of the code: machines that differ in them alone have one.
 
     Args:
-        text: The module.
         quick: As ``compile_ir`` takes it.
     """
     return OBJECTS.get([key_of(text)], lambda: compile_ir(text, quick=quick))

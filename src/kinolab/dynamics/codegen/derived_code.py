@@ -41,7 +41,6 @@ def derived_code(
     """Derive and compile a mechanism; returns facts about it, and the machine code.
 
     Args:
-        system: The mechanism.
         law: Its feedback; functions of inputs are then functions of the law's references, too.
         keep: Takes formulas of every mode.
 

@@ -230,7 +230,6 @@ def emit_rows(states: int, controls: int | None, *, name: str) -> str:
     Args:
         states: Length of x.
         controls: Length of u; None for functions that have no inputs.
-        name: Of the loop.
     """
     tables = {"%x": states, **({} if controls is None else {"%u": controls})}
     pointers = [("ptr", name[1:]) for name in ("%function", *tables, "%p", "%out")]

@@ -303,7 +303,6 @@ def _returns(routine: Routine, here: Register, there: Register, j: int, span: Re
         routine: What asks.
         here: What ``guards`` wrote at the beginning.
         there: The same at the end.
-        j: Index of the guard.
         span: Length of the step in [s].
     """
     zero = literal(0.0)

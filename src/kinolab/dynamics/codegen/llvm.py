@@ -37,7 +37,6 @@ class Routine:
     Args:
         name: Of the function.
         parameters: (type, name) each, such as ("ptr", "x").
-        result: Type of the result.
         private: Whether only this module calls it.
         lanes: Of which every number consists.
         inlined: Whether it is to be part of what calls it.

@@ -31,7 +31,6 @@ def compile_ir(text: str, *, quick: bool = False) -> bytes:
     """Compile a module of LLVM IR, optimised for this processor, to an object file's bytes.
 
     Args:
-        text: The module.
         quick: Whether numbers stay in memory rather than in registers: for long functions, whose
             registers take a time to allocate that grows with the square of their length.
     """

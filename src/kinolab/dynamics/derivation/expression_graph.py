@@ -285,7 +285,6 @@ class ExpressionGraph:
         """Return what outputs are in anything that has the operations.
 
         Args:
-            outputs: The nodes.
             leaf: Returns what the node of a constant or a variable is.
             functions: The operations by their names.
         """

@@ -55,7 +55,6 @@ class Kinematics:
     """Forward kinematics along given motions; common chains of frames are computed once.
 
     Args:
-        binding: The machine's symbols.
         motions: The velocities, their derivatives where free ones are zero, and the directions.
     """
 

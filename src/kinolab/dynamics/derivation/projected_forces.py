@@ -28,11 +28,7 @@ from kinolab.dynamics.language.quantities import (
 
 
 class ProjectedForces:
-    """Forces along each direction of motion, added to a total with an entry per direction.
-
-    Args:
-        kinematics: Of the machine's frames.
-    """
+    """Forces along each direction of motion, added to a total with an entry per direction."""
 
     def __init__(self, kinematics: Kinematics) -> None:
         self._kinematics, self._vectors = kinematics, kinematics.vectors

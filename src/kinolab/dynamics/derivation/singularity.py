@@ -80,7 +80,6 @@ def condition_number(system: Mechanism, values: Mapping[str, float]) -> float:
     """Return the condition number of the solve for the dependent velocities at a state.
 
     Args:
-        system: The machine.
         values: Of the configuration and the parameters, by name.
     """
     binding = SymbolTable.of(system)

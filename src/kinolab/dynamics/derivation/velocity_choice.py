@@ -67,7 +67,6 @@ def choose_velocities(
     """Choose the independent velocities.
 
     Args:
-        binding: The machine's symbols.
         rows: Coefficients of all velocities in each condition, (m, nt).
         samples: Their values at a few states, shape (samples, m, nt).
         driven: Indices of the velocities whose acceleration is an input, which remain states.
@@ -99,7 +98,6 @@ def singular_configuration(
     None where none was found within the coordinates' limits, or where loops are closed.
 
     Args:
-        binding: The machine's symbols.
         rows: Coefficients of all velocities in each condition, quasi-velocities included.
         dependent: Indices of the velocities that follow from them.
     """

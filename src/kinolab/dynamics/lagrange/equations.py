@@ -43,9 +43,6 @@ from kinolab.errors import LINE_WIDTH, InputError, Mistake
 # [s] of CPU time after which no further equation is simplified
 SIMPLIFICATION_SECONDS = 4.0
 MAX_SIMPLIFIED = 1000  # symbols, numbers and operations of one side worth printing
-# Symbols, numbers and operations of T written out: the arm of seven joints has 17 179 and takes
-# 23 s of CPU time, a chain of twelve 91 212, with equations far longer than are printed.
-MAX_ENERGY = 30_000
 CONTINUED = "    "  # indentation of a continuation line
 MAX_EXPANDED_TERMS = 1_000_000  # intermediate terms of an expansion; a submarine has 65 620
 
@@ -127,11 +124,12 @@ def equations_of(system: Mechanism) -> Equations:
 
 def _require_readable(system: Mechanism) -> None:
     """Refuse what would take minutes or hours, and of which no equation would be printed."""
-    length = energy_length(system, MAX_ENERGY)
-    if length > MAX_ENERGY:
+    # Symbols, numbers and operations of T written out: the arm of seven joints has 17 179 and takes
+    # 23 s of CPU time, a chain of twelve 91 212, with equations far longer than are printed.
+    if energy_length(system, 30_000) > 30_000:
         where, count = f"system {system.name!r}", len(system.coordinates)
         what = f"its equations of motion, of {count} coordinates, are too long to be read."
-        size = f"Its kinetic energy alone has more than {MAX_ENERGY} symbols and operations."
+        size = "Its kinetic energy alone has more than 30000 symbols and operations."
         remedy = "It can be planned for all the same; plan export writes its equations as C."
         raise InputError([Mistake(where, f"{what} {size}", remedy)])
 
@@ -242,7 +240,6 @@ class _LagrangeDerivation:
         """Return a force in groups, of which each root that was held has one, as it was written.
 
         Args:
-            force: A force.
             known: What velocities in the roots are.
         """
         written = {symbol: power.xreplace(known or {}) for power, symbol in self.roots.items()}

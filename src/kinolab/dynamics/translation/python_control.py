@@ -19,7 +19,6 @@ def control_system(model: Model, x: ArrayLike, u: ArrayLike = (), **parameters: 
     is no equilibrium the constant rate f(x, u) is not part of it.
 
     Args:
-        model: The machine.
         x: State, shape (nx,).
         u: Inputs, shape (nu,); zero when left out.
         parameters: Values that differ from the machine's own.

@@ -18,7 +18,6 @@ from kinolab.numerics.arrays import Array
 
 # of the sizes of the terms of sums of products: they have fewer than 1000 terms, at 2.2e-16 each
 ROUNDING = 2.5e-13
-ROUNDS = 3  # in which second derivatives make gradients narrower, and these the former
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,7 +133,8 @@ def solved(over: Balance, middle: Balance, off: Array) -> tuple[Ball, Ball | Non
     there = apart(R.times("ikm,kem->iem", middle.load_slopes).plus(own.negative()), "e", rest)
     M2 = R.times("ikm,kjefm->ijefm", over.matrix_bends)
     F2 = R.times("ikm,kefm->iefm", over.load_bends)
-    for _ in range(ROUNDS):
+    # rounds in which second derivatives make gradients narrower, and these the former
+    for _ in range(3):
         mixed = M1.times("ijem,jfm->iefm", slopes).negative()
         swapped = Ball(np.swapaxes(mixed.centre, 1, 2), np.swapaxes(mixed.radius, 1, 2))
         turned = M2.times("ijefm,jm->iefm", a).negative()

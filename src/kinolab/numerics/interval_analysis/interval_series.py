@@ -18,7 +18,6 @@ from kinolab.numerics.arrays import Array
 from kinolab.numerics.intervals import IntervalArray
 
 UNIT = np.finfo(float).eps
-NOTHING = IntervalArray(np.asarray(-np.inf), np.asarray(np.inf))
 
 
 class Expansion:
@@ -92,9 +91,6 @@ def convolved(
     """Return the sum over k of a_k b_(n-k), with derivatives; None where it has no term.
 
     Args:
-        a: A series.
-        b: A series.
-        n: The order.
         first: The first k.
         last: The last k; n where left out.
         weight: Where it is given, terms are multiplied by k times this.

@@ -76,7 +76,6 @@ def operation(
     Args:
         name: Of the operation, as in ``ON_INTERVALS``.
         operands: What it is applied to.
-        pairs: Of the entries.
         bent: Whether second derivatives are wanted.
     """
     values = [a.value for a in operands]
@@ -153,10 +152,8 @@ def closer(
     """Return a function with what the mean value theorem says of its value and its gradient.
 
     Args:
-        found: Over boxes.
         centre: In a point of each box.
         off: The boxes less these points, shape (E, m).
-        pairs: Of the entries.
     """
     slope = found.slope
     if slope is None:

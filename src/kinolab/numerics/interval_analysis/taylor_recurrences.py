@@ -39,7 +39,6 @@ def further(
 
     Args:
         name: Of the operation, as in ``ON_INTERVALS``.
-        n: The order.
         operands: Their series, known to order n.
         own: The operation's series, known to order n - 1.
         helper: Other series that the recurrence needs, kept with the operation.

@@ -20,9 +20,6 @@ from kinolab.scenario import Issue, mistake_at
 if TYPE_CHECKING:
     from kinolab.dynamics.language.mechanism import Mechanism
 
-HELD_SAMPLES = 10  # random configurations in which a machine must be held
-FULL_RANK = 1e-6  # singular value of the inputs' effect, relative to the largest
-
 
 def kinematic_task(problem: PlanningTask) -> PlanningTask:
     """Return the task of finding a motion of a machine's kinematic reduction.
@@ -70,7 +67,8 @@ def follows_every_path(problem: PlanningTask) -> bool:
     a motor in each joint, if they hold it where it is.
     """
     model, machine, generator = problem.model, problem.machine, np.random.default_rng(0)
-    holdings = (static_holding(problem, problem.sample(generator)) for _ in range(HELD_SAMPLES))
+    # random configurations in which a machine must be held
+    holdings = (static_holding(problem, problem.sample(generator)) for _ in range(10))
     return bool(
         not (machine.constraints or machine.modes or machine.states)
         and problem.scenario.integration.truth != "discrete"
@@ -124,7 +122,8 @@ def _accelerates_all(problem: PlanningTask) -> bool:
     if not np.isfinite(effect).all():
         return False
     sizes = np.linalg.svd(effect / problem.scales[model.nq :, None], compute_uv=False)
-    return bool(sizes[-1] > FULL_RANK * sizes[0])
+    # singular value of the inputs' effect, relative to the largest
+    return bool(sizes[-1] > 1e-6 * sizes[0])
 
 
 def _begins_and_ends_at_rest(problem: PlanningTask) -> bool:

@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from kinolab.dynamics.language.mechanism import Mechanism
     from kinolab.dynamics.language.shapes import Shape
 
-FEWEST_CORNERS = 16  # for which code is made: shorter paths repeat their last one
 OfBody = TypeVar("OfBody", DirectionTarget, KeepOutCone, PointTarget)
 
 
@@ -39,7 +38,6 @@ def part(problem: PlanningTask, name: str) -> PlanningTask:
 
     Args:
         problem: Of machines side by side.
-        name: Of the machine.
     """
     model = problem.model
     made = Model.described_by(json.dumps([model.key, "part", name]), partial(_part, model, name))
@@ -63,7 +61,8 @@ def among(
 
     model = problem.model
     longest = max(len(corners) for _, corners in paths.values())
-    count = 2 ** math.ceil(math.log2(max(longest, FEWEST_CORNERS)))
+    # corners for which code is made at least: shorter paths repeat their last one
+    count = 2 ** math.ceil(math.log2(max(longest, 16)))
     told = [[name, repr(shapes)] for name, (shapes, _) in paths.items()]
     content = json.dumps([model.key, "among", told, count])
     solids = {name: shapes for name, (shapes, _) in paths.items()}
@@ -104,7 +103,6 @@ def with_machine(problem: PlanningTask, whole: Model, model: Model) -> PlanningT
     Args:
         problem: What to change.
         whole: The machine with its full input limits.
-        model: The machine.
     """
     states, rates = problem.model.state_names, problem.model.rate_names
     place = [states.index(name) if name in states else -1 for name in model.state_names]

@@ -25,7 +25,6 @@ from kinolab.scenario import Issue, Scenario, mistake_at
 if TYPE_CHECKING:
     from kinolab.dynamics.language.mechanism import Mechanism
 
-RANDOM_STATES = 1000  # at which a cost must not fall
 COST = "cost"  # what the state is called
 
 
@@ -68,7 +67,8 @@ def require_costs(problem: PlanningTask) -> None:
     if priced is None or priced.cost_entry is None:
         return
     made, entry, generator = priced.model, priced.cost_entry, np.random.default_rng(0)
-    x = np.array([problem.start, *(problem.sample(generator) for _ in range(RANDOM_STATES))])
+    # states at which a cost must not fall
+    x = np.array([problem.start, *(problem.sample(generator) for _ in range(1000))])
     lower, upper = made.control_bounds.T
     u = generator.uniform(lower, upper, (len(x), made.nu))
     issue = ("objective", "expression")

@@ -62,7 +62,6 @@ def formula(text: str, system: Mechanism, where: str) -> sympy.Expr:
             functions such as ``sin``, and the names of coordinates, rates, states, inputs and
             parameters; ``hook.x`` is where the body hook's origin is in the world in [m],
             ``hook.vx`` how fast it moves along the world's x axis in [m/s].
-        system: The machine.
         where: Where the text stands, for errors.
 
     Raises:

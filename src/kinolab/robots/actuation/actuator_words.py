@@ -38,10 +38,8 @@ def command(
     """Return an input within limits, which a filter may delay.
 
     Args:
-        name: Of the input.
         lower, upper: Its limits.
         through: The filter, if any.
-        follower: Name of the filter's state.
         unit: Of what pushes.
     """
     if through is None:
@@ -62,7 +60,6 @@ def actuator_efforts(
     """Yield the forces of an actuator: what its command gives, and a spring and a damper.
 
     Args:
-        actuator: The actuator.
         pushing: Its input, or the state that follows that.
         length, speed: Along which it acts.
     """

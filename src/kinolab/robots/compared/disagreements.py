@@ -92,7 +92,6 @@ def disagreements(
     """Yield in what a machine differs from an engine's model of the same file, at most one thing.
 
     Args:
-        system: The machine.
         joints: What its coordinates are in the file.
         engines: Which read the same file.
         where: What mistakes are reported for.

@@ -23,12 +23,7 @@ from kinolab.numerics.arrays import Array
 
 
 class MachineForces:
-    """Forces and constraints of a machine, without inputs and dry friction.
-
-    Args:
-        system: The machine.
-        binding: Its symbols.
-    """
+    """Forces and constraints of a machine, without inputs and dry friction."""
 
     def __init__(self, system: System, binding: SymbolTable) -> None:
         tape, size = binding.tape, len(binding.tangent)

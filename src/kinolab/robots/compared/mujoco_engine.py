@@ -21,7 +21,6 @@ class MujocoEngine(AbstractSecondEngine):
     """MuJoCo's model of a file.
 
     Args:
-        mujoco: The library.
         model: Its compiled model, of which nobody asks for contacts any more.
         joints: What its joints are called.
     """

@@ -18,8 +18,6 @@ class PinocchioEngine(AbstractSecondEngine):
     """Pinocchio's model of a URDF file. Joints that follow others move by themselves in it.
 
     Args:
-        pinocchio: The library.
-        text: The file.
         free: What the joint is called by which the root moves freely, if it does.
     """
 

@@ -36,7 +36,6 @@ def urdf_engines(xml: Any, document: Any, *, floating: bool) -> Iterator[Abstrac
     """Yield the engines that read a file.
 
     Args:
-        xml: The library lxml.etree.
         document: The file, which is changed.
         floating: Whether the root moves freely.
     """

@@ -16,8 +16,7 @@ from kinolab.lazy import library_of
 from kinolab.numerics.arrays import Array
 from kinolab.robots.compared.mujoco_engine import MujocoEngine, quiet
 from kinolab.robots.mjcf.mjcf_fields import apply_flags, disabled, not_finite
-from kinolab.robots.tree_mistakes import MOST_LINKS
-from kinolab.untrusted import MOST_BYTES, refuse_many
+from kinolab.untrusted import refuse_large, refuse_many
 
 WORLD_BODY = 0
 
@@ -87,9 +86,7 @@ def _compiled(mujoco: Any, path: Path) -> Any:
     """Return MuJoCo's model of a file."""
     if not is_file(path):
         raise InputError([Mistake(str(path), "there is no such file.")])
-    if path.stat().st_size > MOST_BYTES:
-        what = f"it is larger than {MOST_BYTES // 10**6} MB."
-        raise InputError([Mistake(path.name, what)])
+    refuse_large(path.stat().st_size, "xml", path.name)
     if _first_element(path) == "robot":
         what = "it begins with <robot>, so that it is a URDF file."
         raise InputError([Mistake(path.name, what, "Give it a name that ends with .urdf.")])
@@ -98,7 +95,7 @@ def _compiled(mujoco: Any, path: Path) -> Any:
             model = mujoco.MjModel.from_xml_path(str(path))
         except Exception as error:  # of its compiler, of several kinds
             raise InputError([Mistake(path.name, _why_not_read(path, error))]) from error
-    refuse_many(model.nbody, MOST_LINKS, "bodies", path.name)
+    refuse_many(model.nbody, "bodies", path.name)
     return model
 
 

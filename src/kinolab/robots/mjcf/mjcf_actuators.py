@@ -22,7 +22,6 @@ class ActuatorReader:
     """Converts the actuators of MuJoCo's model.
 
     Args:
-        compiled: The model.
         commands: Whether inputs of servos whose forces have limits are their commands, too.
 
     Attributes:
@@ -119,8 +118,6 @@ class ActuatorReader:
         """Yield an actuator along a length whose input is its command.
 
         Args:
-            k: Its number.
-            along: The length.
             force: Limits (2,) of its force, infinite ones if none.
         """
         law, name = self._laws[k], self._input_name(k, "command")
@@ -182,9 +179,7 @@ class ActuatorReader:
         """Keep what a servo can aim at, if that has limits.
 
         Args:
-            k: Its number.
             name: Of its input, its force.
-            along: Its length.
             ends: Limits (2,) of its input.
             unit: What the input is for each unit of its force.
         """

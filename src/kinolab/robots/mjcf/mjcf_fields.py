@@ -137,7 +137,6 @@ FLAGS = {
     "GRAVITY": "opt_gravity body_gravcomp",
     "CLAMPCTRL": "actuator_ctrllimited",
 }
-CONSTRAINTS = ("EQUALITY", "FRICTIONLOSS", "LIMIT")  # of the flag "constraint"
 OTHER_FLAGS = """CONSTRAINT CONTACT ACTUATION WARMSTART FILTERPARENT REFSAFE SENSOR MIDPHASE
     EULERDAMP AUTORESET NATIVECCD ISLAND MULTICCD"""  # applied elsewhere, or without effect
 ENABLING = "OVERRIDE ENERGY FWDINV INVDISCRETE SLEEP DIAGEXACT IPC SPECULATIVE"  # without effect
@@ -151,7 +150,8 @@ def disabled(mujoco: Any, model: Any) -> set[str]:
         for name, bit in mujoco.mjtDisableBit.__members__.items()
         if name.startswith("mjDSBL_") and flags & int(bit)
     }
-    return found | set(CONSTRAINTS) if "CONSTRAINT" in found else found
+    # of the flag "constraint"
+    return found | {"EQUALITY", "FRICTIONLOSS", "LIMIT"} if "CONSTRAINT" in found else found
 
 
 def apply_flags(mujoco: Any, model: Any) -> None:

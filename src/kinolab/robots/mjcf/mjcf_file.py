@@ -52,7 +52,6 @@ def read_mjcf(
     and the ground, which are not read.
 
     Args:
-        path: The file.
         locked: Positions of joints that do not move, by name, in [rad] or [m].
         shapes: Whether to read shapes at all.
         self_collisions: Whether bodies may not touch each other: those that can and are not

@@ -27,7 +27,6 @@ class GeomReader:
     """Converts geoms to solids and meshes.
 
     Args:
-        compiled: The model.
         shapes: Whether to read any.
         convex_parts: How many parts a mesh may be divided into; None: it is enclosed whole.
     """

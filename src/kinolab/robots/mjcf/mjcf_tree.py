@@ -41,8 +41,6 @@ def tree_of(compiled: CompiledModel, geoms: GeomReader, *, commands: bool) -> Ki
     """Return a model as a tree of links and joints.
 
     Args:
-        compiled: The model.
-        geoms: Its geoms.
         commands: Whether inputs of servos whose forces have limits are their commands.
     """
     model = compiled.model
@@ -195,8 +193,6 @@ def allowed_pairs(
     if some of their geoms do and no ``<exclude>`` names them, or if a ``<pair>`` names two of them.
 
     Args:
-        model: MuJoCo's.
-        names: Of the bodies.
         solids: Of each body the geoms that are solids.
 
     Source: MuJoCo's documentation, chapter Computation, Collision detection: filtering.

@@ -16,12 +16,11 @@ from typing import Any
 import numpy as np
 
 from kinolab.errors import InputError
-from kinolab.files import read_ordinary
 from kinolab.numerics.arrays import Array
 from kinolab.robots.omplapp.vertex_mean import mean_in_collada, mean_of_triangles
+from kinolab.untrusted import read
 from kinolab.world.meshes.mesh import load_mesh
 from kinolab.world.meshes.mesh_cache import Mesh
-from kinolab.world.meshes.mesh_limits import MAX_BYTES
 from kinolab.world.meshes.mesh_reading import AXES, refusal
 from kinolab.world.obstacle import UPRIGHT, rotation
 
@@ -82,8 +81,8 @@ class PlacedMesh:
         if not self._is_collada:
             return mean_of_triangles(self.triangles)
         try:
-            content = read_ordinary(self._root / self._path, MAX_BYTES)
-            mean: Array = self._linear @ mean_in_collada(bytes(content))
+            content = read(self._root / self._path, "mesh", self._path)
+            mean: Array = self._linear @ mean_in_collada(content)
         except InputError:
             raise
         except Exception as error:  # pycollada raises whatever the bytes provoke

@@ -16,8 +16,6 @@ from kinolab.numerics.arrays import Array
 from kinolab.robots.kinematic_tree import PlacedShape
 from kinolab.robots.solids.enclosing import enclosing_shape, principal_axes
 
-MOST_SOLIDS = 24  # each is asked about in every pose
-
 
 @dataclass
 class _Piece:
@@ -46,7 +44,7 @@ class _Piece:
 
 
 def enclosing_solids(
-    triangles: Array, within: Array, padding: float, most: int = MOST_SOLIDS
+    triangles: Array, within: Array, padding: float, most: int = 24
 ) -> list[PlacedShape]:
     """Return boxes and capsules around triangles, each around what lies on its side of cuts.
 

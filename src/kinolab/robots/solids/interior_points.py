@@ -33,7 +33,6 @@ def _odd(triangles: Array, grid: Array) -> NDArray[np.bool_]:
     """Return where lines along the first axis cross an odd number of triangles (n, 3, 3) beyond.
 
     Args:
-        triangles: Corners.
         grid: Coordinates of points along each axis, shape (m, 3).
 
     Returns:

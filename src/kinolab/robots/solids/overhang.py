@@ -35,7 +35,6 @@ def overhang(triangles: Array, within: Array, solids: Sequence[PlacedShape]) -> 
     Args:
         triangles: Corners, shape (n, 3, 3), in [m].
         within: Points inside the mesh, shape (m, 3), in [m].
-        solids: Boxes and capsules around them.
     """
     from scipy.spatial import KDTree  # late: only what is enclosed asks
 

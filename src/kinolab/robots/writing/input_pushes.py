@@ -40,7 +40,6 @@ class InputPushes:
     """What the inputs of a machine push.
 
     Args:
-        system: The machine.
         chains: Of its frames.
         factors: Positions of joints, relative to their coordinates.
     """

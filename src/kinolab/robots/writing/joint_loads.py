@@ -47,7 +47,6 @@ def loads_of(
     """Return what pushes a machine.
 
     Args:
-        system: The machine.
         chains: Of its frames.
         factors: Positions of joints, relative to their coordinates.
     """
@@ -120,7 +119,6 @@ class _Efforts:
         Args:
             effort: The force of which it is a part.
             magnitude: In numbers and rates.
-            c: The coordinate.
             factor: The velocity by its rate.
         """
         load, own = self.joints[c], abs(factor) / self._factors[c]

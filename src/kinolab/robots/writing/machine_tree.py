@@ -85,7 +85,6 @@ def machine_tree(
     """Return a machine as a tree.
 
     Args:
-        system: The machine.
         lacking: Yields what of a tree cannot be written.
         partial: Whether to leave out what does not keep it from being a tree.
 
@@ -304,7 +303,6 @@ def _with_floating(tree: KinematicTree, frames: set[str], scaled: set[str]) -> K
     """Return a tree in which what is free in space has one joint: it moves along x, y, z and turns.
 
     Args:
-        tree: The tree.
         frames: Links that are no bodies.
         scaled: Joints whose positions are not those of their coordinates.
     """

@@ -49,7 +49,6 @@ def mjcf_text(system: Mechanism, *, partial: bool = False) -> str:
     and an inertia, which are 1e-14 where there are none.
 
     Args:
-        system: The machine.
         partial: Whether to leave out what cannot be represented; accelerations differ then.
 
     Raises:

@@ -49,7 +49,6 @@ def urdf_text(system: Mechanism, *, partial: bool = False) -> str:
     with two spheres. Requirements and cables have no place in the file.
 
     Args:
-        system: The machine.
         partial: Whether to leave out what cannot be represented; accelerations differ then.
 
     Raises:

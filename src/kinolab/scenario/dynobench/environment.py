@@ -14,14 +14,12 @@ from kinolab.scenario.file_lookup import read_text
 from kinolab.scenario.load import check_document
 from kinolab.scenario.schema import Scenario
 
-SUFFIXES = (".yaml", ".yml")
 GOAL_TOLERANCE = 0.0299  # of the benchmark's distance, which it wants below 0.03
-PLANAR_HEIGHT = 1.0  # [m] height of obstacles in the plane, about z = 0
 
 
 def is_environment(source: str | Path) -> bool:
     """Whether a path is one of an environment, by its ending."""
-    return Path(source).suffix.lower() in SUFFIXES
+    return Path(source).suffix.lower() in (".yaml", ".yml")
 
 
 def read_environment(
@@ -34,7 +32,6 @@ def read_environment(
     the coordinates x, y and z, not the places of all bodies.
 
     Args:
-        source: Path of the YAML file.
         overrides: ``KEY=VALUE`` texts that replace keys of the scenario.
 
     Returns:
@@ -156,7 +153,8 @@ class _EnvironmentReader:
         flat = len(axes) == 2
         shape: dict[str, Any] = {"sphere": size[0]} if kind.value == "sphere" and size else {}
         if kind.value == "box":
-            shape = {"box": [*size, PLANAR_HEIGHT] if flat else size}
+            # [m] height of obstacles in the plane, about z = 0
+            shape = {"box": [*size, 1.0] if flat else size}
         return {**shape, "position": [*centre, 0.0] if flat else centre}
 
     def _ends(self, robot: dict[str, Entry], machine: KnownMachine | None) -> dict[str, Any]:

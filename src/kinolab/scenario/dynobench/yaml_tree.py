@@ -10,11 +10,10 @@ from typing import Any, TypeAlias
 import yaml
 
 from kinolab.errors import InputError, Mistake
+from kinolab.untrusted import refuse_many
 
 Found: TypeAlias = "list[tuple[int, Mistake]]"  # with the line of each
 Value: TypeAlias = "dict[str, Entry] | list[Entry] | float | int | str | bool | None"
-
-MOST_YAML_VALUES = 150_000  # of a file, whose parser is slow
 
 _NUMBER = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?")  # as in YAML 1.2
 _SYNTAX = "YAML has key: value, [lists] in brackets or with dashes, and blanks to indent."
@@ -39,15 +38,13 @@ def yaml_tree(text: str, label: str, mistakes: Found) -> Entry:
     """Read YAML and add keys that stand twice to a list of mistakes.
 
     Args:
-        text: Of the file.
         label: What mistakes call the file.
         mistakes: Where to add to.
 
     Raises:
         InputError: If it is not YAML, or has what no environment needs: aliases, several documents.
     """
-    if sum(map(text.count, ",:\n")) > MOST_YAML_VALUES:
-        raise InputError([Mistake(label, f"it holds more than {MOST_YAML_VALUES} values.")])
+    refuse_many(sum(map(text.count, ",:\n")), "values in yaml", label)
     try:
         root = yaml.compose(text, Loader=_Composer)
         if root is None:

@@ -6,11 +6,9 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-from kinolab.errors import InputError, Mistake, printable, unknown_name
+from kinolab.errors import Mistake, printable, unknown_name
 from kinolab.scenario.toml_text import shortened
-
-MOST_LINES = 10_000
-REPEATED = "planner"  # the section whose keys may stand several times
+from kinolab.untrusted import ELEMENTS, refuse_many
 
 
 @dataclass(frozen=True)
@@ -45,7 +43,7 @@ class CfgFile:
 
     def missing(self, what: str, remedy: str) -> None:
         """Add a mistake that is in no line."""
-        self.found.append((MOST_LINES + 1, Mistake(self.label, what, remedy)))
+        self.found.append((ELEMENTS["lines"] + 1, Mistake(self.label, what, remedy)))
 
     @property
     def mistakes(self) -> list[Mistake]:
@@ -60,7 +58,6 @@ class CfgFile:
         """Name the keys of a section that nobody knows.
 
         Args:
-            section: Its name.
             known: Keys there are.
             beginnings: Of further keys that are known.
         """
@@ -101,7 +98,8 @@ class CfgFile:
     def add(self, section: str, value: CfgValue) -> None:
         """Add a value to its section; one that stands there already is a mistake."""
         first = self.lines.setdefault((section, value.key), value.line)
-        if first != value.line and section != REPEATED:
+        # the section whose keys may stand several times
+        if first != value.line and section != "planner":
             what = f"{shortened(printable(value.key))} stands in line {first} already."
             self.wrong(value, what, "Keep one of them.")
             return
@@ -115,7 +113,6 @@ def cfg_file(text: str, label: str, sections: Sequence[str]) -> CfgFile:
     before the first. What follows a ``#`` is a comment, and so is a line that begins with ``;``.
 
     Args:
-        text: Of the file.
         label: What mistakes call it.
         sections: Names that sections may have.
 
@@ -123,8 +120,7 @@ def cfg_file(text: str, label: str, sections: Sequence[str]) -> CfgFile:
         InputError: If the file is too long.
     """
     lines = text.splitlines()
-    if len(lines) > MOST_LINES:
-        raise InputError([Mistake(label, f"it has more than {MOST_LINES} lines.")])
+    refuse_many(len(lines), "lines", label)
     file, section = CfgFile(label), ""
     for number, whole in enumerate(lines, start=1):
         line = "" if whole.lstrip().startswith(";") else whole.partition("#")[0].strip()

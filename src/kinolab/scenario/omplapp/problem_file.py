@@ -10,7 +10,6 @@ from kinolab.scenario.file_lookup import read_text
 from kinolab.scenario.omplapp.cfg_text import CfgFile, CfgValue, cfg_file
 from kinolab.scenario.omplapp.wanted_planner import WantedPlanner, wanted_planner
 
-SECTIONS = ("problem", "benchmark", "planner")
 AXES, ENDS = "xyz", ("start", "goal")
 PLANAR_CONTROLS = ("kinematic_car", "dynamic_car")
 SPATIAL_CONTROLS = ("blimp", "quadrotor")
@@ -98,7 +97,7 @@ def read_problem(path: Path) -> tuple[ProblemFile | None, CfgFile]:
     Raises:
         InputError: If there is no such file, or it is too long.
     """
-    file = cfg_file(read_text(path), path.name, SECTIONS)
+    file = cfg_file(read_text(path), path.name, ("problem", "benchmark", "planner"))
     file.check_keys("problem", (*NUMBERS, *TEXTS, *UNUSED), UNUSED_BEGINNINGS)
     file.check_keys("benchmark", ("time_limit", *OF_RUNS), ())
     problem = _problem(file, Path(path).stem)

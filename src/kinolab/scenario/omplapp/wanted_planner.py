@@ -31,8 +31,6 @@ INSTEAD = {
     **dict.fromkeys(_OPTIMAL, "ao_rrt"),
 }
 GOAL_BIAS = "goal_bias"  # the one setting that means the same in OMPL's planners and kinolab's
-BIASED = ("rrt", "est", "kpiece", "sst")
-ANY = "problem."  # what begins so is said of samplers and projections, not of a planner
 
 
 @dataclass(frozen=True)
@@ -57,7 +55,8 @@ def wanted_planner(file: CfgFile) -> WantedPlanner:
     named: dict[str, dict[str, CfgValue]] = {}
     for value in file.sections.get("planner", []):
         name, _, setting = value.key.lower().partition(".")
-        if value.key.lower().startswith(ANY):
+        # what begins so is said of samplers and projections, not of a planner
+        if value.key.lower().startswith("problem."):
             continue
         if file.chosen(CfgValue(value.key, name, value.line), "planner", {**SAME, **INSTEAD}):
             settings = named.setdefault(name, {})
@@ -69,7 +68,7 @@ def wanted_planner(file: CfgFile) -> WantedPlanner:
     keys: dict[str, Any] = {"name": SAME[only]}
     unused = [setting for setting in named[only] if setting not in (GOAL_BIAS, "name")]
     if GOAL_BIAS in named[only]:
-        if SAME[only] in BIASED:
+        if SAME[only] in ("rrt", "est", "kpiece", "sst"):
             share = file.number(named[only][GOAL_BIAS])
             if share is not None and not 0.0 <= share <= 1.0:
                 what = f"{share:g} is no probability."

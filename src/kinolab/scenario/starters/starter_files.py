@@ -14,7 +14,6 @@ def write_starter(name: str, folder: Path, kind: str = "puck") -> list[Path]:
     """Write NAME.py and NAME.toml and return their paths.
 
     Args:
-        name: Of the machine.
         folder: Where they go.
         kind: Of the machine: one of ``STARTERS``.
 

@@ -21,13 +21,7 @@ from kinolab.search.flat.arc_words import LETTERS, ArcWord
 from kinolab.search.flat.flat_pieces import MOVE, begin_later
 from kinolab.search.flat.flat_states import pose_at
 
-NEWTON_STEPS = 15
-MISSED = 1e-5  # radii that a drive may miss its end by, which whoever follows it corrects
-HALVINGS = 6  # of a step of Newton's, until it leads nearer
-LEAST_SHARE = 0.01  # of its full steering, to which a side is steered at least
-LONGEST = 1e6  # [s] of a drive: it is none
 NUDGE = 1e-6  # of a second: by which holds are changed for derivatives
-DAMPING = 1e-9  # of the normal equations' trace
 TURNS, PHASES = 2 * LETTERS + 1, 3 * LETTERS  # of steering and of speed at most
 DRIVE_PIECES = TURNS + PHASES
 SPEED, SLOPE, STEER, STEER_SLOPE, REVERSES = range(5)  # in ``pace``
@@ -75,14 +69,15 @@ def fit_drive(search, begin, end, knots):  # type: ignore[no-untyped-def]
     if not guess_holds(search, knots):
         return math.inf
     T = lay_drive(search, begin, end, knots)
-    for _ in range(NEWTON_STEPS):
+    for _ in range(15):  # steps of Newton's method
         off = distance_off(search.car)
-        if not off < math.inf or off <= MISSED * search.flat.radius:
+        # radii that a drive may miss its end by, which whoever follows it corrects
+        if not off < math.inf or off <= 1e-5 * search.flat.radius:
             return T if off < math.inf else math.inf
         if not find_change(search, begin, end, knots):
             return math.inf
         T, share = math.inf, 1.0
-        for _ in range(HALVINGS):
+        for _ in range(6):  # halvings of a step of Newton's, until it leads nearer
             T = step_holds(search, begin, end, knots, share)
             if distance_off(search.car) < off:
                 break
@@ -135,7 +130,8 @@ def find_change(search, begin, end, knots):  # type: ignore[no-untyped-def]
             car.normal[r, c] = 0.0
             for i in range(n):
                 car.normal[r, c] += car.moved[r, i] * car.moved[c, i]
-    size = DAMPING * (car.normal[0, 0] + car.normal[1, 1] + car.normal[2, 2])
+    # of the normal equations' trace, as damping
+    size = 1e-9 * (car.normal[0, 0] + car.normal[1, 1] + car.normal[2, 2])
     for r in range(3):
         car.normal[r, r] += size
     if factor(car.normal, car.pivots) != 0:
@@ -171,7 +167,8 @@ def guess_holds(search, knots):  # type: ignore[no-untyped-def]
         car.least[i] = 0.0
         if side != 0.0:  # a turn grows with the square of how far one steers for it
             full = ramp_seconds(search, side)
-            car.least[i] = (LEAST_SHARE - 1.0) * full
+            # a side is steered by a hundredth of its full steering at least
+            car.least[i] = -0.99 * full
             if car.hold[i] < 0.0:
                 share = math.sqrt(max(1.0 + car.hold[i] / full, 0.0))
                 car.hold[i] = (share - 1.0) * full
@@ -204,7 +201,7 @@ def lay_drive(search, begin, end, knots):  # type: ignore[no-untyped-def]
     car, trial = search.car, search.trial
     turns = lay_steering(search, knots)
     whole = car.until[turns - 1]
-    phases = lay_speeds(search, knots, whole) if whole < LONGEST else 0
+    phases = lay_speeds(search, knots, whole) if whole < 1e6 else 0  # [s] of a drive: it is none
     if phases == 0:
         car.off[0] = math.inf
         return math.inf

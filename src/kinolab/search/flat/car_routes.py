@@ -21,14 +21,11 @@ from kinolab.search.flat.line_ramps import CRUISE, put_line
 from kinolab.search.flat.piece_sweeps import free_until, is_piece_free
 from kinolab.search.tree.flat_arrays import copy
 
-LONG = 1e3  # radii of a line on which its full speed is reached
 SLOWEST, QUICKER, TIMES = 60.0, 1.05, 200  # [s] of steering that is tried first, and quicker ones
 LITTLE = 0.01  # of steering from side to side
 NO_WAY = 1e-9  # radii
 INTERVALS = 4  # of a piece of a drive, at whose ends limits are looked at
 STRAIGHT_BEFORE = 0.25  # of drives that are tried begin or end where the motion does
-RETREAT = 0.8  # of a free arc that ends at something
-LEAST_GAIN = 0.02  # of the duration of what a drive replaces
 
 
 @kernel
@@ -63,7 +60,8 @@ def measure_pace(search):  # type: ignore[no-untyped-def]
     for gear in (1.0, -1.0):
         for side in range(3):
             draft.size[0] = 0
-            begin[0], end[0] = 0.0, gear * LONG * flat.radius
+            # radii of a line on which its full speed is reached
+            begin[0], end[0] = 0.0, gear * 1e3 * flat.radius
             begin[1], end[1] = flat.steering[side], flat.steering[side]
             if not put_line(search, draft, MOVE, begin, end):
                 if gear > 0.0:
@@ -150,7 +148,7 @@ def walk_word(search, pose, aim, forward, reach):  # type: ignore[no-untyped-def
         put_arc(search, search.trial, 0, pose, part, int(word.side[k]))
         free = free_until(search, search.trial, 0)
         if free < abs(part):
-            kept = max(free, 0.0) * RETREAT
+            kept = max(free, 0.0) * 0.8  # of a free arc that ends at something
             pose_at(search.flat, search.trial, 0, kept, car.pose)
             copy(car.pose, pose)
             return gone + kept, False
@@ -323,5 +321,6 @@ def try_drive(search):  # type: ignore[no-untyped-def]
         pose_at(search.flat, draft, k, t, car.begin if row == 0 else car.end)
     find_word(search, car.begin, car.end)
     T = fit_drive(search, car.begin, car.end, knots)
-    shorter = end > begin and (1.0 - LEAST_GAIN) * (end - begin) > T
+    # 2 % of the duration of what a drive replaces are to be gained
+    shorter = end > begin and 0.98 * (end - begin) > T
     return begin, end, shorter and is_trial_free(search)

@@ -25,7 +25,6 @@ from kinolab.simulation.propagator import FREE, check_step
 # What is off after a step, of velocities for one of positions, is a double root: no overshoot.
 GAIN = 6.0 - math.sqrt(32.0)
 ASIDE = 10.0  # steps in which a machine that does not slip comes back to its curve
-LARGEST_AIM = 0.5  # [rad] by which it then points to it
 AFTER = 10  # steps at rest, in which it may come to the very end
 EARLY, AWAY = -1, -2  # it was refused on its way; it did not end in the goal
 
@@ -107,7 +106,8 @@ def correct(search, x, pace):  # type: ignore[no-untyped-def]
         away = steering_for(flat, bend) - x[flat.entry[3]]
     elif abs(speed) * h > abs(aside) * 1e-3:  # else it cannot come back
         aim = math.atan2(aside, ASIDE * h * abs(speed))
-        away += math.copysign(min(abs(aim), LARGEST_AIM), aim * speed)
+        # [rad] by which it then points to it
+        away += math.copysign(min(abs(aim), 0.5), aim * speed)
     speed += GAIN * along / h
     turn += GAIN * away / h
     for i in range(n):

@@ -10,15 +10,14 @@ from numpy.typing import NDArray
 from kinolab.errors import InputError, Mistake
 from kinolab.numerics.arrays import Array, Integers
 from kinolab.problem import PlanningTask
+from kinolab.steering.bounded_curvature import ROUNDING
 from kinolab.steering.path_motion import LIMIT_FRACTION
 from kinolab.steering.plane_curves import CURVATURE_FRACTION
 
 # Outputs: all coordinates; a point of the plane along which it drives; or its pose, if it is a car.
 FULL, PLANE, CAR = 0, 1, 2
 STEERINGS = 1001  # whose curvatures are known; between them straight lines are off by millionths
-RANDOM_STATES = 10  # in which it is seen what inputs do
 SMALL = 0.1  # inputs by which it is seen, of their half ranges
-ROUNDING = 1e-9  # relative to the largest rate
 NO_CURVES = np.zeros(1), np.zeros(3), 1.0  # of machines that are no cars
 REMEDY = "auto plans for every machine."
 
@@ -193,7 +192,6 @@ def _gains(problem: PlanningTask, driven: Integers, heading: int) -> Array:
     A law of feedback may be cut off by the limits of forces; small inputs at rest are not.
 
     Args:
-        problem: The planning problem.
         driven: Entries of the state whose rates inputs give, shape (nv,).
         heading: The entry that is zero for this; negative for none.
 
@@ -204,7 +202,7 @@ def _gains(problem: PlanningTask, driven: Integers, heading: int) -> Array:
     lower, upper = model.control_bounds.T
     middle, half = (lower + upper) / 2, (upper - lower) / 2
     found = []
-    for _ in range(RANDOM_STATES):
+    for _ in range(10):  # states in which it is seen what inputs do
         x = problem.sample(generator)
         x[model.speeds] = 0.0
         x[[heading] if heading >= 0 else []] = 0.0

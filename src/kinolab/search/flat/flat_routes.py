@@ -14,8 +14,6 @@ from kinolab.search.flat.line_ramps import put_line
 from kinolab.search.flat.piece_sweeps import free_until, is_piece_free
 from kinolab.search.tree.flat_arrays import copy
 
-STRAIGHT = 1e-9  # [rad] of a turn that is none
-
 
 @kernel
 def gather_corners(search, node, other):  # type: ignore[no-untyped-def]
@@ -127,7 +125,7 @@ def put_turn(search, begin, heading):  # type: ignore[no-untyped-def]
     """
     draft, last = search.draft, search.work.last
     away = wrapped_angle(heading - begin[2])
-    if abs(away) <= STRAIGHT:
+    if abs(away) <= 1e-9:  # [rad] of a turn that is none
         return True
     first = draft.size[0]
     for turn in (away, away - math.copysign(2.0 * math.pi, away)):

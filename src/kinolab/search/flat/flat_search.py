@@ -47,11 +47,8 @@ from kinolab.simulation.propagator import FREE, StepChecks, check_state
 from kinolab.steering.path_motion import MAX_STEPS
 
 GOALS, NEAREST = 16, 4  # places in the goal that are drawn, and from which a tree grows
-DRAWS = 10  # of so many, until one of them is free
-SPREAD = 0.5  # of the goal's tolerance, in which they are; the rest is for what is off at the end
 WITHIN = 0.99  # of the range of a coordinate, whose limits a motion that is followed may not pass
 MAX_PIECES = 256  # of a motion, three for each of its lines
-MAX_CORNERS = 1024
 CANNOT_STEER = "it cannot steer where it stands, or drive along its tightest curves."
 
 
@@ -123,10 +120,7 @@ def flat_search(problem: PlanningTask, seed: int, reach: float, max_nodes: int) 
     """Collect what a search works on.
 
     Args:
-        problem: The planning problem.
-        seed: Of the random numbers.
         reach: Longest extension, as a fraction of the diagonal of the space of outputs.
-        max_nodes: Of a tree.
 
     Raises:
         InputError: If the machine is none that can be planned for in flat outputs.
@@ -134,7 +128,7 @@ def flat_search(problem: PlanningTask, seed: int, reach: float, max_nodes: int) 
     flat, model = flat_machine(problem), problem.model
     axes, outputs = len(flat.entry), len(flat.lower)
     sizes = {"nx": model.nx, "nu": model.nu, "axes": axes, "outputs": outputs}
-    sizes |= {"capacity": max_nodes, "corners": MAX_CORNERS, "step capacity": MAX_STEPS}
+    sizes |= {"capacity": max_nodes, "corners": 1024, "step capacity": MAX_STEPS}
     sizes |= {"state capacity": MAX_STEPS + 1}
     limits, random = limit_arrays(problem), generator(seed)
     context = collision_context(problem)
@@ -207,8 +201,9 @@ def _places(problem: PlanningTask, flat: FlatMachine, seed: int, checks: StepChe
     Those at a limit are left out where there are others, and so are those that are far away.
     """
     random, record, inside = np.random.default_rng(seed), Record(checks), list[Array]()
-    for _ in range(DRAWS):
-        x = problem.sample_goals(random, SPREAD * random.uniform(size=GOALS))
+    for _ in range(10):  # draws, until one of them is free
+        # of the goal's tolerance, in which they are; the rest is for what is off at the end
+        x = problem.sample_goals(random, 0.5 * random.uniform(size=GOALS))
         x[:, flat.speeds] = 0.0
         free = [row for row in x if check_state(record, row)[0] == FREE]
         inside += [row for row in free if problem.goal_excess(row) <= 1.0]

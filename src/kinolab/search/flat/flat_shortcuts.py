@@ -26,11 +26,7 @@ from kinolab.search.flat.flat_pieces import (
 from kinolab.search.flat.flat_states import SLOW, is_possible, pose_at
 from kinolab.search.flat.piece_sweeps import is_piece_free
 
-SAMPLES = 8  # intervals of a polynomial, at whose ends limits are looked at, at least
 LONGER, DURATIONS = 1.2, 16  # durations that are tried, each so many times the one before
-BISECTIONS = 2  # of the first that is possible
-LEAST_GAIN = 0.02  # of the duration of what a shortcut replaces
-ASIDE = 0.25  # of the way between its ends, by which a shortcut may lead aside
 BEGIN, END, MIDDLE = 0, 1, 2  # rows of ``work.knots``
 
 
@@ -74,7 +70,8 @@ def try_shortcut(search, begin, end, between):  # type: ignore[no-untyped-def]
     j, later = locate_time(draft, end)
     if not read_knot(search, i, t, knots[BEGIN]) or not read_knot(search, j, later, knots[END]):
         return False
-    longest = (1.0 - LEAST_GAIN) * (end - begin)
+    # 2 % of the duration of what a shortcut replaces are to be gained
+    longest = 0.98 * (end - begin)
     if between:
         k, middle = locate_time(draft, begin + uniform(search.random) * (end - begin))
         read_knot(search, k, middle, knots[MIDDLE])
@@ -111,7 +108,8 @@ def lead_aside(search):  # type: ignore[no-untyped-def]
     knots, length = search.work.knots, 0.0
     for r in range(knots.shape[1]):
         length += (search.flat.weight[r] * (knots[END, r, 0] - knots[BEGIN, r, 0])) ** 2
-    reach, share = ASIDE * math.sqrt(length), uniform(search.random)
+    # of the way between its ends, by which a shortcut may lead aside
+    reach, share = 0.25 * math.sqrt(length), uniform(search.random)
     for r in range(knots.shape[1]):
         off = (2.0 * uniform(search.random) - 1.0) * reach / search.flat.weight[r]
         knots[MIDDLE, r, 0] += off
@@ -132,14 +130,15 @@ def join(search, k, begin, end, longest):  # type: ignore[no-untyped-def]
         longest: In [s].
     """
     before = least_seconds(search, begin, end)
-    T, samples = max(before, longest / LONGER**DURATIONS), SAMPLES
+    # intervals of a polynomial, at whose ends limits are looked at, at least
+    T, samples = max(before, longest / LONGER**DURATIONS), 8
     while search.flat.kind == PLANE and samples * search.step < longest:
         samples *= 2  # a curve may turn sharply where it is slow
     while not is_join_possible(search, k, begin, end, T, samples):
         if not longest > T:
             return math.inf
         before, T = T, min(LONGER * T, longest)
-    for _ in range(BISECTIONS):
+    for _ in range(2):  # bisections of the first that is possible
         middle = 0.5 * (before + T)
         if is_join_possible(search, k, begin, end, middle, samples):
             T = middle

@@ -13,9 +13,6 @@ from kinolab.simulation.limits import KEPT, passed_at
 from kinolab.simulation.machine import call_under
 from kinolab.steering.path_motion import LIMIT_FRACTION, ROUNDING_FACTOR
 
-TRIES = 3  # of inputs that a law may cut off: from their middle, from there, and to be sure
-CUT_OFF = 1e-9  # of half their ranges by which they are then corrected at most
-FAR_OFF = 2.0  # times half their ranges: no law that is cut off asks for so much less
 POSE_STEPS = 4  # of fourth order, along a piece in which a car steers
 SLOW = 1e-6  # [m/s] below which a curve of the plane has no direction of its own
 
@@ -175,14 +172,16 @@ def solve_inputs(search, x, slopes, u):  # type: ignore[no-untyped-def]
         for i in range(u.shape[0]):
             u[i] += flat.half[i] * work.change[i]
         return failed
-    for _ in range(TRIES):
+    # inputs that a law may cut off: from their middle, from there, and to be sure
+    for _ in range(3):
         off = improve_inputs(search, x, slopes, u)
         if not flat.held:
             return 0
-        if off <= CUT_OFF:
+        if off <= 1e-9:  # of half their ranges, by which they are then corrected at most
             return 0
         for i in range(u.shape[0]):
-            if abs(u[i] - flat.middle[i]) > FAR_OFF * flat.half[i]:
+            # times half their ranges: no law that is cut off asks for so much less
+            if abs(u[i] - flat.middle[i]) > 2.0 * flat.half[i]:
                 return 1
     return 1
 

@@ -11,7 +11,6 @@ from kinolab.search.flat.flat_states import fastest_along, is_possible
 RAMPS, CRUISE = (0, 2), 1
 HALVINGS, BISECTIONS = 40, 3  # of the acceleration, until it is possible; then to a fifteenth
 PACES = 8  # speeds along a line that are compared, evenly up to the fastest
-STEEPER = 8.0  # times the acceleration at one of them, from which that of the next is looked for
 SAMPLES = 2  # intervals of a ramp, at whose ends limits are looked at
 
 
@@ -46,7 +45,8 @@ def put_line(search, pieces, kind, begin, end):  # type: ignore[no-untyped-def]
         speed = fastest * (PACES - k) / PACES
         found = steepest(search, pieces, first, kind, begin, length, speed, slope)
         if found > 0.0:
-            slope = STEEPER * found
+            # times the acceleration at one of them, from which that of the next is looked for
+            slope = 8.0 * found
             T = line_seconds(length, speed, found)
             if least <= T:
                 break

@@ -15,10 +15,6 @@ from kinolab.simulation.collision_context import (
     speed_bound,
 )
 
-INTERVALS = 4  # that a piece has at least, for speeds that rise and fall within one
-HOPED = 0.75  # of the clearance at one state, of that at the next
-HALVINGS = 30  # of an interval: points that move a thousand million times as fast in it
-
 
 @kernel
 def clearance_at(search, x, reach):  # type: ignore[no-untyped-def]
@@ -47,7 +43,8 @@ def free_until(search, pieces, k):  # type: ignore[no-untyped-def]
     ends.
     """
     work, T, least = search.work, pieces.duration[k], search.collision.required_clearance
-    t, speed, hoped = 0.0, speed_at(search, pieces, k, 0.0), HOPED
+    # of the clearance at one state, of that at the next
+    t, speed, hoped = 0.0, speed_at(search, pieces, k, 0.0), 0.75
     here = clearance_at(search, work.x, speed * T)
     if not here >= least:
         return -1.0
@@ -87,11 +84,13 @@ def interval(search, pieces, k, t, speed, allowed):  # type: ignore[no-untyped-d
         allowed: In [m].
     """
     T = pieces.duration[k]
-    h = min(T - t, T / INTERVALS)
+    # intervals that a piece has at least, for speeds that rise and fall within one
+    h = min(T - t, T / 4)
     if SAFETY_FACTOR * speed * h > allowed:
         h = allowed / (SAFETY_FACTOR * speed)
     then = speed
-    for _ in range(HALVINGS):
+    # halvings of an interval: points that move a thousand million times as fast in it
+    for _ in range(30):
         then = speed_at(search, pieces, k, t + h)
         if SAFETY_FACTOR * max(speed, then) * h <= allowed:
             break

@@ -20,8 +20,6 @@ from kinolab.search.ompl.goal_errors import GoalErrors
 from kinolab.search.ompl.goal_region import GoalSamples
 from kinolab.simulation import CandidateRollouts
 
-LOOKAHEAD_STEPS = 50  # maximum lookahead horizon
-
 
 class ControlGuide:
     """Chooses the input of every motion by lookahead, ignoring obstacles.
@@ -32,8 +30,6 @@ class ControlGuide:
     region.
 
     Args:
-        problem: The planning problem.
-        samples: States around the goal.
         control_samples: Maximum number of candidate inputs per motion.
         goal_bias: Probability of extending towards the goal from a state near it.
         min_steps: Minimum propagation steps of a motion.
@@ -54,7 +50,7 @@ class ControlGuide:
         goal_region_scale: float,
         seed: int,
     ) -> None:
-        horizon = min(max_steps, LOOKAHEAD_STEPS)
+        horizon = min(max_steps, 50)  # maximum lookahead horizon
         self._rollouts = CandidateRollouts(problem, control_samples, horizon)
         self._shortest, self._horizon, self._longest = min(min_steps, horizon), horizon, max_steps
         # Goal points and axes of bodies would need the poses of every candidate state.

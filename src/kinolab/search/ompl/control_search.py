@@ -18,9 +18,6 @@ from kinolab.search.ompl.solution_path import path_in, with_last_step
 from kinolab.search.result import Outcome, SearchResult, unsolved
 from kinolab.simulation.resimulated_goal import TrueEnds
 
-MAX_COPIED_STATES = 3000  # states copied out of OMPL, at 40 us each
-RESTART_FACTOR = 1.5  # ratio of consecutive round lengths
-
 
 def search(
     setup: OmplSetup,
@@ -35,10 +32,8 @@ def search(
     OMPL is reproducible only if its random numbers are seeded before the planner is constructed.
 
     Args:
-        setup: The problem in OMPL's terms.
         begin: Returns a planner that is ready to solve.
         again: Returns a planner with an empty tree, given a used one.
-        seed: Random seed.
         budget: When to stop.
         restart_after: Iterations of the first round; then the planner restarts, with a longer round
             each time. 0 for a single round.
@@ -99,7 +94,8 @@ def _graph(setup: OmplSetup, planner: Any) -> SearchGraph:
     def states(kept: Any) -> Any:
         return np.array([setup.read(data.getVertex(int(k)).getState()) for k in kept])
 
-    return SearchGraph.of_tree(states, parents, most=MAX_COPIED_STATES)
+    # states copied out of OMPL, at 40 us each
+    return SearchGraph.of_tree(states, parents, most=3000)
 
 
 class _Rounds:
@@ -126,7 +122,7 @@ class _Rounds:
 
     def begin_next(self) -> None:
         """Begin a longer round."""
-        self._length *= RESTART_FACTOR
+        self._length *= 1.5  # ratio of consecutive round lengths
         self._end = self._budget.iterations + self._length
         self.over, self.restarts = False, self.restarts + 1
 

@@ -15,7 +15,6 @@ class GoalErrors:
     """Deviations of a state from the goal, relative to its tolerances.
 
     Args:
-        problem: The planning problem.
         reach: Largest normalised error of interest, 1 for the goal region itself.
     """
 

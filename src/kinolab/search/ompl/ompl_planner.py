@@ -21,8 +21,6 @@ class OmplPlanner(ob.Planner):  # type: ignore[misc]
 
     Args:
         setup: The problem in OMPL's terms; its problem definition is used unless another is set.
-        planner: The kinolab planner.
-        seed: Random seed.
     """
 
     def __init__(self, setup: OmplSetup, planner: AbstractPlanner, seed: int = 1) -> None:

@@ -23,7 +23,6 @@ class CellProjection(ob.ProjectionEvaluator):  # type: ignore[misc]
     keeps this object, so it must not refer to the space.
 
     Args:
-        problem: The planning problem.
         space: OMPL's space of its states.
         cells: Number of cells along each divided coordinate.
         angles: Whether angles are divided, too, if there are fewer than three lengths.

@@ -47,7 +47,6 @@ class OmplSetup:
     """A problem in OMPL's terms.
 
     Args:
-        problem: The planning problem.
         min_steps: Minimum control duration in propagation steps.
         max_steps: Maximum control duration in propagation steps.
         goal_region_scale: Factor on the goal's tolerances up to which goal samples are drawn, the

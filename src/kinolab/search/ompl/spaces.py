@@ -31,7 +31,6 @@ class Layout:
     """Maps entries of the state to subspaces; it does not refer to the whole space.
 
     Args:
-        problem: The planning problem.
         entries: Entries in the space, in increasing order; the others stay as at the start. All of
             them when left out.
     """

@@ -15,7 +15,6 @@ class StatePropagator:
     """Propagates OMPL states; OMPL first propagates a step, then asks whether it is valid.
 
     Args:
-        problem: The planning problem.
         states: Conversion to and from OMPL's states.
         guide: Chooses inputs and ends motions; None leaves both to OMPL.
         given_up: Whether no state is valid any more, so that the planner terminates.

@@ -32,9 +32,6 @@ class AbstractTreePlanner(AbstractTreeSearch):
         """Return the problem in OMPL's terms; the seed is for samples that OMPL does not draw.
 
         Args:
-            problem: The planning problem.
-            seed: Random seed.
-            budget: Of the search.
             guided: More arguments of ``OmplSetup``, for motions that are guided.
         """
         return OmplSetup(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 import sys
 import threading
 from collections.abc import Iterator, Mapping
@@ -14,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from kinolab.errors import InputError, Mistake
+from kinolab.files import LOG
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 from kinolab.scenario.user_code import blamed
@@ -21,7 +21,6 @@ from kinolab.search.budget import LATE, Budget
 from kinolab.search.planner import AbstractPlanner
 from kinolab.search.result import Outcome, SearchResult
 
-LOG = logging.getLogger("kinolab")
 WHERE = "[planner]"
 
 

@@ -19,9 +19,7 @@ def planner_class(
 
     Args:
         candidate: The object that the user named.
-        label: Its name in error messages.
         where: Location for error messages.
-        taken: Reserved names.
 
     Raises:
         InputError: With everything that is wrong with it.

@@ -42,7 +42,6 @@ def class_in(
     Args:
         reference: The file and the name of the class.
         where: Location for error messages.
-        taken: Names of other planners.
 
     Raises:
         InputError: If the file fails, or the class is missing or is no planner.

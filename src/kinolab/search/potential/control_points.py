@@ -15,8 +15,6 @@ from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 from kinolab.search.potential.leading_bodies import LeadingBody, leading_bodies, sample_states
 
-SLENDERNESS = 1.2  # length over width from which a body has two control points
-FREE_TURN = 1.0  # [rad] range of its axis from which a body counts as free to turn
 POINT_TOLERANCE = 1e-6  # [m] spread of a point's positions that counts as none
 RANDOM_STATES = 12
 
@@ -100,11 +98,13 @@ def _ends(problem: PlanningTask, carrier: LeadingBody) -> dict[str, Array]:
     """Return the front and back of a slender body that is free to turn, in its frame, (3,) each."""
     along = int(carrier.reach.argmax())
     width = float(np.sort(carrier.reach)[1])
-    if carrier.reach[along] < SLENDERNESS * width:
+    # length over width from which a body has two control points
+    if carrier.reach[along] < 1.2 * width:
         return {}
     axes = problem.frames(sample_states(problem, RANDOM_STATES))[:, carrier.body].reshape(-1, 3, 4)
     axes = axes[:, :, along]
-    if np.arccos(np.clip(axes @ axes.T, -1.0, 1.0)).max() < FREE_TURN:
+    # [rad] range of its axis from which a body counts as free to turn
+    if np.arccos(np.clip(axes @ axes.T, -1.0, 1.0)).max() < 1.0:
         return {}
     step = np.zeros(3)
     # A ball of the body's width fits around an end, unless that leaves no lever arm.

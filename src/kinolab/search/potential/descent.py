@@ -47,10 +47,6 @@ class PartialMotion:
         self.states.append(x)
 
 
-MIN_PROGRESS = 0.01  # [m] decrease of the potential that counts as progress
-GOAL_CONNECTION_PERIOD = 4  # steps between attempts at a goal connection
-
-
 class Ending(Enum):
     """Why a descent ended."""
 
@@ -63,8 +59,6 @@ class Descent:
     """Descends the field.
 
     Args:
-        field: The potential.
-        lookahead: Proposes inputs.
         arrival: Goal connection.
         propagator: Propagates and checks every step.
         near: Potential in [m] below which goal connections are attempted.
@@ -94,9 +88,10 @@ class Descent:
             if budget.spent():
                 return Ending.BUDGET
             height = self._height(trail.end)
-            if height < lowest - MIN_PROGRESS:
+            if height < lowest - 0.01:  # [m] decrease of the potential that counts as progress
                 lowest, waited = height, 0
-            if height < self._near and count % GOAL_CONNECTION_PERIOD == 0:
+            # steps between attempts at a goal connection
+            if height < self._near and count % 4 == 0:
                 motion = self._arrival.inputs(trail.end)
                 for arriving, x in motion or ():
                     trail.add(arriving, x)

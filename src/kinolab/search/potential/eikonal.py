@@ -22,7 +22,6 @@ Mask: TypeAlias = NDArray[np.bool_]
 
 BLOCKED_SPEED = 1e-3  # speed in blocked cells, relative to open space
 MIN_SPEED = 0.2  # the same next to an obstacle
-STRAIGHT_CELLS = 2.0  # cells around the goal in which paths are straight
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,7 +112,8 @@ class NavigationFunction:
         away[:, axes] = (points - self.goal)[:, axes]
         distance = np.linalg.norm(away, axis=1)
         straight = self.slowness * distance
-        near = (distance < STRAIGHT_CELLS * self.grid.size) & (straight < value)
+        # cells around the goal in which paths are straight
+        near = (distance < 2.0 * self.grid.size) & (straight < value)
         far = np.where(distance > 0, distance, 1.0)
         value = np.where(near, straight, value)
         return value, np.where(near[:, None], self.slowness * away / far[:, None], gradient)
@@ -126,7 +126,6 @@ def navigation_function(
 
     Args:
         free: Mask of free cells, of the grid's shape.
-        grid: The grid.
         goal: World point at a corner of cells, shape (3,).
         clearance_cost_radius: Clearance in [m] below which path length is weighted, up to five
             times, to keep paths off obstacles; 0 for shortest paths.

@@ -81,9 +81,7 @@ class Field:
     """The sum of all potentials, in [m], as a function of the state.
 
     Args:
-        problem: The planning problem.
         pulls: Attractive potentials; without any, the norm of the goal errors.
-        repulsion: Repulsive potential of obstacles.
     """
 
     def __init__(

@@ -20,12 +20,6 @@ from kinolab.search.potential.interruptible import run_unless_cancelled
 from kinolab.search.potential.workspace import grid_of, is_open, open_cells
 from kinolab.simulation import Propagator
 
-FOLLOWER_WEIGHT = 0.3  # weight of a body's trailing end, relative to 1 for the leading one
-CELL_FRACTION = 0.7  # default cell edge, of half the body's width
-HALVINGS = 3  # of the cell's edge while start and goal are disconnected
-MIN_SHRINKAGE = 0.9  # ratio of edges above which refinement is pointless
-MAX_CELLS_PER_SIDE = 200.0  # cells along a workspace at the default edge
-
 
 def plain_field(problem: PlanningTask, repulsion: Repulsion) -> Field:
     """Return the field with straight-line attraction."""
@@ -50,7 +44,6 @@ def navigation_field(
 
     Args:
         propagator: Checks states of its problem for collisions.
-        repulsion: Repulsive potential of obstacles.
         resolution: Edge of a cell in [m]; 0 to derive it from the body's width.
         grid_memory: Memory limit for the grid of one point, in [MB].
         clearance_cost_radius: See ``navigation_function``.
@@ -80,12 +73,12 @@ def _navigation(
     problem = propagator.problem
     grid = grid_of(problem, point, edge, grid_memory)
     free = open_cells(propagator, point, grid, stop)
-    for _ in range(HALVINGS):
+    for _ in range(3):  # halvings of the cell's edge while start and goal are disconnected
         finer = grid_of(problem, point, grid.size / 2, grid_memory)
         if (
             free is None
             or is_open(problem, point, grid, free)
-            or finer.size > MIN_SHRINKAGE * grid.size
+            or finer.size > 0.9 * grid.size  # ratio of edges above which refinement is pointless
         ):
             break
         grid, free = finer, open_cells(propagator, point, finer, stop)
@@ -99,8 +92,9 @@ def _navigation(
 
 def _edge(problem: PlanningTask, point: ControlPoint) -> float:
     spans = [high - low for low, high in problem.world.bounds.values()]
-    finest = max(spans, default=1.0) / MAX_CELLS_PER_SIDE
-    return max(CELL_FRACTION * float(np.sort(point.carrier.reach)[1]), finest, 1e-3)
+    finest = max(spans, default=1.0) / 200.0  # cells along a workspace at the default edge
+    # default cell edge, of half the body's width
+    return max(0.7 * float(np.sort(point.carrier.reach)[1]), finest, 1e-3)
 
 
 def _weighed(
@@ -120,5 +114,6 @@ def _weighed(
     for k, (point, potential) in enumerate(zip(points, potentials, strict=True)):
         rivals = [j for j, other in enumerate(points) if other.carrier is point.carrier]
         leads = k == max(rivals, key=lambda j: heights[j])
-        pulls.append(AttractivePotential(point, potential, 1.0 if leads else FOLLOWER_WEIGHT))
+        # weight of a body's trailing end, relative to 1 for the leading one
+        pulls.append(AttractivePotential(point, potential, 1.0 if leads else 0.3))
     return pulls

@@ -9,8 +9,6 @@ from typing import TypeVar
 
 T = TypeVar("T")
 
-CANCELLATION_PERIOD = 0.05  # [s] between cancellation checks
-
 
 def run_unless_cancelled(work: Callable[[], T], stop: Callable[[], bool]) -> T | None:
     """Return the result of ``work``, or None as soon as ``stop`` returns True.
@@ -27,7 +25,7 @@ def run_unless_cancelled(work: Callable[[], T], stop: Callable[[], bool]) -> T |
             done.set_exception(error)
 
     threading.Thread(target=run, daemon=True).start()
-    while not wait([done], CANCELLATION_PERIOD).done:
+    while not wait([done], 0.05).done:  # [s] between cancellation checks
         if stop():
             return None
     return done.result()

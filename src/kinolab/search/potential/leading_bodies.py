@@ -10,9 +10,6 @@ from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 from kinolab.world import BodyGeometry, triangles
 
-RANDOM_STATES = 24  # sampled configurations
-MIN_MOTION = 1e-6  # [m] displacement from which a point counts as moved
-
 
 @dataclass(frozen=True, eq=False)
 class LeadingBody:
@@ -37,7 +34,7 @@ def leading_bodies(problem: PlanningTask) -> list[LeadingBody]:
     A crane's load leads its trolley and its bridge. Of bodies moved by the same lengths the first
     in the system leads. If no length moves any body, as in an arm, all lead.
     """
-    states = sample_states(problem, RANDOM_STATES)
+    states = sample_states(problem, 24)  # sampled configurations
     found = [
         LeadingBody(k, _lengths_of(problem, k, states[:3]), *_extent(body))
         for k, body in enumerate(problem.bodies)
@@ -69,7 +66,8 @@ def _lengths_of(problem: PlanningTask, body: int, states: Array) -> tuple[int, .
         moved = states.copy()
         moved[:, entry] += 1.0
         shift = (problem.frames(moved) - problem.frames(states))[:, body]
-        if np.abs(shift[:, [3, 7, 11]]).max() > MIN_MOTION:
+        # [m] displacement from which a point counts as moved
+        if np.abs(shift[:, [3, 7, 11]]).max() > 1e-6:
             found.append(entry)
     return tuple(found)
 

@@ -19,7 +19,6 @@ from kinolab.search.potential.field import Field
 from kinolab.search.potential.pullback import InputProjection, independent_entries
 from kinolab.simulation import ZeroOrderHold
 
-STEP_LENGTHS = (0.3, 1.0, 3.0)  # [m] targets for the control points' motion within the horizon
 FD_STEP = 0.05  # finite difference, of an input's range
 
 
@@ -27,7 +26,6 @@ class Lookahead:
     """Proposes inputs for a state.
 
     Args:
-        field: The potential.
         projection: Maps its forces to inputs.
         steps: Horizon in time steps of the problem.
         draws: Number of additional random proposals.
@@ -53,7 +51,6 @@ class Lookahead:
         Args:
             x: State, shape (nx,).
             u: Current inputs, shape (nu,).
-            generator: Random number generator.
         """
         found, ends = [], []
         for proposed in self._ideas(x, u, generator):
@@ -99,7 +96,8 @@ class Lookahead:
         response = ((points[1:-1] - points[0]).reshape(len(u), -1) / nudges[:, None]).T
         path = self._way_down(points[-1])
         weights = np.repeat(np.sqrt([pull.weight for pull in self._field.pulls]), 3)
-        for stride in STEP_LENGTHS if len(path) else ():
+        # [m] targets for the control points' motion within the horizon
+        for stride in (0.3, 1.0, 3.0) if len(path) else ():
             short = points[-1] + stride * path - points[0]
             target = weights * short.reshape(-1)
             yield u + bounded_least_squares(weights[:, None] * response, target, *bounds)

@@ -42,7 +42,6 @@ def point_jacobians(model: Model, x: Array, points: Sequence[tuple[int, Array]])
     """Return the Jacobians of body points in the independent velocities.
 
     Args:
-        model: The machine.
         x: State, shape (nx,).
         points: Body index and world point fixed to it, shape (3,).
 

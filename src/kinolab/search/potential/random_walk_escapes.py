@@ -20,12 +20,7 @@ from kinolab.search.potential.field import Field
 from kinolab.search.potential.pullback import InputProjection
 from kinolab.simulation import Propagator
 
-# random walks from the lowest minimum before the search backtracks
-ESCAPES_PER_MINIMUM = 8
 SHORTEST, LONGEST = 4.0, 60.0  # [s] range of a random walk's duration, log-uniform
-MEAN_HOLD_TIME = 2.0  # [s] for which it keeps one direction, on average
-MAX_REJECTIONS = 20  # consecutive rejections after which it ends
-MIN_IMPROVEMENT = 0.05  # [m] decrease of the lowest minimum that counts as progress
 
 
 @dataclass(eq=False)
@@ -50,7 +45,6 @@ class RandomWalkEscapes:
     """Search over local minima, alternating descents and random walks.
 
     Args:
-        field: The potential.
         descent: Descends it.
         projection: Maps random forces to inputs.
         propagator: Propagates and checks the random walks.
@@ -114,7 +108,8 @@ class RandomWalkEscapes:
             ending = Ending.MINIMUM
         if ending is Ending.MINIMUM:
             height = float(self._field.potential(trail.end[None])[0])
-            if all(height < minimum.height - MIN_IMPROVEMENT for minimum in self.minima):
+            # [m] decrease of the lowest minimum that counts as progress
+            if all(height < minimum.height - 0.05 for minimum in self.minima):
                 self._since_progress = 0
             descended = np.array(trail.states[begun:])
             heights = self._field.potential(descended)
@@ -129,7 +124,8 @@ class RandomWalkEscapes:
         motion to any minimum, so that the search can backtrack as far as it must.
         """
         self._since_progress += 1
-        if self._since_progress <= ESCAPES_PER_MINIMUM:
+        # random walks from the lowest minimum before the search backtracks
+        if self._since_progress <= 8:
             trail = min(self.minima, key=lambda minimum: minimum.height).trail
             return trail.until(len(trail.inputs))
         trail = self.minima[int(generator.integers(len(self.minima)))].trail
@@ -146,9 +142,10 @@ class RandomWalkEscapes:
         h, refused = problem.step, 0
         duration = SHORTEST * (LONGEST / SHORTEST) ** generator.random()
         left = 1 + int(duration / h)
-        while left > 0 and refused < MAX_REJECTIONS:
+        while left > 0 and refused < 20:  # consecutive rejections after which it ends
             drive = self._drive(problem, generator)
-            for _ in range(min(left, 1 + int(generator.exponential(MEAN_HOLD_TIME) / h))):
+            # [s] for which it keeps one direction, on average
+            for _ in range(min(left, 1 + int(generator.exponential(2.0) / h))):
                 if budget.spent():
                     return False
                 u = drive(trail.end)

@@ -25,11 +25,7 @@ from kinolab.world.geometry import placement
 RANDOM_ATTITUDES = 16  # checked per cell
 RANDOM_STATES = 32  # configurations that determine the extent of the workspace
 MIN_MOTION = 1e-6  # [m] extent from which an axis belongs to the workspace
-ROUNDING = 1e-9  # [m]
-BYTES_PER_CELL = 64  # occupancy, speeds and values, with the solver's own arrays
-MIN_RADIUS = 1e-3  # [m] radius of a ball that represents a point
 CELLS_PER_CANCELLATION_CHECK = 16  # cells between cancellation checks
-CELL_SECONDS = 8e-5  # [s] that checking a cell takes, as ``charge`` counts it
 
 
 def grid_of(
@@ -38,19 +34,18 @@ def grid_of(
     """Return the grid of a point's workspace, aligned so that the goal is a corner of cells.
 
     Args:
-        problem: The planning problem.
-        point: The control point.
         resolution: Edge of a cell in [m]; increased to fit the memory limit.
         grid_memory: Memory limit for all cells, in [MB].
     """
     low, high = _extent(problem, point)
     axes = tuple(int(k) for k in np.flatnonzero(high - low > MIN_MOTION))
     low, high, goal = (values[list(axes)] for values in (low, high, point.goal))
-    most = max(grid_memory * 1e6 / BYTES_PER_CELL, 2.0 ** len(axes))
+    # occupancy, speeds and values, with the solver's own arrays
+    most = max(grid_memory * 1e6 / 64, 2.0 ** len(axes))
     size = resolution
     while True:
         below, above = (
-            np.maximum(np.ceil((s - ROUNDING) / size), 1) for s in (goal - low, high - goal)
+            np.maximum(np.ceil((s - 1e-9) / size), 1) for s in (goal - low, high - goal)
         )
         if np.prod(below + above) <= most:
             break
@@ -95,7 +90,8 @@ def open_cells(
             seen[neighbour] = True
             judged += 1
             if judged % CELLS_PER_CANCELLATION_CHECK == 0:
-                charge(CELL_SECONDS * CELLS_PER_CANCELLATION_CHECK)
+                # [s] that checking a cell takes, as ``charge`` counts it
+                charge(8e-5 * CELLS_PER_CANCELLATION_CHECK)
                 if stop():
                     return None
             if is_free(grid.centre(neighbour)):
@@ -210,7 +206,8 @@ def _ball(
 ) -> Callable[[Array], bool]:
     """Return the check of the largest ball about the point inside the body, for the machine."""
     body = problem.bodies[point.carrier.body]
-    radius = max(inscribed_radius(body, point.at), MIN_RADIUS)
+    # [m] radius of a ball that represents a point
+    radius = max(inscribed_radius(body, point.at), 1e-3)
     ball = BodyGeometry("ball", (Sphere(radius),), body.touches_ground)
     checker = CollisionChecker([ball], problem.world)
     where, axes = point.goal.copy(), list(grid.axes)

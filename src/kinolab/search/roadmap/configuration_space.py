@@ -17,8 +17,6 @@ from kinolab.steering import Steering, cyclic_coordinates, nearest_equilibrium
 from kinolab.world.geometry import reach_of
 
 MIN_CHECKS = 12  # first samples of a path, which also give its length
-CHECK_RESOLUTION = 0.02  # [m] between samples of a path
-STATE_TOLERANCE = 1e-6  # [m] or [rad] between the goal and its round trip through OMPL
 REST_SHIFT = 0.05  # of a coordinate's scale: shift to test whether an equilibrium keeps it
 
 
@@ -28,7 +26,6 @@ class ConfigurationSpace:
     If it leaves none free, for example because the start cannot be held, the dimension is zero.
 
     Args:
-        problem: The planning problem.
         steering: Supplies paths between configurations.
         goal: Goal state, shape (nx,).
         margin: Required clearance in [m]; at most half that of start and goal.
@@ -101,7 +98,8 @@ class ConfigurationSpace:
     def _is_goal(self, x: Array) -> bool:
         away = x[self._free] - self._goal[self._free]
         away = np.where(self._problem.circular[self._free], wrapped(away), away)
-        return bool(np.abs(away).max(initial=0.0) < STATE_TOLERANCE)
+        # [m] or [rad] between the goal and its round trip through OMPL
+        return bool(np.abs(away).max(initial=0.0) < 1e-6)
 
     def _has_clearance_along(self, path: Any, x0: Array) -> bool:
         raise_if_cancelled(self._stop)
@@ -110,7 +108,8 @@ class ConfigurationSpace:
         few = motion.sample_states(path, x0, MIN_CHECKS)
         if not all(map(self.has_clearance, few)):
             return False
-        count = int(np.ceil(self._length(few) / max(self._margin, CHECK_RESOLUTION)))
+        # [m] between samples of a path
+        count = int(np.ceil(self._length(few) / max(self._margin, 0.02)))
         return count <= MIN_CHECKS or all(
             map(self.has_clearance, motion.sample_states(path, x0, count))
         )

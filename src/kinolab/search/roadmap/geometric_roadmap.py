@@ -15,7 +15,6 @@ from kinolab.search.budget import Budget
 from kinolab.search.roadmap.configuration_space import ConfigurationSpace
 
 BEGIN, GOAL = 0, 1  # indices of the first two configurations
-MIN_EDGE_LENGTH = 1e-12  # SciPy treats length zero as no edge
 
 
 class GeometricRoadmap:
@@ -25,7 +24,6 @@ class GeometricRoadmap:
         configurations: The configuration space.
         start: Start state, shape (nx,).
         goal: Goal state, shape (nx,).
-        seed: Random seed.
         neighbours: Maximum number of neighbours that a configuration is connected to.
 
     Raises:
@@ -84,7 +82,8 @@ class GeometricRoadmap:
             apart, number = self._configurations.distances(x, np.array(self._x)), self.size
             for k in np.argsort(apart, kind="stable")[: self._neighbours].tolist():
                 if self._configurations.joined(self._x[k], x):
-                    self._lengths[k, number] = max(float(apart[k]), MIN_EDGE_LENGTH)
+                    # SciPy treats length zero as no edge
+                    self._lengths[k, number] = max(float(apart[k]), 1e-12)
         self._x.append(x)
 
     def _path_to(self, chosen: Callable[[Array], int | None]) -> list[Array] | None:

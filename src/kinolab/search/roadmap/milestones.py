@@ -12,18 +12,13 @@ from kinolab.problem import PlanningTask
 from kinolab.simulation import Propagator
 from kinolab.steering import Steering, cyclic_coordinates, nearest_equilibrium
 
-MAX_DRAWS = 400  # samples before giving up
-MAX_DRAWS_AT_REST = 50  # samples without an equilibrium before moving states are accepted
-
 
 class Sampler:
     """Samples collision-free milestones: equilibria, or moving states if there are none.
 
     Args:
-        problem: The planning problem.
         steering: Of its machine.
         judge: Checks states for collisions and limits.
-        seed: Random seed.
         stop: Cancellation token; cancelling raises a CancelledError.
     """
 
@@ -41,11 +36,12 @@ class Sampler:
 
     def draw(self) -> Array | None:
         """Sample a free state, shape (nx,); None if none is found."""
-        for k in range(MAX_DRAWS):
+        for k in range(400):  # samples before giving up
             raise_if_cancelled(self._stop)
             x = self._problem.sample(self._generator)
             rested = self._at_rest(x)
-            state = x if rested is None and k >= MAX_DRAWS_AT_REST else rested
+            # samples without an equilibrium before moving states are accepted
+            state = x if rested is None and k >= 50 else rested
             if state is not None and self._judge.is_free(state.tolist()):
                 return state
         return None

@@ -15,8 +15,6 @@ from kinolab.search.roadmap.roadmap import Roadmap
 from kinolab.simulation import Propagator
 from kinolab.steering import Steering
 
-ENOUGH_CONNECTIONS = 2  # motions that connect a start or a goal to the roadmap
-
 
 class RoadmapBuilder:
     """Grows and queries a roadmap of one machine and world.
@@ -24,7 +22,6 @@ class RoadmapBuilder:
     Args:
         problem: The planning problem; start and goal may differ in each query.
         neighbours: Number of nearest milestones that a new one is steered to.
-        seed: Random seed.
         roadmap: Roadmap to extend.
 
     Attributes:
@@ -128,7 +125,7 @@ class RoadmapBuilder:
         for other in self._nearest(roadmap.milestones[number], 3 * self._neighbours, size=size):
             pair = (number, other) if leaving else (other, number)
             done += self._steer(roadmap, *pair, budget)
-            if done >= ENOUGH_CONNECTIONS or budget.over:
+            if done >= 2 or budget.over:  # motions that connect a start or a goal to the roadmap
                 break
         return done
 

@@ -44,11 +44,6 @@ from kinolab.simulation import Propagator
 from kinolab.simulation.reference import cost_of_inputs
 from kinolab.simulation.resimulated_goal import TrueEnds
 
-# solutions rejected by re-simulation after which the tree restarts
-MAX_RESIMULATION_FAILURES = 10
-# The compiled loop counts causes, not their sources: a few similar motions are repeated for them.
-MAX_MOTIONS = 100
-MAX_SECONDS = 0.02  # [s] allowed for them beyond the search's time limit
 ITERATION_SECONDS = 1.5e-6  # [s] of work for an iteration of a tree, its steps apart
 
 
@@ -133,7 +128,8 @@ class AbstractCompiledPlanner(AbstractTreeSearch):
                     accepted = own_map or truth.excess(found) <= 1.0
                     if accepted:
                         best.found(found, tree)
-                    elif truth.refused % MAX_RESIMULATION_FAILURES == 0:
+                    # solutions rejected by re-simulation after which the tree restarts
+                    elif truth.refused % 10 == 0:
                         rounds.left = 0.0
                 # Also where a tree arrives again and again in the same way that truth refuses.
                 if not accepted and (ended == FULL or rounds.over):
@@ -167,7 +163,6 @@ def rejection_sources(
     """Estimate the fractions of rejections by cause and source, as ``Rejections.shares``.
 
     Args:
-        problem: The planning problem.
         states: From which motions begin, shape (n, nx), at least one.
         max_steps: Maximum control duration in steps.
         budget: Of the finished search; if no time is left, few motions are made.
@@ -175,8 +170,10 @@ def rejection_sources(
     with budget.preparing():
         generator, judge = np.random.default_rng(0), Propagator(problem)
     lower, upper = problem.model.control_bounds.T
-    for node in generator.integers(len(states), size=MAX_MOTIONS):
-        if budget.elapsed > budget.time_limit + MAX_SECONDS:
+    # a few similar motions are repeated: the compiled loop counts causes, not their sources
+    for node in generator.integers(len(states), size=100):
+        # [s] allowed for them beyond the search's time limit
+        if budget.elapsed > budget.time_limit + 0.02:
             break
         x, u = states[node].tolist(), generator.uniform(lower, upper).tolist()
         for _ in range(generator.integers(max_steps) + 1):
@@ -190,7 +187,6 @@ class IncumbentImprovement:
     """The incumbent solution and the time limit of its improvement.
 
     Args:
-        budget: Of the search.
         seconds: Time to continue after the first solution, in [s].
         step: Time step of the motions in [s].
         cost: Returns what inputs (N, nu) cost; the number of steps when left out.

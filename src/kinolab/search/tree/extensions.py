@@ -27,8 +27,6 @@ from kinolab.simulation.limits import slopes_of_step
 from kinolab.simulation.machine import advance, advance_in_lanes, derivative_in_lanes
 from kinolab.simulation.propagator import EQUATIONS
 
-MAX_DRAWS = 8  # of a node to extend, in an idle lane before the others go on
-
 
 class Ends(NamedTuple):
     """Ends of extensions that are not in the tree yet, for compiled kernels."""
@@ -203,6 +201,7 @@ def lane_to_serve(search, tree, min_steps, least):  # type: ignore[no-untyped-de
             if drawn == 0 and has_ended(tree, lane):
                 return lane
         for lane in range(LANES):
-            if is_idle(tree, lane) and draws[lane] < MAX_DRAWS:
+            # draws of a node to extend, in an idle lane before the others go on
+            if is_idle(tree, lane) and draws[lane] < 8:
                 return lane
         extend_all(search, tree, min_steps, least)

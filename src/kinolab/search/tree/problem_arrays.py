@@ -24,9 +24,6 @@ from kinolab.search.tree.flat_arrays import copy
 from kinolab.simulation.collision_context import place_machine
 from kinolab.simulation.limits import LimitArrays, limit_arrays
 
-GOAL_SAMPLES = 4096  # precomputed samples around the goal
-GOAL_STATES = 256  # precomputed samples in the goal
-
 
 class ProblemArrays(NamedTuple):
     """A problem as plain arrays."""
@@ -52,7 +49,7 @@ def gather_problem(problem: PlanningTask, goal_region_scale: float, seed: int) -
     """Collect the arrays; goal samples reach out to ``goal_region_scale`` tolerances."""
     model, random = problem.model, np.random.default_rng(seed)
     entry = np.flatnonzero(problem.weights > 0)
-    spreads = goal_region_scale ** random.uniform(size=GOAL_SAMPLES)
+    spreads = goal_region_scale ** random.uniform(size=4096)  # precomputed samples around the goal
     return ProblemArrays(
         start=np.clip(problem.start, *problem.bounds.T),
         limits=limit_arrays(problem),
@@ -66,7 +63,7 @@ def gather_problem(problem: PlanningTask, goal_region_scale: float, seed: int) -
         circular=np.ascontiguousarray(problem.circular[entry]),
         goal=goal_arrays(problem.goal),
         goal_samples=problem.sample_goals(random, spreads),
-        goal_states=problem.sample_goals(random, np.ones(GOAL_STATES)),
+        goal_states=problem.sample_goals(random, np.ones(256)),  # precomputed samples in the goal
         step=problem.step,
         cost_entry=-1 if problem.cost_entry is None else problem.cost_entry,
     )

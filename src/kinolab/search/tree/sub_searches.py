@@ -18,8 +18,6 @@ from kinolab.search.tree.tree_extension import AbstractTreeExtension
 if TYPE_CHECKING:
     from kinolab.steering.goal_connection import SteeredGoalConnection
 
-STEPS_PER_TREE_STEP = 3.0  # of a goal connection, which checks nothing: they take as long as one
-
 
 class SubSearch(Protocol):
     """A search interleaved with the growth of a tree.
@@ -74,11 +72,9 @@ class GoalConnections:
     They take no more time than the tree does, but for the last one.
 
     Args:
-        problem: The planning problem.
         period: Iterations between attempts; 0 for never.
         goal_region_scale: What counts as near the goal, in its tolerances.
         seed: Random seed of the node selection.
-        budget: Of the search.
 
     Attributes:
         due: Iterations until the next attempt.
@@ -113,7 +109,8 @@ class GoalConnections:
         if self.due > 0:
             return None
         self.due = self._period
-        if STEPS_PER_TREE_STEP * tree.steps_made < self._propagations:
+        # three steps of a connection, which checks nothing, take as long as one of the tree
+        if 3.0 * tree.steps_made < self._propagations:
             return None
         node = int(self._generator.integers(tree.nodes.size[0]))
         x = tree.nodes.x[node]

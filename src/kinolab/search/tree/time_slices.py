@@ -6,12 +6,6 @@ import math
 
 from kinolab.search.budget import Budget
 
-SLICE_SECONDS = 0.005  # [s] between clock checks
-FIRST_SLICE_ITERATIONS = 64  # iterations of the first slice
-# iterations of a slice: some milliseconds, and short enough even if they get slow
-MAX_SLICE_ITERATIONS = 2048
-RESTART_FACTOR = 1.5  # ratio of consecutive round lengths
-
 
 class RestartRounds:
     """Rounds after which a search begins anew, each longer than the one before.
@@ -35,21 +29,16 @@ class RestartRounds:
 
     def begin(self) -> None:
         """Begin a new round."""
-        self._length *= RESTART_FACTOR
+        self._length *= 1.5  # ratio of consecutive round lengths
         self.left = self._length
         self.restarts += 1
 
 
 class TimeSlices:
-    """Chooses the number of iterations until the next clock check.
-
-    Args:
-        budget: Of the search.
-        rounds: Of the search.
-    """
+    """Chooses the number of iterations until the next clock check."""
 
     def __init__(self, budget: Budget, rounds: RestartRounds) -> None:
-        self._budget, self._size, self._begun = budget, FIRST_SLICE_ITERATIONS, 0.0
+        self._budget, self._size, self._begun = budget, 64, 0.0  # iterations of the first slice
         self._rounds = rounds
 
     def next(self, most: float) -> int:
@@ -64,6 +53,7 @@ class TimeSlices:
         self._budget.spend(iterations)
         self._rounds.left -= iterations
         took = max(self._budget.clock() - self._begun, 1e-6)
-        fitting = iterations * SLICE_SECONDS / took
+        fitting = iterations * 0.005 / took  # [s] between clock checks
         # Grow slowly: the first iterations of a tree are far faster than later ones.
-        self._size = int(min(max(fitting, self._size / 4, 1), 2 * self._size, MAX_SLICE_ITERATIONS))
+        # iterations of a slice: some milliseconds, and short enough even if they get slow
+        self._size = int(min(max(fitting, self._size / 4, 1), 2 * self._size, 2048))

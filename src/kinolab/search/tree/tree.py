@@ -22,7 +22,6 @@ GROWING, REACHED, FULL = 0, 1, 2  # status of growth: may continue, goal reached
 ALL_STEPS = 3  # index of the count of all steps, after those of rejections by cause
 NONE = np.int64(-1)  # parent of the start; typed, since a literal would trigger recompilation
 COST_UNIT = 1e-9  # of a cost that is a state, by which trees count in whole numbers as by steps
-ROUNDING_FACTOR = 1.0 - 1e-6  # keeps clearances conservative in single precision
 
 
 class Tree(NamedTuple):
@@ -56,7 +55,6 @@ def tree(
     """Allocate an empty tree.
 
     Args:
-        arrays: Of the problem.
         capacity: In nodes.
         neighbours: Whether it has an index of nearest neighbours.
         kept_steps: Of inputs that are compared, whose states are kept.
@@ -87,7 +85,8 @@ def insert_node(tree, x, u, parent, steps, known_clearance):  # type: ignore[no-
     copy(u, tree.u[node])
     tree.parent[node], tree.steps[node] = parent, steps
     tree.cost[node] = cost_at(tree, parent, x, steps)
-    tree.clearance[node] = known_clearance * ROUNDING_FACTOR
+    # keeps clearances conservative in single precision
+    tree.clearance[node] = known_clearance * (1.0 - 1e-6)
     tree.failures[node] = 0
     tree.size[0] += 1
     return node
@@ -182,7 +181,6 @@ def nearer(tree: Tree, best: Array, violation: float, u: Array) -> tuple[float, 
     """Return the tree's nearest approach to the goal or a given motion, whichever is nearer.
 
     Args:
-        tree: The tree.
         best: The node nearest to the goal and its normalised goal error, shape (2,).
         violation: Normalised goal error of the given motion.
         u: Inputs of the given motion, shape (N, nu).

@@ -35,7 +35,6 @@ def video(
     """Return the trajectory as an MP4 video.
 
     Args:
-        problem: The machine and its world.
         trajectory: The motion.
         size: Width and height in [pixel], even; the scenario's if left out, as are speed and view.
         fps: Frames per second.
@@ -57,7 +56,6 @@ def mp4(film: Film, fps: float) -> bytes:
     """Return a film as the bytes of an MP4 file.
 
     Args:
-        film: The frames.
         fps: Frames per second, as the film was made for.
 
     Raises:

@@ -22,7 +22,6 @@ class Film:
 
     Args:
         script: What is shown, and when.
-        stage: The scene and its camera.
         magnifier: Inset that enlarges the machine in a corner, if any; one without a frame is the
             whole picture, which goes with the machine.
     """

@@ -36,7 +36,6 @@ class Drawn:
     """What came of an order.
 
     Args:
-        number: Of the order.
         content: The finished file; None where drawing has failed.
         reason: The traceback of a failure; empty where memory was short.
     """

@@ -94,7 +94,6 @@ class FilmProcess:
         What goes wrong here is said when the film is wanted.
 
         Args:
-            problem: The machine in its world.
             trajectory: The motion.
             drawn: Called with its film, in another thread; not if a newer one is begun instead.
         """

@@ -28,7 +28,6 @@ def gif_parts(film: Film, share: Callable[[], Share] = everything) -> Iterator[b
     """Yield a film as the bytes of a GIF file, in chunks.
 
     Args:
-        film: The film.
         share: What may be taken of the computer, which changes no byte.
     """
     with Crew(share) as crew:

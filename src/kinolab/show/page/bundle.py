@@ -17,7 +17,6 @@ def bundle(modules: Mapping[str, str], main: str) -> str:
 
     Args:
         modules: Module sources by name.
-        main: The entry module.
 
     Raises:
         ValueError: If a module is missing, imports are circular, or a name is not exported.

@@ -40,10 +40,6 @@ def configuration_plane(
     states of the plan.
 
     Args:
-        problem: The problem of the plan.
-        trajectory: The plan.
-        graph: The search graph.
-        title: Title of the plot.
         plane: Names of the coordinates; those in which the plan moves most if left out.
 
     Raises:

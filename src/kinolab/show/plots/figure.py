@@ -29,14 +29,7 @@ STYLE: dict[Any, Any] = {
 def figure_of(
     rows: int, columns: int, size: tuple[float, float], title: str
 ) -> tuple[Figure, list[Axes]]:
-    """Return a figure with a table of axes, row by row.
-
-    Args:
-        rows: Number of rows.
-        columns: Number of columns.
-        size: Width and height, in inches.
-        title: Title of the figure.
-    """
+    """Return a figure, width and height in inches, with a table of axes, row by row."""
     from matplotlib import rc_context
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure

@@ -36,8 +36,6 @@ def plots(
     """Return all plots of a plan, as files by name.
 
     Args:
-        problem: The problem of the plan.
-        trajectory: The plan.
         graph: The search graph, drawn in the configuration plane.
         form: SVG or PNG.
         plane: Coordinates of the configuration plane; those in which the plan moves most if left

@@ -21,7 +21,6 @@ class Caption:
     """A word at a place.
 
     Args:
-        text: The word.
         place: Of what it names, shape (3,), in [m].
     """
 
@@ -55,7 +54,6 @@ def _place(
     """The middle of a machine's upper side; where it is large, the point that moves most.
 
     Args:
-        still: The picture.
         ghost: The machine at one end of its way.
         other: At the other end, if it is shown there: else its first body has the word.
     """

@@ -21,7 +21,6 @@ def goal_mark(problem: PlanningTask, x: Array) -> GoalMarker | Ghost | None:
     are shown whose place the goal decides.
 
     Args:
-        problem: The machine and its goal.
         x: States along the way, shape (nt, nx); of a single one it is known that nothing moves.
     """
     goal, nq = problem.goal, problem.model.nq

@@ -28,7 +28,6 @@ def key_poses(problem: PlanningTask, trajectory: Trajectory) -> Keys:
 
     Args:
         problem: The problem; [integration] defines the motion between knots.
-        trajectory: Its knots.
     """
     if len(trajectory.t) == 1:
         rest = tracks(problem.model.plant, trajectory.x, np.zeros_like(trajectory.x))

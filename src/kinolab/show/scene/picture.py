@@ -93,12 +93,10 @@ class Picture:
     """The content of a picture.
 
     Args:
-        obstacles: Static obstacles.
         bodies: Moving bodies; poses are given in the same order.
         ground: Whether the plane z = 0 is drawn; only with ``up`` = z.
         bounds: Limits of the workspace in [m] by axis name; the picture contains them.
         up: Direction that points upward in the picture, shape (3,).
-        view: The camera's viewpoint.
         azimuth: Of the camera in [rad], from the front view counterclockwise; None: where one sees
             most of the way from.
         elevation: Of the camera above the horizon in [rad]; None: by the shape of the world.

@@ -41,7 +41,6 @@ def picture(problem: PlanningTask, x: np.ndarray, settings: RenderSection | None
     """Return the picture in which bodies and cables move.
 
     Args:
-        problem: The machine and its world.
         x: States along the way, shape (times, nx).
         settings: The scenario's, or others.
     """
@@ -95,7 +94,6 @@ def path_body(problem: PlanningTask, poses: np.ndarray) -> int:
     """Return the body whose path is drawn: the leading one, or the next that leaves its place.
 
     Args:
-        problem: The machine.
         poses: Along the way, shape (nt, nb, 12).
     """
     # 1e-6 [m]; a body that goes less turns in its place

@@ -100,10 +100,8 @@ def content_of(
     """Return the content of a page.
 
     Args:
-        problem: The machine in its world.
         trajectory: The plan's; without one the machine is shown at its start.
         facts: About the plan, by the keys of a report.
-        graph: Its search graph.
         drive: Whether the page can simulate the machine.
     """
     shown = _standing(problem) if trajectory is None else unwrapped(problem, trajectory)

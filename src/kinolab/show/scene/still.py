@@ -28,7 +28,6 @@ class Still:
     """What stands still in a picture, and how it is looked at.
 
     Args:
-        picture: The picture.
         obstacles: Its obstacles as meshes.
         outlook: Where it is seen from, and what is translucent.
         floor: The ground, if there is any.
@@ -89,7 +88,6 @@ def set_up(picture: Picture, motion: Array) -> tuple[Still, Array]:
     """What stands still, and points whose convex hull has all that is seen, shape (n, 3), in [m].
 
     Args:
-        picture: The picture.
         motion: Poses that it must contain, shape (nt, nb, 12).
     """
     machine, obstacles = picture.machine(), picture.obstacle_meshes()

@@ -30,8 +30,6 @@ def gallery_of(
     the trajectory.
 
     Args:
-        folders: Folders of finished runs.
-        title: Title of the page.
         told: Called with each folder before it is read.
     """
     cards = []

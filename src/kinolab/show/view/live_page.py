@@ -50,10 +50,6 @@ FETCH_SECONDS = 10.0  # [s] for a page to fetch the finished one
 class LivePage:
     """The live page of a problem, with events to all its viewers.
 
-    Args:
-        problem: The problem being solved.
-        words: The initial status message.
-
     Attributes:
         address: URL for a browser on this computer.
     """

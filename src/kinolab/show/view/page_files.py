@@ -31,7 +31,6 @@ def save_page(problem: PlanningTask, plan: Shown, path: str | Path = PAGE) -> Pa
     """Write the interactive page of a plan; with None that of the problem before planning.
 
     Args:
-        problem: The planning problem.
         plan: The result of planning, a trajectory, or a run that was read.
         path: Of the file, which is written atomically; ``scene.html`` when left out.
 
@@ -50,7 +49,6 @@ def save_glb(problem: PlanningTask, plan: Shown, path: str | Path = MODEL) -> Pa
     """Write the scene of a plan with its motion as binary glTF, which Blender opens.
 
     Args:
-        problem: The planning problem.
         plan: The result of planning, a trajectory, or a run that was read.
         path: Of the file, which is written atomically; ``result.glb`` when left out.
 
@@ -70,7 +68,6 @@ def notebook_frame(problem: PlanningTask, plan: PlanResult | None) -> str:
     It runs in a sandboxed frame without access to the notebook or a network.
 
     Args:
-        problem: The machine in its world.
         plan: The result of planning; None shows the problem alone.
     """
     page = html.escape(page_html(content_of_plan(problem, plan)))

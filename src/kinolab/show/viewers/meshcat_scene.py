@@ -34,7 +34,6 @@ def show_in_meshcat(problem: PlanningTask, plan: Shown, visualizer: Any = None) 
     ``kinolab``, which is moved so that the scene is in the middle.
 
     Args:
-        problem: The planning problem.
         plan: The result of planning, a trajectory, or a run that was read.
         visualizer: A ``meshcat.Visualizer``; left out, one is started. Its branch ``kinolab`` is
             replaced.

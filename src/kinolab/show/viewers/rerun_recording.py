@@ -25,7 +25,6 @@ def show_in_rerun(problem: PlanningTask, plan: Shown, path: str | Path | None = 
     """Show a plan in Rerun: the machine in its world, and states and inputs over time.
 
     Args:
-        problem: The planning problem.
         plan: The result of planning, a trajectory, or a run that was read.
         path: Of a recording that is written instead, such as ``run.rrd``; left out, Rerun's viewer
             is started.

@@ -43,10 +43,6 @@ from kinolab.trajopt.segments import segment_problem
 from kinolab.verification import Certificate, verify
 from kinolab.verification.certificate import collision_check
 
-WINDOWS = (20, 40, 80)  # steps on each side of what no longer fits, tried in turn
-SUBPROBLEMS = 12  # of a mended part; those that succeed take two to five
-# Steps in which a machine may come to rest, tried in turn: too few take long to be refuted.
-BRAKES = (40, 80, 20)
 # [s] of the first search, twice as long each time: what it looks for may have moved out of the way.
 SEARCH = 1.0
 # Of a state's scale, as MoveIt's allowed_start_tolerance: what a machine's own control makes up for
@@ -293,7 +289,7 @@ class Replanner:
         near = _apart(task, way) <= max(self.tolerance, SHORT.end_tolerance)
         if near and not broken and self._still_free(way, moved):
             yield Replan(by or "kept", replace(task, start=way.x[0]), way, proofs)
-        for steps in WINDOWS:
+        for steps in (20, 40, 80):  # steps on each side of what no longer fits, tried in turn
             if time.monotonic() > end:
                 return
             mended = _mended(task, way, broken, steps, _half_of_what_is_left(end))
@@ -455,7 +451,8 @@ class Replanner:
     ) -> tuple[Trajectory, tuple[Proof]] | None:
         """Return how the machine comes to rest from its start along a way, with its proof."""
         rest = replace(task, goal=_rest(task))
-        for steps in BRAKES:
+        # steps in which a machine may come to rest, tried in turn: too few take long to be refuted
+        for steps in (40, 80, 20):
             if time.monotonic() > end:
                 break
             late = _after(end - self._pace * steps)  # it must be verified in time
@@ -557,7 +554,8 @@ def _mended(
     ranges += [(max(a - steps, 0), min(b + steps, last)) for a, b in broken]
     for begin, end in reversed(_joined(ranges)):
         own = _between(task, rest, begin, end)
-        piece = trajopt.make_exact(own, rest.piece(begin, end), late, SUBPROBLEMS)
+        # subproblems of a mended part; those that succeed take two to five
+        piece = trajopt.make_exact(own, rest.piece(begin, end), late, 12)
         if piece is None:
             return None
         made = made.with_piece(begin, end, piece, task.space)

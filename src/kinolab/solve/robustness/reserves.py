@@ -18,9 +18,6 @@ from kinolab.verification.tube.reachability import Tube
 from kinolab.verification.tube.tube_poses import TubePoses
 from kinolab.verification.tube.uncertainty import Uncertainty
 
-MOST = 0.6  # of half an input's range that is kept back: plans with less are hardly motions
-FAR = 1e6  # [m]: nothing is as far off as that
-
 
 @dataclass(frozen=True)
 class Reserves:
@@ -71,7 +68,6 @@ def needed(prover: Prover, expected: Tube, uncertainty: Uncertainty, factor: flo
     """Return what a plan needs, a factor larger than the linear part of its tube says.
 
     Args:
-        prover: Of the plan.
         expected: The linear part of its tube.
         uncertainty: Under which.
         factor: At least 1.
@@ -79,14 +75,15 @@ def needed(prover: Prover, expected: Tube, uncertainty: Uncertainty, factor: flo
     problem = prover.problem
     model = problem.whole or problem.model
     half = 0.5 * np.ptp(model.control_bounds, axis=1)
-    inputs = np.minimum(factor * input_needs(expected), MOST * half)
+    # of half an input's range that is kept back at most: plans with less are hardly motions
+    inputs = np.minimum(factor * input_needs(expected), 0.6 * half)
     poses = TubePoses.of(problem, prover.about, expected, uncertainty.radii(problem))
     off = factor * poses.displacements(problem)
     bounds = expected.bounds
     states = factor * np.maximum(-bounds.low, bounds.high).max(axis=0)
     limited = np.isfinite(model.state_bounds).all(axis=1) & ~problem.circular
     limited[model.speeds] = False
-    at = np.minimum(_clearances(prover), FAR)
+    at = np.minimum(_clearances(prover), 1e6)  # [m]: nothing is as far off as that
     most = off.max(axis=0)
     short = np.vstack([off, most]) - at
     wanted = np.where(short > 0.0, at.min(axis=0) + short, 0.0)  # of the whole machine

@@ -28,12 +28,9 @@ from kinolab.verification.tube.claim import Claim, claimed
 from kinolab.verification.tube.proof import Prover, TubeProof, require_provable
 from kinolab.verification.tube.uncertainty import Uncertainty
 
-ROUNDS = 5  # of plans, each with more kept back; what needs more is not proved
 # By which what is kept back is larger than what the linear part of a tube needs, in each round:
 # the rest of the tube needs some, too, and the next plan may need more than this one.
 FIRST_FACTOR, GROWTH = 1.1, 1.25
-GAINS = (0.2, 0.1, 0.05, 0.025)  # large deviations, as of the ``Tracker``: softest first
-STIFFER = 1.25  # times the inputs that the softest gains need may be taken by stiffer ones
 
 
 class Made(Protocol):
@@ -59,9 +56,11 @@ def best_tuned(prover: Prover, uncertainty: Uncertainty) -> tuple[Prover, TubePr
     """
     model = prover.problem.whole or prover.problem.model
     half = 0.5 * np.ptp(model.control_bounds, axis=1)
-    made = [prover.retuned(large) for large in GAINS]
+    # large deviations, as of the ``Tracker``: softest first
+    made = [prover.retuned(large) for large in (0.2, 0.1, 0.05, 0.025)]
     needs = [float((input_needs(one.expected(uncertainty)) / half).max()) for one in made]
-    cheap = [k for k, need in enumerate(needs) if need <= STIFFER * min(needs)]
+    # times the inputs that the softest gains need may be taken by stiffer ones
+    cheap = [k for k, need in enumerate(needs) if need <= 1.25 * min(needs)]
     order = [cheap[-1], *(k for k in range(len(made)) if k != cheap[-1])]
     best: tuple[Prover, TubeProof] | None = None
     for k in order:
@@ -86,7 +85,6 @@ def solved_robustly(
     """Return a plan that is proved under an uncertainty, or under less, and what is proved.
 
     Args:
-        problem: The problem.
         asked: What may differ from its assumptions.
         solve: Plans, from a motion that is nearly one where there is such.
         guess: The first of them.
@@ -98,7 +96,7 @@ def solved_robustly(
     asked.require(problem)
     last: tuple[T, Prover] | None = None
     reserves, factor = Reserves(), FIRST_FACTOR
-    for _ in range(ROUNDS):
+    for _ in range(5):  # rounds of plans, each with more kept back; what needs more is not proved
         made = _planned(problem, reserves, solve, guess)
         if made is None or made.status != "solved" or made.trajectory is None:
             break

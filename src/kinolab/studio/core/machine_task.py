@@ -30,7 +30,6 @@ def examine_machine(tell: Callable[[Any], None], problem: PlanningTask) -> Exami
 
     Args:
         tell: Sends what is being done.
-        problem: Whose machine it is.
     """
     from kinolab.analyze.describe.each_mode import in_each_mode
     from kinolab.analyze.examine import examine

@@ -62,7 +62,6 @@ def own_copy(folder: ChosenFolder, name: str) -> list[Change]:
 
     Args:
         folder: Where the copy goes.
-        name: Of the machine.
 
     Raises:
         InputError: If there is a file of this name already.

@@ -46,7 +46,6 @@ def meaning_of(text: str, path: Path, before: ScenarioMeaning | None = None) -> 
     """Understand a text; nothing is raised, and the last good problem stays.
 
     Args:
-        text: Of a scenario.
         path: Of its file, below whose folder relative paths start.
         before: What the text before it meant.
     """

@@ -34,7 +34,6 @@ def with_body_at(
     Args:
         problem: The machine; wheels stay on the ground and loops closed.
         x: The state before, shape (nx,).
-        body: The body's number.
         place: Where its origin is wanted, shape (3,), in [m].
         turn: How it is wanted to be turned, shape (3, 3); as it is when left out.
     """

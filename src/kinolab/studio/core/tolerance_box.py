@@ -9,8 +9,6 @@ import numpy as np
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 
-MOST = 8  # coordinates whose tolerances are combined: 256 poses
-
 
 def tolerance_box(problem: PlanningTask) -> Array | None:
     """Return two corners of a box in which the leading body may be at the goal, shape (2, 3).
@@ -20,7 +18,8 @@ def tolerance_box(problem: PlanningTask) -> Array | None:
     """
     goal, nq = problem.goal, problem.model.nq
     reach = dict(zip(goal.indices, goal.tolerances.tolist(), strict=True))
-    decided = [i for i in goal.entries if i < nq and i in reach][:MOST]
+    # coordinates whose tolerances are combined: 256 poses
+    decided = [i for i in goal.entries if i < nq and i in reach][:8]
     if goal.points or goal.directions or not decided:
         return None
     centre = goal.centre(problem.start)

@@ -17,7 +17,6 @@ from kinolab.trajectory import Trajectory
 from kinolab.verification.tube.uncertainty import kept_by_default
 
 Tell = Callable[[Any], None]
-MOST_FAILED = 20  # runs that failed whose motions are kept, to be looked at
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,7 +65,6 @@ def execute_plan(
         plan: The motion.
         conditions: By how much machines and sensors differ from what was assumed.
         runs: How many.
-        seed: Of the random numbers.
     """
     from kinolab.analyze.execute.execution import Executor
     from kinolab.analyze.execute.execution_diagnosis import diagnose_execution
@@ -84,7 +82,8 @@ def execute_plan(
     failed: dict[str, Array] = {}
     for k, run in enumerate(found.runs):
         paths.setdefault(run.outcome, []).append(path_of(problem, run.x))
-        if run.failure is not None and len(failed) < MOST_FAILED:
+        # runs that failed whose motions are kept, to be looked at
+        if run.failure is not None and len(failed) < 20:
             failed[f"run {k + 1}: {run.failure.phrase}"] = run.x
     lines = tuple(line.strip() for line in summary_lines(problem, found, why))
     return Executed(lines, {how: np.concatenate(each) for how, each in paths.items()}, failed)

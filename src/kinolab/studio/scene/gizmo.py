@@ -20,7 +20,6 @@ class Gizmo:
     """A gizmo in the scene; it takes the place of one of the same name.
 
     Args:
-        session: Whose scene it is in.
         name: Of its node.
         moved: Called while it is dragged, and at the end.
     """

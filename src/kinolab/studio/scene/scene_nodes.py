@@ -44,7 +44,6 @@ class SceneNodes:
     """What a browser shows of a problem.
 
     Args:
-        server: Whose scene it is.
         clicked: Called with the number of an obstacle that was clicked.
 
     Attributes:

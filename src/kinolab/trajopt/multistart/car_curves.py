@@ -39,9 +39,6 @@ class CarCurves:
     """Motions of a car along its shortest curves.
 
     Args:
-        problem: The planning problem.
-        car: Its machine.
-        generator: Draws poses and shortcuts.
         cancelled: Whether to give up.
         below: Duration in [s] that motions must be shorter than.
     """

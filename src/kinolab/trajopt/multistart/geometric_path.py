@@ -30,8 +30,6 @@ class GeometricPaths:
     """Collision-free geometric paths for one machine in one world.
 
     Args:
-        problem: The planning problem.
-        generator: Random number generator.
         stop: Cancellation token; cancelling raises a CancelledError.
         clearance: From obstacles, in [m].
     """

@@ -23,12 +23,7 @@ from kinolab.trajopt.options import GUESS
 
 
 class Guesses:
-    """Initial guesses for one problem.
-
-    Args:
-        problem: The planning problem.
-        generator: Random number generator.
-    """
+    """Initial guesses for one problem."""
 
     def __init__(self, problem: PlanningTask, generator: np.random.Generator) -> None:
         self._problem, self._generator = problem, generator
@@ -113,7 +108,6 @@ class Guesses:
 
         Args:
             path: Shape (m, nx).
-            steps: Number of steps.
             h: Step length in [s].
         """
         problem, generator = self._problem, self._generator
@@ -171,7 +165,6 @@ def path_time_scaling(problem: PlanningTask, knots: Knots) -> Knots:
     The first and last knots stay as they are.
 
     Args:
-        problem: The planning problem.
         knots: Configurations along a path; velocities are overwritten.
     """
     x, nq = knots.x.copy(), problem.model.nq

@@ -24,7 +24,6 @@ def turned_along(problem: PlanningTask, path: Array) -> Array:
     the nearest to the one before is taken.
 
     Args:
-        problem: The planning problem.
         path: Shape (m, nx).
 
     Returns:
@@ -59,7 +58,6 @@ def turned_for_requirements(
     are tried; of those that break the least, the nearest to the one before is taken.
 
     Args:
-        problem: The planning problem.
         path: Shape (m, nx).
         quickest: Returns the least time in [s] of a path.
 

@@ -30,9 +30,7 @@ class KinematicMultistart:
     """Multistart in the kinematic reduction, whose motions are guesses for the dynamics.
 
     Args:
-        problem: The planning problem.
         knots: Approximate number of knots of a guess.
-        seed: Random seed.
         cancelled: Whether to give up.
         below: Duration in [s] of the incumbent solution, if any.
 

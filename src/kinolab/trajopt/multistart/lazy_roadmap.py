@@ -161,7 +161,6 @@ def straight_roadmap(
     """Return a roadmap of straight lines between two states.
 
     Args:
-        problem: The planning problem.
         paths: What is free.
         times: Returns the least times in [s] for legs of paths, shape (..., m, nx), (..., m - 1).
         ends: First and last state, shape (2, nx).

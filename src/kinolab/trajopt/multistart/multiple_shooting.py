@@ -58,8 +58,6 @@ def shoot(
     None, too, if a guess's steps are so long that they diverge.
 
     Args:
-        problem: The planning problem.
-        guess: Initial guess.
         block: Time steps of the problem per knot interval.
         iterations: Maximum number of subproblems on the coarse grid.
         cancelled: Whether to give up.
@@ -120,9 +118,7 @@ class Multistart:
     """Multistart over initial guesses that differ in duration, turns and path.
 
     Args:
-        problem: The planning problem.
         knots: Approximate number of knots of a guess.
-        seed: Random seed.
         cancelled: Whether to give up.
         below: Duration in [s] of the incumbent solution, if any.
         hasten: As for ``shoot``.

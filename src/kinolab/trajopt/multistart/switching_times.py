@@ -142,7 +142,6 @@ class _Arcs:
     """Where a word leads, and how that depends on the durations of its arcs.
 
     Args:
-        problem: The planning problem.
         word: Inputs, shape (arcs, nu).
         substeps: Steps of the problem that all arcs last together, about.
     """

@@ -73,9 +73,7 @@ class TwoTrees:
     """Guesses that lead from the start into the goal but for one gap.
 
     Args:
-        problem: The planning problem.
         signs: Of its inputs, by ``reversal``.
-        generator: Seeds the trees.
         cancelled: Whether to give up.
     """
 

@@ -20,7 +20,6 @@ from kinolab.trajopt.exact import make_exact
 from kinolab.trajopt.multistart.multiple_shooting import Multistart
 
 DELAYS = (0.0, 0.25, 0.5, 1.0, 2.0)  # of a motion's duration, tried in turn
-SAME = 1e-9  # of a state's scale: the start itself is held
 
 
 class VelocityTuning:
@@ -29,7 +28,6 @@ class VelocityTuning:
     Args:
         problem: The planning problem; ``standing`` has one for it.
         knots: Approximate number of knots of a guess.
-        seed: Random seed.
         cancelled: Whether to give up.
         below: Duration in [s] of the incumbent solution, if any.
     """
@@ -82,4 +80,4 @@ class VelocityTuning:
     def _moved(self, x: Array) -> bool:
         problem = self._problem
         away = np.abs(problem.space.difference(problem.start, x)) / problem.scales
-        return bool(away.max() > SAME)
+        return bool(away.max() > 1e-9)  # of a state's scale: the start itself is held

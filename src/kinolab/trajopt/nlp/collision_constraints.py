@@ -89,7 +89,6 @@ class CollisionConstraints:
     """Signed-distance constraints: obstacles, the ground, and self-collision.
 
     Args:
-        problem: The planning problem.
         clearance: Safety margin of every distance, in [m].
         near: Activation distance of ``rows`` beyond that, as a fraction of half the largest shape.
 

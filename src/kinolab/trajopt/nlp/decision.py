@@ -104,7 +104,6 @@ def resampled(t: Array, x: Array, u: Array, count: int, space: StateSpace) -> Kn
         t: Times in [s], shape (N+1,).
         x: States, shape (N+1, nx).
         u: Inputs, shape (N, nu).
-        count: Number of steps.
         space: The state space; quaternions are normalised.
     """
     times = np.linspace(t[0], t[-1], count + 1)

@@ -49,7 +49,6 @@ def true_steps(problem: PlanningTask, knots: Knots) -> Callable[[Array, Array, f
     """Return what makes steps, through transitions between modes as well.
 
     Args:
-        problem: The planning problem.
         knots: Near which the steps are accurate.
 
     Returns:
@@ -88,7 +87,6 @@ def refined(problem: PlanningTask, knots: Knots, times: int | NDArray[np.int64])
     """Return the motion under the same inputs with every step split.
 
     Args:
-        problem: The planning problem.
         knots: Of the motion.
         times: Into how many steps, all or those of each phase, shape (P,).
     """

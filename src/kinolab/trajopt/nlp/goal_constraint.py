@@ -17,7 +17,6 @@ class GoalConstraint:
     nearest to the guess is fixed, which keeps the equations smooth.
 
     Args:
-        problem: The planning problem.
         guess: Guess of the final state, shape (nx,).
     """
 

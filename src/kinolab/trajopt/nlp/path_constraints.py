@@ -25,7 +25,6 @@ class PathConstraints:
     """Margins of all path constraints.
 
     Args:
-        problem: The planning problem.
         clearance: Scaled amount by which each margin is tightened.
         begins: Whether to evaluate where steps begin. There inputs jump, and margins that depend on
             them; all others equal those at the end of the previous step and are left out.
@@ -53,7 +52,6 @@ class PathConstraints:
         """Return all margins at states (m, nx) and inputs (m, nu), shape (m, constraints).
 
         Args:
-            x, u: States and inputs.
             switching: Where they are not tightened, shape (m,): at a transition a guard is zero.
         """
         parts = [part.reshape(len(x), -1) for part in self._parts(x, u)]
@@ -204,7 +202,6 @@ def samples(knots: Knots, pieces: int, entered: Array | None = None) -> Samples:
     """Sample ``pieces`` evenly spaced states per step, excluding the start.
 
     Args:
-        knots: The knots.
         pieces: Samples per step.
         entered: From where steps are smooth, shape (N, nx); the knots where left out.
     """
@@ -222,7 +219,6 @@ def beginnings(knots: Knots, entered: Array | None = None) -> Samples:
     """Return the state at the beginning of each step with the inputs of that step.
 
     Args:
-        knots: The knots.
         entered: As in ``samples``, shape (N, nx).
     """
     knot = np.arange(len(knots.u))

@@ -77,7 +77,6 @@ class TrajectoryProblem:
     """A planning problem as a trajectory optimisation problem.
 
     Args:
-        problem: The planning problem.
         clearance: Safety margin of distances, as a fraction of the machine's size.
         room: The same in [m], at least.
         fraction: Scaled margin of state limits and path constraints, as a fraction of that.
@@ -255,9 +254,7 @@ class MultipleShooting:
     """Multiple-shooting transcription of one problem for knots near a guess.
 
     Args:
-        problem: The planning problem.
         step_map: From knot to knot.
-        linkage: Of phases.
         end: Guess of the final state, shape (nx,); it selects the branch of the goal constraint.
         inequalities: Path and collision constraints.
         pieces: Samples per step at which inequalities are evaluated.

@@ -53,7 +53,6 @@ class Transitions:
     """Transitions between the phases of motions.
 
     Args:
-        problem: The planning problem.
         step: The map of a smooth step.
         reserve: By which conditions must hold and guards fall in [1/s], in their units.
     """

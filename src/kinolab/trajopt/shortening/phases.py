@@ -219,7 +219,6 @@ def _until_transition(
     """Return how long a smooth motion lasts, where it ends, and which transition ends it.
 
     Args:
-        problem: The planning problem.
         step: The map of a smooth step.
         x: State from which it begins, shape (nx,).
         u: Inputs, shape (nu,).

@@ -307,7 +307,6 @@ def _better(
     """Re-simulate knots; return the result if it is feasible and shorter than the best so far.
 
     Args:
-        task: The problem.
         knots: Of a motion.
         best: What is returned otherwise.
         most: Duration in [s] below which the result must be, too.

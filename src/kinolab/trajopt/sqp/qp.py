@@ -32,8 +32,6 @@ def program_seconds(steps: int, variables: int, rows: int, iterations: int = 15)
     Args:
         steps: Of the motion.
         variables: States and inputs of each.
-        rows: Inequalities.
-        iterations: Of the interior-point method.
     """
     return 1.2e-3 + iterations * (3.5e-8 * steps * variables**2 + 8e-7 * rows)
 
@@ -42,7 +40,6 @@ def solve(given: Subproblem, accuracy: float = 1e-9) -> Step | None:
     """Return the optimal step within the trust region; None if the solver fails.
 
     Args:
-        given: The subproblem.
         accuracy: Scaled tolerance of the solution.
     """
     import piqp  # imported here: nothing else needs it

@@ -38,7 +38,6 @@ def restore_feasibility(
     """Return feasible knots near given ones; None if none are found.
 
     Args:
-        task: The problem.
         knots: Initial guess, clipped first to the limits of states and inputs.
         iterations: Maximum number of subproblems.
         times: Steps of the problem per knot interval.
@@ -65,7 +64,6 @@ def coarse_to_fine(task: TrajectoryProblem, knots: Knots) -> Knots:
     smaller program, which is faster and has fewer local minima, leaves little to do.
 
     Args:
-        task: The problem.
         knots: Within the limits of states and inputs.
     """
     steps = len(knots.u)

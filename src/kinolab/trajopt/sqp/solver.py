@@ -44,9 +44,7 @@ def minimize(
     """Improve knots until they are feasible and the cost no longer falls.
 
     Args:
-        transcription: The nonlinear program.
         knots: Initial guess within the limits of states and inputs.
-        scaling: Of the variables.
         weights: Of the merit function; without time and effort only feasibility is restored.
         iterations: Maximum number of subproblems.
         enough: Total scaled violation that counts as feasible.

@@ -71,7 +71,6 @@ def subproblem(
     """Return the subproblem within a trust region.
 
     Args:
-        linearization: Of the problem.
         scaling: With all limits.
         weights: Of the merit function.
         radius: Largest scaled change of any variable.

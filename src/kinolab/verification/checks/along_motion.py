@@ -26,7 +26,6 @@ from kinolab.verification.peaks import Excess, peaks
 LEFT_TO_SAMPLES, LEFT_OF_STATES = 1e-2, 1e-6
 
 Violations = Iterator[tuple[float, str]]
-MANY = 100  # violations in a batch of samples, of which only the worst are told
 
 
 def requirements(context: CheckContext) -> Check | None:
@@ -108,7 +107,7 @@ def _passed(context: CheckContext) -> Violations:
 def _passed_at(problem: PlanningTask, times: Array, states: Array) -> Violations:
     """Yield the limit violations at the worst of some times."""
     outside = np.flatnonzero(problem.outside_limits(states))
-    if len(outside) > MANY:
+    if len(outside) > 100:  # violations in a batch of samples, of which only the worst are told
         worst = problem.limit_excess(states[outside]).argmax(axis=0)
         outside = outside[np.unique(worst)]
     for j in outside:

@@ -16,7 +16,6 @@ from kinolab.numerics.arrays import Array
 from kinolab.verification.check import Check, CheckContext, judged
 
 AGREEMENT = 1e-8  # of the largest change of the state and a scale a second; rounding is below 1e-12
-SAMPLES = 12  # rows that are compared unless the whole motion is
 ROWS_PER_BATCH = 256
 
 
@@ -50,7 +49,8 @@ def _instants(context: CheckContext) -> Iterator[tuple[Array, Array, Array]]:
     """Yield times (m,), states (m, nx) and inputs of the plant (m, nu) at which to compare."""
     t, x, u = context.trajectory.t, context.trajectory.x, context.stored.u
     if not context.thorough:
-        rows = np.unique(np.linspace(0, len(u) - 1, SAMPLES).round().astype(int))
+        # rows that are compared unless the whole motion is
+        rows = np.unique(np.linspace(0, len(u) - 1, 12).round().astype(int))
         yield t[rows], x[rows], u[rows]
         return
     intervals, begin, _ = context.motion.steps

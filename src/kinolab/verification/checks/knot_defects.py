@@ -19,8 +19,6 @@ from kinolab.verification.dense_motion import TooFastError
 
 # of a state's scale: allowed defect between a knot and the state propagated from the one before
 DEFECT_TOLERANCE = 1e-6
-DISCRETE_DEFECT = 1e-9  # the same where the discrete integrator map is the reference
-MAX_DRIFT = 1e-3  # of a state's scale: beyond it the stored knots are not this motion
 
 
 def start(context: CheckContext) -> Check:
@@ -40,7 +38,8 @@ def dynamics(context: CheckContext) -> Check:
     """
     problem, trajectory = context.problem, context.trajectory
     discrete = problem.scenario.integration.truth == "discrete"
-    limit = DISCRETE_DEFECT if discrete else DEFECT_TOLERANCE
+    # where the discrete integrator map is the reference
+    limit = 1e-9 if discrete else DEFECT_TOLERANCE
     try:
         reached = _from_each(context)
     except (DivergedError, TooFastError) as error:
@@ -66,7 +65,8 @@ def drift(context: CheckContext) -> Check:
     """
     trajectory, (growth, _) = context.trajectory, context.error_growth
     errors = _errors(context.problem, trajectory.x, context.motion.x)
-    limit = min(DEFECT_TOLERANCE * len(trajectory.t) * max(growth, 1.0), MAX_DRIFT)
+    # of a state's scale: beyond it the stored knots are not this motion
+    limit = min(DEFECT_TOLERANCE * len(trajectory.t) * max(growth, 1.0), 1e-3)
     return worst_entry(
         "drift", errors, limit, lambda k, _: f"largest at t = {trajectory.t[k]:.6g} s"
     )

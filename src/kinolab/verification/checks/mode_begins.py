@@ -6,8 +6,6 @@ import numpy as np
 
 from kinolab.verification.check import Check, CheckContext, worst_entry
 
-LANDED = 1e-6  # [m] or [rad]: between two knots, at which drift is mended, positions drift by less
-
 
 def transitions(context: CheckContext) -> Check | None:
     """Check h(q) where a mode begins; None of machines without such modes."""
@@ -27,4 +25,5 @@ def transitions(context: CheckContext) -> Check | None:
             "wait for it, or its reset set it"
         )
 
-    return worst_entry("transitions", residual, LANDED, words)
+    # [m] or [rad]: between two knots, at which drift is mended, positions drift by less
+    return worst_entry("transitions", residual, 1e-6, words)

@@ -7,10 +7,6 @@ import numpy as np
 from kinolab.dynamics.analysis.consistent_states import CONSTRAINT_TOLERANCE
 from kinolab.verification.check import LIMIT_TOLERANCE, Check, CheckContext, judged, worst_entry
 
-# relative deviation from a discrete problem's step: times accumulate rounding
-STEP_TOLERANCE = 1e-6
-FEEDBACK_TOLERANCE = 1e-9  # of an input's range: allowed deviation from the feedback law
-
 
 def numbers(context: CheckContext) -> Check:
     """Check that all numbers are finite and all modes exist; the value counts those that do not."""
@@ -36,7 +32,8 @@ def times(context: CheckContext) -> Check:
     steps = np.diff(t)
     bad, detail = np.flatnonzero(~(steps > 0)), "row {} does not come after the row before"
     if not bad.size and problem.scenario.integration.truth == "discrete":
-        whole = np.isclose(steps, problem.step, rtol=STEP_TOLERANCE, atol=0.0)
+        # relative deviation from a discrete problem's step: times accumulate rounding
+        whole = np.isclose(steps, problem.step, rtol=1e-6, atol=0.0)
         bad, detail = np.flatnonzero(~whole), "row {} does not come one step after the row before"
     late = abs(float(t[0])) > 0
     text = detail.format(bad[0] + 1) if bad.size else "t starts late"
@@ -98,4 +95,5 @@ def feedback(context: CheckContext) -> Check | None:
         wrong = f"{u[k, i]:.9g} where the law gives {given[k, i]:.9g}"
         return f"at t = {trajectory.t[k]:.6g} s {plant.control_names[i]} is {wrong}"
 
-    return worst_entry("feedback", errors, FEEDBACK_TOLERANCE, words)
+    # of an input's range: allowed deviation from the feedback law
+    return worst_entry("feedback", errors, 1e-9, words)

@@ -22,10 +22,8 @@ from kinolab.world import BodyGeometry, CollisionChecker, World
 from kinolab.world.geometry import placement
 
 Solid: TypeAlias = tuple[float, Callable[[float], Shape]]  # its radius, and it with another one
-MOST_CELLS = 512  # along an axis
 CORNERS = 64  # of the polygon that stands for a disc
 FLAT = 1e-3  # times the radius: its thickness
-TRIFLE = 1e-6  # [m], below which a solid is no help
 
 
 def free_way(
@@ -66,8 +64,6 @@ def inner_solids(problem: PlanningTask, mode: ModeFormulas, seats: Array) -> lis
     They are discs in bodies that only turn about the vertical, and balls in others.
 
     Args:
-        problem: Provides the bodies.
-        mode: Their frames.
         seats: Where the point is in each body's axes, (bodies, 3) in [m]; NaN where that changes.
     """
     operations, ends = mode.frames.operations, mode.frames.ends
@@ -126,10 +122,11 @@ def blocked_squares(
     low, high = (side(np.vstack([points, *spread]), axis=0) for side in (np.min, np.max))
     limits = [world.bounds.get(axis, (-np.inf, np.inf)) for axis in "xy"]
     low, high = np.maximum(low, [a for a, _ in limits]), np.minimum(high, [b for _, b in limits])
-    edge = max(float((high - low).max()) / MOST_CELLS, 0.25 * max(radii))
+    edge = max(float((high - low).max()) / 512, 0.25 * max(radii))
     shape = np.ceil((high - low) / edge).astype(int) + 2
     first, half = low - edge, edge / np.sqrt(2.0)
-    slim = [made(radius - half) for radius, made in solids if radius - half > TRIFLE]
+    # [m], below which a solid is no help
+    slim = [made(radius - half) for radius, made in solids if radius - half > 1e-6]
     blocked = np.zeros(shape, dtype=bool)
     for axis, (below, above) in enumerate(limits):
         middles = first[axis] + edge * np.arange(shape[axis] + 1)

@@ -40,7 +40,6 @@ SLACK = 1e-6
 # are so many boxes. Other values make bounds smaller, or take longer; they never make one false.
 WORTH, PATIENCE, BOXES = 1e-3, 8, 3000
 TINY = np.finfo(float).tiny
-WEAK = 2.0  # times a bound: a plan that is longer may or may not be a good one
 
 
 @dataclass(frozen=True)
@@ -60,7 +59,8 @@ class DurationBound:
         if not self.seconds > 0.0:
             return f"no lower bound on its duration was proved: {self.reason}"
         shown = f"{math.floor(100.0 * self.seconds) / 100.0:g} s"
-        if duration > WEAK * self.seconds:
+        # times a bound: a plan that is longer may or may not be a good one
+        if duration > 2.0 * self.seconds:
             return (
                 f"no plan takes less than {shown}, which is proved ({self.reason}), "
                 "but says little so far below this one"

@@ -28,7 +28,6 @@ def shortest_path(blocked: NDArray[np.bool_], start: Array, goal: Array) -> floa
     Args:
         blocked: Which unit squares cannot be entered, shape (nx, ny); all outside can.
         start: In units of a square from the corner of the first, shape (2,).
-        goal: Likewise.
     """
     around = np.pad(blocked, 1).astype(np.uint8)
     pairs = np.stack([around[:-1, :-1], around[1:, 1:], around[1:, :-1], around[:-1, 1:]])
@@ -60,7 +59,6 @@ def arc_outside(start: Array, goal: Array, centre: Array, half_angle: float) -> 
 
     Args:
         start: Unit vector (3,), outside the cap.
-        goal: Likewise.
         centre: Of the cap, a unit vector (3,).
         half_angle: Of the cap in [rad], below pi / 2.
     """

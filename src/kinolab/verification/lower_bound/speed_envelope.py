@@ -36,7 +36,6 @@ class AdmissibleStates:
     """Boxes of the states of one mode that keep all limits, with the inputs that may act in them.
 
     Args:
-        problem: The problem.
         mode: The formulas of the mode.
         formulas: That are to be enclosed.
     """

@@ -96,7 +96,6 @@ def claimed(prover: Prover, asked: Uncertainty) -> Claim:
     """Answer whether a plan is proved under an uncertainty, and if not, under which share of it.
 
     Args:
-        prover: Of the plan.
         asked: What may differ from the plan's assumptions.
 
     Raises:
@@ -130,8 +129,6 @@ def proved_again(problem: PlanningTask, trajectory: Any, stored: Mapping[str, An
     """Prove a claim again, and compare every number of it.
 
     Args:
-        problem: The problem of the plan.
-        trajectory: The plan.
         stored: What ``proof_to_json`` returned.
     """
     try:

@@ -26,7 +26,6 @@ from kinolab.world import CollisionChecker, World
 # [m]: what an integrator of 1e-9 and clearances of 1e-8 may be off by, and more
 SLACK = 1e-6
 Placement: TypeAlias = Callable[[Array], tuple[Array, Array]]
-MOST_HALVINGS = 40  # of a step: into parts of 1e-12
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,7 +107,7 @@ class ContactSearch:
         some = np.flatnonzero(steps.knots < len(off))
         knots, begin, end = steps.knots[some], steps.begin[some], steps.end[some]
         speed, least, contact = steps.speed[some], np.inf, np.inf
-        for _ in range(MOST_HALVINGS):
+        for _ in range(40):  # halvings of a step, into parts of 1e-12
             if not len(begin):
                 break
             middle = 0.5 * (begin + end)

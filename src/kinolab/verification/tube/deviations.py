@@ -26,7 +26,6 @@ from kinolab.numerics.interval_analysis.interval_matrices import growth, hull
 from kinolab.numerics.interval_analysis.zonotopes import SUMS
 from kinolab.numerics.intervals import IntervalArray
 
-ATTEMPTS = 8  # at boxes that contain the deviations of a step; each costs the gradients
 # Of sums of E^2 products over pairs of generators, some ten thousand terms: see ``SUMS``
 QUADRATIC = 10.0 * SUMS
 
@@ -122,7 +121,8 @@ def bendings(
     sizes, moved = off.magnitude[varied], np.zeros((nx, m))
     known: NDArray[np.bool_] = np.zeros(m, dtype=bool)
     with np.errstate(all="ignore"):  # infinite where there is no bound
-        for _ in range(ATTEMPTS):
+        # attempts at boxes that contain the deviations of a step; each costs the gradients
+        for _ in range(8):
             around = _around(nominal, off, moved)
             slopes, _ = flow.second_order(around, varied, bent=False)
             found = _moved(_growth(slopes, h), sizes)

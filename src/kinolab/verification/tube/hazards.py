@@ -86,7 +86,6 @@ def wrapping_hazards(problem: PlanningTask, tube: Tube, noise: Array) -> Iterato
     """Yield where a deviation is so large that its sign is ambiguous: of circles and attitudes.
 
     Args:
-        problem: The machine.
         tube: Deviations from the nominal motion.
         noise: By how much measurements are off at most, shape (nx,).
     """

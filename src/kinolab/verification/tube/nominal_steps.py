@@ -25,7 +25,6 @@ ORDER = 8  # of the Taylor polynomials: their remainder is of the 9th order in t
 # up to so many parts until they are. The verifier allows 1e-6 between a motion and its rows.
 NOMINAL_WIDTH, MOST_PARTS = 1e-7, 16
 BOXES = 8  # that a step is in, of its parts
-ATTEMPTS = 12  # to find a box that contains a part; each costs an evaluation of the rates
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,7 +126,8 @@ def _advanced(
 def _containing(flow: FlowFormulas, start: IntervalArray, h: Array) -> IntervalArray:
     """Return boxes that contain all motions from others for a time h, by Picard's iteration."""
     nx, found, span = flow.nx, start, IntervalArray(np.zeros_like(h), h)
-    for _ in range(ATTEMPTS):
+    # attempts to find a box that contains a part; each costs an evaluation of the rates
+    for _ in range(12):
         rate = flow.coefficients(found, 1)[1]
         rate = IntervalArray(rate.low[:, 0], rate.high[:, 0])
         moved = intervals.add(_first(start, nx), intervals.mul(span, rate))

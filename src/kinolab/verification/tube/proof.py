@@ -31,7 +31,6 @@ from kinolab.verification.tube.uncertainty import Uncertainty
 
 # What is proved is at most so often halved, and then told to a sixteenth of itself.
 HALVINGS, BISECTIONS = 8, 4
-WIDE = 1e6  # of an input's range: limits that feedback without limits does not reach
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,8 +84,6 @@ class Prover:
     """Proves what a plan's feedback makes of uncertain machines; what is nominal is proved once.
 
     Args:
-        problem: The problem of the plan.
-        trajectory: The plan.
         large: As of the ``Tracker``.
 
     Raises:
@@ -116,7 +113,8 @@ class Prover:
 
     def expected(self, uncertainty: Uncertainty) -> Tube:
         """Return the linear part of a tube whose inputs have no limits; it proves nothing."""
-        radius = WIDE * np.ptp(self.tracker.limits, axis=1)[:, None] * np.array([-1.0, 1.0])
+        # times an input's range: limits that feedback without limits does not reach
+        radius = 1e6 * np.ptp(self.tracker.limits, axis=1)[:, None] * np.array([-1.0, 1.0])
         free = [replace(one, limits=radius) for one in self._feedback(uncertainty)]
         with np.errstate(all="ignore"):  # of gains that do not keep deviations small
             return self.about.linear_tube(free, uncertainty.radii(self.problem))
@@ -232,8 +230,6 @@ def prove(
     """Prove what can be proved of a plan under an uncertainty.
 
     Args:
-        problem: The problem of the plan.
-        trajectory: The plan.
         uncertainty: What may differ from the plan's assumptions.
         large: Deviation that the gains answer with a quarter of the inputs' range, as a fraction of
             one over each state's weight in the metric.

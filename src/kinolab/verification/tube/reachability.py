@@ -26,10 +26,6 @@ from kinolab.verification.tube.nominal_steps import BOXES, NominalSteps, nominal
 # Equal parts of each step, of which each is enclosed by itself: what is not linear in a step is of
 # the second order in its length
 PARTS = 4
-WINDOW = 16  # steps that are enclosed at once
-GENERATORS = 12  # times nx: that are kept beside those of parameters
-ROUNDS = 3  # of enclosures by which no step more is proved, before it ends
-ROOM = 1.1  # factor on what comes out, for the next guess
 
 
 @dataclass(frozen=True, eq=False)
@@ -199,7 +195,8 @@ class _Propagation:
         start = np.zeros(self.nx)
         sets, inputs = [Zonotope.box(start, start, len(self.varied))], list[HeldInputs]()
         during, still = list[Array](), 0
-        while len(inputs) < self.count and still < ROUNDS:
+        # rounds of enclosures by which no step more is proved, before it ends
+        while len(inputs) < self.count and still < 3:
             first = len(inputs)
             guess = self._guess(sets[-1], first)
             if not guess.low.shape[1]:
@@ -226,7 +223,7 @@ class _Propagation:
     def _guess(self, start: Zonotope, first: int) -> IntervalArray:
         """Return boxes of all deviations in parts of the steps of a window, by what is known."""
         low, high, y = [], [], start
-        for k in range(first, min(first + WINDOW, self.count)):
+        for k in range(first, min(first + 16, self.count)):  # steps that are enclosed at once
             held = self.feedback[k].over(y)
             passed = self._through(k, y, held)
             bounds = [self._box(part, held) for part in passed.before]
@@ -237,7 +234,8 @@ class _Propagation:
             y = passed.after
         shape = self.nx + self.nu + len(self.p), len(low)
         lows, highs = np.reshape(low, shape[::-1]).T, np.reshape(high, shape[::-1]).T
-        room = (ROOM - 1.0) * (highs - lows) + 1e-12 * np.abs(lows) + 1e-15
+        # factor on what comes out, for the next guess
+        room = (1.1 - 1.0) * (highs - lows) + 1e-12 * np.abs(lows) + 1e-15
         room[:, :1], room[self.nx + self.nu :] = 0.0, 0.0  # these are known
         return IntervalArray(lows - room, highs + room)
 
@@ -296,7 +294,8 @@ class _Propagation:
             joint, far = self._after(part, joint, held, rounding)
             moved.append(far)
         after = Zonotope(joint.centre[: self.nx], joint.lasting[: self.nx], joint.free[: self.nx])
-        after = after.reduced(GENERATORS * self.nx, self.about.scales)
+        # times nx: that are kept beside those of parameters
+        after = after.reduced(12 * self.nx, self.about.scales)
         return _Passed(before, after, np.array(moved))
 
     def _after(
@@ -305,9 +304,7 @@ class _Propagation:
         """Return the deviations of states and inputs after a part, and how far states move in it.
 
         Args:
-            part: Number of the part.
             joint: The deviations at its beginning; the last nx generators are a box of states.
-            held: Bounds of the inputs.
             rounding: By how much inputs are off in ``joint`` at most, shape (nu,).
         """
         (least, most), slopes, off = self.about.linear[part]

@@ -47,7 +47,6 @@ class TubePoses:
         """Enclose the poses in a tube.
 
         Args:
-            problem: The machine.
             about: What is known of the nominal motion.
             tube: Deviations from it.
             p: By how much parameters are off at most, shape (parameters,).

@@ -40,10 +40,6 @@ from kinolab.world.world import World
 COLLIDES = -1  # a verdict of ``broadphase``; other numbers count the pairs that are left for FCL
 MAX_PENETRATION = 1e-6  # [m] that a wheel or a foot may press into the ground
 ROUNDING_MARGIN = 1e-9  # [m] that absorbs rounding, far above it at world coordinates of 1e5 m
-# [m] of a proved gap beside a mesh, from which on FCL is not asked: fifty times what it errs by
-SURE_GAP = 1e-3
-LEAST_GAP = 1e-300  # [m]; boxes that share a point have none
-CORNER = 1.7320509  # times as far as its sides do the corners of a box grow out of it, at most
 
 
 class BroadphaseScene(NamedTuple):
@@ -143,7 +139,7 @@ def make_broadphase(
         grow=0.0,
         margin=0.0,
         ground=world.ground,
-        sure=SURE_GAP,
+        sure=1e-3,  # [m] of a gap beside a mesh: FCL, which errs by a fiftieth of it, is not asked
     )
     return scene, mesh_grid(meshes)
 
@@ -202,7 +198,8 @@ def clear_of_meshes(s, arrays):  # type: ignore[no-untyped-def]
     scratch, scene = arrays.scratch, arrays.scene
     if not math.isfinite(scene.sure):
         return False
-    wanted = CORNER * scene.grow + scene.sure
+    # times as far as its sides do the corners of a box grow out of it, at most
+    wanted = 1.7320509 * scene.grow + scene.sure
     shape = Convex(scene.kind[s], scene.half[s], scratch.turns[s], scratch.places[s])
     return mesh_clearance(shape, scratch.around[s], wanted, wanted, arrays.tree, scratch) >= wanted
 
@@ -223,7 +220,8 @@ def pairs_of(s, left, arrays):  # type: ignore[no-untyped-def]
     around, pairs, obstacle, mesh = scratch.around, scratch.pairs, scene.obstacle, scene.mesh
     asked, clear, k = False, False, -1
     while True:
-        k = following(k + 1, around[s], LEAST_GAP, arrays.obstacles)
+        # [m]; boxes that share a point have none
+        k = following(k + 1, around[s], 1e-300, arrays.obstacles)
         if k == obstacle.shape[0]:
             return left
         if not overlap(around[s], obstacle[k]):

@@ -281,7 +281,6 @@ class _Beside:
     """The clearance that the world asks for beside obstacles.
 
     Args:
-        alone: Judges obstacles and nothing else.
         clearance: Of the world, in [m].
         margin: What is asked for in addition, in [m].
     """

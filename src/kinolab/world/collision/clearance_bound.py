@@ -23,8 +23,6 @@ from kinolab.world.obstacle_blocks import following
 from kinolab.world.placed_shapes import enclose
 from kinolab.world.support_functions import half_extent
 
-SEARCH_FACTOR = 2.0  # times ``fine``: how far away what is near is looked for
-MAX_SUBDIVISIONS = 3  # balls that are divided
 CABLE_SPHERES = 16  # balls along a cable
 
 
@@ -76,7 +74,8 @@ def clearance_within(poses, ends, least, wanted, need, fine, scratch, scene):  #
             free = min(free, box_gap(around[s], broadphase.obstacle[k]))
         free -= kept
         if free < min(best, fine):
-            within = min(best, max(SEARCH_FACTOR * fine, wanted)) + kept + TOUCHING_MARGIN
+            # times ``fine``: how far away what is near is looked for
+            within = min(best, max(2.0 * fine, wanted)) + kept + TOUCHING_MARGIN
             free = obstacle_clearance(
                 s, turns[s], places[s], around[s], least + kept, within, fine + kept, scene, scratch
             )
@@ -153,7 +152,7 @@ def sphere_tree_clearance(s, turn, at, need, enough, spheres, grid, scratch):  #
             continue
         one, other = child[ball, 0], child[ball, 1]
         looked += 1
-        if (one < 0 and other < 0) or looked > MAX_SUBDIVISIONS:
+        if (one < 0 and other < 0) or looked > 3:  # balls that are divided
             best = min(best, free)
             if best < need:
                 break  # what is near must be looked at

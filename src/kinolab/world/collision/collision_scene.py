@@ -19,8 +19,6 @@ from kinolab.world.collision.triangle_tree import TriangleTree, mesh_tree
 from kinolab.world.placed_shapes import ObstacleArrays, obstacle_arrays
 from kinolab.world.world import World
 
-CELL_FRACTION = 0.25  # of a body's smallest half size, as which cells need not be finer
-
 
 class CollisionScene(NamedTuple):
     """A machine's shapes and a world in flat arrays, for compiled code."""
@@ -50,7 +48,8 @@ def collision_scene(
     shapes = [shape for body in bodies for shape in body.shapes]
     broadphase, mesh = make_broadphase(bodies, cables, world, self_pairs)
     sizes = broadphase.half[: len(shapes), :3]
-    finest = CELL_FRACTION * float(sizes[sizes > 0].min(initial=math.inf))
+    # of a body's smallest half size, as which cells need not be finer
+    finest = 0.25 * float(sizes[sizes > 0].min(initial=math.inf))
     built = [obstacle.moved_from or obstacle for obstacle in world.obstacles]
     grid = shared_distance_field(built, finest if math.isfinite(finest) else 0.0)
     loose = [obstacle.moved_from is not None for obstacle in world.obstacles]

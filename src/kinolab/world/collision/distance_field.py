@@ -30,11 +30,7 @@ from kinolab.world.placed_shapes import obstacle_arrays
 from kinolab.world.redundant_obstacles import without_redundant
 from kinolab.world.support_functions import SPHERE
 
-MAX_BYTES = 256 * 2**20  # [bytes] that a grid may take at most
-MAX_CELLS = 5_000_000  # that are built in well under a second
-ROUNDING_MARGIN = 1e-6  # share by which bounds are lowered, for rounding to single precision
 SLACK, SURE = 1e-6, 1e-8  # of a cell, and in [m], to which separations are known
-STACK = 128  # blocks at once: 3 x 23 halvings of as many cells as there are, and one more each
 TRANSFORM_REACH = 0.5 * math.sqrt(3.0)  # half the diagonal of a cell of edge 1
 
 Taken = NDArray[np.uint8]
@@ -50,7 +46,7 @@ class DistanceField(NamedTuple):
 
 
 def distance_field(
-    obstacles: Sequence[Obstacle], finest: float = 0.0, memory: int = MAX_BYTES
+    obstacles: Sequence[Obstacle], finest: float = 0.0, memory: int = 256 * 2**20
 ) -> DistanceField:
     """Build the grid of some obstacles, as fine as memory and time allow.
 
@@ -64,7 +60,8 @@ def distance_field(
     boxes = obstacle_arrays(obstacles).box
     low = boxes[:, :3].min(axis=0)
     span = boxes[:, 3:].max(axis=0) - low
-    cells = max(1, min(MAX_CELLS, memory // np.dtype(np.float32).itemsize))
+    # cells that are built in well under a second
+    cells = max(1, min(5_000_000, memory // np.dtype(np.float32).itemsize))
     largest = float(span.max())
     width = max(finest, largest * 1e-4, float(np.finfo(float).tiny))
     while np.maximum(np.ceil(span / width), 1).prod() > cells:
@@ -126,7 +123,8 @@ def _distances(taken: Taken, width: float) -> NDArray[np.float32]:
         transform(squares if axis == 2 else np.moveaxis(squares, axis, 2))
     np.sqrt(squares, out=squares)
     squares -= TRANSFORM_REACH
-    squares *= width * (1.0 - ROUNDING_MARGIN)
+    # share by which bounds are lowered, for rounding to single precision
+    squares *= width * (1.0 - 1e-6)
     np.maximum(squares, np.float32(0.0), out=squares)
     return np.ascontiguousarray(squares.T)
 
@@ -223,7 +221,8 @@ def mark_shape(shape, first, last, low, width, taken):  # type: ignore[no-untype
     slack = SLACK * width + SURE  # nearer than that to a decision each cell is asked itself
     center = np.zeros(3)
     point = Convex(np.int64(SPHERE), np.zeros(3), np.eye(3), center)  # of a block or a cell
-    stack = np.zeros((STACK, 3, 2), np.int64)  # first cell, one past the last
+    # blocks at once: 3 x 23 halvings of as many cells as there are, and one more each
+    stack = np.zeros((128, 3, 2), np.int64)  # first cell, one past the last
     for i in range(3):
         begin, end = cell_range(low[i], width, taken.shape[i], first[i] - reach, last[i] + reach)
         stack[0, i, 0], stack[0, i, 1] = begin, end

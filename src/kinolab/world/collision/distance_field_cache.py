@@ -16,7 +16,6 @@ from kinolab.world.collision.distance_field import DistanceField, digest, distan
 from kinolab.world.obstacle import Obstacle
 
 MIN_CELLS = 2**18  # cells, below which building a grid takes hardly longer than reading it
-MAX_SHARED = 4  # grids in memory
 
 
 def _pack(grid: DistanceField) -> bytes:
@@ -42,7 +41,6 @@ def cached_distance_field(
     """Return the grid of some obstacles as ``distance_field`` does, from disk where it is there.
 
     Args:
-        obstacles: Of a world.
         finest: Edge of a cell in [m] below which nothing is gained.
         name: Their ``digest``, where it is known.
     """
@@ -63,6 +61,6 @@ def shared_distance_field(obstacles: Sequence[Obstacle], finest: float) -> Dista
         key = digest(obstacles), finest
         grid = _shared.pop(key, None) or cached_distance_field(obstacles, finest, key[0])
         _shared[key] = grid
-        if len(_shared) > MAX_SHARED:
+        if len(_shared) > 4:  # grids in memory
             del _shared[next(iter(_shared))]
         return grid

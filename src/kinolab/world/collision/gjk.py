@@ -22,8 +22,6 @@ from kinolab.world.support_functions import core_radius, core_support, dot, move
 # numba would compile everything anew for a literal, here and where others are begun with one.
 TRIANGLE = np.int64(-1)  # stands for a kind of shape; its corners are the columns of ``turn``
 TOLERANCE = 1e-9  # [m] between the bound and a distance that is attained
-COARSE_FRACTION = 0.1  # of a gap, by which its bound may be short where that does no harm
-MAX_ITERATIONS = 64
 
 
 class Convex(NamedTuple):
@@ -203,7 +201,7 @@ def separation_within(one, other, least, enough, scratch, precise=math.inf):  # 
     swollen = (0.0 if one.kind == TRIANGLE else core_radius(one.kind, one.half)) + (
         0.0 if other.kind == TRIANGLE else core_radius(other.kind, other.half)
     )
-    for _ in range(MAX_ITERATIONS):
+    for _ in range(64):  # iterations at most
         distance = math.sqrt(dot(v, v))
         if distance <= TOLERANCE or count == 4:
             break
@@ -215,7 +213,8 @@ def separation_within(one, other, least, enough, scratch, precise=math.inf):  # 
         gap = bound - swollen
         if distance - bound <= TOLERANCE or gap >= enough:
             break
-        if gap >= precise and distance - bound <= COARSE_FRACTION * gap:
+        # of a gap, by which its bound may be short where that does no harm
+        if gap >= precise and distance - bound <= 0.1 * gap:
             break
         if distance - swollen < least:
             break  # the gap is no larger than the distance of two points

@@ -17,9 +17,6 @@ from kinolab.numerics.jit import kernel
 from kinolab.world.collision.gjk import TRIANGLE, separation_within
 from kinolab.world.support_functions import half_extent
 
-MIN_CORE_DISTANCE = 1e-7  # [m] between cores from which on the search's direction can be trusted
-PARALLEL_TOLERANCE = 1e-6  # length of a cross product of unit vectors that has no direction
-
 
 @kernel
 def extent(shape, n, sign=1.0):  # type: ignore[no-untyped-def]
@@ -69,7 +66,7 @@ def signed_gap(shape, other, enough, scratch, n):  # type: ignore[no-untyped-def
         return bound
     v = scratch[4]
     length = math.sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2])
-    if length > MIN_CORE_DISTANCE:
+    if length > 1e-7:  # [m] between cores from which on the search's direction can be trusted
         for i in range(3):
             n[i] = v[i] / length
         return gap_along(shape, other, n)
@@ -128,7 +125,7 @@ def better(best, trial, shape, other, n):  # type: ignore[no-untyped-def]
         n: Unit normal, shape (3,); written where the gap is larger.
     """
     length = math.sqrt(trial[0] * trial[0] + trial[1] * trial[1] + trial[2] * trial[2])
-    if not length > PARALLEL_TOLERANCE:
+    if not length > 1e-6:  # length of a cross product of unit vectors that has no direction
         return best
     for sign in (1.0, -1.0):
         for i in range(3):

@@ -17,9 +17,7 @@ from kinolab.numerics.arrays import Array, Integers
 from kinolab.world.geometry import sizes
 from kinolab.world.support_functions import reach_along
 
-MAX_SPHERES = 31  # balls of one shape: no more are asked for where three are divided
 STACK_SIZE = 8  # balls that wait in a search, at most: three are divided
-ROUNDING_FACTOR = 1.0 + 1e-9  # for rounding
 
 
 Point: TypeAlias = tuple[float, ...]  # x, y, z in the shape's own frame, in [m]
@@ -63,7 +61,8 @@ def _around_one(shape: Shape, finest: float) -> SphereTree:
     level: list[tuple[int, Point, Point]] = [(0, (-x, -y, -z), (x, y, z))]
     if shape.symmetric == "xyz":
         level = []
-    while level and len(balls) + 2 * len(level) <= MAX_SPHERES:
+    # balls of one shape: no more are asked for where three are divided
+    while level and len(balls) + 2 * len(level) <= 31:
         finer = []
         for parent, low, high in level:
             if balls[parent][1] <= finest:
@@ -80,7 +79,7 @@ def _around_one(shape: Shape, finest: float) -> SphereTree:
     return SphereTree(
         root=np.zeros(1, np.int64),
         center=np.array([center for center, _ in balls]),
-        radius=ROUNDING_FACTOR * np.array([radius for _, radius in balls]),
+        radius=(1.0 + 1e-9) * np.array([radius for _, radius in balls]),  # for rounding
         child=np.array(children, dtype=np.int64),
     )
 

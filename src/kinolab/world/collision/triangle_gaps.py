@@ -28,7 +28,6 @@ from kinolab.world.collision.triangle_tree import NOWHERE
 from kinolab.world.support_functions import reach_along
 
 TOUCHING_MARGIN = 3e-5  # [m] that is kept beside obstacles: FCL calls gaps of up to 1.7e-5 touching
-ROUNDING = 2e-6  # of the farthest coordinate: what single precision may change, with some to spare
 FARTHEST_SQUARE = 1e-1 * float(NOWHERE) ** 2  # [m^2] beyond which there is no box
 BOX, AXES, CENTRE, REACH = 0, 6, 15, 18  # where they begin in ``Traversal.shape``
 HALF = np.float32(0.5)
@@ -93,7 +92,8 @@ def begin_search(shape, box, tree, traversal):  # type: ignore[no-untyped-def]
         traversal.keys[top, lane] = 0.0 if lane == 0 else NOWHERE * NOWHERE
     store(traversal.keys, (top, 0), ranked(load(traversal.keys, (top, 0))))
     traversal.last[top], traversal.path[top], traversal.layer[0] = BEFORE_ALL, 0, top
-    return ROUNDING * (farthest + tree.extent)
+    # of the farthest coordinate: what single precision may change, with some to spare
+    return 2e-6 * (farthest + tree.extent)
 
 
 @kernel

@@ -19,10 +19,6 @@ from kinolab.world.kept_together import kept_together
 from kinolab.world.meshes.mesh_components import components
 from kinolab.world.obstacle import Obstacle
 
-MAX_CELLS_PER_SIDE = 1024
-MAX_TRIANGLE_CHECKS = 256  # before FCL's tree is the better judge
-MAX_ENTRIES_PER_TRIANGLE = 16  # keeps a mesh of many large triangles from filling the memory
-
 
 class MeshGrid(NamedTuple):
     """All meshes of a world in flat arrays, for compiled code."""
@@ -99,7 +95,7 @@ _kept = kept_together(lambda one: _single(*one))
 def _cells(boxes: Array, finest: float) -> tuple[Array, Integers, Integers, int, int]:
     """Choose the finest grid that stays within the memory allowed, and above a width in [m]."""
     low, high = boxes[:, :2].min(axis=0), boxes[:, 3:5].max(axis=0)
-    side = min(MAX_CELLS_PER_SIDE, int(np.ceil(2.0 * np.sqrt(len(boxes)))))
+    side = min(1024, int(np.ceil(2.0 * np.sqrt(len(boxes)))))
     while True:
         width = max(float((high - low).max()) / side, finest, np.finfo(float).tiny)
         nx, ny = (int(n) for n in np.floor((high - low) / width) + 1)
@@ -107,7 +103,8 @@ def _cells(boxes: Array, finest: float) -> tuple[Array, Integers, Integers, int,
         first = np.clip(np.floor((boxes[:, :2] - low) / width), 0, limit).astype(np.int64)
         last = np.clip(np.floor((boxes[:, 3:5] - low) / width), 0, limit).astype(np.int64)
         total = int((last - first + 1).prod(axis=1).sum())
-        if side == 1 or total <= MAX_ENTRIES_PER_TRIANGLE * len(boxes) + 1000:
+        # keeps a mesh of many large triangles from filling the memory
+        if side == 1 or total <= 16 * len(boxes) + 1000:
             return np.array([*low, width]), first, last, nx, ny
         side //= 2
 
@@ -161,7 +158,7 @@ def near_surface(box, mesh, grid):  # type: ignore[no-untyped-def]
                 if overlap(box, boxes[entries[k]]):
                     return True
             checks += start[here + 1] - start[here] + 1
-            if checks > MAX_TRIANGLE_CHECKS:
+            if checks > 256:  # triangles, before FCL's tree is the better judge
                 return True
     return False
 

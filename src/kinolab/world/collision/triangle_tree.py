@@ -26,8 +26,6 @@ from kinolab.world.kept_together import kept_together
 from kinolab.world.obstacle import Obstacle
 
 MAX_LAYERS = 9  # of groups, and one above them
-MAX_RANGES = 80  # that wait while triangles are sorted, at most
-LEAST_SINE = 1e-6  # of a corner: flatter triangles are taken for lines, which have no plane
 NOWHERE = np.float32(1e15)  # [m] where a box is that is none
 
 Lanes = NDArray[np.float32]
@@ -130,7 +128,8 @@ def _planes(triangles: Array) -> Array:
     first, second = corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]
     normal = np.cross(first, second)
     size, a, b = (np.linalg.norm(v, axis=1, keepdims=True) for v in (normal, first, second))
-    unit = np.divide(normal, size, out=np.zeros_like(normal), where=size > LEAST_SINE * a * b)
+    # sine of a corner: flatter triangles are taken for lines, which have no plane
+    unit = np.divide(normal, size, out=np.zeros_like(normal), where=size > 1e-6 * a * b)
     return np.column_stack([unit, (unit * corner[:, 0]).sum(axis=1)])
 
 
@@ -142,7 +141,7 @@ def sort_by_leaf(middle, order):  # type: ignore[no-untyped-def]
         middle: Centroids in [m], shape (m, 3).
         order: Triangles, shape (m,); written.
     """
-    ranges, left = np.empty((MAX_RANGES, 2), np.int64), 1
+    ranges, left = np.empty((80, 2), np.int64), 1  # that wait while triangles are sorted, at most
     ranges[0, 0], ranges[0, 1] = 0, order.shape[0]
     while left > 0:
         left -= 1

@@ -16,8 +16,6 @@ from kinolab.numerics.arrays import Array
 from kinolab.world.meshes.mesh_components import components
 from kinolab.world.shape_surfaces import Faces
 
-MOSTLY = 0.5  # of a part's triangles that are there both ways, from which on it is two-sided
-
 
 class SingleFaces(NamedTuple):
     """The triangles of a mesh, each once.
@@ -57,7 +55,8 @@ def single_faces(vertices: Array, faces: Faces) -> SingleFaces:
         return SingleFaces(rows, kept, paired, copies, 0)
     parts = components(vertices, kept)
     sides = np.bincount(parts.label, weights=paired) / np.bincount(parts.label)
-    both = ((parts.volume == 0.0) & (sides >= MOSTLY))[parts.label]
+    # of a part's triangles that are there both ways, from which on it is two-sided
+    both = ((parts.volume == 0.0) & (sides >= 0.5))[parts.label]
     front = np.zeros(len(kept), dtype=bool)
     front[first] = True
     stays = ~both | front

@@ -10,17 +10,15 @@ from numpy.typing import NDArray
 
 from kinolab.dynamics.language.shapes import MAX_COORDINATE
 from kinolab.numerics.arrays import Array
+from kinolab.untrusted import ELEMENTS, read
 from kinolab.world.meshes.double_faces import single_faces
 from kinolab.world.meshes.mesh_cache import MESHES, Mesh
 from kinolab.world.meshes.mesh_components import connected_parts
-from kinolab.world.meshes.mesh_limits import MAX_BYTES
 from kinolab.world.meshes.mesh_reading import read_triangles, refusal, too_many
 from kinolab.world.meshes.obj_materials import materials_file
 from kinolab.world.shape_surfaces import Faces
 
 FORMATS = ("stl", "obj", "ply", "glb", "off", "dae")
-MAX_TRIANGLES = 2_000_000
-MOST_SIMPLIFIED = 10_000_000  # triangles of a mesh that is simplified
 
 
 def load_mesh(path: str | Path, *, root: Path, most: int | None = None) -> Mesh:
@@ -32,18 +30,18 @@ def load_mesh(path: str | Path, *, root: Path, most: int | None = None) -> Mesh:
     Args:
         path: The file; a relative path is taken from ``root``.
         root: The folder of the scenario, which meshes may not leave, not even by a link.
-        most: Triangles that it may have; ``MAX_TRIANGLES`` if left out.
+        most: Triangles that it may have; as many as any mesh if left out.
 
     Raises:
         InputError: If the file is missing, too large, of another format, or not a sound mesh.
     """
     where = str(path)
     file = locate(where, root, FORMATS, "mesh")
-    content = read_bytes(where, file, MAX_BYTES, "Simplify the mesh.")
+    content = read(file, "mesh", where, "Simplify the mesh.")
     library = materials_file(file, content, root)
     materials = library.read_bytes() if library else b""
     about = _format(where), materials, content
-    mesh, most = MESHES.find(about), most or MAX_TRIANGLES
+    mesh, most = MESHES.find(about), most or ELEMENTS["triangles"]
     if mesh is None:
         mesh = _sound_mesh(where, content, materials, most)
         MESHES.keep(about, mesh)
@@ -97,7 +95,6 @@ def locate(where: str, root: Path, formats: Sequence[str], noun: str) -> Path:
 
     Args:
         where: The path, which is what the file is called in messages.
-        root: Of the scenario.
         formats: Endings that it may have, in small letters.
         noun: What it should be.
 
@@ -122,22 +119,6 @@ def locate(where: str, root: Path, formats: Sequence[str], noun: str) -> Path:
             where, "does not exist.", f"{noun.capitalize()} files are looked up from {home}."
         )
     return file
-
-
-def read_bytes(where: str, file: Path, most: int, remedy: str) -> bytes:
-    """Read a file of at most so many bytes.
-
-    Raises:
-        InputError: If it is larger, with a remedy, or cannot be read.
-    """
-    try:
-        with file.open("rb") as stream:
-            content = stream.read(most + 1)
-    except OSError as error:
-        raise refusal(where, f"cannot be read ({error.strerror}).") from error
-    if len(content) > most:
-        raise refusal(where, f"is larger than {most / 1e6:g} MB.", remedy)
-    return content
 
 
 def check(where: str, vertices: Array, faces: Faces) -> None:

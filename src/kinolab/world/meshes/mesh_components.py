@@ -11,9 +11,6 @@ from numpy.typing import NDArray
 from kinolab.numerics.arrays import Array
 from kinolab.world.shape_surfaces import Faces
 
-# volumes below this share of the cubed extent are sheets folded onto themselves
-FLAT_FRACTION = 1e-12
-
 
 class Components(NamedTuple):
     """The connected parts of a mesh.
@@ -40,7 +37,8 @@ def components(vertices: Array, faces: Faces, label: NDArray[np.int64] | None = 
     cones = np.einsum("ij,ij->i", a, np.cross(b, c)) / 6.0
     volume = np.bincount(label, weights=cones).astype(np.float64)
     volume[np.unique(label[_has_open_edge(len(vertices), faces)])] = 0.0
-    volume[np.abs(volume) < FLAT_FRACTION * np.ptp(vertices, axis=0).max() ** 3] = 0.0
+    # volumes below this share of the cubed extent are sheets folded onto themselves
+    volume[np.abs(volume) < 1e-12 * np.ptp(vertices, axis=0).max() ** 3] = 0.0
     return Components(label, volume)
 
 

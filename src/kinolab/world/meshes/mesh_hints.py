@@ -14,7 +14,6 @@ from kinolab.world.meshes.mesh_reading import AXES
 
 MAX_EXTENT = 1000.0  # [m]; larger ones are most likely drawn in millimetres
 FAR_TOO_LARGE = 500.0  # times as wide as the world, or as narrow: another unit was meant
-TOO_LARGE = 30.0  # the same, which may still be meant
 UNITS = {"millimetres": 1e-3, "centimetres": 1e-2, "inches": 0.0254, "feet": 0.3048}  # [m]
 ALIKE = 2.0  # factor within which two lengths fill the same world
 
@@ -35,7 +34,6 @@ def doubts(
         where: What its file is called.
         mesh: As it was read.
         vertices: At their place, in [m], shape (n, 3).
-        parts: Of them.
         given: Whether the scenario says what is solid.
         scaled: Whether it gives a scale.
         up: The axis of the file that it takes to point up.
@@ -75,7 +73,7 @@ def likely_scale(extent: float, world: float) -> tuple[float, str] | None:
         world: The largest of ``[world] bounds``, in [m].
     """
     ratio = extent / world
-    if ratio >= TOO_LARGE:
+    if ratio >= 30.0:  # the same, which may still be meant
         name = min(UNITS, key=lambda one: abs(math.log(ratio * UNITS[one])))
         return UNITS[name], name
     return (1000.0, "") if ratio <= 1.0 / FAR_TOO_LARGE else None

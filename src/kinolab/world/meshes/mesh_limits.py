@@ -1,8 +1,6 @@
 """What a mesh file may be large for, looked at before anything is built of it.
 
-Parsers of text make objects of all words of a file: in trimesh, an ASCII PLY takes 75 bytes of
-memory for each of its own, and a DAE 90. The largest sizes keep them all below
-``untrusted.MOST_MEMORY``.
+How much that is, ``untrusted`` says.
 """
 
 from __future__ import annotations
@@ -15,18 +13,10 @@ from contextlib import suppress
 from typing import Any
 
 from kinolab.errors import InputError, Mistake, printable
-from kinolab.untrusted import json_of
+from kinolab.untrusted import BYTES, ELEMENTS, json_of, refuse_large, refuse_many
 
-MAX_BYTES = 200_000_000
-MAX_TEXT_BYTES = {"dae": 40_000_000, "off": 50_000_000, "ply": 50_000_000, "obj": 100_000_000}
-MAX_SOLIDS = 1000  # of an STL of text; each takes a millisecond
-MAX_MATERIALS = 2000  # of an OBJ; each takes half of one
-MAX_NODES = 20_000  # of a GLB or a DAE, those that are used several times counted each time
-MAX_DEPTH = 100  # of nodes in a GLB: poses are multiplied from each one up to the root
-MAX_SCENE_BYTES = 20_000_000  # of the JSON in a GLB
-MAX_EMPTY_BYTES = 100_000_000  # of a GLB's arrays that are not in the file: they are zero
+JOIN = "Join parts before you export it."
 COMPONENTS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
-COMPONENT_BYTES = 4  # at most
 COLLADA_NUMBERS = ("float_array", "lookat", "matrix", "rotate", "scale", "skew", "translate")
 COLLADA_UNREAD = ("library_animations", "library_controllers")
 MATERIAL = re.compile(rb"^[ \t]*+usemtl([^\r\n]*+)", re.MULTILINE)
@@ -38,7 +28,6 @@ def require_size(where: str, kind: str, content: bytes) -> None:
     Args:
         where: What the file is called in messages.
         kind: Its format, in small letters.
-        content: Of the file.
 
     Raises:
         InputError: If it is too large for what it is.
@@ -48,40 +37,24 @@ def require_size(where: str, kind: str, content: bytes) -> None:
         _require_small_scene(where, content)
         return
     binary = kind == "ply" and b"format ascii" not in content[: content.find(b"end_header")]
-    most = MAX_BYTES if binary else MAX_TEXT_BYTES.get(kind, MAX_BYTES)
-    if len(content) > most:
-        raise _too_large(where, most, "As text, it may have no more. ")
-    if kind == "stl" and content.count(b"endsolid") > MAX_SOLIDS:
-        what = f"has more than {MAX_SOLIDS} solids."
-        raise InputError([Mistake(where, what, "Join them, or save it as binary STL.")])
-    if kind == "obj" and _has_many_materials(content):
-        raise _too_many(where, MAX_MATERIALS, "materials")
+    if f"mesh in {kind}" in BYTES and not binary:
+        remedy = "As text, it may have no more. Simplify the mesh, or save it as GLB."
+        refuse_large(len(content), f"mesh in {kind}", where, remedy)
+    if kind == "stl":
+        remedy = "Join them, or save it as binary STL."
+        refuse_many(content.count(b"endsolid"), "solids", where, remedy)
+    if kind == "obj" and content.count(b"usemtl") > ELEMENTS["materials"]:  # far fewer differ
+        refuse_many(len(set(MATERIAL.findall(content))), "materials", where, JOIN)
     if kind == "dae":
-        if unfolded_nodes(content) > MAX_NODES:
-            raise _too_many(where, MAX_NODES, "nodes")
+        refuse_many(unfolded_nodes(content), "nodes", where, JOIN)
         _require_finite(where, content)
-
-
-def _too_large(where: str, most: int, why: str = "") -> InputError:
-    what = f"is larger than {most // 10**6} MB."
-    return InputError([Mistake(where, what, f"{why}Simplify the mesh, or save it as GLB.")])
-
-
-def _too_many(where: str, most: int, things: str) -> InputError:
-    remedy = "Join parts before you export it."
-    return InputError([Mistake(where, f"has more than {most} {things}.", remedy)])
-
-
-def _has_many_materials(content: bytes) -> bool:
-    used = content.count(b"usemtl")  # far fewer of them differ
-    return used > MAX_MATERIALS and len(set(MATERIAL.findall(content))) > MAX_MATERIALS
 
 
 def unfolded_nodes(content: bytes) -> int:
     """Return how many nodes a DAE has once each instance of a node stands for all that is in it.
 
     Thirty nodes that hold the one before twice make a billion. A node within itself makes
-    infinitely many. What is more than ``MAX_NODES`` is not counted on.
+    infinitely many. What is more than a file may have is not counted on.
 
     Raises:
         ParseError: If it is no XML.
@@ -105,7 +78,7 @@ def unfolded_nodes(content: bytes) -> int:
                 around.pop()
             element.clear()
     count, left = 0, list(held[""])
-    while left and count + len(left) <= MAX_NODES:
+    while left and count + len(left) <= ELEMENTS["nodes"]:
         count += 1
         left += held.get(left.pop(), ())
     return count + len(left)
@@ -155,20 +128,16 @@ def _require_small_scene(where: str, content: bytes) -> None:
     length = int.from_bytes(content[12:16], "little")
     if content[:4] != b"glTF" or content[16:20] != b"JSON" or length > len(content):
         raise ValueError("it does not begin as a GLB does")
-    if length > MAX_SCENE_BYTES:
-        raise _too_large(where, MAX_SCENE_BYTES, "That is the JSON in it. ")
+    refuse_large(length, "scene in glb", where, "That is the JSON in it. Simplify the mesh.")
     scene = json_of(content[20 : 20 + length])
     if not isinstance(scene, dict):
         raise ValueError("its JSON is no table")
     nodes = _list(scene, "nodes")
     parts = sum(len(_list(mesh, "primitives")) for mesh in _list(scene, "meshes"))
-    if max(len(nodes), parts) > MAX_NODES:
-        raise _too_many(where, MAX_NODES, "nodes or parts")
-    if _deepest(nodes) > MAX_DEPTH:
-        what = f"has nodes within more than {MAX_DEPTH} others."
-        raise InputError([Mistake(where, what, "Flatten them before you export it.")])
+    refuse_many(max(len(nodes), parts), "nodes", where, JOIN)
+    refuse_many(_deepest(nodes), "levels of nodes", where, "Flatten them before you export it.")
     empty = sum(_empty_bytes(scene))
-    if empty > MAX_EMPTY_BYTES:
+    if empty > BYTES["zeros in glb"]:
         what = f"asks for {empty / 1e6:.0f} MB of zeros that are not in it."
         raise InputError([Mistake(where, what, "Export it again.")])
 
@@ -184,7 +153,7 @@ def _deepest(nodes: Sequence[Any]) -> int:
     for k, node in enumerate(nodes):
         above |= {child: k for child in _list(node, "children") if isinstance(child, int)}
     depth = [0] * len(nodes)
-    for _ in range(MAX_DEPTH + 1):  # each round carries depths one node further
+    for _ in range(ELEMENTS["levels of nodes"] + 1):  # each round carries depths one node further
         changed = False
         for child, parent in above.items():
             if 0 <= child < len(depth) and depth[child] <= depth[parent]:
@@ -201,4 +170,4 @@ def _empty_bytes(scene: Mapping[str, Any]) -> Iterator[int]:
             if not isinstance(count, int):  # a list would be taken as a shape
                 raise ValueError("an accessor's count is no whole number")
             if isinstance(kind, str):
-                yield max(count, 0) * COMPONENTS.get(kind, 16) * COMPONENT_BYTES
+                yield max(count, 0) * COMPONENTS.get(kind, 16) * 4  # bytes at most

@@ -22,8 +22,6 @@ if TYPE_CHECKING:
 
 AXES = "xyz"
 UNPAINTED = np.array([184, 192, 208], dtype=np.uint8)  # of parts without a colour beside others
-MOST_COLORS = 32
-TEXTURE_GREY = 102  # of materials that have no colour of their own, in trimesh
 
 
 class RawMesh(NamedTuple):
@@ -61,7 +59,6 @@ def read_triangles(where: str, kind: str, content: bytes, materials: bytes, most
     Args:
         where: What the file is called in messages.
         kind: Its format, in small letters.
-        content: Of the file.
         materials: Content of the file of materials that an OBJ names; empty without one.
         most: Triangles that are read.
 
@@ -138,11 +135,11 @@ def _colors(parts: Sequence[trimesh.Trimesh]) -> NDArray[np.uint8]:
     rgb = np.concatenate(
         [np.broadcast_to(own, (count, 3)) for own, count in zip(each, counts, strict=True)]
     )
-    if len(np.unique(rgb, axis=0)) <= MOST_COLORS:
+    if len(np.unique(rgb, axis=0)) <= 32:
         return rgb
     from PIL import Image  # late: few files have so many
 
-    few = Image.fromarray(np.ascontiguousarray(rgb[None])).quantize(MOST_COLORS)
+    few = Image.fromarray(np.ascontiguousarray(rgb[None])).quantize(32)
     return np.array(few.convert("RGB"), dtype=np.uint8).reshape(-1, 3)
 
 
@@ -156,7 +153,8 @@ def _own_colors(part: trimesh.Trimesh) -> NDArray[np.uint8] | None:
     if color is None:
         color = getattr(material, "diffuse", None)
         written = "kd" in getattr(material, "kwargs", {})  # in an OBJ's materials
-        if color is not None and (np.asarray(color)[:3] == TEXTURE_GREY).all() and not written:
+        # of materials that have no colour of their own, in trimesh
+        if color is not None and (np.asarray(color)[:3] == 102).all() and not written:
             return None
     if color is None:
         return None

@@ -5,9 +5,10 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+from kinolab.untrusted import BYTES
+
 NAMED = re.compile(rb"^[ \t]*+mtllib[ \t]++(\S[^\r\n]*+)", re.MULTILINE)
 SUFFIX = ".mtl"
-MAX_BYTES = 10_000_000
 
 
 class Materials:
@@ -39,8 +40,6 @@ def materials_file(mesh: Path, content: bytes, root: Path) -> Path | None:
     A missing one is no mistake: meshes are often passed on without.
 
     Args:
-        mesh: The OBJ file.
-        content: Of it.
         root: The folder that the file of materials must be in, or below.
     """
     named = NAMED.search(content) if mesh.suffix.lower() == ".obj" else None
@@ -50,7 +49,8 @@ def materials_file(mesh: Path, content: bytes, root: Path) -> Path | None:
     try:
         file = (mesh.parent / name).resolve()
         usable = file.suffix.lower() == SUFFIX and file.is_relative_to(root.resolve())
-        return file if usable and file.is_file() and file.stat().st_size <= MAX_BYTES else None
+        small = usable and file.is_file() and file.stat().st_size <= BYTES["materials"]
+        return file if small else None
     except (OSError, ValueError, RuntimeError):
         return None
 

@@ -15,12 +15,11 @@ import numpy as np
 
 from kinolab.errors import InputError
 from kinolab.numerics.arrays import Array
-from kinolab.world.meshes.mesh import locate, read_bytes
+from kinolab.untrusted import ELEMENTS, read
+from kinolab.world.meshes.mesh import locate
 from kinolab.world.meshes.mesh_reading import refusal
 
 FORMATS = ("ply", "pcd", "xyz")
-MAX_BYTES = 400_000_000
-MOST_COLUMNS = 100  # numbers of a point, of which three are read
 HEAD_BYTES = 10_000  # in which a header ends
 AXES = ("x", "y", "z")
 PLY_TYPES = {
@@ -44,11 +43,11 @@ def read_cloud(path: str | Path, *, root: Path) -> Array:
     """
     where = str(path)
     file = locate(where, root, FORMATS, "cloud")
-    content = read_bytes(where, file, MAX_BYTES, "Thin it out.")
-    read = {"ply": _ply, "pcd": _pcd, "xyz": _xyz}[Path(where).suffix.lower().removeprefix(".")]
+    content = read(file, "cloud", where, "Thin it out.")
+    parse = {"ply": _ply, "pcd": _pcd, "xyz": _xyz}[Path(where).suffix.lower().removeprefix(".")]
     try:
         with np.errstate(all="ignore"):
-            return read(where, content)
+            return parse(where, content)
     except InputError:
         raise
     except (ValueError, KeyError, IndexError, OverflowError, StopIteration) as error:
@@ -127,7 +126,7 @@ def _table(body: bytes, count: int, fields: Sequence[tuple[str, str, int]], orde
         return rows[:, [int(first[names.index(axis)]) for axis in AXES]]
     if not all(re.fullmatch("[iu][1248]|f[248]", kind) for _, kind, _ in fields):
         raise ValueError("a column is no number")
-    if sum(each for _, _, each in fields) > MOST_COLUMNS or min(e for *_, e in fields) < 1:
+    if sum(each for _, _, each in fields) > ELEMENTS["columns"] or min(e for *_, e in fields) < 1:
         raise ValueError("it has too many columns")
     columns = [(f"{k}", order + kind, (each,)) for k, (_, kind, each) in enumerate(fields)]
     table = np.frombuffer(body, np.dtype(columns), count)
@@ -137,7 +136,7 @@ def _table(body: bytes, count: int, fields: Sequence[tuple[str, str, int]], orde
 
 def _numbers(text: bytes, columns: int, count: int = -1) -> Array:
     """Return the numbers of a text in rows, so many of them or all; words are a ``ValueError``."""
-    if not 0 < columns <= MOST_COLUMNS or not text.isascii():
+    if not 0 < columns <= ELEMENTS["columns"] or not text.isascii():
         raise ValueError("it is no table")
     with warnings.catch_warnings():
         warnings.simplefilter("error")  # NumPy warns of what it cannot read, and returns the rest

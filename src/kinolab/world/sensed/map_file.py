@@ -18,18 +18,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.errors import InputError, printable
-from kinolab.world.meshes.mesh import locate, read_bytes
+from kinolab.untrusted import BYTES, ELEMENTS, read
+from kinolab.world.meshes.mesh import locate
 from kinolab.world.meshes.mesh_reading import refusal
 
 FORMATS = ("yaml", "yml", "map", "pgm", "png")
-MAX_BYTES = 100_000_000  # of a picture or a map
-MAX_TEXT_BYTES = 20_000  # of a description in YAML, whose parser takes 1 ms for each 100 of them
-MOST_CELLS = 36_000_000  # of a picture: a file of some kilobytes may stand for a terabyte
 FREE, OCCUPIED, UNKNOWN = np.uint8(0), np.uint8(1), np.uint8(2)
 OCCUPIED_FROM, FREE_BELOW = 0.65, 0.196  # map_saver's: its grey of unknown cells, 205, is between
 MODES = ("trinary", "scale")
 LIGHTEST = {"1": 1, "L": 255, "LA": 255, "RGB": 255, "RGBA": 255, "I;16": 65535, "I": 65535}
-PASSABLE = b".GS"  # ground and swamp; trees, water and what lies out of bounds are in the way
 
 
 class OccupancyMap(NamedTuple):
@@ -59,7 +56,7 @@ def read_map(path: str | Path, *, root: Path, resolution: float | None = None) -
             say how large a cell is.
     """
     where = str(path)
-    content = read_bytes(where, locate(where, root, FORMATS, "map"), MAX_BYTES, "Crop the map.")
+    content = read(locate(where, root, FORMATS, "map"), "map", where, "Crop the map.")
     kind = Path(where).suffix.lower()
     if kind in (".yaml", ".yml"):
         if resolution is not None:
@@ -86,7 +83,6 @@ def image_file(path: Path, content: bytes, root: Path) -> Path | None:
 
     Args:
         path: Of the description, or of any other file, which names none.
-        content: Of it.
         root: The folder that the picture must be in, or below.
     """
     if path.suffix.lower() not in (".yaml", ".yml"):
@@ -111,8 +107,8 @@ def _table(where: str, content: bytes) -> dict[str, Any]:
 
     remedy = "It has lines such as image: map.pgm, resolution: 0.05 and origin: [0.0, 0.0, 0.0]."
     try:
-        if len(content) > MAX_TEXT_BYTES:
-            raise ValueError(f"it is larger than {MAX_TEXT_BYTES // 1000} kB")
+        if len(content) > BYTES["yaml"]:
+            raise ValueError(f"it is larger than {BYTES['yaml'] // 1000} kB")
         table = yaml.safe_load(content)
     except Exception as error:  # the parser raises whatever the bytes provoke
         cause = printable(str(error).splitlines()[0] if str(error) else type(error).__name__)
@@ -145,7 +141,7 @@ def _described(where: str, content: bytes, root: Path) -> OccupancyMap:
     negate = _numbers(where, {"negate": 0} | table, "negate", 1, "0")[0] != 0.0
     named = str(Path(where).parent / image)
     file = locate(named, root, FORMATS[3:], "picture")
-    picture = read_bytes(named, file, MAX_BYTES, "Crop the map.")
+    picture = read(file, "map", named, "Crop the map.")
     light, opaque = lightness(named, picture), None
     if mode == "scale" and light.shape[2] in (2, 4):
         light, opaque = light[:, :, :-1], light[:, :, -1] == 1.0
@@ -183,8 +179,8 @@ def lightness(where: str, content: bytes) -> NDArray[np.float32]:
             warnings.simplefilter("ignore")
             with Image.open(io.BytesIO(content), formats=("PNG", "PPM")) as image:
                 across, down = image.size
-                if across * down > MOST_CELLS:
-                    what = f"has {across} x {down} cells, more than {MOST_CELLS}."
+                if across * down > ELEMENTS["cells"]:
+                    what = f"has {across} x {down} cells, more than {ELEMENTS['cells']}."
                     raise refusal(where, what, "Crop it, or join cells.")
                 painted = "RGBA" if "transparency" in image.info else "RGB"
                 plain = image.convert(painted) if image.mode in ("P", "PA") else image
@@ -228,4 +224,5 @@ def _letters(where: str, content: bytes) -> NDArray[np.uint8]:
         what = f"says {high} rows of {wide} cells, and has {len(rows)} of {found}."
         raise refusal(where, what, "It may be cut short; fetch it again.")
     letters = np.frombuffer(b"".join(rows), np.uint8).reshape(high, wide)
-    return np.where(np.isin(letters, [*PASSABLE]), FREE, OCCUPIED).astype(np.uint8)
+    # ground and swamp; trees, water and what lies out of bounds are in the way
+    return np.where(np.isin(letters, [*b".GS"]), FREE, OCCUPIED).astype(np.uint8)

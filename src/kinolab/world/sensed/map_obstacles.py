@@ -15,13 +15,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.numerics.arrays import Array
-from kinolab.world.meshes.mesh import MAX_TRIANGLES, check, locate, read_bytes
+from kinolab.untrusted import read, refuse_many
+from kinolab.world.meshes.mesh import check, locate
 from kinolab.world.meshes.mesh_components import Components, components
 from kinolab.world.meshes.mesh_reading import refusal
 from kinolab.world.obstacle import ORIGIN, Numbers, Obstacle, placed
 from kinolab.world.sensed.cell_rectangles import rectangles
 from kinolab.world.sensed.map_file import (
-    MAX_BYTES,
     OCCUPIED,
     UNKNOWN,
     OccupancyMap,
@@ -32,7 +32,6 @@ from kinolab.world.sensed.map_file import (
 from kinolab.world.shape_surfaces import BOX_FACES, Faces, box_surface
 
 HEIGHT = 1.0  # [m] of walls where nothing is said
-MOST_WALLS = MAX_TRIANGLES // len(BOX_FACES)  # boxes
 
 BEYOND = ' The map does not know what is there: begin and end elsewhere, or write unknown = "free".'
 
@@ -53,7 +52,6 @@ def map_obstacles(
     Args:
         name: What the user calls it in reports.
         path: The file, looked up from ``root``, which it may not leave.
-        root: The folder of the scenario.
         position: Where the map's own origin goes, [m]; walls stand at this height.
         rpy: Roll, pitch, yaw in [rad].
         resolution: Edge of a cell in [m], of files that say none.
@@ -113,7 +111,7 @@ def relief_obstacle(
         InputError: If the file is unusable.
     """
     file = locate(path, root, ("png", "pgm"), "picture")
-    light = lightness(path, read_bytes(path, file, MAX_BYTES, "Crop the picture."))
+    light = lightness(path, read(file, "map", path, "Crop the picture."))
     width = required(path, resolution)
     z = relief * light.mean(axis=2, dtype=np.float64)[::-1]
     if min(z.shape) < 2:
@@ -158,9 +156,8 @@ def _walls(
 ) -> Obstacle:
     """Raise boxes on the marked cells (ny, nx) of a grid, whose corner is at the pose's origin."""
     found = rectangles(marked)
-    if len(found) > MOST_WALLS:
-        what = f"takes {len(found)} boxes, more than {MOST_WALLS}."
-        raise refusal(where, what, "Join cells to larger ones, or crop it.")
+    remedy = "Join cells to larger ones, or crop it."
+    refuse_many(len(found) * len(BOX_FACES), "triangles", where, remedy)
     low = np.zeros((len(found), 3))
     high = np.full((len(found), 3), height)
     low[:, :2], high[:, :2] = width * found[:, [1, 0]], width * found[:, [3, 2]]
@@ -185,9 +182,8 @@ def _steepest(z: Array, width: float) -> Array:
 def _block(where: str, z: Array, width: float) -> tuple[Array, Faces]:
     """Return the closed surface of what is below heights (ny, nx), a width deep at least."""
     rows, columns = z.shape
-    if 2 * (rows - 1) * (columns - 1) > MAX_TRIANGLES:
-        what = f"has {columns} x {rows} pixels, more than {MAX_TRIANGLES // 2}."
-        raise refusal(where, what, "Scale it down, or crop it.")
+    triangles = 2 * (rows - 1) * (columns - 1)
+    refuse_many(triangles, "triangles", where, "Scale it down, or crop it.")
     number = np.arange(rows * columns).reshape(rows, columns)
     y, x = np.divmod(number, columns)
     top = np.stack([width * x, width * y, z], axis=-1).reshape(-1, 3)

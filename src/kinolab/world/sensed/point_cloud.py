@@ -8,14 +8,13 @@ from typing import Literal
 import numpy as np
 
 from kinolab.numerics.arrays import Array
-from kinolab.world.meshes.mesh import MAX_TRIANGLES, check
+from kinolab.untrusted import refuse_many
+from kinolab.world.meshes.mesh import check
 from kinolab.world.meshes.mesh_components import Components
 from kinolab.world.meshes.mesh_hints import MAX_EXTENT
 from kinolab.world.meshes.mesh_reading import refusal
 from kinolab.world.obstacle import ORIGIN, Numbers, Obstacle, placed, upright
 from kinolab.world.sensed.cloud_file import read_cloud
-
-MOST_VOXELS = 2**20  # along an axis: three numbers below fit into one of 64 bits
 
 
 def cloud_obstacle(
@@ -35,7 +34,6 @@ def cloud_obstacle(
     Args:
         name: What the user calls it in reports.
         path: The file, looked up from ``root``, which it may not leave.
-        root: The folder of the scenario.
         position: Where the file's origin goes, [m].
         rpy: Roll, pitch, yaw in [rad].
         radius: Of the balls, in [m].
@@ -67,9 +65,8 @@ def cloud_obstacle(
         points, farthest = _merged(path, points, voxel)
         told += f", merged to {len(points)} of {radius + farthest:.6g} m, which cover them"
         radius += farthest
-    if len(points) > MAX_TRIANGLES:
-        what = f"has {len(points)} points, more than {MAX_TRIANGLES}."
-        raise refusal(path, what, "Write voxel = 0.05 [m], or a larger one, to merge near ones.")
+    remedy = "Write voxel = 0.05 [m], or a larger one, to merge near ones."
+    refuse_many(len(points), "points", path, remedy)
     faces = np.repeat(np.arange(len(points))[:, None], 3, axis=1)
     check(path, points, faces)
     return Obstacle(
@@ -88,13 +85,12 @@ def cloud_obstacle(
 def _merged(where: str, points: Array, voxel: float) -> tuple[Array, float]:
     """Merge the points (n, 3) in each cube into their mean; return the farthest that one moved."""
     cells = np.floor((points - points.min(axis=0)) / voxel)
-    if cells.max() >= MOST_VOXELS:
-        what = f"is more than {MOST_VOXELS} times as wide as its voxel."
+    many = 2**20  # three numbers below fit into one of 64 bits
+    if cells.max() >= many:
+        what = f"is more than {many} times as wide as its voxel."
         raise refusal(where, what, "Write a larger voxel.")
     x, y, z = cells.astype(np.int64).T
-    _, which, count = np.unique(
-        (x * MOST_VOXELS + y) * MOST_VOXELS + z, return_inverse=True, return_counts=True
-    )
+    _, which, count = np.unique((x * many + y) * many + z, return_inverse=True, return_counts=True)
     sums = [np.bincount(which, weights=column) for column in points.T]
     means = np.column_stack(sums) / count[:, None]
     return means, float(np.linalg.norm(points - means[which], axis=1).max())

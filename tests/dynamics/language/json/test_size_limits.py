@@ -22,9 +22,10 @@ from kinolab.dynamics.language.json.machine_file import (
     machine_from_json,
     machine_to_json,
 )
-from kinolab.dynamics.language.json.size_limits import MAX_FILE_BYTES, size_mistakes
+from kinolab.dynamics.language.json.size_limits import size_mistakes
 from kinolab.dynamics.language.shapes.packed_rows import packed
 from kinolab.errors import InputError
+from kinolab.untrusted import BYTES
 from tests.support import within
 
 
@@ -195,7 +196,7 @@ def _value(tree: Any, theta: float) -> Any:
 @pytest.mark.parametrize("name", kinolab.systems.names())
 def test_every_machine_of_ours_is_far_from_too_large(name: str) -> None:
     text = machine_to_json(kinolab.systems.get(name))
-    assert len(text) < MAX_FILE_BYTES / 8
+    assert len(text) < BYTES["machine"] / 8
     assert list(size_mistakes(json.loads(text))) == []
     assert machine_to_json(machine_from_json(text)) == text
 
@@ -242,7 +243,7 @@ def test_what_is_no_text_or_no_file_is_refused(name: str, tmp_path: Path) -> Non
     file.write_bytes(b'{"name": "\xff"}')
     with pytest.raises(InputError, match=f"{name}: this is not UTF-8 text. Save the file as UTF-8"):
         load_machine(machine)
-    file.write_bytes(b" " * (MAX_FILE_BYTES + 1))
+    file.write_bytes(b" " * (BYTES["machine"] + 1))
     with pytest.raises(InputError, match=r"it cannot be read: it is larger than 2 MB\."):
         load_machine(machine)
 

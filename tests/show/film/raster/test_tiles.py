@@ -7,7 +7,7 @@ import pytest
 
 from kinolab.show.film.raster.draw_list import FloorPaint, Shadows, Solid, Veil, drawn
 from kinolab.show.film.raster.rasterizer import GROUND, Facets
-from kinolab.show.film.raster.tiles import MOST_TILES, TILE, Tiles
+from kinolab.show.film.raster.tiles import TILE, Tiles
 
 SIZE = (3 * TILE, 2 * TILE)
 PAPER = (250, 250, 248)
@@ -40,6 +40,6 @@ def test_a_window_is_the_same_part_of_the_whole(box: tuple[int, int, int, int]) 
 def test_beyond_the_picture_there_is_paper_and_few_tiles_are_kept() -> None:
     tiles = Tiles([Solid(facets(1, 3))], PAPER)
     assert (tiles.window((-TILE, -TILE, 0, 0)).color == PAPER).all()
-    for row in range(2 * MOST_TILES):
+    for row in range(192):
         tiles.window((0, row * TILE, TILE, (row + 1) * TILE))
-    assert tiles._tile.cache_info().currsize == MOST_TILES  # type: ignore[attr-defined]
+    assert tiles._tile.cache_info().currsize == 96  # type: ignore[attr-defined]

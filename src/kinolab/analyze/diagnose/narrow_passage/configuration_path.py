@@ -67,11 +67,6 @@ def find_path(
 
     Args:
         space: The configuration space.
-        shape: Checks configurations.
-        begin: Start state.
-        ends: Goal states.
-        effort: The budget.
-        seed: Random seed.
     """
     information = ob.SpaceInformation(space.space)
 

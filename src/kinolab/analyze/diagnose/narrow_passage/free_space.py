@@ -17,7 +17,6 @@ class FreeSpace:
     """Checks configurations of a machine, or of a shrunk one.
 
     Args:
-        problem: The machine and the world.
         checker: Collision checker of the machine, shrunk as desired.
         shifts: How its bodies are displaced in their own frames in [m], shape (bodies, 3).
     """

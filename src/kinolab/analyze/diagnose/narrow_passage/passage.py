@@ -98,7 +98,6 @@ def find_passage(
     """Search for a path of the machine as it is, then of shrunk ones.
 
     Args:
-        problem: The machine and the world.
         goals: States of the goal region, shape (nx,) each.
         seconds: Processor time of this thread after which no further search starts, so that a
             computer with other work finds as much as an idle one.

@@ -12,14 +12,12 @@ from kinolab.problem import PlanningTask
 
 SIZES = (2e-4, 0.3)  # [m] of deformations, across it
 CONSTANT_ANGLE_PROBABILITY = 0.2  # probability that it makes an angle constant, at any value
-TURNS = (0.2, 2.0)  # [m] along the path over which it does
 
 
 class PathDeformation:
     """Deforms configuration paths of one machine.
 
     Args:
-        problem: The machine.
         reach: Displacement of the machine per unit of each coordinate, in [m], shape (nx,).
 
     Attributes:
@@ -65,7 +63,8 @@ class PathDeformation:
         kind = draw.random()
         if kind < CONSTANT_ANGLE_PROBABILITY and self._angles:
             j, value = int(draw.choice(self._angles)), draw.uniform(-np.pi, np.pi)
-            return self._flat(band, marks, k, 10 ** draw.uniform(*np.log10(TURNS)), j, value)
+            # [m] along the path over which it stays
+            return self._flat(band, marks, k, 10 ** draw.uniform(*np.log10((0.2, 2.0))), j, value)
         # 0.2: probability that it makes a coordinate constant instead
         if kind < CONSTANT_ANGLE_PROBABILITY + 0.2:
             j = int(draw.integers(len(self.entries)))
@@ -81,10 +80,8 @@ class PathDeformation:
         Args:
             band: States, shape (n, nx).
             marks: Arc lengths of the states, in [m], shape (n,).
-            k: Index of the state.
             width: Extent in [m] on both sides of it.
             j: Index into ``entries``.
-            value: Value of the coordinate.
         """
         i = self.entries[j]
         values = np.unwrap(band[:, i]) if self._circular[i] else band[:, i]

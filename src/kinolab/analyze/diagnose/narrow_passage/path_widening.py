@@ -32,9 +32,6 @@ class RequiredShrinkage:
     """Machines shrunk by any number of quanta, made on demand.
 
     Wheels that are too thin to lose as much come closer to the body beside which they are.
-
-    Args:
-        problem: The machine and the world.
     """
 
     def __init__(self, problem: PlanningTask) -> None:
@@ -102,7 +99,6 @@ class PathWidening:
     """Widens paths of one machine.
 
     Args:
-        deformation: Deforms them.
         shrinkage: Gives the required shrinkage of the machine.
         cancelled: Returns whether to stop.
     """

@@ -159,7 +159,6 @@ class Subject:
         """Return the velocity of a body at a point against another, by the rates of entries.
 
         Args:
-            body: The body.
             base: The other; None for the world.
             point: In the world, in [m].
             x: State, shape (nx,).

@@ -147,8 +147,6 @@ def depth_of(subject: Subject, body: Body, axis: tuple[Array, Array], reach: flo
     """Return how deep a line goes into a body in [m]; negative where it passes.
 
     Args:
-        subject: The machine.
-        body: The body.
         axis: A point and the direction of the line, shape (3,) each, in the world.
         reach: How far from that point in [m] it is looked for.
     """

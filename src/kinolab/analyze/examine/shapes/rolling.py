@@ -210,7 +210,6 @@ def _rolls_about_all(
     """Judge a ball that turns by an attitude, along the direction in which it slips most.
 
     Args:
-        subject: The machine.
         body: The ball.
         base: What it is on; None for the ground.
         moving: Rates of a configuration's entries in allowed motions, shape (n, nq).
@@ -329,8 +328,6 @@ def _slips_aside(
     """Say that a wheel slips along its axle, unless a force acts along it or an input decides it.
 
     Args:
-        subject: The machine.
-        body: The wheel.
         base: What it is on; None for the ground.
         free: Slips along the axle at ``rates``, in [m/s], shape (n,).
         x: State, shape (nx,).

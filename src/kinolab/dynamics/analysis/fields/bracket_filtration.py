@@ -78,7 +78,6 @@ class BracketFiltration:
         """Expand fields about a point, to the order that brackets of ``degree`` fields need.
 
         Args:
-            fields: The generators.
             point: Value of every state entry, by name.
             degree: Largest number of fields in a bracket.
             held: Constant inputs, by name, which become part of the drift.

@@ -103,7 +103,6 @@ def filtration(
     """Return the filtration by brackets of vector fields; see ``growth_vector``.
 
     Args:
-        fields: The generators.
         at: The point, by name; random regular points when left out.
         strong: Leave out the drift itself, but not its brackets (strong accessibility: states
             reached at one and the same time).
@@ -198,7 +197,6 @@ def has_kink(fields: VectorFields, point: Mapping[str, Any]) -> bool:
     """Return whether an absolute value, or similar, has its kink at a state.
 
     Args:
-        fields: Of a machine.
         point: Value of every state entry, by name.
     """
     tape, moving = fields.tape, frozenset(fields.state)

@@ -22,7 +22,6 @@ def integral_of(system: Mechanism, factors: Mapping[str, float]) -> sympy.Expr |
     """Return h(q) whose rate is a constant combination of constraints, if easily found.
 
     Args:
-        system: The machine.
         factors: Coefficients of the constraints, by name; missing ones are 0.
 
     Returns:

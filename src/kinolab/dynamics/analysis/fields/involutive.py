@@ -82,9 +82,6 @@ class InvolutiveClosure:
 def involutive_closure(system: Mechanism) -> InvolutiveClosure:
     """Compute the involutive closure and find a machine's integrable constraints.
 
-    Args:
-        system: The machine.
-
     Raises:
         InputError: If its constraints depend on inputs.
     """
@@ -179,9 +176,7 @@ def _integrals(
     """Return conserved functions of the coordinates, linear ones if no others are found.
 
     Args:
-        system: The machine.
         places: Closures at several configurations.
-        names: Names of the constraints.
         shares: Integrable constant combinations of constraints, one per row.
     """
     found = [integral_of(system, dict(zip(names, map(float, row), strict=True))) for row in shares]

@@ -98,7 +98,6 @@ def linear_controllability(
     States and inputs are scaled by ``state_scales`` and by the inputs' ranges first.
 
     Args:
-        model: The machine.
         x: The equilibrium, shape (nx,).
         u: Inputs that hold it, shape (nu,); zero when left out.
         without: Names of states to leave out: cyclic ones, on which no other depends and which

@@ -69,10 +69,8 @@ class VectorFields:
         """Make vector fields from expressions.
 
         Args:
-            symbols: The state.
             inputs: Components of each input's field, by a name.
             drift: Components of the drift field; nothing when left out.
-            values: Values of further symbols.
 
         Raises:
             InputError: If a field lacks a component per symbol, or has an unknown symbol.

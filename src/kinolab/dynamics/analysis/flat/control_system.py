@@ -19,8 +19,6 @@ from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.model import Model
 from kinolab.numerics.arrays import Array
 
-ROUNDING = 1e-12  # of the largest slope of a rate
-
 
 @dataclass(frozen=True, eq=False)
 class ControlSystem:
@@ -98,7 +96,8 @@ class ControlSystem:
         for motion in self.motions():
             slopes = np.abs(motion.along(self.rates)[:, 0, : motion.dimension])
             slopes /= self.model.state_scales[:, None]
-            felt = slopes.max(axis=0) > ROUNDING * slopes.max(initial=1e-300)
+            # of the largest slope of a rate
+            felt = slopes.max(axis=0) > 1e-12 * slopes.max(initial=1e-300)
             found.append(np.abs(motion.basis[:, felt]).max(axis=1, initial=0.0) == 0.0)
         return tuple(np.flatnonzero(np.all(found, axis=0)).tolist())
 
@@ -135,7 +134,6 @@ class MotionSeries:
     """A motion from a state as a series in time, with derivatives by the state and the inputs.
 
     Args:
-        control: The machine.
         x: The first state, shape (nx,).
         generator: Draws the coefficients of the inputs.
         held: Constant inputs instead, shape (nu,), and the pace at which the state would change in
@@ -195,9 +193,6 @@ class MotionSeries:
 
     def along(self, nodes: Sequence[Node]) -> Array:
         """Return the derivatives of functions of the state along the motion.
-
-        Args:
-            nodes: The functions.
 
         Returns:
             Of each coefficient of each function by the state (d) and by each coefficient of the

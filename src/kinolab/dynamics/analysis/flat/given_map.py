@@ -23,7 +23,6 @@ from kinolab.dynamics.model import Model
 from kinolab.errors import InputError, Mistake
 from kinolab.store import pickled
 
-TOLERANCE = 1e-9  # of a coordinate, or of its scale if that is larger; formulas are exact
 CHECKED = pickled("flat map", bool)
 
 
@@ -113,7 +112,8 @@ def _wrong(control: ControlSystem) -> Iterator[WrongMap]:
             other = motion.start[0].copy()
             other[k] = value
             off = control.model.space.difference(motion.start[0], other)[k]
-            if not abs(off) <= TOLERANCE * max(abs(true), scales[k]):
+            # of a coordinate, or of its scale if that is larger; formulas are exact
+            if not abs(off) <= 1e-9 * max(abs(true), scales[k]):
                 yield WrongMap(name, true, value, outputs)
 
 

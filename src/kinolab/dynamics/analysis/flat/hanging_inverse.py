@@ -22,12 +22,7 @@ from kinolab.dynamics.language.symbols import Coordinate
 
 
 def hanging_map(control: ControlSystem, outputs: Sequence[Candidate]) -> FlatOutputs | None:
-    """Return how three coordinates follow from the place of a point; None if they do not.
-
-    Args:
-        control: The machine.
-        outputs: Its flat outputs.
-    """
+    """Return how three coordinates follow from the place of a point; None if they do not."""
     system = control.system
     coordinates = [c for c in system.coordinates if isinstance(c, Coordinate)]
     if len(outputs) != 2 or not len(coordinates) == len(system.coordinates) == 3:

@@ -24,7 +24,6 @@ from kinolab.dynamics.language.symbols import Coordinate
 
 AXES = ("x", "y", "z")
 CENTRE = "the centre of mass of "
-MOST_SETS = 2000  # of candidates; a test of one takes a millisecond
 
 
 @dataclass(frozen=True)
@@ -72,11 +71,7 @@ class Point:
 
 
 class Candidates:
-    """The candidates of one machine.
-
-    Args:
-        control: The machine.
-    """
+    """The candidates of one machine."""
 
     def __init__(self, control: ControlSystem) -> None:
         self._control, self._tape = control, control.tape
@@ -90,7 +85,7 @@ class Candidates:
 
     def sets(self) -> Iterator[tuple[Candidate, ...]]:
         """Yield sets of as many candidates as inputs: coordinates, then points and coordinates."""
-        return islice(self._sets(), MOST_SETS)
+        return islice(self._sets(), 2000)  # a test of one takes a millisecond
 
     def beside(self, point: Point, axis: int, offset: float) -> Point:
         """Return a point on an axis of a point's frame, in [m] from it."""

@@ -25,7 +25,6 @@ from kinolab.numerics.arrays import Array
 
 OutputSet: TypeAlias = tuple[Candidate, ...]
 
-MOST_WORK = 3_000_000_000  # multiplications, a second or two
 # Where an input acts along each velocity, coordinates are flat by so many derivatives.
 SURE_ORDER = 2
 
@@ -53,7 +52,6 @@ class OutputSearch:
     """The search of one machine, at a few random motions.
 
     Args:
-        control: The machine.
         rest: A state of rest, shape (nx,), with the inputs that hold it, shape (nu,), if known.
     """
 
@@ -96,7 +94,7 @@ class OutputSearch:
     @property
     def exhausted(self) -> bool:
         """Whether more would take too long."""
-        return self._work > MOST_WORK
+        return self._work > 3_000_000_000  # multiplications, a second or two
 
     def proved(self, chosen: OutputSet) -> ProvedOutputs | None:
         """Return what some outputs, as many as inputs, are; None if they are not flat."""

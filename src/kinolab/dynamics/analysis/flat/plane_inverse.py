@@ -24,8 +24,6 @@ def plane_curves(
     """Return how headings and steering angles follow from a plane curve; None if they do not.
 
     Args:
-        control: The machine.
-        outputs: Its flat outputs.
         left_over: Names of coordinates that they leave free.
     """
     system = control.system

@@ -19,8 +19,6 @@ import numpy as np
 from kinolab.dynamics.analysis.jets.ranks import scales_of
 from kinolab.numerics.arrays import Array
 
-# Of the largest entry of a row, in units of scales; less is left of terms that cancelled.
-CANCELLED = 1e-11
 # A rank is clear where no singular value, relative to the largest, is between these two.
 NONZERO, ZERO = 1e-9, 1e-12
 
@@ -53,7 +51,8 @@ def cleaned(rows: Array) -> Array:
     """
     size = np.abs(rows).max(axis=-1, keepdims=True, initial=0.0)
     rows = rows / np.where(size > 0, size, 1.0)
-    return np.where(np.abs(rows) > CANCELLED, rows, 0.0)
+    # of the largest entry of a row, in units of scales; less is left of terms that cancelled
+    return np.where(np.abs(rows) > 1e-11, rows, 0.0)
 
 
 def clear_rank(rows: Array) -> ClearRank:
@@ -93,7 +92,6 @@ def extension(rows: Array, dimension: int) -> Extension:
     Args:
         rows: Derivatives of outputs and their rates by states and inputs, shape
             (nu, k + 1, dimension + nu * (k + 1)).
-        dimension: Of the state space.
     """
     rows = cleaned(rows)
     count, orders, width = rows.shape
@@ -116,7 +114,6 @@ def recovers(rows: Array, orders: tuple[int, ...], dimension: int, wanted: int) 
     Args:
         rows: As those of ``extension``, shape (nu, k + 1, dimension + nu * (k + 1)).
         orders: Number of derivatives of each output.
-        dimension: Of the state space.
         wanted: How many of its dimensions are to be determined.
     """
     rows = cleaned(rows)
@@ -130,7 +127,6 @@ def least_orders(rows: Array, dimension: int, wanted: int) -> tuple[int, ...] | 
 
     Args:
         rows: As those of ``extension``, shape (nu, k + 1, dimension + nu * (k + 1)).
-        dimension: Of the state space.
         wanted: How many of its dimensions are to be determined.
     """
     orders = (rows.shape[1] - 1,) * len(rows)

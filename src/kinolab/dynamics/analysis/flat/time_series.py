@@ -26,7 +26,6 @@ def series_of(
 
     Args:
         tape: The expression graph.
-        outputs: The nodes.
         known: The series of variables, shape (K, 1 + D) each, or constants, by label.
 
     Raises:

@@ -31,7 +31,6 @@ def jets_of(
         variables: Variables of the expansion.
         values: Values of all variables, by label; those of ``variables`` are the point.
         order: Highest degree.
-        numbers: The number type.
 
     Returns:
         Jets, shape (outputs, size).

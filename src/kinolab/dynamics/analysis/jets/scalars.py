@@ -137,7 +137,6 @@ def rational(name: str, value: Any) -> Any:
     """Convert a user's value of a variable to a rational number or a ``Turn``.
 
     Args:
-        name: Name of the variable.
         value: A number, or an expression such as ``pi / 2`` or ``atan(Rational(3, 4))``.
 
     Raises:

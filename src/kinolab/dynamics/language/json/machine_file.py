@@ -31,13 +31,7 @@ from kinolab.dynamics.language.json.expression_tree import (
 )
 from kinolab.dynamics.language.json.known_words import in_known_words
 from kinolab.dynamics.language.json.machine_folder import FEEDBACK_FILE, MACHINE_FILE
-from kinolab.dynamics.language.json.size_limits import (
-    MAX_EXPRESSION_TERMS,
-    MAX_FILE_BYTES,
-    MAX_WRITTEN_OUT,
-    size_mistakes,
-    written_out,
-)
+from kinolab.dynamics.language.json.size_limits import size_mistakes, written_out
 from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.language.mechanism_parts import quasi_velocities
 from kinolab.dynamics.language.modes import Mode, Transition
@@ -58,8 +52,7 @@ from kinolab.dynamics.language.symbols import (
     rotation,
 )
 from kinolab.errors import InputError, Mistake, UnknownNameError, printable
-from kinolab.files import read_ordinary
-from kinolab.untrusted import json_of
+from kinolab.untrusted import ELEMENTS, json_of, read
 
 FORMAT, VERSION = "kinolab machine", 1
 DAMAGED = (
@@ -142,7 +135,7 @@ def feedback_to_tree(feedback: Feedback | Regulator) -> dict[str, Any]:
     """
     if isinstance(feedback, Feedback):
         law = [expression for _, expression in feedback.law]
-        if expanded_size(law) > MAX_EXPRESSION_TERMS:
+        if expanded_size(law) > ELEMENTS["terms"]:
             return _with_shared(feedback, law)
     tree: dict[str, Any] = _encode(feedback)
     return tree
@@ -211,13 +204,10 @@ def load_machine(path: Path) -> Mechanism:
 def _text(path: Path) -> str:
     """Read a regular text file within the size limit."""
     try:
-        return read_ordinary(path, MAX_FILE_BYTES).decode("utf-8-sig")
+        return read(path, "machine").decode("utf-8-sig")
     except UnicodeDecodeError as error:
         what, remedy = "this is not UTF-8 text.", "Save the file as UTF-8."
         raise InputError([Mistake(str(path), what, remedy)]) from error
-    except OSError as error:
-        what = f"it cannot be read: {error.strerror or error}."
-        raise InputError([Mistake(str(path), what)]) from error
 
 
 def _plain(text: str) -> Any:
@@ -366,10 +356,11 @@ class _MachineReader:
             if name in self.symbols:
                 raise ValueError(f"{name!r} is shared, and the name of something else, too")
             sizes[name] = written_out(entry["expression"], sizes)
-            if sizes[name] > MAX_WRITTEN_OUT:
+            if sizes[name] > ELEMENTS["terms written out"]:
                 raise ValueError(f"{name!r} has too many terms where all is written out")
             self.symbols = {**self.symbols, name: self.decode(entry)}
-        if sum(written_out(e["expression"], sizes) for _, e in tree["law"]) > MAX_WRITTEN_OUT:
+        whole = sum(written_out(e["expression"], sizes) for _, e in tree["law"])
+        if whole > ELEMENTS["terms written out"]:
             raise ValueError("the law has too many terms where all is written out")
         return self.decode({key: tree[key] for key in tree if key != "shared"}, "feedback")
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from kinolab.dynamics.language.json.size_limits import MAX_FILE_BYTES
 from kinolab.files import read_ordinary
+from kinolab.untrusted import BYTES
 
 MACHINE_FILE = "machine.json"
 FEEDBACK_FILE = "feedback.json"  # only of a machine that has a controller
@@ -21,6 +21,6 @@ def texts_of(path: Path) -> dict[str, str]:
     files = {MACHINE_FILE: path, FEEDBACK_FILE: path.with_name(FEEDBACK_FILE)}
     present = {name: file for name, file in files.items() if file is path or file.is_file()}
     return {
-        name: read_ordinary(file, MAX_FILE_BYTES).decode("utf-8-sig")
+        name: read_ordinary(file, BYTES["machine"]).decode("utf-8-sig")
         for name, file in present.items()
     }

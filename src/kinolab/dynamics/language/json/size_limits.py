@@ -10,10 +10,8 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from kinolab.errors import Mistake, is_broken
+from kinolab.untrusted import ELEMENTS
 
-MAX_FILE_BYTES = 2_000_000  # size of a file
-MAX_EXPRESSION_TERMS = 5_000  # names, numbers and operations of one expression
-MAX_WRITTEN_OUT = 2_000_000  # the same, of a law whose parts are shared
 MAX_ENTRIES: Mapping[str, int] = {"bodies": 200, "coordinates": 64}
 
 
@@ -86,8 +84,8 @@ def _corners(data: Any) -> int:
 def _expression_mistakes(tree: Any) -> Iterator[Mistake]:
     shown = f"expression {str(tree)[:40]!r}…"
     count = sum(1 for _ in _within(tree))
-    if count > MAX_EXPRESSION_TERMS:
-        what = f"it has {count} names, numbers and operations; {MAX_EXPRESSION_TERMS} are the most."
+    if count > ELEMENTS["terms"]:
+        what = f"it has {count} names, numbers and operations; {ELEMENTS['terms']} are the most."
         yield Mistake(shown, what, "Shorten it.")
     elif _nested(tree, "pow") > 4:  # nesting depth of powers
         what = "more than 4 powers are nested in it."

@@ -13,8 +13,6 @@ from kinolab.errors import InputError, Mistake
 from kinolab.numerics.arrays import Array
 from kinolab.untrusted import refuse_many
 
-MOST_DRAWN = 50_000  # triangles of a mesh that is drawn
-
 
 @checked
 @dataclass(frozen=True)
@@ -38,7 +36,7 @@ class DrawnMesh:
             InputError: If they are not, or there are too many triangles.
         """
         triangles = len(self.corners) // 8  # of 6 bytes, which are 8 characters
-        refuse_many(triangles, MOST_DRAWN, "triangles", "DrawnMesh corners", "Take fewer.")
+        refuse_many(triangles, "triangles that are drawn", "DrawnMesh corners", "Take fewer.")
         try:
             points, faces = self.vertices, self.faces
             sound = bool(np.isfinite(points).all()) and faces.max(initial=-1) < len(points)

@@ -32,12 +32,9 @@ class Decomposition(oc.GridDecomposition):  # type: ignore[misc]
     reported as outside the grid, since checking all of them would take seconds.
 
     Args:
-        setup: The problem in OMPL's terms.
-        regions: The regions.
         samples: Number of samples of the free-volume estimate.
         max_states_per_cell: Capacity of a cell of the default projection; the guide ignores further
             states.
-        seed: Random seed of sampled states.
     """
 
     def __init__(

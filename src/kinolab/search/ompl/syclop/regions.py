@@ -20,7 +20,6 @@ class Regions:
     ``goal_region_scale`` times the goal's tolerances, which include those of rates.
 
     Args:
-        problem: The planning problem.
         count: Approximate number of regions.
         goal_region_scale: What counts as near the goal, in its tolerances.
         angles: Whether to divide angles too if there are fewer than three lengths.

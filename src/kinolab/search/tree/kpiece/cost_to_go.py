@@ -22,13 +22,9 @@ from kinolab.problem.metric import projected_coordinates
 from kinolab.search.tree.problem_arrays import sample_uniform
 from kinolab.simulation.collision_context import clearance_bound, place_machine
 
-MAX_CELLS = 4096  # of the grid
 MAX_CELLS_PER_AXIS = 48  # along one entry
-SAMPLES_PER_CELL = 3  # states checked per cell
 UNREACHED = -1.0  # marks a blocked cell, in place of steps
-BLOCKED_COST = 10.0  # steps to cross a blocked cell
 COASTING_CELLS = 6.0  # that a motion is followed straight on at most
-COASTING_COST = 3.0  # by which the place it leads to counts more than where it is at most
 
 
 class CostToGoGrid(NamedTuple):
@@ -50,10 +46,11 @@ def cost_to_go_grid(problem: PlanningTask) -> CostToGoGrid:
     entries = projected_coordinates(problem, angles=False)
     lower, upper = problem.sampling_bounds[entries].T
     span = (upper - lower) * np.maximum(problem.weights[entries], 1e-9)
-    edge = (span.prod() / MAX_CELLS) ** (1 / len(span))
+    most = 4096  # cells of the grid
+    edge = (span.prod() / most) ** (1 / len(span))
     count = np.ones(3, np.int64)
     count[: len(span)] = np.clip(np.floor(span / edge), 1, MAX_CELLS_PER_AXIS)
-    while count.prod() > MAX_CELLS:
+    while count.prod() > most:
         count[count.argmax()] -= 1
     circular = np.zeros(3, dtype=bool)
     circular[: len(span)] = problem.circular[entries]
@@ -105,7 +102,8 @@ def coasting_cost(grid, before, x, steps, ahead):  # type: ignore[no-untyped-def
     for k in range(grid.entry.shape[0]):
         i = grid.entry[k]
         ahead[i] = x[i] + steps * (x[i] - before[i])
-    return min(grid.steps[cell_at(grid, ahead)], grid.steps[cell_at(grid, x)] + COASTING_COST)
+    # steps by which the place it leads to counts more than where it is at most
+    return min(grid.steps[cell_at(grid, ahead)], grid.steps[cell_at(grid, x)] + 3.0)
 
 
 @kernel
@@ -114,7 +112,7 @@ def compute_cost_to_go(search, grid, x):  # type: ignore[no-untyped-def]
     steps, context, scratch = grid.steps, search.collision, search.scratch
     for cell in range(steps.shape[0]):
         steps[cell], places = UNREACHED, places_of(grid, cell)
-        for sample in range(SAMPLES_PER_CELL):
+        for sample in range(3):  # states checked per cell
             sample_uniform(search.problem, search.random, x)
             # At its centre: elsewhere in them, two adjacent cells could be free on opposite sides
             # of a wall one cell thick.
@@ -183,7 +181,7 @@ def flood(grid, arrays):  # type: ignore[no-untyped-def]
     last = spread(grid, last, 1.0, math.inf)
     start = steps[cell_at(grid, arrays.start)]
     if start == UNREACHED or start == math.inf:  # noqa: PLR1714  compiled: no container
-        spread(grid, last, BLOCKED_COST, UNREACHED)
+        spread(grid, last, 10.0, UNREACHED)  # steps to cross a blocked cell
 
 
 @kernel

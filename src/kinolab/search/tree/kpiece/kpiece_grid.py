@@ -29,9 +29,6 @@ NONE = -1  # instead of a node
 EMPTY = 0  # instead of a cell's number in the table, which counts from 1
 FEW = 32  # slots for each cell, from which on cells are removed from the table one by one
 BLOCK = 64  # cells per block, whose most important cell is cached
-NEAR_GOAL_STEPS = 2.0  # cost to go below which a state is near, so not behind a wall
-# probability of passing on from a state of a cell to the next older one
-OLDER_STATE_PROBABILITY = 0.3
 GOOD, BAD = 0.9, 0.45  # factors on a cell's score after success and failure
 FIRST, NEXT = -3750763034362895579, 1099511628211  # FNV-1a, 64 bits
 
@@ -67,7 +64,6 @@ def kpiece_grid(
     """Allocate an empty grid.
 
     Args:
-        problem: The planning problem.
         arrays: The same problem as arrays.
         capacity: Maximum number of nodes and cells.
         goal_region_scale: What counts as near the goal, in its tolerances.
@@ -120,7 +116,8 @@ def key_of(cells, goal, x, steps):  # type: ignore[no-untyped-def]
     for k in range(goal.entry.shape[0]):
         farthest = max(farthest, abs(normalized_error(goal, k, x)))
     key = FIRST
-    if farthest >= cells.goal_region_scale or steps > NEAR_GOAL_STEPS:
+    # cost to go below which a state is near, so not behind a wall
+    if farthest >= cells.goal_region_scale or steps > 2.0:
         for k in range(cells.entry.shape[0]):
             place = math.floor((x[cells.entry[k]] - cells.lower[k]) * cells.per_unit[k])
             if cells.around[k] != math.inf:
@@ -196,7 +193,8 @@ def choose(cells, random):  # type: ignore[no-untyped-def]
             found, most = cell, cells.importance[cell]
     cells.chosen[found] += 1
     node = cells.newest[found]
-    while cells.older[node] != NONE and uniform(random) < OLDER_STATE_PROBABILITY:
+    # probability of passing on from a state of a cell to the next older one
+    while cells.older[node] != NONE and uniform(random) < 0.3:
         node = cells.older[node]
     return found, np.int64(node)
 

@@ -43,10 +43,6 @@ from kinolab.simulation.collision_context import speed_bound
 from kinolab.simulation.limits import keeps_limits
 from kinolab.simulation.machine import call_under, derivative_in_lanes
 
-LEAST_CELLS = 3.0  # from the start to the goal, where the cost to go says how far a node has come
-COASTING_WEIGHT = 2.0  # of the cost to go where a motion leads, beside that of where it ends
-KEEP_PROBABILITY = 0.05  # probability of keeping a motion that reaches no new cell
-
 
 @kernel
 def explore(  # type: ignore[no-untyped-def]
@@ -75,7 +71,8 @@ def explore(  # type: ignore[no-untyped-def]
     now, after, u, random = tree.now, tree.after, tree.held, search.random
     before, horizon = tree.target, mean_steps(min_steps, max_steps)
     whole = grid.steps[cell_at(grid, search.problem.start)]
-    steps_per_cell = pace * most / whole if LEAST_CELLS <= whole < math.inf else 0.0
+    # cells from the start to the goal, where the cost to go says how far a node has come
+    steps_per_cell = pace * most / whole if 3.0 <= whole < math.inf else 0.0
     for done in range(iterations):
         if tree.size[0] >= tree.x.shape[0]:
             return FULL, done
@@ -111,7 +108,8 @@ def explore(  # type: ignore[no-untyped-def]
             if (
                 first
                 or is_inside(violation)
-                or (step == steps - 1 and uniform(random) < KEEP_PROBABILITY)
+                # probability of keeping a motion that reaches no new cell
+                or (step == steps - 1 and uniform(random) < 0.05)
             ):
                 parent = insert_node(tree, now, u, parent, made, known_clearance)
                 made, new = 0, new or first
@@ -250,7 +248,8 @@ def cost_to_go_in_lanes(search, tree, grid, inputs, most, horizon):  # type: ign
             if far <= least[lane]:
                 least[lane], best[lane] = far, step + 1
                 leads = coasting_cost(grid, now[:, lane], x, horizon, ahead)
-                cost[lane] = far + COASTING_WEIGHT * leads
+                # weight of the cost to go where a motion leads, beside that of where it ends
+                cost[lane] = far + 2.0 * leads
         if not running:
             break
         now = after

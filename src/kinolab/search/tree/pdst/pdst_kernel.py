@@ -17,7 +17,6 @@ from kinolab.search.tree.flat_arrays import copy
 from kinolab.search.tree.lanes import draw_control
 from kinolab.search.tree.pdst.subdivision import (
     CELLS,
-    MAX_DIVISIONS,
     NOTHING,
     ROUNDS,
     add_motion,
@@ -78,7 +77,8 @@ def grow_motions(search, tree, cells, best, iterations, min_steps, max_steps):  
         parent = begun_along(search, tree, cells, motion)
         if propagate_from(search, tree, cells, best, parent, min_steps, max_steps):
             return REACHED, done + 1
-        if cells.divisions[cell] < MAX_DIVISIONS and has_room(tree, cells, max_steps):
+        # the volume of cells that were divided more often means nothing
+        if cells.divisions[cell] < 60 and has_room(tree, cells, max_steps):
             divide(search, tree, cells, cell)
     return GROWING, iterations
 

@@ -22,7 +22,6 @@ from kinolab.problem.metric import projected_coordinates
 from kinolab.search.tree.flat_arrays import copy
 
 LEAF, NOTHING = -1, -1
-MAX_DIVISIONS = 60  # of a cell; the volume of smaller ones means nothing
 MOTIONS, CELLS, ROUNDS = range(3)  # entries of ``Subdivision.counts``
 
 
@@ -52,7 +51,6 @@ def subdivision(problem: PlanningTask, capacity: int) -> Subdivision:
     """Allocate cells over the projection of a problem's states.
 
     Args:
-        problem: The planning problem.
         capacity: Maximum number of motions; there are as many cells.
     """
     entries = projected_coordinates(problem)

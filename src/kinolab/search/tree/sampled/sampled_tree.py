@@ -32,9 +32,7 @@ class SampledTree(AbstractTreeExtension):
     """A tree of RRT, of SST or of AO-RRT.
 
     Args:
-        search: Of the tree.
         growth: How it grows.
-        max_nodes: Its capacity.
         ends: Most ends of extensions that wait to be added.
     """
 

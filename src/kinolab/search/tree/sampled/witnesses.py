@@ -27,9 +27,7 @@ from kinolab.search.tree.tree import NONE
 
 NOBODY = -1
 USELESS, OF_USE = -1, -2  # marks of nodes before renumbering
-MAX_FILL = 0.875  # fraction of the capacity after pruning beyond which the tree is full
 EXACT = np.float32(1.0)
-NEAREST_SLACK = 1.1  # error factor of the approximate ``nearest``
 
 
 class Witnesses(NamedTuple):
@@ -76,7 +74,7 @@ def select(witnesses, point, radius):  # type: ignore[no-untyped-def]
     A node is located at its witness, to within the pruning radius.
     """
     found, square = nearest(witnesses.neighbours, point, NOBODY, math.inf)
-    if square <= (NEAREST_SLACK * radius) ** 2:
+    if square <= (1.1 * radius) ** 2:  # error factor of the approximate ``nearest``
         around = cheapest_within(witnesses.neighbours, witnesses.cost, point, radius * radius)
         found = found if around == NOBODY else around
     return witnesses.node[found]
@@ -119,7 +117,8 @@ def sweep(tree, witnesses, best, most):  # type: ignore[no-untyped-def]
         if extended[lane] != NONE:
             extended[lane] = place[extended[lane]]
     best[0] = place[int(best[0])]
-    return tree.size[0] <= MAX_FILL * tree.x.shape[0]
+    # fraction of the capacity after pruning beyond which the tree is full
+    return tree.size[0] <= 0.875 * tree.x.shape[0]
 
 
 @kernel

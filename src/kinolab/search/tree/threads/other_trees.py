@@ -34,7 +34,6 @@ class OtherTrees:
     depends neither on how fast they are, nor on the number of processors.
 
     Args:
-        problem: The planning problem.
         trees: Makes them, when they are due.
         restart_after: Iterations of the first round, later ones being longer; 0 for a single round.
 

@@ -35,7 +35,6 @@ from kinolab.search.tree.threads.workers import (
 from kinolab.search.tree.tree import FULL, GROWING
 
 NO_PART = np.int64(-1)
-PATIENCE = 1000  # looks for a part, a fraction of a microsecond each, before a thread sleeps
 
 
 @kernel
@@ -75,7 +74,8 @@ def help_growing(first, workers):  # type: ignore[no-untyped-def]
         first, workers: As ``grow_in_rounds`` takes them.
     """
     board, crowd, idle = workers.board, workers.addresses.shape[0], 0
-    while idle < PATIENCE and atomic_load(board, OVER) == 0:
+    # looks for a part, a fraction of a microsecond each, before a thread sleeps
+    while idle < 1000 and atomic_load(board, OVER) == 0:
         part = take_part(board)
         if part == NO_PART:
             idle += 1

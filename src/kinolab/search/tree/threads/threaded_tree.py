@@ -18,8 +18,6 @@ from kinolab.search.tree.threads.workers import BOARD_SIZE, MOST_ENDS, OVER, Wor
 from kinolab.search.tree.tree_extension import AbstractTreeExtension, SearchState
 from kinolab.settings import setting
 
-WORKERS_PER_THREAD = 2  # one with a long part, and one with a short one
-
 
 class ThreadedTree(SampledTree):
     """A tree of RRT, or a sparse one of SST, that several threads grow together.
@@ -27,15 +25,13 @@ class ThreadedTree(SampledTree):
     It depends on their number, not on the processors: there are as many workers on one alone.
 
     Args:
-        search: Of the tree.
         growth: How it grows.
-        max_nodes: Its capacity.
         threads: Their number; no more are started than there are processors.
     """
 
     def __init__(self, search: SearchState, growth: Growth, max_nodes: int, threads: int) -> None:
         super().__init__(search, growth, max_nodes, MOST_ENDS)
-        others = range(1, WORKERS_PER_THREAD * threads)
+        others = range(1, 2 * threads)  # one with a long part, and one with a short one
         self._records = [self._first, *(another(self._first, k) for k in others)]
         addresses = np.array([record.address for record in self._records], np.int64)
         self._board = np.zeros(BOARD_SIZE, np.int64)

@@ -27,7 +27,6 @@ class Pen:
     """Draws for one camera, one light and one canvas.
 
     Args:
-        camera: The camera.
         size: Width and height of the canvas in its own, small pixels.
         light: Direction toward the light, shape (3,).
         scale: Small pixels per pixel of the finished picture.

@@ -11,7 +11,6 @@ from kinolab.show.film.raster.draw_list import Layer, drawn
 from kinolab.show.film.raster.rasterizer import Box, Canvas, empty
 
 TILE = 256  # [pixel] per side
-MOST_TILES = 96  # 0.5 MB each
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,7 +43,7 @@ class Tiles:
     @cached_property
     def _tile(self) -> Callable[[int, int], Canvas]:
         """A tile by column and row, which threads may draw twice; the oldest ones are forgotten."""
-        return lru_cache(MOST_TILES)(self._drawn)
+        return lru_cache(96)(self._drawn)  # 0.5 MB each
 
     def _drawn(self, column: int, row: int) -> Canvas:
         box = (column * TILE, row * TILE, (column + 1) * TILE, (row + 1) * TILE)

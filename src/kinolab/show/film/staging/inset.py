@@ -29,7 +29,6 @@ class Inset:
 
     Args:
         pen: Of the whole picture, enlarged, in small pixels.
-        machine: The bodies.
         backdrop: The static backdrop, enlarged.
         box: Position of the inset, in pixels of the picture.
         times: Magnification.

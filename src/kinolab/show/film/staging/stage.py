@@ -42,8 +42,6 @@ class Stage:
     """Draws the machine over a backdrop; only the pixels that it covers are redrawn.
 
     Args:
-        pen: Camera and light.
-        machine: The bodies.
         layers: The backdrop, in drawing order.
         still: What stands still.
     """
@@ -138,9 +136,7 @@ def put_machine(
     It shows through walls where one could not see it otherwise.
 
     Args:
-        canvas: The part.
         corner: Its first column and row in the picture.
-        facets: The machine.
         shadows: One entry per lamp.
         still: What stands still in the picture.
     """
@@ -172,8 +168,6 @@ def machine_facets(
     """Yield the machine and its cables as facets, and their shadows by lamp if any, per frame.
 
     Args:
-        pen: Camera and light.
-        machine: The bodies.
         poses: Of the bodies, shape (nf, nb, 12).
         lines: Cables, shape (nf, nl, 2, 3), if any.
         still: What stands still; on its ground there are shadows.

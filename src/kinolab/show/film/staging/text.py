@@ -74,8 +74,6 @@ def letter(
     Args:
         image: RGB pixels, shape (h, w, 3).
         title: One line of text.
-        stamp: The same.
-        color: Of the letters.
         around: Of what surrounds them, where they stand before all kinds of things.
     """
     height, width = image.shape[:2]
@@ -158,7 +156,6 @@ def caption(
     """A word whose foot is at a place of a page, and what surrounds its letters.
 
     Args:
-        text: The word.
         place: Column and row in [pixel].
         page: Width and height in [pixel].
         mark: Draws something with it, given how much wider than usual, in [pixel].

@@ -40,7 +40,6 @@ def gallery_html(title: str, cards: Sequence[Card]) -> str:
     keeps the policy of the page around it, so this one's lists the scripts of all of them.
 
     Args:
-        title: Title of the gallery.
         cards: In display order.
     """
     shared, style, script = library(), _source("gallery.css"), _source("gallery.js")

@@ -15,7 +15,6 @@ class PaintedBody:
     """The surface of a body.
 
     Args:
-        name: Its name.
         shapes: Of each shape a radius in [m], and its surface in all degrees of detail, the
             coarsest first; radius 0 and one surface where there are no others.
         whirl: In [rad/s] of film, about its z axis, with which it is drawn turning.

@@ -18,12 +18,10 @@ class SceneColors:
 
     Args:
         sky: Of the background at its upper and its lower edge.
-        floor: Of the ground.
         lines: Of the lines on it.
         pattern: A grid; boards, which lie along the longer side; a road with a broken line in its
             middle and kerbs along its sides; or nothing.
         obstacles: Which obstacles without a colour of their own take in turn.
-        words: Of title and labels.
     """
 
     sky: tuple[Color, Color]
