@@ -1,4 +1,4 @@
-"""Furuta's pendulum: a motor turns an arm about the vertical, and a rod swings about the arm's length."""
+"""Furuta's pendulum: a motor turns an arm upright, and a rod swings about the arm's length."""
 
 from kinolab.dynamics import (
     WORLD,
@@ -17,7 +17,7 @@ from kinolab.dynamics import (
 )
 
 
-def furuta() -> System:
+def rotary_pendulum() -> System:
     ma, la = parameter("ma", 0.25, "kg"), parameter("la", 0.2, "m")
     mp, lp = parameter("mp", 0.12, "kg"), parameter("lp", 0.3, "m")
     ca, cp = parameter("ca", 0.002, "N m s"), parameter("cp", 0.0005, "N m s")

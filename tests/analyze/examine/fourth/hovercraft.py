@@ -21,7 +21,7 @@ from kinolab.dynamics import (
 
 
 def hovercraft() -> System:
-    m, I = parameter("m", 350.0, "kg"), parameter("I", 420.0, "kg m^2")
+    m, I = parameter("m", 350.0, "kg"), parameter("I", 420.0, "kg m^2")  # noqa: E741
     ahead, aside = parameter("ahead", 40.0, "N s/m"), parameter("aside", 90.0, "N s/m")
     spin, tau = parameter("spin", 150.0, "N m s"), parameter("tau", 0.4, "s")
     x, y = length("x", speed=12.0), length("y", speed=12.0)

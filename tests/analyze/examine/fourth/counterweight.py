@@ -19,7 +19,7 @@ from kinolab.dynamics import (
 )
 
 
-def elevator() -> System:
+def counterweight() -> System:
     M, W = parameter("M", 900.0, "kg"), parameter("W", 1100.0, "kg")
     S, R = parameter("S", 120.0, "kg"), parameter("R", 0.4, "m")
     c, H = parameter("c", 60.0, "N s/m"), parameter("H", 30.0, "m")

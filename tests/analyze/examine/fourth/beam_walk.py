@@ -19,7 +19,7 @@ from kinolab.dynamics import (
 )
 
 
-def ball_beam() -> System:
+def beam_walk() -> System:
     M, L, d = parameter("M", 1.0, "kg"), parameter("L", 1.2, "m"), parameter("d", 0.02, "m")
     m, R = parameter("m", 0.2, "kg"), parameter("R", 0.04, "m")
     H, g = parameter("H", 0.5, "m"), parameter("g", 9.81, "m/s^2")

@@ -1,4 +1,4 @@
-"""A drone in a vertical plane on two rotors; docs/course/12_project.md, exercise 12.2, with a shape."""
+"""A drone in a vertical plane on two rotors; exercise 12.2 of the course, with a shape."""
 
 from kinolab.dynamics import Body, Box, Control, System, Wrench, angle, length, move, rot_y, toward
 

@@ -1,4 +1,4 @@
-"""A trolley on a gantry carries a ball on a rod that swings both ways; docs/course/12_project.md."""
+"""A trolley on a gantry carries a ball on a rod that swings both ways; the page of the project."""
 
 from kinolab.dynamics import (
     Body,
@@ -20,7 +20,7 @@ from kinolab.dynamics import (
 
 def carrier() -> System:
     M, m = parameter("M", 4.0, "kg"), parameter("m", 1.0, "kg")
-    l, b = parameter("l", 0.8, "m"), parameter("b", 0.05, "N m s")
+    l, b = parameter("l", 0.8, "m"), parameter("b", 0.05, "N m s")  # noqa: E741
     x, y = length("x", speed=2.0), length("y", speed=2.0)
     alpha, beta = angle("alpha", speed=4.0), angle("beta", speed=4.0)
     carriage = move(x, y, 1.5)
