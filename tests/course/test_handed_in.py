@@ -1,4 +1,4 @@
-"""Thirty works that were handed in get the points that a teacher would give.
+"""Forty works that were handed in get the points that a teacher would give.
 
 What is due was said before a grader had seen them (``handed_in/grades.toml``).
 """

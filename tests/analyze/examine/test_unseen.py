@@ -21,14 +21,15 @@ from kinolab.loading.find import file_of_machine
 
 HOME = Path(__file__).parents[3]
 HERE = Path(__file__).parent
-TRUTHS = [tomllib.loads((HERE / f / "truth.toml").read_text("utf-8")) for f in ("unseen", "third")]
+FOLDERS = ("unseen", "third", "fourth")
+TRUTHS = [tomllib.loads((HERE / f / "truth.toml").read_text("utf-8")) for f in FOLDERS]
 MACHINES: dict[str, str] = {name: path for t in TRUTHS for name, path in t["machines"].items()}
 MISTAKES = {
     f"{m['machine']}, {m['kind']}: {m['was'][:40]} {m['now'][:60]}": m
     for truth in TRUTHS
     for m in truth["mistake"]
 }
-QUICK = {"crane", "furuta", "scara", "elevator", "press"}  # half a minute each derives the others
+QUICK = {"crane", "furuta", "scara", "elevator", "press", "drone"}  # half a minute for each other
 
 
 def marked(name: str, machine: str) -> Any:

@@ -1,14 +1,17 @@
-"""Dampers beside springs: whether both see the same change of length."""
+"""Dampers beside springs: whether both see the same change of length; drag that should turn."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import combinations
 
 import numpy as np
 import sympy
 
 from kinolab.analyze.examine.remarks.remark import Remark
 from kinolab.analyze.examine.remarks.subject import Subject
+from kinolab.dynamics import Body, Coordinate
+from kinolab.dynamics.language.expressions import is_zero
 from kinolab.dynamics.language.forces import Effort
 from kinolab.dynamics.language.frames import distance, time_derivative
 from kinolab.dynamics.language.mechanism_parts import (
@@ -17,6 +20,7 @@ from kinolab.dynamics.language.mechanism_parts import (
     tangent_symbols,
 )
 from kinolab.dynamics.language.quantities import written
+from kinolab.dynamics.language.symbols import RateSymbol
 from kinolab.numerics.arrays import Array
 
 
@@ -31,13 +35,44 @@ def dampers(subject: Subject) -> Iterator[Remark]:
     if not springs or not frictions:
         return
     x = subject.moved(dict.fromkeys(subject.plain, 0.1))
-    stretches = [_slopes(subject, time_derivative(distance(*e.between)), x) for e in springs]  # type: ignore[attr-defined]
+    ends = [e.between for e in springs]  # type: ignore[attr-defined]
+    lengths = [time_derivative(distance(*between)) for between in ends]
+    stretches = [slopes_by_rates(subject, one, x) for one in lengths]
     for effort in frictions:
-        own = _slopes(subject, written(next(iter(loads_in(effort))).velocity), x)
+        own = slopes_by_rates(subject, written(next(iter(loads_in(effort))).velocity), x)
         if (own != 0).sum() < 2 or any(_alike(own, s) or _alike(own, -s) for s in stretches):
             continue
         if any(_alike(np.abs(own), np.abs(stretch)) for stretch in stretches):
             yield _crossed(subject, effort, own, stretches)
+
+
+def fixed_drags(subject: Subject) -> Iterator[Remark]:
+    """Yield the drags of different size along fixed directions of what turns between them."""
+    system, drags = subject.system, dict[Coordinate, Effort]()
+    for effort in (e for e in system.efforts if e.size and not hasattr(e, "between")):
+        rate = written(next(iter(loads_in(effort))).velocity)
+        if isinstance(rate, RateSymbol) and rate.coordinate in subject.plain:
+            drags |= {rate.coordinate: effort} if rate.coordinate.unit == "m" else {}
+    for one, other in combinations(drags, 2):
+        first, second = (getattr(drags[c], drags[c].size) for c in (one, other))
+        bodies = [b for b in system.bodies if {one.name, other.name} & subject.moving(b.frame)]
+        turning = [_turns_between(subject, body, one, other) for body in bodies]
+        if turning and all(turning) and not is_zero(first - second):
+            what = f"What {one} and {other} move turns, and these drags stay along the world's "
+            what += "axes: it has another drag ahead when it heads another way. Those of a body "
+            what += "go with it: V = velocity(frame), Viscous(V.x, …), Viscous(V.y, …)."
+            part = (type(drags[other]).__name__, "")
+            yield Remark("drag that does not turn", f"{one} and {other}", what, part)
+
+
+def _turns_between(subject: Subject, body: Body, one: Coordinate, other: Coordinate) -> bool:
+    """Whether a body turns, by an angle without limits, in the plane of two directions."""
+    slopes, plain = subject.poses_by(subject.rest)[subject.place_of(body), :, 3], subject.plain
+    across = np.cross(slopes[:, plain[one]], slopes[:, plain[other]])
+    spins = subject.spin(body, subject.rest)
+    free = [k for c, k in plain.items() if c.topology == "circle"]
+    turns = np.abs(across @ spins[:, free]).max(initial=0.0)
+    return bool(turns > 0.9 * np.linalg.norm(across) > 0)  # about the normal of that plane, nearly
 
 
 def _crossed(subject: Subject, effort: Effort, own: Array, stretches: list[Array]) -> Remark:
@@ -50,7 +85,7 @@ def _crossed(subject: Subject, effort: Effort, own: Array, stretches: list[Array
     return Remark("damper unlike its spring", str(effort), what, (type(effort).__name__, ""))
 
 
-def _slopes(subject: Subject, velocity: sympy.Expr, x: Array) -> Array:
+def slopes_by_rates(subject: Subject, velocity: sympy.Expr, x: Array) -> Array:
     """Return the factors of all rates in a velocity at a state, shape (nt,)."""
     system, rates = subject.system, tangent_symbols(subject.system)
     symbols = [*configuration_symbols(system), *system.parameters]

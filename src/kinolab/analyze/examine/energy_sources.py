@@ -9,7 +9,7 @@ import numpy as np
 import sympy
 from numpy.typing import NDArray
 
-from kinolab.analyze.examine.forces_twice import is_between_frames
+from kinolab.analyze.examine.forces_twice import generalised, is_between_frames
 from kinolab.analyze.examine.remarks.remark import Remark
 from kinolab.analyze.examine.remarks.subject import UNLIMITED, Subject
 from kinolab.dynamics.derivation.derivation import is_kinematic
@@ -34,6 +34,8 @@ from kinolab.dynamics.language.symbols import (
 )
 from kinolab.simulation.stability import random_states
 
+STEP = 1e-5  # of coordinates: the error of central differences is its square
+
 
 def energy_sources(subject: Subject) -> Iterator[Remark]:
     """Yield the forces whose work is positive though the machine's inputs are zero.
@@ -54,6 +56,7 @@ def energy_sources(subject: Subject) -> Iterator[Remark]:
     yield from _one_sided(subject)
     yield from _self_feeding(subject)
     yield from _other_motion(subject)
+    yield from _circulating(subject)
     suspects = [effort for effort in system.efforts if _may_feed(effort)]
     if not suspects or is_kinematic(system):
         return
@@ -144,6 +147,10 @@ def _self_feeding(subject: Subject) -> Iterator[Remark]:
             what += "without any input both grow. The voltage of a motor that turns is against its "
             what += "current, as in (u - R * i - k * rate(phi)) / L."
             yield Remark("state that feeds itself", entry.name, what, ("State", entry.name))
+        elif min(A[k, k] for A in slopes) > 0:
+            what = f"{entry.name} grows the faster the larger it is, by itself: it runs away. What "
+            what += "follows a signal has a derivative of (signal - state) / time, time above 0."
+            yield Remark("state that grows by itself", entry.name, what, ("State", entry.name))
 
 
 def _other_motion(subject: Subject) -> Iterator[Remark]:
@@ -182,6 +189,44 @@ def _other_motion(subject: Subject) -> Iterator[Remark]:
             what += f"{' and '.join(sorted(map(str, shared & set(values))))}: such a motor makes "
             what += "energy. What a coil feels is the speed of the body that it turns."
             yield Remark("state that feels another motion", entry.name, what, ("State", entry.name))
+
+
+def _circulating(subject: Subject) -> Iterator[Remark]:
+    """Yield that forces of positions do work in a cycle, since they belong to no energy.
+
+    Then the slopes of the forces along coordinates are not symmetric.
+
+    Source: Ziegler, Principles of Structural Stability, 1968, section 1.4 (circulatory forces).
+    """
+    system, model = subject.system, subject.model
+    efforts = [e for e in system.efforts if any(loads_in(e)) and not is_between_frames(e)]
+    efforts = [e for e in efforts if not e.size and all(_placed(v.magnitude) for v in loads_in(e))]
+    states, columns = random_states(model), [*subject.plain.values()]
+    if not efforts or system.constraints or is_kinematic(system):
+        return
+    still = np.zeros((len(states), model.nq))
+    changes = np.array([
+        np.sum([way * generalised(subject, effort, states + way * step, still)
+                for effort in efforts for way in (1, -1)], axis=0)
+        for step in STEP * np.eye(model.nx)[columns]
+    ])  # fmt: skip
+    gap = np.abs(changes - np.swapaxes(changes, 0, 2)).max(axis=1)
+    if gap.max() > STEP * np.abs(changes).max():
+        names = [c.name for c in subject.plain]
+        one, other = (names[k] for k in np.unravel_index(np.argmax(gap), gap.shape))
+        what = f"Round a cycle of {one} and {other} these forces do work: {one} does not push "
+        what += f"{other} as {other} pushes {one}. What a spring does to one body it does to the "
+        what += "other, the other way round: is a reaction missing, or the name of a coordinate "
+        what += "another one's?"
+        part = (type(efforts[0]).__name__, "")
+        yield Remark("forces that make energy", f"{one} and {other}", what, part)
+
+
+def _placed(size: Any) -> bool:
+    """Whether a force depends on coordinates, and on nothing else that changes."""
+    moving = RateSymbol | StateSymbol | ReferenceSymbol | InputSymbol
+    own = exact(written(size)).free_symbols
+    return not any(isinstance(a, moving) for a in own) and any(coordinate_of(a) for a in own)
 
 
 def _owners(effort: Effort) -> Iterator[str]:

@@ -12,11 +12,11 @@ import numpy as np
 
 from kinolab.analyze.describe.each_mode import in_each_mode
 from kinolab.analyze.examine.behaviour import behaviour
-from kinolab.analyze.examine.dampers import dampers
+from kinolab.analyze.examine.dampers import dampers, fixed_drags
 from kinolab.analyze.examine.drums import drums, wound
 from kinolab.analyze.examine.energy_sources import energy_sources
 from kinolab.analyze.examine.flat_map import flat_map
-from kinolab.analyze.examine.forces_twice import forces_twice, turned_twice
+from kinolab.analyze.examine.forces_twice import forces_twice, held_twice, turned_twice
 from kinolab.analyze.examine.law_check import LawCheck
 from kinolab.analyze.examine.laws import laws, modes_alone
 from kinolab.analyze.examine.left_out import left_out, unheeded
@@ -24,6 +24,7 @@ from kinolab.analyze.examine.odd_numbers import odd_numbers
 from kinolab.analyze.examine.reactions import (
     others_axes,
     parted_axles,
+    passed_joints,
     reactions,
     same_effects,
     turned_away,
@@ -166,6 +167,7 @@ def remarks_on(subject: Subject) -> Iterator[Remark]:
     yield from turned_away(subject)
     yield from others_axes(subject)
     yield from parted_axles(subject)
+    yield from passed_joints(subject)
     yield from turning_axes(subject)
     yield from same_effects(subject)
     yield from steering(subject)
@@ -181,8 +183,10 @@ def remarks_on(subject: Subject) -> Iterator[Remark]:
     yield from drums(subject)
     yield from wound(subject)
     yield from dampers(subject)
+    yield from fixed_drags(subject)
     yield from forces_twice(subject)
     yield from turned_twice(subject)
+    yield from held_twice(subject)
     yield from flat_map(subject)
 
 

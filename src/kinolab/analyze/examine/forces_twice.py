@@ -7,14 +7,17 @@ equation of motion that are quadratic in the rates, at every state, is that forc
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import combinations
 
 import numpy as np
 import sympy
 
+from kinolab.analyze.examine.dampers import slopes_by_rates
 from kinolab.analyze.examine.remarks.remark import Remark
 from kinolab.analyze.examine.remarks.subject import Subject
 from kinolab.dynamics import Body
 from kinolab.dynamics.derivation.derivation import is_kinematic
+from kinolab.dynamics.language.constraints import PositionConstraint
 from kinolab.dynamics.language.expressions import exact
 from kinolab.dynamics.language.forces import Effort
 from kinolab.dynamics.language.mechanism_parts import (
@@ -42,7 +45,7 @@ def forces_twice(subject: Subject) -> Iterator[Remark]:
     q_dots = model.f(states, np.zeros((len(states), model.nu)))[:, : model.nq]
     weights, inertial = _own_forces(subject, states, q_dots)
     for effort in efforts:
-        forces = _generalised(subject, effort, states, q_dots)
+        forces = generalised(subject, effort, states, q_dots)
         part = (type(effort).__name__, "")
         for k, name in _same(subject, forces, weights):
             what = f"The {effort} pulls along {name} as the weight of {_whose(subject, k)} does, "
@@ -90,6 +93,19 @@ def turned_twice(subject: Subject) -> Iterator[Remark]:
                     return
 
 
+def held_twice(subject: Subject) -> Iterator[Remark]:
+    """Yield the constraints that hold what another one holds already, but for a factor."""
+    x = subject.moved(dict.fromkeys(subject.plain, 0.1))
+    for one, other in combinations(subject.system.constraints, 2):
+        if other.name in subject.model.redundant:
+            rows = np.array([slopes_by_rates(subject, c.velocity, x) for c in (one, other)])
+            if np.linalg.matrix_rank(rows, tol=1e-9 * np.abs(rows).max()) == 1:  # of rounding
+                what = f"It holds what {one.name!r} holds already, and was left out: is it another "
+                word = "closed" if isinstance(other, PositionConstraint) else "zero"
+                what += "one's line, copied and not changed?"
+                yield Remark("constraint twice", other.name, what, (word, other.name))
+
+
 def _driven(effort: Effort) -> bool:
     driven = InputSymbol | StateSymbol | ReferenceSymbol
     return any(isinstance(atom, driven) for atom in atoms_of(effort))
@@ -122,7 +138,7 @@ def _same(subject: Subject, forces: Array, own: Array) -> Iterator[tuple[int, st
                 yield k, coordinate.name
 
 
-def _generalised(subject: Subject, effort: Effort, states: Array, q_dots: Array) -> Array:
+def generalised(subject: Subject, effort: Effort, states: Array, q_dots: Array) -> Array:
     """Return the force of an effort along each plain coordinate, shape (states, coordinates)."""
     system, plain = subject.system, list(subject.plain)
     along = [

@@ -15,7 +15,7 @@ from kinolab.analyze.examine.remarks.subject import Subject
 from kinolab.dynamics import Body, Coordinate, Parameter
 from kinolab.dynamics.codegen.state_space import TURN
 from kinolab.dynamics.language.expressions import exact, parts_of
-from kinolab.dynamics.language.forces import Gravity
+from kinolab.dynamics.language.forces import Effort, Gravity
 from kinolab.dynamics.language.frames import Rotation
 from kinolab.dynamics.language.mechanism_parts import energies_in, loads_in
 from kinolab.dynamics.language.shapes import Shape, ShapeKind
@@ -24,6 +24,7 @@ from kinolab.numerics.arrays import Array
 from kinolab.robots.joint_inertia import together
 from kinolab.robots.kinematic_tree import Inertial, Link
 from kinolab.robots.solids.solid_mass import box_mass, cylinder_mass, mesh_mass
+from kinolab.simulation.stability import random_states
 from kinolab.world.geometry import placement, sizes, triangles
 
 # Of a moment of inertia to m r^2, where r is how far the shape goes from that axis. No body that
@@ -41,6 +42,8 @@ DEGREES = frozenset(range(11, 361)) - {100}
 # [m/s] of the rim of a disk of steel of 800 MPa: (3 + nu) / 8 rho v^2 is the stress in its middle;
 # Timoshenko, Goodier, Theory of Elasticity, 3rd ed., 1970, section 32.
 BURSTING = 500.0
+LONGEST = 100.0  # [m] of a body: what is longer was hardly meant in m
+STIFFEST = 1e8  # [m^2/s^2] E / rho of carbon fibres in a resin; steel has a quarter of it
 # Of moments to those of the body's mass spread over its shapes: shapes are rough, so that they may
 # be twice as large or small, and are of another order where only that brings them so near.
 FITS, MISFITS = 2.0, 4.0
@@ -136,12 +139,29 @@ def _points(subject: Subject) -> Iterator[Remark]:
             continue
         away = math.hypot(*map(subject.system.number, at))
         # 10 reaches of a body, from where a force acts on it: mm for m is a factor of 1e3
+        away = max(away, *_levers(subject, effort), 0.0)
         if away > 10.0 * reach:
             what = f"The {effort} acts {away:.3g} m away from its centre of mass, and its shape "
-            what += f"goes {reach:.3g} m far: is at= in m and not in mm or cm?"
+            what += f"goes {reach:.3g} m far: are at=, or levers, in m and not in mm or cm?"
             part = (type(effort).__name__, "")
             yield Remark("force far from its body", body.name, what, part)
             return
+
+
+def _levers(subject: Subject, effort: Effort) -> Iterator[float]:
+    """Yield how far from a body's centre the force of each input in a wrench acts, in [m].
+
+    A force F and a torque T are a force on the line in the distance |F x T| / |F|^2, and a torque
+    about that line.
+    """
+    stated = [getattr(effort, word, (0, 0, 0)) for word in ("force", "torque")]
+    rest: dict[sympy.Expr, float] = {c: float(subject.rest[k]) for c, k in subject.plain.items()}
+    for entry in subject.system.inputs:
+        slopes = [[exact(part).diff(entry.symbol).subs(rest) for part in one] for one in stated]
+        if all(isinstance(s, Parameter) for r in slopes for e in r for s in e.free_symbols):
+            force, torque = np.array([[subject.system.number(e) for e in r] for r in slopes])
+            if force @ force > 0:
+                yield float(np.linalg.norm(np.cross(force, torque)) / (force @ force))
 
 
 def _order(subject: Subject, body: Body) -> Iterator[Remark]:
@@ -284,12 +304,31 @@ def _volume(shape: Shape) -> float:
 
 
 def _length(subject: Subject, body: Body) -> Iterator[Remark]:
+    """Compare a body's length, and the circle on which an angle moves it, with what there is.
+
+    A bar that is held at one end bends under its weight by L^4 g rho / (2 E r^2).
+
+    Source: Gere, Mechanics of Materials, 6th ed., 2004, appendix G, table G-1.
+    """
+    slopes = subject.poses_by(subject.rest)[subject.place_of(body), :, 3]
+    for c, k in subject.plain.items():
+        if c.unit == "rad" and (arm := float(np.linalg.norm(slopes[:, k]))) > LONGEST:
+            what = f"{c.name} moves it on a circle of {arm:.4g} m: lengths are in m, not in mm or "
+            what += "cm. Is one of those in its frame too large?"
+            yield Remark("size too large", body.name, what, ("Body", body.name))
+            return
     corners = _corners(subject, body)
     if not (corners and subject.moving(body.frame)):
         return  # what stands still may be a floor
     largest = float(np.ptp(np.vstack(corners), axis=0).max())
-    if largest > 100.0:  # [m] of a body: what is longer was hardly meant in m
-        what = f"Its shape is {largest:.5g} m long: lengths are in m, not in mm or cm."
+    half = float(np.sort(np.ptp(np.vstack(corners), axis=0))[1]) / 2
+    bends = (
+        math.inf if subject.system.gravity is None else (2 * STIFFEST * half**2 / 9.81) ** (1 / 3)
+    )
+    if largest > min(LONGEST, bends):
+        what = f"Its shape is {largest:.5g} m long"
+        what += f" and {2 * half:.3g} m wide, and bends by its length" * (largest <= LONGEST)
+        what += ": lengths are in m, not in mm or cm."
         yield Remark("size too large", body.name, what, ("Body", body.name))
 
 
@@ -349,14 +388,24 @@ def _constant(subject: Subject, angle: sympy.Expr) -> float | None:
 
 
 def _limits(subject: Subject) -> Iterator[Remark]:
-    """Yield angles whose limits are whole numbers as one has them in degrees."""
-    for coordinate in subject.plain:
-        ends = [end for end in (coordinate.lower, coordinate.upper) if math.isfinite(end) and end]
-        if coordinate.unit == "rad" and ends and all(abs(end) in DEGREES for end in ends):
-            what = f"Its limits are {coordinate.lower:g} and {coordinate.upper:g} rad, "
-            what += "more than a whole turn. Limits are in rad: 90 degrees are "
-            what += "pi / 2."
-            yield Remark("degrees", coordinate.name, what, ("angle", coordinate.name))
+    """Yield angles, and inputs, whose limits are whole numbers as one has them in degrees.
+
+    A flat wheel may well turn a few times about its axle.
+    """
+    turned = {body.frame.motions[-1]: found for body in subject.system.bodies
+              if body.frame.motions and (found := _wheel(subject, body))}  # fmt: skip
+    axles = {getattr(motion, "angle", None) for motion, (k, radius, width) in turned.items()
+             if width <= radius and getattr(motion, "axis", "") == "xyz"[k]}  # fmt: skip
+    free = (c for c in subject.plain if c not in axles)
+    limited = [("angle", c.name, c.unit, (c.lower, c.upper)) for c in free]
+    inputs = zip(subject.system.inputs, subject.model.control_bounds, strict=True)
+    limited += [(type(e).__name__, e.name, e.unit, tuple(ends)) for e, ends in inputs]
+    for word, name, unit, limits in limited:
+        ends = [end for end in limits if math.isfinite(end) and end]
+        if unit == "rad" and ends and all(abs(end) in DEGREES for end in ends):
+            what = f"Its limits are {limits[0]:g} and {limits[1]:g} rad, more than a whole turn. "
+            what += "Limits are in rad: 90 degrees are pi / 2."
+            yield Remark("degrees", name, what, (word, name))
 
 
 def _gravity(subject: Subject) -> Iterator[Remark]:
@@ -367,10 +416,16 @@ def _gravity(subject: Subject) -> Iterator[Remark]:
     strength, part = subject.system.number(gravity.strength), ("toward", "")
     standing = [b.name for b in subject.system.bodies if b.touches_ground]
     upward = gravity.down[2] > 1 - ROUNDING  # oblique gravity stands for an inclined plane
-    if upward or (standing and abs(gravity.down[2]) < ROUNDING):
+    aside = abs(gravity.down[2]) < ROUNDING
+    idle = aside and not any(
+        np.abs(np.array(gravity.down, dtype=float) @ subject.poses_by(x)[:, :, 3]).max() > ROUNDING
+        for x in random_states(subject.model)
+    )
+    if upward or (aside and (standing or idle)):
         way = direction_of(gravity)
         what = f"It pulls toward {way}, and the ground is the plane z = 0 with z up"
         what += f", on which {standing[0]} stands" if standing else ""
+        what += ". No body moves along it, so that it does nothing" * idle
         what += ': it is toward("-z").'
         title = "gravity points up" if upward else "gravity points aside"
         yield Remark(title, "", what, part)

@@ -9,7 +9,6 @@ import numpy as np
 
 from kinolab.analyze.examine.remarks.remark import Remark
 from kinolab.analyze.examine.remarks.subject import Subject
-from kinolab.analyze.examine.shapes.touching_bodies import contacts
 from kinolab.dynamics import Axis, Body
 from kinolab.dynamics.language.frames import AXES, pose
 from kinolab.dynamics.language.inputs import Input
@@ -76,7 +75,7 @@ def _beside(subject: Subject, on: Body, direction: Array, x: Array) -> Body | No
         across = turning - np.outer(direction, direction @ turning)
         slip = subject.slip(on, other, point, x)  # none where both are on one axle
         joined = max(np.abs(across).max(), np.abs(slip).max()) < ALONG * max(1, np.abs(spin).max())
-        if joined and np.abs(turning - spin).max() > ALONG and _near(subject, on, other):
+        if joined and np.abs(turning - spin).max() > ALONG:
             return other
     return None
 
@@ -90,11 +89,6 @@ def _on_axle(subject: Subject, on: Body, direction: Array, x: Array) -> Array:
             speed = subject.slip(on, None, origin, x)[:, k]
             return np.asarray(origin + np.cross(direction, speed) / spin[k])
     return np.asarray(origin)
-
-
-def _near(subject: Subject, one: Body, other: Body) -> bool:
-    """Whether two bodies touch at rest."""
-    return any({one, other} == set(found.pair) for found in contacts(subject))
 
 
 def _aside(subject: Subject) -> Array:
@@ -226,6 +220,25 @@ def parted_axles(subject: Subject) -> Iterator[Remark]:
             what += "body's."
             title = f"{on.name} and {base.name}"
             yield Remark("carried at rest only", title, what, (type(entry).__name__, entry.name))
+
+
+def passed_joints(subject: Subject) -> Iterator[Remark]:
+    """Yield the motors that react on a body beyond the one on whose joint they act."""
+    x = _aside(subject)
+    for entry in subject.system.inputs:
+        on, base = getattr(entry, "on", None), getattr(entry, "reacts_on", None)
+        about = getattr(entry, "about", None)
+        if not (isinstance(on, Body) and isinstance(base, Body) and isinstance(about, Axis)):
+            continue
+        direction, known = _axis(subject, about, x), subject.moving(base.frame)
+        for mount in (b for b in subject.carriers(on)[:1] if known < subject.moving(b.frame)):
+            joint = _joint(subject, on, mount, x, turns=True)
+            if joint is not None and direction is not None and abs(joint @ direction) > 1 - ALONG:
+                what = f"{on.name} turns about that axis on {mount.name}, and {entry.name} reacts "
+                what += f"on {base.name}, beyond it: is it reacts_on={mount.name}? Only a belt or "
+                what += f"a shaft past {mount.name} turns it so."
+                part = (type(entry).__name__, entry.name)
+                yield Remark("reacts beyond its joint", entry.name, what, part)
 
 
 def turning_axes(subject: Subject) -> Iterator[Remark]:

@@ -18,6 +18,8 @@ from kinolab.dynamics.analysis.fields.linear_controllability import linear_contr
 from kinolab.dynamics.derivation.derivation import is_kinematic
 from kinolab.dynamics.language.constraints import VelocityConstraint
 from kinolab.dynamics.language.expressions import is_zero
+from kinolab.dynamics.language.mechanism_parts import atoms_of, loads_in
+from kinolab.dynamics.language.symbols import RateSymbol
 from kinolab.dynamics.units import control_units, state_units
 from kinolab.errors import KinolabError, row_of
 from kinolab.numerics.arrays import Array
@@ -59,6 +61,16 @@ def without_rest(subject: Subject) -> Iterator[Remark]:
             if left <= HELD and (growth == 1.0 or beyond[model.nx :].max(initial=0.0) >= 100.0):
                 yield _restless(subject, found, held, box)
                 return
+
+
+def _in_another_unit(subject: Subject, z: Array, box: Array) -> str:
+    """Say which masses and stiffnesses, a thousand times as large or small, let it rest near z."""
+    system, right = subject.system, []
+    for p in (p for p in system.parameters if p.unit in {"kg", "N/m", "N m", "N m/rad"}):
+        for value in (system.parameter_values[p.name] * factor for factor in (1e3, 1e-3)):
+            other = Subject(system.with_parameters(**{p.name: value}))
+            right += [f"{p.name} = {value:.4g} {p.unit}"] * (_settled(other, z, box)[1] <= HELD)
+    return f" It would rest with {' or '.join(right)}, too." if right else ""
 
 
 def _settled(subject: Subject, z: Array, box: Array, growth: float = 1.0) -> tuple[Array, float]:
@@ -177,7 +189,7 @@ def _restless(
         what += "meet."
     else:
         what += "Are a mass, a stiffness or a limit in another unit, has a force or a constraint "
-        what += "the wrong sign or place?"
+        what += f"the wrong sign or place?{_in_another_unit(subject, z, box)}"
     about = names[outside[0]] if len(outside) else ""
     return Remark("cannot rest", about, what, _part_of(subject, about))
 
@@ -242,16 +254,17 @@ def overturned(subject: Subject) -> Iterator[Remark]:
 
 
 def pushed_down(subject: Subject) -> Iterator[Remark]:
-    """Yield that all that inputs can do to what floats is to push it down with its weight."""
+    """Yield that all that inputs can do to what floats at rest is to push it down, or aside."""
     system, model, x = subject.system, subject.model, subject.rest
     if system.gravity is None or is_kinematic(system) or not model.nu:
         return
     try:
-        lift = _lift(subject)
+        centre = _centre(subject)
     except KinolabError:
         return
-    if lift is None:
+    if centre is None:
         return
+    lift = -np.array(system.down or DOWN) @ centre
     idle = model.null_control()
     ends = [np.where(np.eye(model.nu, dtype=bool)[k], np.clip(end, -UNLIMITED, UNLIMITED), idle)
             for k in range(model.nu) for end in model.control_bounds[k]]  # fmt: skip
@@ -267,10 +280,25 @@ def pushed_down(subject: Subject) -> Iterator[Remark]:
             f"{direction_of(system.gravity)}."
         )
         yield Remark("pushes down", entry.name, what, (type(entry).__name__, entry.name))
+    wings = any(isinstance(a, RateSymbol) for e in system.efforts if not e.size for v in loads_in(e)
+                for a in atoms_of(v.magnitude))  # fmt: skip
+    if weight < 0 and not wings and np.abs(gains).max() <= HELD * -weight:
+        pushes = [centre @ (model.f(x, u) - model.f(x, idle))[model.speeds] for u in ends]
+        sizes = np.linalg.norm(pushes, axis=1)
+        box = np.vstack([model.state_bounds, model.control_bounds])
+        starts = (np.append(one, idle) for one in random_states(model))
+        if sizes.max() > HELD * -weight and any(
+            _settled(subject, z, box)[1] <= 1e-3
+            for z in starts  # as in without_rest
+        ):
+            entry = system.inputs[int(np.argmax(sizes)) // 2]
+            what = "As it stands at rest, inputs push it aside, and none of them up: it hovers "
+            what += "only where it has tipped over. Is its force along another axis, such as z?"
+            yield Remark("pushes aside", entry.name, what, (type(entry).__name__, entry.name))
 
 
-def _lift(subject: Subject) -> Array | None:
-    """Return how the centre of mass rises by each velocity, (nv,); None of what does not float.
+def _centre(subject: Subject) -> Array | None:
+    """Return the velocity of the centre of mass by each velocity, (3, nv); None if nothing floats.
 
     It floats if all bodies may rise alike without turning.
     """
@@ -289,5 +317,4 @@ def _lift(subject: Subject) -> Array | None:
     raised = np.linalg.lstsq(rows, wanted, rcond=1e-9)[0]
     if not masses.any() or np.abs(rows @ raised - wanted).max() > HELD:
         return None
-    height: Array = np.einsum("b,i,bij->j", masses, up, slopes[:, :, 3]) / masses.sum()
-    return height
+    return np.asarray(np.einsum("b,bij->ij", masses, slopes[:, :, 3]) / masses.sum())

@@ -31,6 +31,7 @@ WRONG = 0.02  # share of the spin's own slip from which a rolling wheel slips
 # its lowest point is off the axis that it is steered about, and constraints at that leave as much.
 ASIDE = 0.02
 NEAR = 0.1  # of the radius: shapes of wheels are trimmed by as much
+SUNK = 0.3  # of the radius: a ball that lies so deep in what it rolls on is in the wrong place
 ASKEW = "rolling along the wrong direction"
 
 
@@ -132,7 +133,7 @@ def _wheel(subject: Subject, body: Body, base: Body | None, shape: Shape, x: Arr
         return None
     down = down / np.linalg.norm(down)
     arm = height / float(down @ normal)
-    if abs(arm - sizes(shape)[1][0]) > NEAR * sizes(shape)[1][0]:
+    if abs(arm - sizes(shape)[1][0]) > (SUNK if ball else NEAR) * sizes(shape)[1][0]:
         return None
     return Wheel(centre, None if ball else along, normal, centre - arm * down, arm)
 
@@ -307,6 +308,8 @@ def _rolls(
     elif fits and ratio < 0:
         what = f"it rolls as with the radius {-ratio * wheel.arm:.4g} m, and its middle is "
         what += f"{wheel.arm:.4g} m from where it touches."
+        sunk = -ratio * wheel.arm - wheel.arm
+        what += f" Or is it in the wrong place, and sinks {sunk:.3g} m into {on}?" * (sunk > 0)
         yield Remark("rolling with the wrong radius", about, begin + what, part)
     elif fits and ratio > 0:
         what = f"it rolls backwards, as with the radius {ratio * wheel.arm:.4g} m, and its middle "

@@ -21,6 +21,7 @@ from kinolab.world import CollisionChecker, World
 from kinolab.world.geometry import lowest_z, reach_of
 
 TOUCHING = 1e-4  # of the smaller body's reach: what rounded sizes in a file leave between two
+SUNK = 0.1  # of the reach: how far a body on the ground may stand in it and is on it
 APART = 5e-3  # of the same: a gap that can be seen
 
 
@@ -100,8 +101,9 @@ class TouchingBodies:
 
     @property
     def touches(self) -> bool:
-        """Whether they touch at rest."""
-        return abs(self.gap(self.subject.rest)) <= TOUCHING * self.reach
+        """Whether they touch at rest; what is round may stand in the ground with its trimmings."""
+        gap = self.gap(self.subject.rest)
+        return -self.reach * (APART if self.other else SUNK) <= gap <= TOUCHING * self.reach
 
 
 def contacts(subject: Subject) -> Iterator[TouchingBodies]:
