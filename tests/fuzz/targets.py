@@ -661,7 +661,7 @@ def read_journal(data: bytes) -> None:
 @_target(_of_lines, "testing")
 def read_answers(data: bytes) -> None:
     """What a notebook that is graded sends to its grader, message by message."""
-    from kinolab.testing.answers_from_afar import judge_one
+    from kinolab.testing.answers.answers_from_afar import judge_one
 
     class Notebook:
         messages = iter(data.splitlines())

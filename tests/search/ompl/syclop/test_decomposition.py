@@ -15,8 +15,8 @@ from ompl import util as ou
 import kinolab
 from kinolab.problem import PlanningTask
 from kinolab.search.ompl import OmplSetup
-from kinolab.search.ompl.syclop.decomposition import FREE_VOLUME_DRAWS, Decomposition
-from kinolab.search.ompl.syclop.regions import Regions
+from kinolab.search.ompl.decomposition import FREE_VOLUME_DRAWS, Decomposition
+from kinolab.search.ompl.regions import Regions
 
 ZOOM = 10.0
 CELLS = 10  # the third root of 1000 regions

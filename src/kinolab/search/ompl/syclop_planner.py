@@ -7,9 +7,9 @@ from typing import Any
 
 from ompl import base as ob
 
+from kinolab.search.ompl.decomposition import FREE_VOLUME_DRAWS, Decomposition
+from kinolab.search.ompl.regions import Regions
 from kinolab.search.ompl.simple_setup import OmplSetup
-from kinolab.search.ompl.syclop.decomposition import FREE_VOLUME_DRAWS, Decomposition
-from kinolab.search.ompl.syclop.regions import Regions
 from kinolab.search.ompl.tree_planner import AbstractGridPlanner, AbstractGuidedPlanner
 from kinolab.settings import setting, with_default
 

@@ -17,8 +17,8 @@ from ompl import base as ob
 from ompl import control as oc
 from ompl import util as ou
 
+from kinolab.search.ompl.regions import Regions
 from kinolab.search.ompl.simple_setup import OmplSetup
-from kinolab.search.ompl.syclop.regions import Regions
 
 # samples of OMPL's free-volume estimate, fixed in the wheel
 FREE_VOLUME_DRAWS = 100_000
