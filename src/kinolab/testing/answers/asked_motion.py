@@ -17,8 +17,7 @@ from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 from kinolab.simulation.reference import resimulate
 from kinolab.simulation.stability import random_states
-from kinolab.testing.answers.judging import WrongAnswerError
-from kinolab.testing.chapters import THREE_DIGITS
+from kinolab.testing.answers.judging import THREE_DIGITS, WrongAnswerError
 
 SPAN, STEPS = 0.5, 10  # [s] of each motion, and into how many it is divided
 PUSH = 0.5  # of an input's limit; of one without a limit in its unit

@@ -16,8 +16,7 @@ from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 from kinolab.simulation.stability import random_states
 from kinolab.testing.answers.asked_motion import state_for
-from kinolab.testing.answers.judging import WrongAnswerError
-from kinolab.testing.chapters import THREE_DIGITS
+from kinolab.testing.answers.judging import THREE_DIGITS, WrongAnswerError
 
 HEAVY = (("mass", "kg"), ("largest moment of inertia", "kg m^2"))
 NEAR = 1e-4  # [m], [rad]: where a body is, and how far it turns

@@ -16,6 +16,7 @@ from kinolab.dynamics import Model, System
 from kinolab.errors import KinolabError
 
 TOLERANCE = 1e-6  # of an answer's size
+THREE_DIGITS = 5e-3  # of its size: what rounding to three significant digits may change
 
 
 class WrongAnswerError(Exception):

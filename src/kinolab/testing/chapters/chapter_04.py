@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 
 from kinolab.testing.answers.judging import (
+    THREE_DIGITS,
     Exercise,
     WrongAnswerError,
     require_motion,
     require_number,
     require_values,
 )
-from kinolab.testing.chapters import THREE_DIGITS
 
 G, FRICTION, SPEED = 9.81, 0.6, 1.5  # [m/s^2], of the rim, [m/s]
 RADIUS, SLOPE = 0.25, radians(10.0)  # [m], [rad]

@@ -7,13 +7,13 @@ from math import cos, sin
 from typing import Any
 
 from kinolab.testing.answers.judging import (
+    THREE_DIGITS,
     Exercise,
     WrongAnswerError,
     require_model,
     require_motion,
     require_number,
 )
-from kinolab.testing.chapters import THREE_DIGITS
 
 MASS, INERTIA, ARM, G = 0.8, 0.01, 0.2, 9.81  # [kg], [kg m^2], [m], [m/s^2]
 
