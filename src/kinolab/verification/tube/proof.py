@@ -16,7 +16,7 @@ from kinolab.problem.unwrapping import unwrapped
 from kinolab.simulation.reference import OdeMotion, reference_motion
 from kinolab.steering.tracker import LARGE_DEVIATION, Tracker
 from kinolab.trajectory import Trajectory
-from kinolab.verification.dense_motion import DenseMotion
+from kinolab.verification.between_samples.dense_motion import DenseMotion
 from kinolab.verification.tube.contact_search import ContactSearch
 from kinolab.verification.tube.hazards import (
     Hazard,

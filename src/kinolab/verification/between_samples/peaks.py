@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.numerics.arrays import Array
-from kinolab.verification.dense_motion import DenseMotion
+from kinolab.verification.between_samples.dense_motion import DenseMotion
 
 # Each zoom leaves 2 of 16 parts about the largest sample. What a smooth peak of a hundredth of its
 # unit is missed by shrinks by 64 each time: after 5, to less than rounding.

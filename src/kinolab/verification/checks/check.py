@@ -22,8 +22,8 @@ from kinolab.simulation.reference import (
     reference_motion,
 )
 from kinolab.trajectory import Trajectory
-from kinolab.verification.clearance_search import ClearanceSearch, Told
-from kinolab.verification.dense_motion import DenseMotion, TooFastError
+from kinolab.verification.between_samples.clearance_search import ClearanceSearch, Told
+from kinolab.verification.between_samples.dense_motion import DenseMotion, TooFastError
 
 LIMIT_TOLERANCE = 1e-9  # allowed violation of a limit, in its own unit: rounding only
 

@@ -14,7 +14,7 @@ import numpy as np
 from kinolab.dynamics.enclosures import Enclosures
 from kinolab.numerics.arrays import Array
 from kinolab.simulation.motion_pieces import MotionPieces
-from kinolab.verification.boxes import MAX_HALVINGS, MAX_PIECES, boxes
+from kinolab.verification.between_samples.boxes import MAX_HALVINGS, MAX_PIECES, boxes
 
 SHORT, LONG = 1e-3, 100.0  # [m] of a piece that is short enough whatever its bound, and too long
 

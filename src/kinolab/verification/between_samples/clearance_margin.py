@@ -8,7 +8,7 @@ from operator import itemgetter
 
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
-from kinolab.verification.clearance_search import ClearanceSearch
+from kinolab.verification.between_samples.clearance_search import ClearanceSearch
 from kinolab.world import CollisionChecker
 
 CLEARANCE_TOLERANCE = 1e-4  # [m] by which the minimum may be missed between two samples

@@ -15,7 +15,7 @@ from kinolab.problem import PlanningTask
 from kinolab.simulation.motion_pieces import MotionPieces
 from kinolab.simulation.reference import OdeMotion, ReferenceMotion
 from kinolab.trajectory import Trajectory
-from kinolab.verification.speed_bounds import bounded_speeds
+from kinolab.verification.between_samples.speed_bounds import bounded_speeds
 
 MAX_SPACING = 0.01  # [m] largest motion between two samples of limits and requirements
 MAX_SAMPLES = 100_000  # per integrator step; a motion that needs more fails unchecked

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.columnar import Columns
-from kinolab.verification.dense_motion import (
+from kinolab.verification.between_samples.dense_motion import (
     MAX_SAMPLES,
     SAFETY_FACTOR,
     SPEED_PROBES,
