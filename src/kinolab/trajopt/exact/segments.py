@@ -19,12 +19,12 @@ from kinolab.problem.goal import Goal, PartTarget
 from kinolab.problem.time_steps import covering_steps
 from kinolab.steering.cyclic_coordinates import cyclic_coordinates
 from kinolab.trajectory import Trajectory
-from kinolab.trajopt.minimum_cost import minimize_cost
 from kinolab.trajopt.nlp.decision import Knots, resampled
 from kinolab.trajopt.nlp.dynamics_constraint import is_discrete, refined, true_trajectory
 from kinolab.trajopt.nlp.feasibility_check import satisfies_all
+from kinolab.trajopt.nlp.options import LOOSE, SHORT, SQP
 from kinolab.trajopt.nlp.problem import TrajectoryProblem
-from kinolab.trajopt.options import LOOSE, SHORT, SQP
+from kinolab.trajopt.sqp.minimum_cost import minimize_cost
 from kinolab.trajopt.sqp.restoration import restore_feasibility
 
 

@@ -20,8 +20,8 @@ from kinolab.problem import PlanningTask
 from kinolab.trajectory import Trajectory
 from kinolab.trajopt.nlp.decision import Knots, cost, even_knots
 from kinolab.trajopt.nlp.dynamics_constraint import derived_map
+from kinolab.trajopt.nlp.options import END, SQP, TIGHT, StoppingTolerances
 from kinolab.trajopt.nlp.problem import TrajectoryProblem, linearization_seconds
-from kinolab.trajopt.options import END, SQP, TIGHT, StoppingTolerances
 from kinolab.trajopt.sqp.qp import program_seconds, solve
 from kinolab.trajopt.sqp.restoration import restoration_weights
 from kinolab.trajopt.sqp.solver import minimize

@@ -17,6 +17,8 @@ from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 from kinolab.simulation.reference import trajectory_under
 from kinolab.trajectory import Trajectory
+from kinolab.trajopt.exact.segments import Segments, is_long
+from kinolab.trajopt.exact.single_shooting import end_by_single_shooting
 from kinolab.trajopt.nlp.decision import Knots, even_knots
 from kinolab.trajopt.nlp.dynamics_constraint import (
     is_motion,
@@ -30,10 +32,8 @@ from kinolab.trajopt.nlp.feasibility_check import (
     satisfies_all_at_knots,
 )
 from kinolab.trajopt.nlp.goal_constraint import meets_centre
+from kinolab.trajopt.nlp.options import END, SHORT
 from kinolab.trajopt.nlp.problem import NO_EXCESS, TrajectoryProblem, usual_room
-from kinolab.trajopt.options import END, SHORT
-from kinolab.trajopt.segments import Segments, is_long
-from kinolab.trajopt.single_shooting import end_by_single_shooting
 from kinolab.trajopt.sqp.restoration import make_knots_exact
 
 SLOWER = 1.2  # times as many steps, for a motion too quick to end in the goal's centre

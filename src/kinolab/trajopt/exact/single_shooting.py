@@ -25,8 +25,8 @@ from kinolab.simulation.reference import DivergedError, reference_motion, trajec
 from kinolab.trajectory import Trajectory
 from kinolab.trajopt.nlp.feasibility_check import satisfies_all_at_knots
 from kinolab.trajopt.nlp.goal_constraint import GoalConstraint
+from kinolab.trajopt.nlp.options import END
 from kinolab.trajopt.nlp.problem import TrajectoryProblem
-from kinolab.trajopt.options import END
 
 
 def end_by_single_shooting(
