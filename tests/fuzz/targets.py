@@ -450,7 +450,7 @@ def read_roadmap(data: bytes) -> None:
 
 
 def _mesh(kind: str, data: bytes, materials: bytes = b"") -> None:
-    from kinolab.world.obstacle import mesh_obstacle
+    from kinolab.world.obstacles.obstacle import mesh_obstacle
 
     path = _put(f"meshes/mesh.{kind}", data)
     _put("meshes/mesh.mtl", materials)
@@ -720,7 +720,7 @@ def read_kept_mesh(data: bytes) -> None:
 @_target(_of_sealed(b"kinolab distances\n"), "world.collision")
 def read_distance_grid(data: bytes) -> None:
     """The cache of distance grids."""
-    from kinolab.world.collision import distance_field_cache as grids
+    from kinolab.world.distances import distance_field_cache as grids
 
     obstacles, finest = coin().world.obstacles, 0.5
     with _own_cache():

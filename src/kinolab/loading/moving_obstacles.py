@@ -25,7 +25,7 @@ from kinolab.scenario.values import WHOLE_POSES
 from kinolab.simulation.reference import resimulate
 from kinolab.trajectory import read_csv
 from kinolab.untrusted import text_file, why
-from kinolab.world.obstacle import ORIGIN, Obstacle
+from kinolab.world.obstacles.obstacle import ORIGIN, Obstacle
 
 if TYPE_CHECKING:
     import sympy

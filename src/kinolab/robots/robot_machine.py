@@ -97,7 +97,7 @@ from kinolab.robots.tree_mistakes import (
     massless_joints,
 )
 from kinolab.robots.visible_meshes import drawn_meshes
-from kinolab.world.geometry import lowest_z, sizes
+from kinolab.world.shapes.geometry import lowest_z, sizes
 
 Base: TypeAlias = Literal["fixed", "floating"]
 BASE_COORDINATES = "x", "y", "z", BASE  # of a root that moves freely

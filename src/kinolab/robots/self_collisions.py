@@ -24,9 +24,9 @@ from kinolab.robots.kinematic_tree import (
     led,
     link_poses,
 )
-from kinolab.world.collision.gjk import Convex, separation
-from kinolab.world.geometry import sizes
-from kinolab.world.shrinking import shrunk_shape
+from kinolab.world.distances.gjk import Convex, separation
+from kinolab.world.shapes.geometry import sizes
+from kinolab.world.shapes.shrinking import shrunk_shape
 
 ROUNDED = 1e-6  # [m], a gap that is none but for rounding of a file's numbers
 UNLIMITED = math.pi  # what is drawn from where a joint has no limits

@@ -48,7 +48,7 @@ from kinolab.robots.urdf_inertials import balanced, write_inertials
 from kinolab.robots.xacro_files import expanded
 from kinolab.untrusted import read, refuse_many
 from kinolab.world.meshes.mesh import load_mesh
-from kinolab.world.shape_surfaces import Faces
+from kinolab.world.shapes.shape_surfaces import Faces
 
 T = TypeVar("T")
 # Some files call themselves XML 0.0, or begin with a blank line; other readers mind neither.

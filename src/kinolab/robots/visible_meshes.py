@@ -13,7 +13,7 @@ from kinolab.files import LOG
 from kinolab.numerics.arrays import Array
 from kinolab.robots.kinematic_tree import KinematicTree, VisibleMesh
 from kinolab.world.mesh_simplification import fewer_triangles
-from kinolab.world.shape_surfaces import Faces
+from kinolab.world.shapes.shape_surfaces import Faces
 
 
 def drawn_meshes(tree: KinematicTree) -> Mapping[str, tuple[DrawnMesh, ...]]:

@@ -16,7 +16,7 @@ from kinolab.dynamics.language.mechanism_parts import atoms_of
 from kinolab.dynamics.language.shapes import ShapeKind
 from kinolab.dynamics.language.symbols import RateSymbol
 from kinolab.errors import KinolabError
-from kinolab.world.geometry import frame_in_world, sizes
+from kinolab.world.shapes.geometry import frame_in_world, sizes
 
 
 def drums(subject: Subject) -> Iterator[Remark]:

@@ -24,7 +24,7 @@ from kinolab.numerics.arrays import Array
 from kinolab.robots.joint_inertia import together
 from kinolab.robots.kinematic_tree import Inertial, Link
 from kinolab.robots.solids.solid_mass import box_mass, cylinder_mass, mesh_mass
-from kinolab.world.geometry import placement, sizes, triangles
+from kinolab.world.shapes.geometry import placement, sizes, triangles
 
 # Of a moment of inertia to m r^2, where r is how far the shape goes from that axis. No body that
 # lies within its shape has more than 1, which is that of a hoop. Shapes may leave parts out of a

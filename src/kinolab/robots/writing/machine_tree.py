@@ -31,7 +31,7 @@ from kinolab.robots.tree_mistakes import massless_joints
 from kinolab.robots.writing.frame_chains import ChainStep, FrameChains, Move
 from kinolab.robots.writing.fresh_names import fresh_name
 from kinolab.robots.writing.joint_loads import Loads, loads_of
-from kinolab.world.geometry import placement
+from kinolab.world.shapes.geometry import placement
 
 WORLD_LINK = "world"
 EQUATIONS = "Equations of motion have it: see to_c() and to_casadi()."

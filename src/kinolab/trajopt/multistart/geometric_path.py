@@ -19,7 +19,7 @@ from kinolab.numerics.manifolds.rotations import unit
 from kinolab.numerics.work import charge
 from kinolab.problem import PlanningTask
 from kinolab.trajopt.nlp.options import GUESS
-from kinolab.world.geometry import core_radius_of, reach_of
+from kinolab.world.shapes.geometry import core_radius_of, reach_of
 
 
 def _any_length(paths: Array) -> NDArray[np.bool_]:

@@ -21,7 +21,7 @@ from kinolab.numerics.intervals import IntervalArray
 from kinolab.problem import PlanningTask
 from kinolab.verification.tube.nominal_steps import BOXES
 from kinolab.verification.tube.reachability import Reachability, Tube
-from kinolab.world.geometry import core_radius_of, placement, triangles
+from kinolab.world.shapes.geometry import core_radius_of, placement, triangles
 
 
 @dataclass(frozen=True, eq=False)

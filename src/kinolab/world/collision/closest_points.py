@@ -20,10 +20,10 @@ from kinolab.dynamics.language.shapes import Shape
 from kinolab.dynamics.machine_facts import BodyGeometry
 from kinolab.numerics.arrays import Array
 from kinolab.world.collision.fcl import body_object, obstacle_object, overlapping
-from kinolab.world.geometry import placement, sizes
-from kinolab.world.placed_shapes import obstacle_arrays
-from kinolab.world.support_functions import core_radius, core_support
-from kinolab.world.world import World
+from kinolab.world.distances.placed_shapes import obstacle_arrays
+from kinolab.world.obstacles.world import World
+from kinolab.world.shapes.geometry import placement, sizes
+from kinolab.world.shapes.support_functions import core_radius, core_support
 
 
 @dataclass(frozen=True, eq=False)

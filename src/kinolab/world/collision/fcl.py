@@ -23,11 +23,11 @@ from kinolab.dynamics.machine_facts import BodyGeometry, CableGeometry
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.jit import kernel
 from kinolab.world.collision.broadphase import Scratch
-from kinolab.world.collision.triangle_grid import overlap
-from kinolab.world.geometry import frame_in_world, sizes
-from kinolab.world.kept_together import kept_together
-from kinolab.world.obstacle import Obstacle
-from kinolab.world.shape_surfaces import Faces
+from kinolab.world.distances.triangle_grid import overlap
+from kinolab.world.obstacles.kept_together import kept_together
+from kinolab.world.obstacles.obstacle import Obstacle
+from kinolab.world.shapes.geometry import frame_in_world, sizes
+from kinolab.world.shapes.shape_surfaces import Faces
 
 # [m] that bodies are inflated by, so that touching is a collision for every pair
 CONTACT_MARGIN = 1e-5

@@ -18,7 +18,7 @@ from kinolab.dynamics.machine_facts import BodyGeometry
 from kinolab.numerics.arrays import Array
 from kinolab.simulation.stability import random_states
 from kinolab.world import CollisionChecker, World
-from kinolab.world.geometry import lowest_z, reach_of
+from kinolab.world.shapes.geometry import lowest_z, reach_of
 
 TOUCHING = 1e-4  # of the smaller body's reach: what rounded sizes in a file leave between two
 APART = 5e-3  # of the same: a gap that can be seen

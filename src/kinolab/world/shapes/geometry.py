@@ -17,14 +17,14 @@ from kinolab.dynamics.language.shapes import Shape, ShapeKind
 from kinolab.dynamics.language.shapes.hulls import hull_surface
 from kinolab.dynamics.machine_facts import BodyGeometry
 from kinolab.numerics.arrays import Array
-from kinolab.world.shape_surfaces import (
+from kinolab.world.shapes.shape_surfaces import (
     Faces,
     ball_surface,
     box_surface,
     capsule_surface,
     cylinder_surface,
 )
-from kinolab.world.support_functions import half_extent, reach_along
+from kinolab.world.shapes.support_functions import half_extent, reach_along
 
 # Columns: where the axes of a shape's own frame point in the body's frame.
 TURN: dict[str, Array] = {

@@ -13,12 +13,12 @@ from kinolab.dynamics.language.shapes import MAX_COORDINATE, Box, Capsule, Cylin
 from kinolab.errors import InputError, Mistake
 from kinolab.numerics.arrays import Array
 from kinolab.untrusted import ELEMENTS
-from kinolab.world.geometry import frame_in_world, half_extents, sizes, triangles
 from kinolab.world.meshes.mesh import check, load_mesh
 from kinolab.world.meshes.mesh_components import Components, components
 from kinolab.world.meshes.mesh_hints import doubts
 from kinolab.world.meshes.mesh_reading import refusal
-from kinolab.world.shape_surfaces import Faces
+from kinolab.world.shapes.geometry import frame_in_world, half_extents, sizes, triangles
+from kinolab.world.shapes.shape_surfaces import Faces
 
 Numbers = Sequence[float]
 ORIGIN: Numbers = (0.0, 0.0, 0.0)

@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 from kinolab.dynamics.language.shapes import Shape
 from kinolab.numerics.arrays import Array, Integers
 from kinolab.numerics.jit import kernel
-from kinolab.world.geometry import carried, frame_in_world, placement, sizes, sizes_of
-from kinolab.world.kept_together import kept_together
-from kinolab.world.obstacle import Obstacle
-from kinolab.world.obstacle_blocks import blocks_around
-from kinolab.world.support_functions import HULL, half_extent
+from kinolab.world.distances.obstacle_blocks import blocks_around
+from kinolab.world.obstacles.kept_together import kept_together
+from kinolab.world.obstacles.obstacle import Obstacle
+from kinolab.world.shapes.geometry import carried, frame_in_world, placement, sizes, sizes_of
+from kinolab.world.shapes.support_functions import HULL, half_extent
 
 MANY = 2000  # obstacles, from which on it pays to bring neighbours together
 
@@ -64,7 +64,7 @@ def near_each_other(obstacles: Sequence[Obstacle]) -> Sequence[Obstacle]:
     """
     if len(obstacles) <= MANY:
         return obstacles
-    from kinolab.world.collision.triangle_tree import sort_by_leaf  # late: it knows this module
+    from kinolab.world.distances.triangle_tree import sort_by_leaf  # late: it knows this module
 
     box, order = obstacle_arrays(obstacles).box, np.arange(len(obstacles))
     sort_by_leaf(0.5 * (box[:, :3] + box[:, 3:]), order)

@@ -21,9 +21,9 @@ from kinolab.numerics.arrays import Array, Integers
 from kinolab.numerics.jit import allocating_kernel
 from kinolab.numerics.neighbours.selection import partition_median
 from kinolab.numerics.simd import LANES
-from kinolab.world.collision.triangle_grid import mesh_grid
-from kinolab.world.kept_together import kept_together
-from kinolab.world.obstacle import Obstacle
+from kinolab.world.distances.triangle_grid import mesh_grid
+from kinolab.world.obstacles.kept_together import kept_together
+from kinolab.world.obstacles.obstacle import Obstacle
 
 MAX_LAYERS = 9  # of groups, and one above them
 NOWHERE = np.float32(1e15)  # [m] where a box is that is none

@@ -22,13 +22,13 @@ from numpy.typing import NDArray
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.jit import allocating_kernel, kernel
 from kinolab.numerics.struct import Record
-from kinolab.world.collision.gjk import Convex, separation
-from kinolab.world.collision.triangle_grid import MeshGrid, inside, mesh_grid
-from kinolab.world.kept_together import kept_together
-from kinolab.world.obstacle import Obstacle
-from kinolab.world.placed_shapes import obstacle_arrays
-from kinolab.world.redundant_obstacles import without_redundant
-from kinolab.world.support_functions import SPHERE
+from kinolab.world.distances.gjk import Convex, separation
+from kinolab.world.distances.placed_shapes import obstacle_arrays
+from kinolab.world.distances.triangle_grid import MeshGrid, inside, mesh_grid
+from kinolab.world.obstacles.kept_together import kept_together
+from kinolab.world.obstacles.obstacle import Obstacle
+from kinolab.world.obstacles.redundant_obstacles import without_redundant
+from kinolab.world.shapes.support_functions import SPHERE
 
 SLACK, SURE = 1e-6, 1e-8  # of a cell, and in [m], to which separations are known
 TRANSFORM_REACH = 0.5 * math.sqrt(3.0)  # half the diagonal of a cell of edge 1

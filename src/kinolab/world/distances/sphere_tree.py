@@ -14,8 +14,8 @@ import numpy as np
 
 from kinolab.dynamics.language.shapes import Shape, ShapeKind
 from kinolab.numerics.arrays import Array, Integers
-from kinolab.world.geometry import sizes
-from kinolab.world.support_functions import reach_along
+from kinolab.world.shapes.geometry import sizes
+from kinolab.world.shapes.support_functions import reach_along
 
 STACK_SIZE = 8  # balls that wait in a search, at most: three are divided
 

@@ -7,7 +7,7 @@ from functools import cache, partial, wraps
 from typing import TypeVar
 from weakref import WeakKeyDictionary, ref
 
-from kinolab.world.obstacle import Obstacle
+from kinolab.world.obstacles.obstacle import Obstacle
 
 T = TypeVar("T")
 

@@ -12,8 +12,8 @@ from threading import Lock
 import numpy as np
 
 from kinolab.store import Kind, pack_arrays, unpack_arrays
-from kinolab.world.collision.distance_field import DistanceField, digest, distance_field
-from kinolab.world.obstacle import Obstacle
+from kinolab.world.distances.distance_field import DistanceField, digest, distance_field
+from kinolab.world.obstacles.obstacle import Obstacle
 
 MIN_CELLS = 2**18  # cells, below which building a grid takes hardly longer than reading it
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from kinolab.numerics.arrays import Array, Integers
 from kinolab.numerics.jit import kernel
-from kinolab.world.collision.gjk import box_gap
+from kinolab.world.distances.gjk import box_gap
 
 SHIFT = 5  # blocks hold 2^5 obstacles, or blocks
 

@@ -8,8 +8,8 @@ from itertools import product
 import numpy as np
 import scipy
 
-from kinolab.world.geometry import frame_in_world, half_extents
-from kinolab.world.obstacle import Obstacle
+from kinolab.world.obstacles.obstacle import Obstacle
+from kinolab.world.shapes.geometry import frame_in_world, half_extents
 
 CORNERS = np.array(list(product((-1.0, 1.0), repeat=3)))
 

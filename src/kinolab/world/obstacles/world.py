@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from kinolab.world.meshes.mesh_hints import MAX_EXTENT, misfits
-from kinolab.world.obstacle import Obstacle
+from kinolab.world.obstacles.obstacle import Obstacle
 
 
 @dataclass(frozen=True)

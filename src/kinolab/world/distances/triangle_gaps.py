@@ -22,10 +22,10 @@ from kinolab.numerics.simd import (
     spread,
     store,
 )
-from kinolab.world.collision.gjk import TRIANGLE, Convex, separation_within
-from kinolab.world.collision.signed_distance import extent
-from kinolab.world.collision.triangle_tree import NOWHERE
-from kinolab.world.support_functions import reach_along
+from kinolab.world.distances.gjk import TRIANGLE, Convex, separation_within
+from kinolab.world.distances.signed_distance import extent
+from kinolab.world.distances.triangle_tree import NOWHERE
+from kinolab.world.shapes.support_functions import reach_along
 
 TOUCHING_MARGIN = 3e-5  # [m] that is kept beside obstacles: FCL calls gaps of up to 1.7e-5 touching
 FARTHEST_SQUARE = 1e-1 * float(NOWHERE) ** 2  # [m^2] beyond which there is no box

@@ -15,9 +15,9 @@ import numpy as np
 
 from kinolab.numerics.arrays import Array, Integers
 from kinolab.numerics.jit import kernel
-from kinolab.world.kept_together import kept_together
 from kinolab.world.meshes.mesh_components import components
-from kinolab.world.obstacle import Obstacle
+from kinolab.world.obstacles.kept_together import kept_together
+from kinolab.world.obstacles.obstacle import Obstacle
 
 
 class MeshGrid(NamedTuple):

@@ -14,8 +14,8 @@ from __future__ import annotations
 import math
 
 from kinolab.numerics.jit import kernel
-from kinolab.world.collision.gjk import TRIANGLE, separation_within
-from kinolab.world.support_functions import half_extent
+from kinolab.world.distances.gjk import TRIANGLE, separation_within
+from kinolab.world.shapes.support_functions import half_extent
 
 
 @kernel

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.world.meshes.mesh_components import Components
-from kinolab.world.obstacle import Obstacle
+from kinolab.world.obstacles.obstacle import Obstacle
 
 
 def without_floor(obstacle: Obstacle) -> tuple[Obstacle | None, Obstacle | None]:

@@ -17,7 +17,7 @@ import numpy as np
 
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.jit import allocating_kernel, kernel
-from kinolab.world.support_functions import core_radius, core_support, dot, move_into_core
+from kinolab.world.shapes.support_functions import core_radius, core_support, dot, move_into_core
 
 # numba would compile everything anew for a literal, here and where others are begun with one.
 TRIANGLE = np.int64(-1)  # stands for a kind of shape; its corners are the columns of ``turn``
