@@ -14,12 +14,14 @@ import numpy as np
 import pytest
 
 from kinolab.errors import InputError
-from kinolab.robots import read_mjcf, read_urdf, robot_machine, urdf
+from kinolab.robots import read_mjcf, read_urdf
 from kinolab.robots.compared import disagreements, urdf_engines
 from kinolab.robots.compared.second_engine import AbstractSecondEngine
-from kinolab.robots.constant_frames import turned_about
-from kinolab.robots.kinematic_tree import KinematicTree, Mimicked, pose_of
+from kinolab.robots.machine import robot_machine
 from kinolab.robots.mjcf import compiled_model, mjcf_file
+from kinolab.robots.tree.constant_frames import turned_about
+from kinolab.robots.tree.kinematic_tree import KinematicTree, Mimicked, pose_of
+from kinolab.robots.urdf import urdf_file as urdf
 from tests.support import needs
 
 pytestmark = [needs("mujoco"), needs("yourdfpy")]

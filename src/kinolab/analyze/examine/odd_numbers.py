@@ -21,9 +21,9 @@ from kinolab.dynamics.language.mechanism_parts import energies_in, loads_in
 from kinolab.dynamics.language.shapes import Shape, ShapeKind
 from kinolab.dynamics.units import in_digits
 from kinolab.numerics.arrays import Array
-from kinolab.robots.joint_inertia import together
-from kinolab.robots.kinematic_tree import Inertial, Link
 from kinolab.robots.solids.solid_mass import box_mass, cylinder_mass, mesh_mass
+from kinolab.robots.tree.joint_inertia import together
+from kinolab.robots.tree.kinematic_tree import Inertial, Link
 from kinolab.world.shapes.geometry import placement, sizes, triangles
 
 # Of a moment of inertia to m r^2, where r is how far the shape goes from that axis. No body that

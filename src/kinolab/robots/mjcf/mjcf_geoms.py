@@ -11,10 +11,10 @@ from kinolab.concurrency.stages import doing
 from kinolab.dynamics.language.shapes import Box, Capsule, Cylinder, Shape, Sphere
 from kinolab.errors import InputError, printable
 from kinolab.numerics.arrays import Array
-from kinolab.robots.kinematic_tree import Inertial, Link, PlacedShape, VisibleMesh, pose_of
 from kinolab.robots.mjcf.compiled_model import WORLD_BODY, CompiledModel
 from kinolab.robots.solids.convex_parts import enclosing_shapes
 from kinolab.robots.solids.enclosing import enclosing_shape
+from kinolab.robots.tree.kinematic_tree import Inertial, Link, PlacedShape, VisibleMesh, pose_of
 from kinolab.world.shapes.shape_surfaces import Faces
 
 # [m], edges of the cube that stands for the half-space behind a plane, which has no end: in its

@@ -18,8 +18,8 @@ from kinolab.dynamics.language.mechanism_parts import AnyCoordinate
 from kinolab.dynamics.language.symbols import Coordinate, Parameter
 from kinolab.errors import Mistake
 from kinolab.numerics.arrays import Array
-from kinolab.robots.constant_frames import ROUNDING, turned_about
-from kinolab.robots.kinematic_tree import JointKind, pose_of
+from kinolab.robots.tree.constant_frames import ROUNDING, turned_about
+from kinolab.robots.tree.kinematic_tree import JointKind, pose_of
 
 CLEAN = 1e-15  # what is nearer to 0 or +-1 in a rotation matrix is meant to be that
 REMEDY = "Write it as a chain of joints, such as arm @ move(l) @ rot_z(q)."

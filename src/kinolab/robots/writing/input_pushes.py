@@ -29,7 +29,7 @@ from kinolab.dynamics.language.symbols import Coordinate
 from kinolab.errors import Mistake
 from kinolab.numerics.arrays import Array
 from kinolab.robots.actuation.actuators import Motor, Thruster
-from kinolab.robots.kinematic_tree import pose_of
+from kinolab.robots.tree.kinematic_tree import pose_of
 from kinolab.robots.writing.file_numbers import rounded
 from kinolab.robots.writing.frame_chains import FrameChains
 

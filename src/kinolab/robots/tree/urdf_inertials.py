@@ -15,8 +15,8 @@ import numpy as np
 from kinolab.dynamics.language.validation import TRIANGLE_TOLERANCE
 from kinolab.errors import printable
 from kinolab.numerics.arrays import Array
-from kinolab.robots.joint_inertia import six
-from kinolab.robots.kinematic_tree import Link
+from kinolab.robots.tree.joint_inertia import six
+from kinolab.robots.tree.kinematic_tree import Link
 
 ENTRIES = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 

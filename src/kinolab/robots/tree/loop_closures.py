@@ -22,7 +22,7 @@ from kinolab.dynamics.language.constraints import PositionConstraint, closed
 from kinolab.dynamics.language.frames import Frame, Motion, Rotation, Translation, turn_matrix
 from kinolab.errors import InputError, Mistake
 from kinolab.numerics.arrays import Array
-from kinolab.robots.constant_frames import ROUNDING
+from kinolab.robots.tree.constant_frames import ROUNDING
 
 STILL = 1e-9  # [m/rad] and the like, of a direction in which nothing moves
 OPEN = 1e-6  # [m] or [rad] by which frames may be apart that cannot move: what files round

@@ -9,9 +9,9 @@ import numpy as np
 
 from kinolab.errors import Mistake, listed, printable, unknown_name
 from kinolab.numerics.arrays import MULTIPLIABLE
-from kinolab.robots.constant_frames import ROUNDING
-from kinolab.robots.joint_inertia import NOISE, reach, without_resistance
-from kinolab.robots.kinematic_tree import (
+from kinolab.robots.tree.constant_frames import ROUNDING
+from kinolab.robots.tree.joint_inertia import NOISE, reach, without_resistance
+from kinolab.robots.tree.kinematic_tree import (
     FREE,
     SIZES,
     Inertial,
@@ -24,7 +24,7 @@ from kinolab.robots.kinematic_tree import (
     link_poses,
     usable_name,
 )
-from kinolab.robots.urdf_inertials import breaks_triangle, moments
+from kinolab.robots.tree.urdf_inertials import breaks_triangle, moments
 from kinolab.scenario.angles import WrittenAngle
 
 WAYS_ON = (

@@ -10,7 +10,7 @@ import numpy as np
 
 from kinolab.dynamics.language.offers import Lump
 from kinolab.numerics.arrays import Array
-from kinolab.robots.kinematic_tree import (
+from kinolab.robots.tree.kinematic_tree import (
     FREE,
     SIZES,
     Inertial,

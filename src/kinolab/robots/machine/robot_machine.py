@@ -63,16 +63,18 @@ from kinolab.robots.compared.disagreements import (
 )
 from kinolab.robots.compared.second_engine import AbstractSecondEngine
 from kinolab.robots.compared.urdf_engines import BASE
-from kinolab.robots.constant_frames import (
+from kinolab.robots.machine.given_motion import GivenMotion
+from kinolab.robots.machine.self_collisions import NamedShape, kept_apart, kept_from_surroundings
+from kinolab.robots.machine.visible_meshes import drawn_meshes
+from kinolab.robots.tree.constant_frames import (
     TURNS,
     along_an_axis,
     constant_frame,
     onto_z,
     shortest_onto_z,
 )
-from kinolab.robots.given_motion import GivenMotion
-from kinolab.robots.joint_inertia import lump, reach, six, together, without_noise
-from kinolab.robots.kinematic_tree import (
+from kinolab.robots.tree.joint_inertia import lump, reach, six, together, without_noise
+from kinolab.robots.tree.kinematic_tree import (
     Closure,
     Joint,
     KinematicTree,
@@ -86,9 +88,8 @@ from kinolab.robots.kinematic_tree import (
     pose_of,
     usable_name,
 )
-from kinolab.robots.loop_closures import closing_constraints
-from kinolab.robots.self_collisions import NamedShape, kept_apart, kept_from_surroundings
-from kinolab.robots.tree_mistakes import (
+from kinolab.robots.tree.loop_closures import closing_constraints
+from kinolab.robots.tree.tree_mistakes import (
     absent_names,
     follower_mistakes,
     inertia_doubts,
@@ -96,7 +97,6 @@ from kinolab.robots.tree_mistakes import (
     locked_mistakes,
     massless_joints,
 )
-from kinolab.robots.visible_meshes import drawn_meshes
 from kinolab.world.shapes.geometry import lowest_z, sizes
 
 Base: TypeAlias = Literal["fixed", "floating"]

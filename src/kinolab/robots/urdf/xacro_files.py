@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from kinolab.errors import InputError, Mistake
-from kinolab.robots.mesh_files import PACKAGE, find_mesh
+from kinolab.robots.urdf.mesh_files import PACKAGE, find_mesh
 
 COMMENTS = re.compile(rb"<!--.*?-->", re.DOTALL)
 INSTALL = "pip install xacro, or run xacro on it first: xacro robot.xacro > robot.urdf"

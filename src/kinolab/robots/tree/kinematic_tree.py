@@ -13,7 +13,7 @@ import numpy as np
 from kinolab.dynamics.language.shapes import Shape
 from kinolab.numerics.arrays import Array
 from kinolab.robots.actuation.actuators import Actuator, Aim, Motor, Tendon, Thruster
-from kinolab.robots.constant_frames import turned_about
+from kinolab.robots.tree.constant_frames import turned_about
 from kinolab.world.shapes.shape_surfaces import Faces
 
 SIZES = ("x", "y", "z", "radius", "length")  # that shapes of robots may have, in [m]

@@ -15,7 +15,7 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 
 from kinolab.numerics.arrays import Array
-from kinolab.robots.kinematic_tree import (
+from kinolab.robots.tree.kinematic_tree import (
     SIZES,
     Joint,
     KinematicTree,

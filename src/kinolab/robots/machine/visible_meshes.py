@@ -11,7 +11,7 @@ from kinolab.dynamics.language.shapes import DrawnMesh
 from kinolab.errors import InputError, printable
 from kinolab.files import LOG
 from kinolab.numerics.arrays import Array
-from kinolab.robots.kinematic_tree import KinematicTree, VisibleMesh
+from kinolab.robots.tree.kinematic_tree import KinematicTree, VisibleMesh
 from kinolab.world.mesh_simplification import fewer_triangles
 from kinolab.world.shapes.shape_surfaces import Faces
 

@@ -15,7 +15,7 @@ from kinolab.arguments import require_fit
 from kinolab.dynamics.language.inputs import Drive, Input, Rate
 from kinolab.dynamics.language.symbols import Coordinate, MachineSymbol
 from kinolab.errors import InputError, Mistake, listed, unknown_name
-from kinolab.robots.kinematic_tree import Joint, KinematicTree
+from kinolab.robots.tree.kinematic_tree import Joint, KinematicTree
 
 PerJoint: TypeAlias = float | Mapping[str, float]
 

@@ -25,9 +25,12 @@ from kinolab.lazy import library_of
 from kinolab.numerics.arrays import Array
 from kinolab.robots.actuation.actuators import Motor
 from kinolab.robots.compared.urdf_engines import urdf_engines
-from kinolab.robots.given_motion import PerJoint, given_motion
-from kinolab.robots.joint_inertia import together
-from kinolab.robots.kinematic_tree import (
+from kinolab.robots.machine.given_motion import PerJoint, given_motion
+from kinolab.robots.machine.robot_machine import Base, assembled
+from kinolab.robots.solids.convex_parts import check_parts, enclosing_shapes
+from kinolab.robots.solids.solid_mass import ball_mass, box_mass, cylinder_mass, mesh_mass
+from kinolab.robots.tree.joint_inertia import together
+from kinolab.robots.tree.kinematic_tree import (
     Inertial,
     Joint,
     JointKind,
@@ -38,14 +41,11 @@ from kinolab.robots.kinematic_tree import (
     VisibleMesh,
     usable_name,
 )
-from kinolab.robots.mesh_files import find_mesh
-from kinolab.robots.robot_machine import Base, assembled
-from kinolab.robots.solids.convex_parts import check_parts, enclosing_shapes
-from kinolab.robots.solids.solid_mass import ball_mass, box_mass, cylinder_mass, mesh_mass
-from kinolab.robots.tree_mistakes import tree_mistakes
-from kinolab.robots.urdf_fields import READ, unread_words
-from kinolab.robots.urdf_inertials import balanced, write_inertials
-from kinolab.robots.xacro_files import expanded
+from kinolab.robots.tree.tree_mistakes import tree_mistakes
+from kinolab.robots.tree.urdf_inertials import balanced, write_inertials
+from kinolab.robots.urdf.urdf_file.mesh_files import find_mesh
+from kinolab.robots.urdf.urdf_file.urdf_fields import READ, unread_words
+from kinolab.robots.urdf.urdf_file.xacro_files import expanded
 from kinolab.untrusted import read, refuse_many
 from kinolab.world.meshes.mesh import load_mesh
 from kinolab.world.shapes.shape_surfaces import Faces
