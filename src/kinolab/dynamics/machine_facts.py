@@ -275,8 +275,8 @@ def facts_of(system: MechanismParts) -> MachineFacts:
     from kinolab.dynamics.language.constraints import PositionConstraint
     from kinolab.dynamics.language.inputs import bounds_of
     from kinolab.dynamics.language.mechanism_parts import state_parts
-    from kinolab.dynamics.language.offers import offered
-    from kinolab.dynamics.language.symbols import ForceSymbol, InputSymbol
+    from kinolab.dynamics.language.offer import offered
+    from kinolab.dynamics.symbols.symbols import ForceSymbol, InputSymbol
 
     references = None if system.feedback is None else system.feedback.references
     return MachineFacts(

@@ -23,12 +23,12 @@ from kinolab.dynamics.derivation.velocity_coordinates import (
     independent_rows,
 )
 from kinolab.dynamics.language.constraints import PositionConstraint
-from kinolab.dynamics.language.expressions import exact
 from kinolab.dynamics.language.frames import time_derivative
 from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.language.mechanism_parts import atoms_of, imposed_velocities
 from kinolab.dynamics.language.modes import MODE, Mode, Transition
-from kinolab.dynamics.language.symbols import ForceSymbol
+from kinolab.dynamics.symbols.expressions import exact
+from kinolab.dynamics.symbols.symbols import ForceSymbol
 from kinolab.errors import InputError, Mistake, UnknownNameError
 
 

@@ -14,11 +14,11 @@ from kinolab.analyze.examine.remarks.remark import Remark
 from kinolab.analyze.examine.remarks.subject import Subject
 from kinolab.dynamics import Body, Coordinate, Parameter
 from kinolab.dynamics.codegen.state_space import TURN
-from kinolab.dynamics.language.expressions import exact, parts_of
 from kinolab.dynamics.language.forces import Gravity
 from kinolab.dynamics.language.frames import Rotation
 from kinolab.dynamics.language.mechanism_parts import energies_in, loads_in
 from kinolab.dynamics.language.shapes import Shape, ShapeKind
+from kinolab.dynamics.symbols.expressions import exact, parts_of
 from kinolab.dynamics.units import in_digits
 from kinolab.numerics.arrays import Array
 from kinolab.robots.solids.solid_mass import box_mass, cylinder_mass, mesh_mass

@@ -17,7 +17,7 @@ from kinolab.dynamics import Model, toward
 from kinolab.dynamics.analysis.fields.linear_controllability import linear_controllability
 from kinolab.dynamics.derivation.derivation import is_kinematic
 from kinolab.dynamics.language.constraints import VelocityConstraint
-from kinolab.dynamics.language.expressions import is_zero
+from kinolab.dynamics.symbols.expressions import is_zero
 from kinolab.dynamics.units import control_units, state_units
 from kinolab.errors import KinolabError, row_of
 from kinolab.numerics.arrays import Array

@@ -15,7 +15,7 @@ import numpy as np
 from kinolab.dynamics.derivation.expression_graph import Node
 from kinolab.dynamics.derivation.formulas import Formulas
 from kinolab.dynamics.derivation.symbol_table import SymbolTable, sampled_values
-from kinolab.dynamics.language.symbols import Coordinate
+from kinolab.dynamics.symbols.symbols import Coordinate
 from kinolab.numerics.arrays import Array
 
 

@@ -13,7 +13,7 @@ from typing import TypeAlias, final
 
 from kinolab.arguments import require_fit
 from kinolab.dynamics.language.inputs import Drive, Input, Rate
-from kinolab.dynamics.language.symbols import Coordinate, MachineSymbol
+from kinolab.dynamics.symbols.symbols import Coordinate, MachineSymbol
 from kinolab.errors import InputError, Mistake, listed, unknown_name
 from kinolab.robots.tree.kinematic_tree import Joint, KinematicTree
 

@@ -12,9 +12,9 @@ import numpy as np
 import sympy
 
 from kinolab.dynamics import System
+from kinolab.dynamics.language import joint_friction, lumped_mass
 from kinolab.dynamics.language.bodies import Body
 from kinolab.dynamics.language.constraints import PositionConstraint, Requirement, require
-from kinolab.dynamics.language.expressions import exact
 from kinolab.dynamics.language.forces import (
     Buoyancy,
     Effort,
@@ -23,16 +23,13 @@ from kinolab.dynamics.language.forces import (
 )
 from kinolab.dynamics.language.frames import WORLD, Axis, Frame, move, orient, squared_turn
 from kinolab.dynamics.language.inputs import Force, Input, Torque
-from kinolab.dynamics.language.offers import (
-    JointFriction,
-    LumpedMass,
-    Offer,
-    joint_friction,
-    lumped_mass,
-)
+from kinolab.dynamics.language.joint_friction import JointFriction
+from kinolab.dynamics.language.lumped_mass import LumpedMass
+from kinolab.dynamics.language.offer import Offer
 from kinolab.dynamics.language.quasi_velocities import State
 from kinolab.dynamics.language.shapes import Box, Shape
-from kinolab.dynamics.language.symbols import (
+from kinolab.dynamics.symbols.expressions import exact
+from kinolab.dynamics.symbols.symbols import (
     Attitude,
     Coordinate,
     MachineSymbol,

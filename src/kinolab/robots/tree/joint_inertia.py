@@ -8,7 +8,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from kinolab.dynamics.language.offers import Lump
+from kinolab.dynamics.language.lumped_mass import Lump
 from kinolab.numerics.arrays import Array
 from kinolab.robots.tree.kinematic_tree import (
     FREE,

@@ -11,11 +11,11 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import sympy
 
-from kinolab.dynamics.language.expressions import is_zero
 from kinolab.dynamics.language.frames import AXES, Frame, Motion, Rotation, Translation
 from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.language.mechanism_parts import AnyCoordinate
-from kinolab.dynamics.language.symbols import Coordinate, Parameter
+from kinolab.dynamics.symbols.expressions import is_zero
+from kinolab.dynamics.symbols.symbols import Coordinate, Parameter
 from kinolab.errors import Mistake
 from kinolab.numerics.arrays import Array
 from kinolab.robots.tree.constant_frames import ROUNDING, turned_about

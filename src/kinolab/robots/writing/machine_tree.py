@@ -15,7 +15,7 @@ import numpy as np
 from kinolab.dynamics.language.bodies import Body
 from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.language.mechanism_parts import AnyCoordinate
-from kinolab.dynamics.language.symbols import Attitude
+from kinolab.dynamics.symbols.symbols import Attitude
 from kinolab.errors import InputError, Mistake
 from kinolab.numerics.arrays import Array
 from kinolab.robots.tree.constant_frames import ROUNDING

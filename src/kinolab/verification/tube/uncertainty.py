@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from kinolab.dynamics.language.mechanism import Mechanism
-from kinolab.dynamics.language.symbols import Parameter
+from kinolab.dynamics.symbols.symbols import Parameter
 from kinolab.errors import InputError, Mistake, unknown_name
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask

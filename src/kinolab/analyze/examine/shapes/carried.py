@@ -11,7 +11,7 @@ from kinolab.analyze.examine.remarks.subject import Subject
 from kinolab.analyze.examine.shapes.joints import SMALL
 from kinolab.analyze.examine.shapes.touching_bodies import APART, TouchingBodies
 from kinolab.dynamics import Body, Coordinate
-from kinolab.dynamics.language.expressions import is_zero
+from kinolab.dynamics.symbols.expressions import is_zero
 from kinolab.numerics.arrays import Array
 from kinolab.simulation.stability import random_states
 from kinolab.world.shapes.geometry import frame_in_world, triangles

@@ -20,7 +20,7 @@ from kinolab.dynamics.language.mechanism_parts import (
     tangent_symbols,
 )
 from kinolab.dynamics.language.shapes import Shape, ShapeKind
-from kinolab.dynamics.language.symbols import RateSymbol
+from kinolab.dynamics.symbols.symbols import RateSymbol
 from kinolab.errors import KinolabError
 from kinolab.numerics.arrays import Array
 from kinolab.world.shapes.geometry import frame_in_world, sizes

@@ -12,8 +12,8 @@ from kinolab.arguments import checked
 from kinolab.dynamics.language.bodies import Body
 from kinolab.dynamics.language.forces import Coulomb, Effort, Viscous
 from kinolab.dynamics.language.frames import Number
-from kinolab.dynamics.language.offers.offer import Offer
-from kinolab.dynamics.language.symbols import Parameter
+from kinolab.dynamics.language.offer import Offer
+from kinolab.dynamics.symbols.symbols import Parameter
 
 BEGINNINGS = ("d", "f")  # of parameters' names
 

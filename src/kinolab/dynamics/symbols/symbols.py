@@ -17,7 +17,7 @@ from sympy.printing.pretty.pretty_symbology import pretty_symbol
 from sympy.printing.pretty.stringpict import prettyForm
 
 from kinolab.arguments import checked
-from kinolab.dynamics import slips
+from kinolab.dynamics.symbols import slips
 from kinolab.errors import InputError, Mistake
 from kinolab.numerics.manifolds.state_parts import Circle, Directions, Part, RealLine, Rotations
 

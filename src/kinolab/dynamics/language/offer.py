@@ -8,7 +8,7 @@ from typing import Any
 
 from kinolab.dynamics.language.bodies import Body
 from kinolab.dynamics.language.forces import Effort
-from kinolab.dynamics.language.symbols import Parameter
+from kinolab.dynamics.symbols.symbols import Parameter
 from kinolab.errors import InputError, UnknownNameError
 
 

@@ -10,11 +10,11 @@ import sympy
 
 from kinolab.arguments import checked
 from kinolab.dynamics.language.bodies import Body
-from kinolab.dynamics.language.expressions import exact
 from kinolab.dynamics.language.forces import Effort
 from kinolab.dynamics.language.frames import Frame, move
-from kinolab.dynamics.language.offers.offer import Offer
-from kinolab.dynamics.language.symbols import Parameter
+from kinolab.dynamics.language.offer import Offer
+from kinolab.dynamics.symbols.expressions import exact
+from kinolab.dynamics.symbols.symbols import Parameter
 
 AXES = "xyz"
 BEGINNINGS = ("m", "I", "cx", "cy", "cz")  # of parameters' names
