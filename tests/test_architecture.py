@@ -34,7 +34,7 @@ PLACES = re.compile(r"`([\w./*-]*(?:/[\w.*-]*|\.py))`")
 ATTITUDE = {"Attitude", "QuaternionEntry", "TurnRate", "TurnAcceleration"}
 MOST_KNOW_ATTITUDES = 17  # files, most of them of symbols; 83 when each sliced its quaternions
 
-MOST_ENTWINED = 4  # pairs of a folder and one below it that import each other; of pictures none
+MOST_ENTWINED = 0  # pairs of a folder and one below it that import each other; of pictures none
 
 FAMILIAR = {"__init__", "data"}  # files that are read with the name of their folder
 MAX_MODULES = 16  # of a folder, beside its subfolders

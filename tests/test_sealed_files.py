@@ -12,7 +12,7 @@ import pytest
 import kinolab
 from kinolab.dynamics.codegen.cache import OBJECTS, compiled
 from kinolab.dynamics.codegen.mode_formulas import FORMULAS
-from kinolab.dynamics.enclosures import Enclosures
+from kinolab.dynamics.model.enclosures import Enclosures
 from kinolab.files import MOST_KEPT, FileLock, read_sealed, write_sealed
 from kinolab.numerics.intervals import IntervalArray
 from kinolab.world import box_obstacle

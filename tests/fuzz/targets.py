@@ -750,7 +750,7 @@ def _of_pickles(magic: bytes, head: bytes = b"") -> mutation.Mutator:
 def read_record(data: bytes) -> None:
     """The cache of machines' facts."""
     from kinolab.dynamics.codegen.cache import key_of
-    from kinolab.dynamics.model import DESCRIBED, Model
+    from kinolab.dynamics.model.model import DESCRIBED, Model
 
     with _own_cache():
         DESCRIBED.path([key_of("content")]).write_bytes(data)

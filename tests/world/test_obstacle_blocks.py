@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from kinolab.dynamics.facts.machine_facts import BodyGeometry
 from kinolab.dynamics.language.shapes import Sphere
-from kinolab.dynamics.machine_facts import BodyGeometry
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.struct import Record
 from kinolab.world import CollisionChecker, Obstacle, World, box_obstacle

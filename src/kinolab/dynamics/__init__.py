@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     from kinolab.dynamics.analysis.trim import StateFunctions as StateFunctions
     from kinolab.dynamics.analysis.trim import Trim as Trim
     from kinolab.dynamics.analysis.trim import trim as trim
+    from kinolab.dynamics.facts.mode_derivations import in_mode as in_mode
     from kinolab.dynamics.language.bodies import Body as Body
     from kinolab.dynamics.language.bodies import Cable as Cable
     from kinolab.dynamics.language.constraints import Constraint as Constraint
@@ -99,8 +100,7 @@ if TYPE_CHECKING:
     from kinolab.dynamics.language.shapes import DrawnMesh as DrawnMesh
     from kinolab.dynamics.language.shapes import Shape as Shape
     from kinolab.dynamics.language.shapes import Sphere as Sphere
-    from kinolab.dynamics.mode_derivations import in_mode as in_mode
-    from kinolab.dynamics.model import Model as Model
+    from kinolab.dynamics.model.model import Model as Model
     from kinolab.dynamics.symbols.symbols import Attitude as Attitude
     from kinolab.dynamics.symbols.symbols import Coordinate as Coordinate
     from kinolab.dynamics.symbols.symbols import Parameter as Parameter

@@ -14,7 +14,7 @@ import numpy as np
 
 from kinolab.dynamics import Model
 from kinolab.dynamics.codegen.state_space import TURN, whole_turns
-from kinolab.dynamics.machine_facts import TIME
+from kinolab.dynamics.facts.machine_facts import TIME
 from kinolab.errors import InputError, Mistake
 from kinolab.numerics.arrays import Array
 from kinolab.problem.task import HORIZON, PlanningTask

@@ -1,7 +1,7 @@
 """The world a machine moves in: obstacle meshes, contact by FCL, and proved clearance."""
 
-from kinolab.dynamics.machine_facts import BodyGeometry as BodyGeometry
-from kinolab.dynamics.machine_facts import CableGeometry as CableGeometry
+from kinolab.dynamics.facts.machine_facts import BodyGeometry as BodyGeometry
+from kinolab.dynamics.facts.machine_facts import CableGeometry as CableGeometry
 from kinolab.lazy import lazy_package
 from kinolab.world.collision.checker import CollisionChecker as CollisionChecker
 from kinolab.world.collision.contact_report import Contact as Contact

@@ -15,8 +15,8 @@ from typing import TypeAlias
 
 import numpy as np
 
+from kinolab.dynamics.facts.machine_facts import BodyGeometry
 from kinolab.dynamics.language.shapes import Sphere
-from kinolab.dynamics.machine_facts import BodyGeometry
 from kinolab.errors import printable
 from kinolab.files import LOG
 from kinolab.numerics.arrays import Array

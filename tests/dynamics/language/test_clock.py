@@ -17,7 +17,7 @@ from kinolab.dynamics import (
     toward,
     zero,
 )
-from kinolab.dynamics.second_derivation import SecondDerivation
+from kinolab.dynamics.model.second_derivation import SecondDerivation
 from kinolab.dynamics.symbols.symbols import rate
 
 

@@ -18,8 +18,8 @@ from kinolab.dynamics.language.forces import Gravity
 from kinolab.dynamics.language.frames import Rotation
 from kinolab.dynamics.language.mechanism_parts import energies_in, loads_in
 from kinolab.dynamics.language.shapes import Shape, ShapeKind
+from kinolab.dynamics.model.units import in_digits
 from kinolab.dynamics.symbols.expressions import exact, parts_of
-from kinolab.dynamics.units import in_digits
 from kinolab.numerics.arrays import Array
 from kinolab.robots.solids.solid_mass import box_mass, cylinder_mass, mesh_mass
 from kinolab.robots.tree.joint_inertia import together

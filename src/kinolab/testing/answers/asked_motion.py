@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from kinolab.dynamics.units import state_units
+from kinolab.dynamics.model.units import state_units
 from kinolab.errors import KinolabError
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from kinolab.dynamics.enclosures import Enclosures
+from kinolab.dynamics.model.enclosures import Enclosures
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 from kinolab.simulation.motion_pieces import MotionPieces

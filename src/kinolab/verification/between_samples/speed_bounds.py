@@ -11,7 +11,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from kinolab.dynamics.enclosures import Enclosures
+from kinolab.dynamics.model.enclosures import Enclosures
 from kinolab.numerics.arrays import Array
 from kinolab.simulation.motion_pieces import MotionPieces
 from kinolab.verification.between_samples.boxes import MAX_HALVINGS, MAX_PIECES, boxes

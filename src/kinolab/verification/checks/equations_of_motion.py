@@ -10,7 +10,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from kinolab.dynamics.second_derivation import SecondDerivation
+from kinolab.dynamics.model.second_derivation import SecondDerivation
 from kinolab.errors import SingularError
 from kinolab.numerics.arrays import Array
 from kinolab.verification.checks.check import Check, CheckContext, judged

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from kinolab.concurrency.stages import doing
-from kinolab.dynamics.flow_formulas import FlowFormulas
+from kinolab.dynamics.model.flow_formulas import FlowFormulas
 from kinolab.errors import InputError, Mistake
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kinolab.dynamics.flow_formulas import along
 from kinolab.dynamics.language.shapes import Shape
+from kinolab.dynamics.model.flow_formulas import along
 from kinolab.numerics import intervals
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.interval_analysis.interval_matrices import hull

@@ -14,8 +14,8 @@ from typing import Annotated, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from kinolab.dynamics.facts.machine_facts import BodyGeometry, CableGeometry
 from kinolab.dynamics.language.shapes import ShapeKind
-from kinolab.dynamics.machine_facts import BodyGeometry, CableGeometry
 from kinolab.errors import UnknownNameError
 from kinolab.numerics.arrays import Array, Integers
 from kinolab.numerics.jit import kernel

@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from kinolab.dynamics.machine_facts import BodyGeometry, CableGeometry
+from kinolab.dynamics.facts.machine_facts import BodyGeometry, CableGeometry
 from kinolab.errors import InputError, Mistake
 from kinolab.numerics.arrays import Array, allocate
 from kinolab.numerics.struct import Record

@@ -16,8 +16,8 @@ from typing import Any
 import fcl
 import numpy as np
 
+from kinolab.dynamics.facts.machine_facts import BodyGeometry
 from kinolab.dynamics.language.shapes import Shape
-from kinolab.dynamics.machine_facts import BodyGeometry
 from kinolab.numerics.arrays import Array
 from kinolab.world.collision.fcl import body_object, obstacle_object, overlapping
 from kinolab.world.distances.placed_shapes import obstacle_arrays

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kinolab.dynamics.machine_facts import BodyGeometry, CableGeometry
+from kinolab.dynamics.facts.machine_facts import BodyGeometry, CableGeometry
 from kinolab.numerics.arrays import Integers
 from kinolab.world.collision.broadphase import BroadphaseScene, make_broadphase
 from kinolab.world.distances.distance_field import DistanceField

@@ -17,9 +17,9 @@ import fcl
 import numpy as np
 from numpy.typing import NDArray
 
+from kinolab.dynamics.facts.machine_facts import BodyGeometry, CableGeometry
 from kinolab.dynamics.language.shapes import Shape, ShapeKind
 from kinolab.dynamics.language.shapes.hulls import grown_hull, hull_surface
-from kinolab.dynamics.machine_facts import BodyGeometry, CableGeometry
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.jit import kernel
 from kinolab.world.collision.broadphase import Scratch

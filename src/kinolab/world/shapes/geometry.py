@@ -13,9 +13,9 @@ from itertools import product
 
 import numpy as np
 
+from kinolab.dynamics.facts.machine_facts import BodyGeometry
 from kinolab.dynamics.language.shapes import Shape, ShapeKind
 from kinolab.dynamics.language.shapes.hulls import hull_surface
-from kinolab.dynamics.machine_facts import BodyGeometry
 from kinolab.numerics.arrays import Array
 from kinolab.world.shapes.shape_surfaces import (
     Faces,

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
+from kinolab.dynamics.facts.machine_facts import BodyGeometry, CableGeometry
 from kinolab.dynamics.language.shapes import Shape
-from kinolab.dynamics.machine_facts import BodyGeometry, CableGeometry
 
 # [m] that is left of every edge and diameter, so that nothing slips through walls
 MIN_THICKNESS = 1e-3

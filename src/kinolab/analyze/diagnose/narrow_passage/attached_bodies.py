@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kinolab.dynamics.machine_facts import BodyGeometry
+from kinolab.dynamics.facts.machine_facts import BodyGeometry
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 from kinolab.world.shapes.geometry import half_extents, placement

@@ -18,7 +18,7 @@ from kinolab.world.shapes.geometry import SECTIONS, placement, triangles
 from kinolab.world.shapes.shape_surfaces import cylinder_surface
 
 if TYPE_CHECKING:
-    from kinolab.dynamics.machine_facts import BodyGeometry
+    from kinolab.dynamics.facts.machine_facts import BodyGeometry
 
 # Okabe and Ito, Color Universal Design, 2008; ordered so that a machine starts with its strongest.
 COLORS: tuple[Color, ...] = (

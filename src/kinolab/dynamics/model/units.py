@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from kinolab.dynamics.machine_facts import MachineFacts
-from kinolab.dynamics.model import Model
+from kinolab.dynamics.facts.machine_facts import MachineFacts
+from kinolab.dynamics.model.model import Model
 
 
 def state_units(model: Model) -> tuple[str, ...]:

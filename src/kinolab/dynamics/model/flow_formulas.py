@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from kinolab.dynamics.derivation.cancellation import Cancellation
 from kinolab.dynamics.derivation.expression_graph import ExpressionGraph, Node, Operation
 from kinolab.dynamics.derivation.formulas import Formulas
-from kinolab.dynamics.model import Model
+from kinolab.dynamics.model.model import Model
 from kinolab.numerics import intervals
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.interval_analysis.implicit_derivatives import Balance, Ball, solved

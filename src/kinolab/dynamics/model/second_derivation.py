@@ -10,7 +10,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from kinolab.dynamics.lagrange.multiplier_form import MultiplierForm
-from kinolab.dynamics.model import Model
+from kinolab.dynamics.model.model import Model
 from kinolab.numerics.arrays import Array
 from kinolab.store import pickled
 
@@ -49,8 +49,8 @@ class SecondDerivation:
 
     def _derived(self, mode: int) -> MultiplierForm:
         from kinolab.dynamics.derivation.velocity_coordinates import chosen_quasi_velocities
+        from kinolab.dynamics.facts.mode_derivations import machine_in_mode
         from kinolab.dynamics.lagrange.multiplier_equations import multiplier_form
-        from kinolab.dynamics.mode_derivations import machine_in_mode
 
         model, system = self._model, self._model.system
         if system.modes:

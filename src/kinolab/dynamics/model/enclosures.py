@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from kinolab.dynamics.codegen.mode_formulas import MOST_OPERATIONS, ModeFormulas
 from kinolab.dynamics.derivation.formulas import Formulas
-from kinolab.dynamics.model import Model
+from kinolab.dynamics.model.model import Model
 from kinolab.numerics import intervals
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.intervals import IntervalArray

@@ -17,7 +17,7 @@ from kinolab.dynamics.codegen.compiled_functions import CHATTERS, SINGULAR
 from kinolab.dynamics.codegen.machine_code import MachineCode, bound
 from kinolab.dynamics.codegen.mode_formulas import FORMULAS, ModeFormulas
 from kinolab.dynamics.codegen.state_space import StateSpace
-from kinolab.dynamics.machine_facts import (
+from kinolab.dynamics.facts.machine_facts import (
     CoordinateFacts,
     MachineFacts,
     QuasiVelocityFacts,

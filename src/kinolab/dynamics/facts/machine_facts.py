@@ -339,7 +339,7 @@ def facts_of(system: MechanismParts) -> MachineFacts:
 
 def _joints(system: MechanismParts) -> JointFrames:
     from kinolab.dynamics.derivation.lowering import Lowering
-    from kinolab.dynamics.joint_frames import joint_frames, pose_nodes
+    from kinolab.dynamics.facts.joint_frames import joint_frames, pose_nodes
     from kinolab.dynamics.language.mechanism_parts import configuration_symbols
 
     graph, frames = ExpressionGraph(), joint_frames(system)
