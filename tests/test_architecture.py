@@ -114,6 +114,16 @@ def test_angles_are_wrapped_in_one_file() -> None:
     assert wrapping == {"state_space.py"}
 
 
+def test_fcl_is_called_in_one_file() -> None:
+    callers = {
+        path.name
+        for path in modules().values()
+        for node in nodes_of(path)
+        if isinstance(node, ast.Import) and node.names[0].name == "fcl"
+    }
+    assert callers == {"fcl.py"}
+
+
 def test_no_folder_is_longer_than_a_glance() -> None:
     sizes = Counter(path.parent for path in modules().values() if path.stem != "__init__")
     long = {folder.name: size for folder, size in sizes.items() if size > MAX_MODULES}

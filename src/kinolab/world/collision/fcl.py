@@ -1,4 +1,4 @@
-"""FCL behind one door: does this shape touch that obstacle?
+"""FCL behind one door: does this shape touch that obstacle, and what pushes it away?
 
 What decides about collision only ever asks FCL whether two things collide, never how far apart or
 how deep they are: see ``separation``. Its answers have a tolerance, which ``CONTACT_MARGIN``
@@ -48,6 +48,24 @@ def obstacle_object(obstacle: Obstacle) -> object:
     thing.setRotation(turn)
     thing.setTranslation(at)
     return thing
+
+
+def point_capsule(radius: float) -> object:
+    """Make a ball of a capsule without length, whose points nearest to a mesh are right."""
+    return fcl.CollisionObject(fcl.Capsule(radius, 0.0))
+
+
+def touch(a: object, b: object) -> bool:
+    """Say whether two objects touch."""
+    return bool(fcl.collide(a, b, fcl.CollisionRequest(), fcl.CollisionResult()))
+
+
+def nearest_points(a: object, b: object) -> tuple[float, Array, Array]:
+    """Return how far apart two objects are, in [m], and where, in the order that FCL has."""
+    request, result = fcl.DistanceRequest(enable_nearest_points=True), fcl.DistanceResult()
+    distance = float(fcl.distance(a, b, request, result))
+    first, second = (np.array(point, dtype=float) for point in result.nearest_points)
+    return distance, first, second
 
 
 class Obstacles:
