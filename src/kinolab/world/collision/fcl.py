@@ -61,7 +61,7 @@ def touch(a: object, b: object) -> bool:
 
 
 def nearest_points(a: object, b: object) -> tuple[float, Array, Array]:
-    """Return how far apart two objects are, in [m], and where, in the order that FCL has."""
+    """Return the distance of two objects in [m], and their points, shape (3,), in FCL's order."""
     request, result = fcl.DistanceRequest(enable_nearest_points=True), fcl.DistanceResult()
     distance = float(fcl.distance(a, b, request, result))
     first, second = (np.array(point, dtype=float) for point in result.nearest_points)
