@@ -302,7 +302,7 @@ WORDS = (
 )
 
 
-@_target(mutation.of_json(*WORDS), "dynamics.language")
+@_target(mutation.of_json(*WORDS), "dynamics.language", "dynamics.symbols")
 def read_machine(data: bytes) -> None:
     """machine.json; what was read is written again."""
     from kinolab.dynamics.language.json.machine_file import load_machine, machine_to_json
@@ -311,7 +311,7 @@ def read_machine(data: bytes) -> None:
         machine_to_json(load_machine(_put("machine/machine.json", data)))
 
 
-@_target(mutation.of_json(*WORDS), "dynamics.language")
+@_target(mutation.of_json(*WORDS), "dynamics.language", "dynamics.symbols")
 def read_feedback(data: bytes) -> None:
     """feedback.json beside the machine that it is for."""
     from kinolab.dynamics.language.json.machine_file import files_of, load_machine
@@ -459,7 +459,7 @@ def _mesh(kind: str, data: bytes, materials: bytes = b"") -> None:
         mesh_obstacle("mesh", path.name, path.parent)  # from the cache
 
 
-MESHES = "world.meshes", "world.obstacle"
+MESHES = "world.meshes", "world.obstacles"
 
 
 @_target(mutation.of_bytes(b"facet normal", b"vertex", b"endloop", b"solid", b"endsolid"), *MESHES)
@@ -717,7 +717,7 @@ def read_kept_mesh(data: bytes) -> None:
         assert mesh.faces.max() < len(mesh.vertices)
 
 
-@_target(_of_sealed(b"kinolab distances\n"), "world.collision")
+@_target(_of_sealed(b"kinolab distances\n"), "world.distances")
 def read_distance_grid(data: bytes) -> None:
     """The cache of distance grids."""
     from kinolab.world.distances import distance_field_cache as grids
