@@ -43,9 +43,9 @@ from kinolab.robots.tree.kinematic_tree import (
 )
 from kinolab.robots.tree.tree_mistakes import tree_mistakes
 from kinolab.robots.tree.urdf_inertials import balanced, write_inertials
-from kinolab.robots.urdf.urdf_file.mesh_files import find_mesh
-from kinolab.robots.urdf.urdf_file.urdf_fields import READ, unread_words
-from kinolab.robots.urdf.urdf_file.xacro_files import expanded
+from kinolab.robots.urdf.mesh_files import find_mesh
+from kinolab.robots.urdf.urdf_fields import READ, unread_words
+from kinolab.robots.urdf.xacro_files import expanded
 from kinolab.untrusted import read, refuse_many
 from kinolab.world.meshes.mesh import load_mesh
 from kinolab.world.shapes.shape_surfaces import Faces

@@ -32,6 +32,7 @@ from kinolab.dynamics.language.json.expression_tree import (
 from kinolab.dynamics.language.json.known_words import in_known_words
 from kinolab.dynamics.language.json.machine_folder import FEEDBACK_FILE, MACHINE_FILE
 from kinolab.dynamics.language.json.size_limits import size_mistakes, written_out
+from kinolab.dynamics.language.lumped_mass import Lump, LumpedMass
 from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.language.mechanism_parts import quasi_velocities
 from kinolab.dynamics.language.modes import Mode, Transition
