@@ -30,7 +30,7 @@ from kinolab.scenario import builtin_scenarios
 from kinolab.search.tree import AbstractCompiledPlanner, search_state
 from kinolab.world.collision.clearance_bound import ClearanceBound
 from kinolab.world.collision.collision_scene import collision_scene
-from kinolab.world.collision.triangle_gaps import TOUCHING_MARGIN
+from kinolab.world.distances.triangle_gaps import TOUCHING_MARGIN
 
 SPACING = 1e-4  # [m] between two looks at a motion
 ITERATIONS = 5000  # of the tree

@@ -238,7 +238,7 @@ def _packages(name: str) -> tuple[str, ...]:
     at = text.index(f"def read_{name}(")
     head = text[text.rindex("@_target(", 0, at) : at]
     found = re.findall(rf'"((?:{"|".join(_parts())})(?:\.\w+)*)"', head)
-    return tuple(found) or ("world.meshes", "world.obstacle")
+    return tuple(found) or ("world.meshes", "world.obstacles")
 
 
 def _compiled() -> list[str]:

@@ -29,7 +29,7 @@ from kinolab.numerics.arrays import Array
 from kinolab.simulation.reference import DivergedError, resimulate
 from kinolab.trajectory import Trajectory
 from kinolab.verification import verify
-from kinolab.world.geometry import placement, sizes
+from kinolab.world.shapes.geometry import placement, sizes
 
 SAMPLE = 1e-3  # [s] between two looks
 LIMIT = 30.0  # [s] for a first plan

@@ -32,7 +32,7 @@ from kinolab.show.film.animation import animate
 from kinolab.show.view import content_of, save_page, views
 from kinolab.solve import PlanResult
 from kinolab.trajectory import Trajectory
-from kinolab.world.obstacle import Obstacle
+from kinolab.world.obstacles.obstacle import Obstacle
 
 FLAGS = (
     *("--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--no-sandbox"),

@@ -18,9 +18,9 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from kinolab.numerics.struct import Record
-from kinolab.world.collision.distance_field import distance_field
-from kinolab.world.collision.triangle_grid import inside, mesh_grid
-from kinolab.world.collision.triangle_tree import mesh_tree
+from kinolab.world.distances.distance_field import distance_field
+from kinolab.world.distances.triangle_grid import inside, mesh_grid
+from kinolab.world.distances.triangle_tree import mesh_tree
 from kinolab.world.sensed.map_obstacles import map_obstacles
 from kinolab.world.sensed.point_cloud import cloud_obstacle
 

@@ -83,8 +83,8 @@ def row(scenario: str, repeats: int) -> str:
 
 def grid_sentence(count: int, repeats: int) -> str:
     """Say what the grid of a bumpy ball of about so many triangles costs."""
-    from kinolab.world.collision.distance_field import distance_field
-    from kinolab.world.collision.distance_field_cache import cached_distance_field
+    from kinolab.world.distances.distance_field import distance_field
+    from kinolab.world.distances.distance_field_cache import cached_distance_field
 
     builds, reads = [], []
     with tempfile.TemporaryDirectory() as folder:

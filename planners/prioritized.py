@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, ClassVar, NamedTuple, final
 
 import numpy as np
 
-from kinolab.dynamics.machine_facts import members
+from kinolab.dynamics.facts.machine_facts import members
 from kinolab.numerics.arrays import Array
 from kinolab.planners.auto import Auto
 from kinolab.problem import PlanningTask

@@ -12,12 +12,12 @@ import pytest
 import kinolab
 from kinolab.dynamics.codegen.cache import OBJECTS, compiled
 from kinolab.dynamics.codegen.mode_formulas import FORMULAS
-from kinolab.dynamics.enclosures import Enclosures
+from kinolab.dynamics.model.enclosures import Enclosures
 from kinolab.files import MOST_KEPT, FileLock, read_sealed, write_sealed
 from kinolab.numerics.intervals import IntervalArray
 from kinolab.world import box_obstacle
-from kinolab.world.collision import distance_field_cache
-from kinolab.world.collision.distance_field_cache import cached_distance_field
+from kinolab.world.distances import distance_field_cache
+from kinolab.world.distances.distance_field_cache import cached_distance_field
 from tests.support import within
 
 MAGIC, CONTENT = b"a test 1\n", bytes(range(256)) * 3

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from kinolab.dynamics import Box, Capsule, Cylinder, Disk, Sphere
 from kinolab.dynamics.language.frames import homogeneous
 from kinolab.problem import PlanningTask
-from kinolab.world.obstacle import Obstacle
+from kinolab.world.obstacles.obstacle import Obstacle
 
 Array: TypeAlias = NDArray[np.float64]
 

@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from kinolab.problem import PlanningTask
 from kinolab.world import World
-from kinolab.world.obstacle import Obstacle, box_obstacle
+from kinolab.world.obstacles.obstacle import Obstacle, box_obstacle
 
 from .faults import NEAR, Array, Case, Fault, Generator, Kind
 from .judge import Verdict

@@ -389,7 +389,7 @@ class Plan(PlanResult):
         """Summarise it in ten lines at most."""
         if self.problem is None:
             return f"{self.status}: {self.message}"
-        from kinolab.solve.plan_summary import plan_text
+        from kinolab.runs.plan_summary import plan_text
 
         return plan_text(self.problem, self)
 

@@ -13,7 +13,7 @@ import pytest
 from kinolab.dynamics import Body, System, angle, length, move, parameter, rot_y, toward
 from kinolab.errors import InputError
 from kinolab.testing import check
-from kinolab.testing.answers_from_afar import judging
+from kinolab.testing.answers.answers_from_afar import judging
 from kinolab.testing.exercises import Mark, exercises, judged
 from tests.support import ROOT
 

@@ -20,7 +20,7 @@ from kinolab import cli
 from kinolab.cli.commands.plan_course import write_course
 from kinolab.errors import InputError
 from kinolab.testing import grade, grade_class, grading
-from kinolab.testing.answers_from_afar import processes_with
+from kinolab.testing.answers.answers_from_afar import processes_with
 from tests.support import OPEN
 
 nbformat = pytest.importorskip("nbformat")
@@ -164,7 +164,7 @@ def test_grades_from_the_command_line(tmp_path: Path, capsys: pytest.CaptureFixt
 
 
 PATCH = """
-import kinolab.testing.exercises as e, kinolab.testing.judging as j
+import kinolab.testing.exercises as e, kinolab.testing.answers.judging as j
 e.judged = lambda exercise, answer: e.Mark(exercise.name, 10**9, 10**9)
 j.Exercise.judge = lambda *_: None
 for one in e.exercises().values():

@@ -62,7 +62,7 @@ from kinolab.dynamics import (
     zero,
 )
 from kinolab.testing import check
-from kinolab.testing.answers_from_afar import judging, mark_from_afar
+from kinolab.testing.answers.answers_from_afar import judging, mark_from_afar
 from kinolab.testing.exercises import exercises, judged
 
 MACHINES = ("2.3", "4.3", "11.2", "12.2")  # their answers are described when their turn comes

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import kinolab
-from kinolab.dynamics.enclosures import Enclosures
+from kinolab.dynamics.model.enclosures import Enclosures
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.intervals import IntervalArray
 

@@ -7,7 +7,7 @@ import pytest
 
 from kinolab import systems
 from kinolab.dynamics import Model
-from kinolab.dynamics.flow_formulas import FlowFormulas
+from kinolab.dynamics.model.flow_formulas import FlowFormulas
 from kinolab.numerics import intervals
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from kinolab.dynamics import Body, System, angle, length, move, parameter, rot_y, rot_z
-from kinolab.dynamics.machine_facts import facts_of
+from kinolab.dynamics.facts.machine_facts import facts_of
 
 
 def test_a_coin_has_a_frame_that_walks_and_one_that_turns_with_its_heading() -> None:

@@ -37,7 +37,7 @@ from kinolab.dynamics.lagrange import equations as equations_module
 from kinolab.dynamics.language.constraints import PositionConstraint, VelocityConstraint
 from kinolab.dynamics.language.frames import Orientation, Rotation, Translation, time_derivative
 from kinolab.dynamics.language.json.machine_file import machine_from_json, machine_to_json
-from kinolab.dynamics.language.symbols import Acceleration, TurnAcceleration
+from kinolab.dynamics.symbols.symbols import Acceleration, TurnAcceleration
 from kinolab.errors import SingularError
 from tests import registered
 from tests.dynamics.machines import knife_edge

@@ -6,7 +6,7 @@ import pytest
 from kinolab import systems
 from kinolab.dynamics import Model, System
 from kinolab.dynamics.analysis.lqr_design import with_law
-from kinolab.dynamics.machine_facts import member_of, members
+from kinolab.dynamics.facts.machine_facts import member_of, members
 from kinolab.dynamics.together import part_of, together
 from kinolab.errors import InputError
 

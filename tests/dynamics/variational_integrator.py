@@ -63,8 +63,8 @@ from kinolab.dynamics.language.forces import Coulomb, SlidingFriction, Viscous, 
 from kinolab.dynamics.language.inputs import Drive, Rate
 from kinolab.dynamics.language.json.machine_file import machine_to_json
 from kinolab.dynamics.language.mechanism import Mechanism
-from kinolab.dynamics.language.symbols import Attitude
-from kinolab.dynamics.model import Model
+from kinolab.dynamics.model.model import Model
+from kinolab.dynamics.symbols.symbols import Attitude
 from kinolab.errors import InputError, Mistake, NoDynamicsError, SingularError
 from kinolab.numerics.arrays import Array
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 import kinolab
 from kinolab.dynamics import Model, System
 from kinolab.dynamics.language.json.machine_file import machine_from_json, machine_to_json
-from kinolab.dynamics.second_derivation import SecondDerivation
+from kinolab.dynamics.model.second_derivation import SecondDerivation
 from kinolab.show.film.animation import animate
 from kinolab.verification import verify
 from tests.javascript_engine import Engine

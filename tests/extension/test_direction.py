@@ -26,7 +26,7 @@ from kinolab.dynamics import (
     toward,
 )
 from kinolab.dynamics.language.json.machine_file import machine_from_json, machine_to_json
-from kinolab.dynamics.second_derivation import SecondDerivation
+from kinolab.dynamics.model.second_derivation import SecondDerivation
 from kinolab.errors import InputError
 from kinolab.numerics.manifolds.state_parts import Directions
 from kinolab.numerics.rng import generator, unit_vector

@@ -43,10 +43,10 @@ from kinolab.verification import verify
 from kinolab.world import BodyGeometry, CollisionChecker, World, box_obstacle, sphere_obstacle
 from kinolab.world.collision.clearance_bound import ClearanceBound
 from kinolab.world.collision.collision_scene import collision_scene
-from kinolab.world.collision.triangle_gaps import TOUCHING_MARGIN
-from kinolab.world.geometry import lowest_z, placement, triangles
-from kinolab.world.placed_shapes import lowest_heights
-from kinolab.world.shrinking import shrunk_shape
+from kinolab.world.distances.placed_shapes import lowest_heights
+from kinolab.world.distances.triangle_gaps import TOUCHING_MARGIN
+from kinolab.world.shapes.geometry import lowest_z, placement, triangles
+from kinolab.world.shapes.shrinking import shrunk_shape
 from tests.extension.ellipsoid import Ellipsoid
 from tests.javascript_engine import Engine
 

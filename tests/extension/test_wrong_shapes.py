@@ -15,7 +15,7 @@ from kinolab.dynamics.language.shapes import ORIGIN, Hull, Point, Shape
 from kinolab.dynamics.language.shapes.packed_rows import packed
 from kinolab.errors import InputError
 from kinolab.numerics.arrays import Array
-from kinolab.world.geometry import triangles
+from kinolab.world.shapes.geometry import triangles
 
 CORNERS = np.array([[x, y, z] for x in (-0.3, 0.3) for y in (-0.2, 0.2) for z in (-0.1, 0.1)])
 EAST = np.array([1.0, 0.0, 0.0])

@@ -302,7 +302,7 @@ WORDS = (
 )
 
 
-@_target(mutation.of_json(*WORDS), "dynamics.language")
+@_target(mutation.of_json(*WORDS), "dynamics.language", "dynamics.symbols")
 def read_machine(data: bytes) -> None:
     """machine.json; what was read is written again."""
     from kinolab.dynamics.language.json.machine_file import load_machine, machine_to_json
@@ -311,7 +311,7 @@ def read_machine(data: bytes) -> None:
         machine_to_json(load_machine(_put("machine/machine.json", data)))
 
 
-@_target(mutation.of_json(*WORDS), "dynamics.language")
+@_target(mutation.of_json(*WORDS), "dynamics.language", "dynamics.symbols")
 def read_feedback(data: bytes) -> None:
     """feedback.json beside the machine that it is for."""
     from kinolab.dynamics.language.json.machine_file import files_of, load_machine
@@ -450,7 +450,7 @@ def read_roadmap(data: bytes) -> None:
 
 
 def _mesh(kind: str, data: bytes, materials: bytes = b"") -> None:
-    from kinolab.world.obstacle import mesh_obstacle
+    from kinolab.world.obstacles.obstacle import mesh_obstacle
 
     path = _put(f"meshes/mesh.{kind}", data)
     _put("meshes/mesh.mtl", materials)
@@ -459,7 +459,7 @@ def _mesh(kind: str, data: bytes, materials: bytes = b"") -> None:
         mesh_obstacle("mesh", path.name, path.parent)  # from the cache
 
 
-MESHES = "world.meshes", "world.obstacle"
+MESHES = "world.meshes", "world.obstacles"
 
 
 @_target(mutation.of_bytes(b"facet normal", b"vertex", b"endloop", b"solid", b"endsolid"), *MESHES)
@@ -661,7 +661,7 @@ def read_journal(data: bytes) -> None:
 @_target(_of_lines, "testing")
 def read_answers(data: bytes) -> None:
     """What a notebook that is graded sends to its grader, message by message."""
-    from kinolab.testing.answers_from_afar import judge_one
+    from kinolab.testing.answers.answers_from_afar import judge_one
 
     class Notebook:
         messages = iter(data.splitlines())
@@ -717,10 +717,10 @@ def read_kept_mesh(data: bytes) -> None:
         assert mesh.faces.max() < len(mesh.vertices)
 
 
-@_target(_of_sealed(b"kinolab distances\n"), "world.collision")
+@_target(_of_sealed(b"kinolab distances\n"), "world.distances")
 def read_distance_grid(data: bytes) -> None:
     """The cache of distance grids."""
-    from kinolab.world.collision import distance_field_cache as grids
+    from kinolab.world.distances import distance_field_cache as grids
 
     obstacles, finest = coin().world.obstacles, 0.5
     with _own_cache():
@@ -750,7 +750,7 @@ def _of_pickles(magic: bytes, head: bytes = b"") -> mutation.Mutator:
 def read_record(data: bytes) -> None:
     """The cache of machines' facts."""
     from kinolab.dynamics.codegen.cache import key_of
-    from kinolab.dynamics.model import DESCRIBED, Model
+    from kinolab.dynamics.model.model import DESCRIBED, Model
 
     with _own_cache():
         DESCRIBED.path([key_of("content")]).write_bytes(data)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import kinolab
-from kinolab.dynamics.machine_facts import members
+from kinolab.dynamics.facts.machine_facts import members
 from kinolab.errors import KinolabError
 from kinolab.runs import check_run
 from kinolab.scenario import write_scenario

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import sympy
 
-from kinolab.dynamics.flow_formulas import FlowFormulas
+from kinolab.dynamics.model.flow_formulas import FlowFormulas
 from kinolab.numerics import intervals
 from kinolab.numerics.interval_analysis.second_derivatives import (
     Pairs,

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from kinolab.problem.moved import with_obstacles_at
-from kinolab.world.collision import distance_field_cache
 from kinolab.world.collision.clearance_bound import ClearanceBound
 from kinolab.world.collision.collision_scene import collision_scene
+from kinolab.world.distances import distance_field_cache
 from tests.support import OPEN, problem_of
 
 WORLD = """

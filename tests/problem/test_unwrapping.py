@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 import kinolab
 from kinolab import systems
 from kinolab.analyze.execute.conditions import Conditions
-from kinolab.dynamics.machine_facts import facts_of
+from kinolab.dynamics.facts.machine_facts import facts_of
 from kinolab.loading import build_problem, find_scenario
 from kinolab.numerics.manifolds.state_parts import RealLine
 from kinolab.problem import PlanningTask

@@ -14,8 +14,8 @@ from kinolab.dynamics.language.shapes import Box, Capsule
 from kinolab.errors import InputError
 from kinolab.numerics.arrays import Array
 from kinolab.robots import read_mjcf, read_urdf
-from kinolab.robots.kinematic_tree import PlacedShape
 from kinolab.robots.solids.convex_parts import enclosing_shapes
+from kinolab.robots.tree.kinematic_tree import PlacedShape
 from tests.support import needs
 
 ROBOTS = Path(sys.prefix).glob("lib/python*/site-packages/cmeel.prefix/share/example-robot-data")

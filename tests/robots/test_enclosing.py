@@ -7,8 +7,8 @@ import pytest
 
 from kinolab.dynamics.language.shapes import Box, Capsule
 from kinolab.numerics.arrays import Array
-from kinolab.robots.kinematic_tree import PlacedShape
 from kinolab.robots.solids.enclosing import enclosing_shape
+from kinolab.robots.tree.kinematic_tree import PlacedShape
 
 
 def outside(solid: PlacedShape, points: Array) -> float:

@@ -11,10 +11,10 @@ import trimesh
 
 from kinolab.dynamics.language.shapes import Box
 from kinolab.numerics.arrays import Array
-from kinolab.robots.kinematic_tree import PlacedShape
 from kinolab.robots.solids.enclosing_solids import enclosing_solids
 from kinolab.robots.solids.interior_points import interior_points
 from kinolab.robots.solids.overhang import overhang
+from kinolab.robots.tree.kinematic_tree import PlacedShape
 from tests.robots.test_enclosing import outside
 
 

@@ -47,7 +47,7 @@ from kinolab.dynamics import (
 from kinolab.errors import InputError
 from kinolab.numerics.arrays import Array
 from kinolab.robots import mjcf_text, read_mjcf, read_urdf, urdf_text
-from kinolab.world.geometry import frame_in_world
+from kinolab.world.shapes.geometry import frame_in_world
 from tests.robots.test_urdf import FOLDER
 from tests.robots.written_files import (
     InMujoco,

@@ -13,8 +13,8 @@ from kinolab.dynamics import Model, System
 from kinolab.dynamics.language.inputs import bounds_of
 from kinolab.dynamics.language.shapes import Box
 from kinolab.numerics.arrays import Array
-from kinolab.robots.kinematic_tree import PlacedShape, pose_of
 from kinolab.robots.omplapp import parts_of
+from kinolab.robots.tree.kinematic_tree import PlacedShape, pose_of
 from kinolab.systems import _rigid_bodies as machines
 
 BAR = PlacedShape(Box(2.0, 1.0, 0.5), pose_of(np.array([0.3, 0.0, 0.1]), np.eye(3)))

@@ -8,7 +8,7 @@ from dataclasses import FrozenInstanceError, asdict, fields
 import pytest
 
 from kinolab import cli
-from kinolab.trajopt.options import OPTIONS
+from kinolab.trajopt.nlp.options import OPTIONS
 
 Capture = pytest.CaptureFixture[str]
 

@@ -7,7 +7,7 @@ import pytest
 
 import kinolab
 from kinolab.concurrency.cancel import never_cancelled
-from kinolab.trajopt.single_shooting import end_by_single_shooting
+from kinolab.trajopt.exact.single_shooting import end_by_single_shooting
 from tests.conftest import Solved
 from tests.support import coin_after
 

@@ -13,9 +13,9 @@ from kinolab.errors import InputError
 from kinolab.problem import PlanningTask
 from kinolab.trajectory import Trajectory
 from kinolab.verification import Certificate, certificate, verify
-from kinolab.verification.clearance_margin import least_clearance
-from kinolab.verification.clearance_search import ClearanceSearch
-from kinolab.verification.dense_motion import TooFastError
+from kinolab.verification.between_samples.clearance_margin import least_clearance
+from kinolab.verification.between_samples.clearance_search import ClearanceSearch
+from kinolab.verification.between_samples.dense_motion import TooFastError
 from tests.support import detail, failed
 from tests.verification.test_between_samples import cart, even, lane
 

@@ -23,8 +23,8 @@ from kinolab.problem import PlanningTask
 from kinolab.simulation.reference import resimulate
 from kinolab.trajectory import Trajectory
 from kinolab.verification import verify
-from kinolab.verification.clearance_margin import ClearanceMargin
-from kinolab.verification.dense_motion import MAX_SPACING
+from kinolab.verification.between_samples.clearance_margin import ClearanceMargin
+from kinolab.verification.between_samples.dense_motion import MAX_SPACING
 from tests.conftest import Solved, Solver
 from tests.oracles.rolling_disk import Coin
 from tests.support import (

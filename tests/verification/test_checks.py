@@ -12,14 +12,14 @@ import pytest
 from kinolab import cli
 from kinolab.verification import verify
 from kinolab.verification.certificate import conduct_checks, dynamics_checks
-from kinolab.verification.check import CheckContext
 from kinolab.verification.checks import CHECKS, CONDUCT, DYNAMICS, PRECONDITIONS
+from kinolab.verification.checks.check import CheckContext
 from tests.conftest import Solved
 from tests.support import OPEN
 
 # the coin lasts: no motion may take longer than 100 s
 FILE = """
-from kinolab.verification.check import Check, CheckContext, judged
+from kinolab.verification.checks.check import Check, CheckContext, judged
 
 def duration(context: CheckContext) -> Check:
     return judged("duration", float(context.motion.t[-1]), 100.0, "it takes too long")

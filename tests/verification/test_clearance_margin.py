@@ -15,7 +15,7 @@ from kinolab.dynamics.language.json.machine_file import machine_to_json
 from kinolab.problem import PlanningTask
 from kinolab.trajectory import Trajectory
 from kinolab.verification import Certificate, verify
-from kinolab.verification.clearance_margin import ClearanceMargin
+from kinolab.verification.between_samples.clearance_margin import ClearanceMargin
 from tests.support import OPEN, failed, problem_of
 
 Capture = pytest.CaptureFixture[str]

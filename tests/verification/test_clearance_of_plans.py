@@ -22,7 +22,7 @@ from kinolab.world import (
     box_obstacle,
     sphere_obstacle,
 )
-from kinolab.world.collision import triangle_tree
+from kinolab.world.distances import triangle_tree
 
 RADIUS, POST, CLEARANCE = 0.1, 0.5, 0.3  # [m]
 IDENTITY = np.hstack([np.eye(3), np.zeros((3, 1))])

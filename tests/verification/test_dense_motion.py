@@ -10,7 +10,7 @@ import pytest
 import kinolab
 from kinolab.simulation.reference import follow_map, reference_motion
 from kinolab.trajectory import Trajectory
-from kinolab.verification.dense_motion import MAX_SPACING, DenseMotion, TooFastError
+from kinolab.verification.between_samples.dense_motion import MAX_SPACING, DenseMotion, TooFastError
 from tests.support import OPEN, problem_of
 
 SPANS = np.array([0.1, 0.25, 0.05, 0.4])

@@ -12,7 +12,7 @@ import kinolab
 from kinolab.dynamics import WORLD, Body, Box, Force, System, length, move
 from kinolab.errors import EndpointError
 from kinolab.problem import PlanningTask
-from kinolab.verification.clearance_margin import state_clearance
+from kinolab.verification.between_samples.clearance_margin import state_clearance
 from kinolab.world.meshes.mesh_components import components
 from tests.support import problem_of
 

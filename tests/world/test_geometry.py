@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from kinolab.dynamics.language.shapes import Box, Capsule, Cylinder, Disk, Shape, Sphere
 from kinolab.world import lowest_z, triangles
-from kinolab.world.geometry import half_extents
-from kinolab.world.shape_surfaces import box_surface, cylinder_surface
+from kinolab.world.shapes.geometry import half_extents
+from kinolab.world.shapes.shape_surfaces import box_surface, cylinder_surface
 
 AT = (0.3, -0.2, 0.1)
 SHAPES: list[Shape] = [

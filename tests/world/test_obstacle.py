@@ -19,7 +19,7 @@ from kinolab.world import (
     mesh_obstacle,
     sphere_obstacle,
 )
-from kinolab.world.obstacle import rotation
+from kinolab.world.obstacles.obstacle import rotation
 
 PI = np.pi
 

@@ -5,18 +5,18 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from kinolab.dynamics.facts.machine_facts import BodyGeometry
 from kinolab.dynamics.language.shapes import Sphere
-from kinolab.dynamics.machine_facts import BodyGeometry
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.struct import Record
 from kinolab.world import CollisionChecker, Obstacle, World, box_obstacle
 from kinolab.world.collision.clearance_bound import ClearanceBound
 from kinolab.world.collision.collision_scene import collision_scene
-from kinolab.world.collision.gjk import box_gap
-from kinolab.world.collision.triangle_gaps import TOUCHING_MARGIN
-from kinolab.world.obstacle_blocks import following
-from kinolab.world.placed_shapes import MANY, near_each_other, obstacle_arrays
-from kinolab.world.redundant_obstacles import without_redundant
+from kinolab.world.distances.gjk import box_gap
+from kinolab.world.distances.obstacle_blocks import following
+from kinolab.world.distances.placed_shapes import MANY, near_each_other, obstacle_arrays
+from kinolab.world.distances.triangle_gaps import TOUCHING_MARGIN
+from kinolab.world.obstacles.redundant_obstacles import without_redundant
 
 RADIUS = 0.3  # [m] of the ball that moves
 

@@ -9,10 +9,10 @@ import numpy as np
 
 from kinolab.dynamics.language.shapes import Box, Capsule, Cylinder, Disk, Shape, Sphere
 from kinolab.world import Obstacle, box_obstacle, lowest_z
-from kinolab.world.geometry import frame_in_world, sizes
-from kinolab.world.kept_together import kept_together
-from kinolab.world.obstacle import cylinder_obstacle, rotation, sphere_obstacle
-from kinolab.world.placed_shapes import lowest_heights, obstacle_arrays
+from kinolab.world.distances.placed_shapes import lowest_heights, obstacle_arrays
+from kinolab.world.obstacles.kept_together import kept_together
+from kinolab.world.obstacles.obstacle import cylinder_obstacle, rotation, sphere_obstacle
+from kinolab.world.shapes.geometry import frame_in_world, sizes
 
 SHAPES: tuple[Shape, ...] = (
     Box(1.0, 2.0, 3.0, at=(0.1, 0.2, 0.3)),

@@ -20,9 +20,9 @@ from kinolab.world import (
     cylinder_obstacle,
     sphere_obstacle,
 )
-from kinolab.world.collision import distance_field as module
-from kinolab.world.collision.distance_field import TRANSFORM_REACH, distance_field
-from kinolab.world.redundant_obstacles import without_redundant
+from kinolab.world.distances import distance_field as module
+from kinolab.world.distances.distance_field import TRANSFORM_REACH, distance_field
+from kinolab.world.obstacles.redundant_obstacles import without_redundant
 from tests.support import OPEN, ROOT, problem_of, within
 
 BOX = box_obstacle("box", (2.0, 1.0, 1.0), (1.0, 2.0, 0.5), (0.0, 0.0, 0.3))

@@ -62,7 +62,7 @@ def option_entries(wanted: Sequence[str] = ()) -> list[PlannerEntry]:
     Raises:
         UnknownNameError: If there is no group of a name.
     """
-    from kinolab.trajopt.options import OPTIONS  # late: the optimiser is slow to import
+    from kinolab.trajopt.nlp.options import OPTIONS  # late: the optimiser is slow to import
 
     for name in wanted:
         if name not in OPTIONS:

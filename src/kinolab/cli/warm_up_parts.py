@@ -37,8 +37,8 @@ from kinolab.world import World
 from kinolab.world.collision.broadphase import clear_of_meshes
 from kinolab.world.collision.clearance_bound import ClearanceBound
 from kinolab.world.collision.collision_scene import collision_scene
-from kinolab.world.collision.distance_field import distance_field
 from kinolab.world.collision.fcl import FclTiles
+from kinolab.world.distances.distance_field import distance_field
 
 
 def small_problem() -> PlanningTask:

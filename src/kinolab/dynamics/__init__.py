@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     from kinolab.dynamics.analysis.trim import StateFunctions as StateFunctions
     from kinolab.dynamics.analysis.trim import Trim as Trim
     from kinolab.dynamics.analysis.trim import trim as trim
+    from kinolab.dynamics.facts.mode_derivations import in_mode as in_mode
     from kinolab.dynamics.language.bodies import Body as Body
     from kinolab.dynamics.language.bodies import Cable as Cable
     from kinolab.dynamics.language.constraints import Constraint as Constraint
@@ -99,20 +100,19 @@ if TYPE_CHECKING:
     from kinolab.dynamics.language.shapes import DrawnMesh as DrawnMesh
     from kinolab.dynamics.language.shapes import Shape as Shape
     from kinolab.dynamics.language.shapes import Sphere as Sphere
-    from kinolab.dynamics.language.symbols import Attitude as Attitude
-    from kinolab.dynamics.language.symbols import Coordinate as Coordinate
-    from kinolab.dynamics.language.symbols import Parameter as Parameter
-    from kinolab.dynamics.language.symbols import acceleration as acceleration
-    from kinolab.dynamics.language.symbols import angle as angle
-    from kinolab.dynamics.language.symbols import clock as clock
-    from kinolab.dynamics.language.symbols import direction as direction
-    from kinolab.dynamics.language.symbols import length as length
-    from kinolab.dynamics.language.symbols import parameter as parameter
-    from kinolab.dynamics.language.symbols import rate as rate
-    from kinolab.dynamics.language.symbols import rotation as rotation
-    from kinolab.dynamics.language.symbols import turn_rate as turn_rate
-    from kinolab.dynamics.mode_derivations import in_mode as in_mode
-    from kinolab.dynamics.model import Model as Model
+    from kinolab.dynamics.model.model import Model as Model
+    from kinolab.dynamics.symbols.symbols import Attitude as Attitude
+    from kinolab.dynamics.symbols.symbols import Coordinate as Coordinate
+    from kinolab.dynamics.symbols.symbols import Parameter as Parameter
+    from kinolab.dynamics.symbols.symbols import acceleration as acceleration
+    from kinolab.dynamics.symbols.symbols import angle as angle
+    from kinolab.dynamics.symbols.symbols import clock as clock
+    from kinolab.dynamics.symbols.symbols import direction as direction
+    from kinolab.dynamics.symbols.symbols import length as length
+    from kinolab.dynamics.symbols.symbols import parameter as parameter
+    from kinolab.dynamics.symbols.symbols import rate as rate
+    from kinolab.dynamics.symbols.symbols import rotation as rotation
+    from kinolab.dynamics.symbols.symbols import turn_rate as turn_rate
     from kinolab.dynamics.system import System as System
     from kinolab.numerics.riccati import dlqr as dlqr
     from kinolab.numerics.riccati import lqr as lqr

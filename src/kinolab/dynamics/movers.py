@@ -16,13 +16,13 @@ import numpy as np
 import sympy
 
 from kinolab.dynamics.codegen.state_space import whole_turns
+from kinolab.dynamics.facts.machine_facts import TIME
 from kinolab.dynamics.language.bodies import Body
 from kinolab.dynamics.language.frames import move, rot_x, rot_y, rot_z
 from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.language.mechanism_parts import clocks
 from kinolab.dynamics.language.shapes import Shape
-from kinolab.dynamics.language.symbols import Parameter, clock
-from kinolab.dynamics.machine_facts import TIME
+from kinolab.dynamics.symbols.symbols import Parameter, clock
 from kinolab.numerics.arrays import Array
 
 ENTRIES = ("x", "y", "z", "roll", "pitch", "yaw")

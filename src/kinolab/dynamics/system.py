@@ -12,7 +12,7 @@ from kinolab.dynamics.lagrange.agreement import Agreement, compare
 from kinolab.dynamics.lagrange.energies import energy_length
 from kinolab.dynamics.lagrange.equations import MAX_SIMPLIFIED, Equations, equations_of
 from kinolab.dynamics.language.mechanism import Mechanism
-from kinolab.dynamics.model import Model
+from kinolab.dynamics.model.model import Model
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike

@@ -10,7 +10,7 @@ from typing import Any
 import sympy
 
 from kinolab.dynamics.derivation.derivation import derive
-from kinolab.dynamics.language.expressions import exact, parts_of
+from kinolab.dynamics.facts.machine_facts import JOINT, member_of, members
 from kinolab.dynamics.language.feedback import Feedback, Reference
 from kinolab.dynamics.language.forces import Gravity
 from kinolab.dynamics.language.frames import Axis, pose
@@ -18,8 +18,8 @@ from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.language.mechanism_parts import atoms_of, coordinate_of
 from kinolab.dynamics.language.quantities import UP
 from kinolab.dynamics.language.shapes import DrawnMesh, Shape
-from kinolab.dynamics.language.symbols import MachineSymbol
-from kinolab.dynamics.machine_facts import JOINT, member_of, members
+from kinolab.dynamics.symbols.expressions import exact, parts_of
+from kinolab.dynamics.symbols.symbols import MachineSymbol
 from kinolab.errors import InputError, Mistake
 
 WORDS = (  # of a machine, each of which belongs to one of several

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from kinolab.dynamics.units import control_units, state_units
+from kinolab.dynamics.model.units import control_units, state_units
 from kinolab.lazy import library_of
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask

@@ -40,9 +40,9 @@ from kinolab.world import (
     mesh_obstacle,
     sphere_obstacle,
 )
-from kinolab.world.floors import without_floor
-from kinolab.world.obstacle import ORIGIN
-from kinolab.world.placed_shapes import near_each_other
+from kinolab.world.distances.placed_shapes import near_each_other
+from kinolab.world.obstacles.floors import without_floor
+from kinolab.world.obstacles.obstacle import ORIGIN
 
 T = TypeVar("T")
 

@@ -47,7 +47,7 @@ def steady(problem: PlanningTask) -> PlanningTask:
 
 def _stepped(problem: PlanningTask) -> PlanningTask:
     """Return a problem of which a guess of the quickest motion has as many steps as any guess."""
-    from kinolab.trajopt.options import GUESS  # late: where no step is given
+    from kinolab.trajopt.nlp.options import GUESS  # late: where no step is given
 
     settings = problem.scenario.integration
     if "step" in settings.model_fields_set or problem.machine.modes:

@@ -17,8 +17,8 @@ from typing import TYPE_CHECKING, Any
 
 from kinolab import systems
 from kinolab.dynamics import Model
+from kinolab.dynamics.facts.machine_facts import MachineFacts, facts_of
 from kinolab.dynamics.language.json.machine_folder import texts_of
-from kinolab.dynamics.machine_facts import MachineFacts, facts_of
 from kinolab.errors import InputError, Mistake
 from kinolab.lazy import versions_of
 from kinolab.loading.find import find_system

@@ -14,7 +14,7 @@ import numpy as np
 
 from kinolab.dynamics import Model
 from kinolab.dynamics.codegen.state_space import TURN, whole_turns
-from kinolab.dynamics.machine_facts import TIME
+from kinolab.dynamics.facts.machine_facts import TIME
 from kinolab.errors import InputError, Mistake
 from kinolab.numerics.arrays import Array
 from kinolab.problem.task import HORIZON, PlanningTask
@@ -25,7 +25,7 @@ from kinolab.scenario.values import WHOLE_POSES
 from kinolab.simulation.reference import resimulate
 from kinolab.trajectory import read_csv
 from kinolab.untrusted import text_file, why
-from kinolab.world.obstacle import ORIGIN, Obstacle
+from kinolab.world.obstacles.obstacle import ORIGIN, Obstacle
 
 if TYPE_CHECKING:
     import sympy

@@ -18,8 +18,8 @@ from kinolab.scenario.omplapp import CfgFile, CfgPose, CfgValue, ProblemFile, re
 
 if TYPE_CHECKING:
     from kinolab.dynamics import System
-    from kinolab.robots.kinematic_tree import PlacedShape
     from kinolab.robots.omplapp import PlacedMesh
+    from kinolab.robots.tree.kinematic_tree import PlacedShape
 
 CROSSING = 20.0  # [s] for the longest edge of the volume, of a body whose velocities are inputs
 NEAR, NEARLY = (

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.dynamics import Model
-from kinolab.dynamics.machine_facts import members
+from kinolab.dynamics.facts.machine_facts import members
 from kinolab.numerics.arrays import Array
 from kinolab.scenario import Scenario
 

@@ -9,9 +9,9 @@ import numpy as np
 
 from kinolab import planners
 from kinolab.dynamics import Model
+from kinolab.dynamics.facts.machine_facts import MachineFacts
 from kinolab.dynamics.language.shapes import MAX_COORDINATE
-from kinolab.dynamics.machine_facts import MachineFacts
-from kinolab.dynamics.units import units_by_name
+from kinolab.dynamics.model.units import units_by_name
 from kinolab.errors import InputError, MissingPlannerError, Mistake, listed
 from kinolab.loading.state_arrays import StateArrays
 from kinolab.numerics.arrays import MULTIPLIABLE

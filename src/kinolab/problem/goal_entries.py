@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from kinolab.dynamics.codegen.state_space import wrapped
-from kinolab.dynamics.units import state_units
+from kinolab.dynamics.model.units import state_units
 from kinolab.numerics.arrays import Array
 from kinolab.problem.task import PlanningTask
 

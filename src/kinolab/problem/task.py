@@ -16,8 +16,8 @@ from kinolab.dynamics.analysis.consistent_states import (
     nearest_consistent_state,
 )
 from kinolab.dynamics.codegen.state_space import StateSpace
+from kinolab.dynamics.facts.machine_facts import MachineFacts, member_of, members
 from kinolab.dynamics.language.shapes import Shape, ShapeKind
-from kinolab.dynamics.machine_facts import MachineFacts, member_of, members
 from kinolab.errors import EndpointError, InputError, Mistake
 from kinolab.numerics.arrays import Array
 from kinolab.problem.goal import Goal, KeepOutCone, PointTarget

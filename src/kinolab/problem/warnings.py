@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from kinolab.dynamics.codegen.state_space import TURN
-from kinolab.dynamics.machine_facts import MachineFacts
+from kinolab.dynamics.facts.machine_facts import MachineFacts
 from kinolab.problem import PlanningTask
 from kinolab.problem.static_holding import rest_warnings
 from kinolab.scenario.locations import place_text

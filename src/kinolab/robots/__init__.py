@@ -7,7 +7,7 @@
 from __future__ import annotations
 
 from kinolab.robots.mjcf import read_mjcf
-from kinolab.robots.urdf import read_urdf
+from kinolab.robots.urdf.urdf_file import read_urdf
 from kinolab.robots.writing import mjcf_text, urdf_text
 
 __all__ = ["mjcf_text", "read_mjcf", "read_urdf", "urdf_text"]

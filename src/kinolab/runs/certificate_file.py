@@ -13,7 +13,7 @@ from kinolab.runs.assets import digest_of, used_assets
 from kinolab.runs.report import check_to_json, margin_to_json, versions
 from kinolab.untrusted import json_file
 from kinolab.verification import Certificate, Check
-from kinolab.verification.dense_motion import MAX_SPACING
+from kinolab.verification.between_samples.dense_motion import MAX_SPACING
 
 CERTIFICATE, TUBE = "certificate.json", "tube.json"
 NOT_PROVED = (

@@ -46,7 +46,7 @@ from kinolab.solve import PlanResult
 from kinolab.trajectory import Trajectory, read_csv
 from kinolab.untrusted import array_file, json_file, why
 from kinolab.verification import Certificate, Check, verify
-from kinolab.verification.clearance_search import Told
+from kinolab.verification.between_samples.clearance_search import Told
 
 PAGE, MODEL = "scene.html", "result.glb"  # the plan in three dimensions
 FILM = "animation.gif"

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from kinolab.dynamics.machine_facts import member_of
+from kinolab.dynamics.facts.machine_facts import member_of
 
 if TYPE_CHECKING:
     from kinolab.dynamics import System

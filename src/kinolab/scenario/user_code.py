@@ -18,7 +18,7 @@ from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 from types import ModuleType
 
-from kinolab.dynamics.slips import SlipError, remedy_for
+from kinolab.dynamics.symbols.slips import SlipError, remedy_for
 from kinolab.errors import InputError, KinolabError, Mistake
 from kinolab.files import is_file
 

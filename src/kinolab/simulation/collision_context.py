@@ -22,7 +22,7 @@ from kinolab.simulation.machine import advance, call_at, call_under
 from kinolab.world.collision.broadphase import Scratch
 from kinolab.world.collision.clearance_bound import clearance_within
 from kinolab.world.collision.collision_scene import CollisionScene, collision_scene
-from kinolab.world.placed_shapes import lowest_heights
+from kinolab.world.distances.placed_shapes import lowest_heights
 
 MIN_RESOLUTION = 1e-4  # [m], where the start is close to an obstacle
 RANDOM_STATES = 20  # at which bodies' heights are compared

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from kinolab.dynamics.codegen.methods import METHODS
-from kinolab.dynamics.units import state_units
+from kinolab.dynamics.model.units import state_units
 from kinolab.errors import KinolabError
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask

@@ -14,7 +14,7 @@ from kinolab import planners
 from kinolab.problem import PlanningTask
 from kinolab.search import AbstractPlanner
 from kinolab.search.tree import AbstractCompiledPlanner
-from kinolab.trajopt.options import END
+from kinolab.trajopt.nlp.options import END
 
 SHARE, PATIENCE = 0.25, 0.5  # of the improvement's work; of that, without a shorter motion
 # The same where optimisation hardly shortens.

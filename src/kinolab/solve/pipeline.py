@@ -20,7 +20,7 @@ from kinolab.solve.solution_pool import SolutionPool
 from kinolab.trajectory import Trajectory
 from kinolab.verification import verify
 from kinolab.verification.afterwards import hit_while_waiting
-from kinolab.verification.check import require_motion_of
+from kinolab.verification.checks.check import require_motion_of
 
 
 def solve(

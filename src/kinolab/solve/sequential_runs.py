@@ -16,9 +16,9 @@ from kinolab.problem.objective.costed import without_objective
 from kinolab.search import AbstractPlanner, Budget
 from kinolab.solve.attempt import attempt
 from kinolab.solve.cheaper import Cheapening
+from kinolab.solve.guessed import GuessedMotion
 from kinolab.solve.improve import PlanImprover
 from kinolab.solve.plan import REFUSED, PlanResult, Request, stream
-from kinolab.solve.replanning.guessed import GuessedMotion
 
 
 def sequential_runs(

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from kinolab.dynamics.analysis.invariants import RANDOM_STATES, change_by
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
-from kinolab.world.geometry import placement
+from kinolab.world.shapes.geometry import placement
 
 # Which axes of a shape's own frame its symmetry distinguishes.
 SHOWN: dict[str, list[int]] = {"": [0, 1, 2], "z": [2], "xyz": []}

@@ -7,7 +7,7 @@ from typing import final
 
 import numpy as np
 
-from kinolab.dynamics.machine_facts import FlatFacts
+from kinolab.dynamics.facts.machine_facts import FlatFacts
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 from kinolab.steering.path_motion import AbstractPathFamily, Path

@@ -12,7 +12,7 @@ from typing import Any
 from kinolab.arguments import require_fit
 from kinolab.errors import InputError, Mistake, counted
 from kinolab.testing import chapters
-from kinolab.testing.judging import Exercise, WrongAnswerError
+from kinolab.testing.answers.judging import Exercise, WrongAnswerError
 
 RECORD = "KINOLAB_GRADES"  # environment: the address at which a grader judges answers
 
@@ -65,7 +65,7 @@ def check(exercise: str, answer: Any) -> Mark:
         raise InputError([Mistake("check", what, remedy)])
     grader = os.environ.get(RECORD)
     if grader:
-        from kinolab.testing.answers_from_afar import mark_from_afar
+        from kinolab.testing.answers.answers_from_afar import mark_from_afar
 
         mark = Mark(**mark_from_afar(grader, exercise, answer))
     else:

@@ -20,7 +20,7 @@ from typing import Any
 from kinolab.arguments import require_fit
 from kinolab.errors import InputError, KinolabError, Mistake
 from kinolab.lazy import library_of
-from kinolab.testing.answers_from_afar import judging, processes_with
+from kinolab.testing.answers.answers_from_afar import judging, processes_with
 from kinolab.testing.exercises import RECORD, Mark, exercises, judged
 from kinolab.testing.grade_report import Report
 from kinolab.testing.project import Told, project_report

@@ -79,8 +79,8 @@ def _remarks(system: System, scenario: Scenario) -> dict[str, str]:
 
 def _differences(asked: PlanningTask, scenario: Scenario, due: bool) -> Iterator[str]:
     """Yield how a machine moves otherwise than asked, after what may explain it."""
-    from kinolab.testing.asked_motion import differences
-    from kinolab.testing.asked_parts import explanations
+    from kinolab.testing.answers.asked_motion import differences
+    from kinolab.testing.answers.asked_parts import explanations
 
     try:
         given = build_problem(scenario, planning=False)

@@ -6,6 +6,6 @@ from kinolab.verification.certificate import (
     dynamics_checks,
     verify,
 )
-from kinolab.verification.check import Check
+from kinolab.verification.checks.check import Check
 
 __all__ = ["Certificate", "Check", "collision_check", "dynamics_checks", "verify"]

@@ -22,7 +22,9 @@ from kinolab.simulation.reference import (
     price,
 )
 from kinolab.trajectory import Trajectory
-from kinolab.verification.check import Check, CheckContext, require_motion_of
+from kinolab.verification.between_samples.clearance_margin import ClearanceMargin, least_clearance
+from kinolab.verification.between_samples.clearance_search import Told
+from kinolab.verification.between_samples.dense_motion import TooFastError
 from kinolab.verification.check_conditions import CheckConditions
 from kinolab.verification.checks import (
     CHECKS,
@@ -31,10 +33,8 @@ from kinolab.verification.checks import (
     PRECONDITIONS,
     CheckFunction,
 )
+from kinolab.verification.checks.check import Check, CheckContext, require_motion_of
 from kinolab.verification.checks.contacts import collision
-from kinolab.verification.clearance_margin import ClearanceMargin, least_clearance
-from kinolab.verification.clearance_search import Told
-from kinolab.verification.dense_motion import TooFastError
 
 
 @dataclass(frozen=True)

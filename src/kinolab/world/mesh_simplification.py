@@ -15,20 +15,20 @@ from typing import TypeAlias
 
 import numpy as np
 
+from kinolab.dynamics.facts.machine_facts import BodyGeometry
 from kinolab.dynamics.language.shapes import Sphere
-from kinolab.dynamics.machine_facts import BodyGeometry
 from kinolab.errors import printable
 from kinolab.files import LOG
 from kinolab.numerics.arrays import Array
 from kinolab.store import Kind, pack_arrays, unpack_arrays
 from kinolab.world.collision.checker import CollisionChecker
-from kinolab.world.collision.distance_field import digest
+from kinolab.world.distances.distance_field import digest
 from kinolab.world.meshes.mesh import merge_duplicates
 from kinolab.world.meshes.mesh_components import components
 from kinolab.world.meshes.mesh_reading import refusal
-from kinolab.world.obstacle import Obstacle
-from kinolab.world.shape_surfaces import Faces
-from kinolab.world.world import World
+from kinolab.world.obstacles.obstacle import Obstacle
+from kinolab.world.obstacles.world import World
+from kinolab.world.shapes.shape_surfaces import Faces
 
 BEAD = 1e-7  # [m] radius of the ball whose gap stands for a point's distance
 BATCH = 100_000  # points at once

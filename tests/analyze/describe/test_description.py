@@ -28,7 +28,7 @@ from kinolab.dynamics import (
     rot_z,
     toward,
 )
-from kinolab.dynamics.units import in_digits
+from kinolab.dynamics.model.units import in_digits
 from tests import registered
 from tests.machines import MACHINES
 

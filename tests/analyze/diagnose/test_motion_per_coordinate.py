@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import kinolab
-from kinolab.analyze.diagnose.motion_per_coordinate import motion_per_coordinate
+from kinolab.analyze.diagnose.narrow_passage.motion_per_coordinate import motion_per_coordinate
 from tests.analyze.diagnose.scenarios import PENDULUM
 from tests.support import OPEN, problem_of
 

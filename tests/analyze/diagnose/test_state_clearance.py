@@ -9,7 +9,7 @@ import pytest
 
 from kinolab.analyze.diagnose.diagnosis import rejection_sentences
 from kinolab.analyze.diagnose.state_clearance import clearance_sentences, largest_clearance
-from kinolab.verification.clearance_margin import StateClearance, state_clearance
+from kinolab.verification.between_samples.clearance_margin import StateClearance, state_clearance
 from tests.support import OPEN, WALL, problem_of
 
 

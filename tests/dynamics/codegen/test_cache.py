@@ -145,7 +145,7 @@ def test_a_full_disk_is_no_error(monkeypatch: pytest.MonkeyPatch) -> None:
 
 CHILD = """
 import sys
-from kinolab.dynamics import model
+from kinolab.dynamics.model import model
 import kinolab.systems
 def refuse(system): raise AssertionError("it was derived again")
 model.derive = refuse

@@ -25,7 +25,7 @@ from kinolab.dynamics import (
 )
 from kinolab.dynamics.derivation.singularity import singularity_of
 from kinolab.dynamics.language.json.machine_file import machine_from_json, machine_to_json
-from kinolab.dynamics.units import state_units
+from kinolab.dynamics.model.units import state_units
 from kinolab.errors import InputError, SingularError
 from kinolab.numerics.arrays import Array
 from tests.dynamics.wheeled import chaplygin_sleigh, roller_racer, tractor_with_trailers

@@ -21,7 +21,7 @@ from kinolab.dynamics import (
     velocity,
     zero,
 )
-from kinolab.dynamics.language.symbols import InputSymbol
+from kinolab.dynamics.symbols.symbols import InputSymbol
 
 PENDULUM = systems.get("pendulum")
 THETA = PENDULUM.coordinates[0]

@@ -29,7 +29,7 @@ from kinolab.dynamics import (
 )
 from kinolab.dynamics.lagrange.equations import Equations
 from kinolab.dynamics.language.mechanism_parts import configuration_symbols, tangent_symbols
-from kinolab.dynamics.language.symbols import Acceleration, TurnAcceleration, TurnRate
+from kinolab.dynamics.symbols.symbols import Acceleration, TurnAcceleration, TurnRate
 from kinolab.errors import InputError
 from tests import registered
 from tests.dynamics.machines import compiled, compiled_random

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from kinolab import systems
 from kinolab.dynamics import Model
-from kinolab.dynamics.second_derivation import SecondDerivation
+from kinolab.dynamics.model.second_derivation import SecondDerivation
 from tests import feedback_machines, machines, switching_machines
 from tests.oracles import rolling_disk
 

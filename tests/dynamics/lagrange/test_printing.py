@@ -19,7 +19,7 @@ from kinolab.dynamics import (
     toward,
 )
 from kinolab.dynamics.lagrange.printing import letter, one_line
-from kinolab.dynamics.language.symbols import Acceleration
+from kinolab.dynamics.symbols.symbols import Acceleration
 
 X, TH, PHI1 = length("x"), angle("theta"), angle("phi_1")
 M, R = parameter("m", 1, "kg"), parameter("R", 1, "m")

@@ -8,7 +8,7 @@ import pytest
 import kinolab
 from kinolab.dynamics import Body, Force, System, length, move, zero
 from kinolab.dynamics.language.frames import velocity
-from kinolab.dynamics.second_derivation import SecondDerivation
+from kinolab.dynamics.model.second_derivation import SecondDerivation
 
 SIZES = [(1e-6, 1e-3), (1e-9, 1e-4), (1e-12, 1e-5), (1e6, 50.0)]  # [kg], [m]
 

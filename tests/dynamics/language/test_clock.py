@@ -17,8 +17,8 @@ from kinolab.dynamics import (
     toward,
     zero,
 )
-from kinolab.dynamics.language.symbols import rate
-from kinolab.dynamics.second_derivation import SecondDerivation
+from kinolab.dynamics.model.second_derivation import SecondDerivation
+from kinolab.dynamics.symbols.symbols import rate
 
 
 def driven_pendulum() -> System:

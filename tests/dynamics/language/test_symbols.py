@@ -12,7 +12,7 @@ import sympy as sp
 
 import kinolab.systems
 from kinolab.dynamics import Coordinate, angle, length, parameter, rate, rotation
-from kinolab.dynamics.language.symbols import Acceleration, InputSymbol
+from kinolab.dynamics.symbols.symbols import Acceleration, InputSymbol
 from kinolab.errors import InputError
 
 

@@ -4,7 +4,7 @@ import pytest
 import sympy
 
 from kinolab.dynamics import Body, Force, System, length, move, parameter, rot_z
-from kinolab.dynamics.language.symbols import rate
+from kinolab.dynamics.symbols.symbols import rate
 from kinolab.errors import InputError
 from kinolab.problem.objective.formula import formula
 

@@ -14,12 +14,14 @@ import numpy as np
 import pytest
 
 from kinolab.errors import InputError
-from kinolab.robots import read_mjcf, read_urdf, robot_machine, urdf
+from kinolab.robots import read_mjcf, read_urdf
 from kinolab.robots.compared import disagreements, urdf_engines
 from kinolab.robots.compared.second_engine import AbstractSecondEngine
-from kinolab.robots.constant_frames import turned_about
-from kinolab.robots.kinematic_tree import KinematicTree, Mimicked, pose_of
+from kinolab.robots.machine import robot_machine
 from kinolab.robots.mjcf import compiled_model, mjcf_file
+from kinolab.robots.tree.constant_frames import turned_about
+from kinolab.robots.tree.kinematic_tree import KinematicTree, Mimicked, pose_of
+from kinolab.robots.urdf import urdf_file
 from tests.support import needs
 
 pytestmark = [needs("mujoco"), needs("yourdfpy")]
@@ -288,7 +290,7 @@ def test_a_mistake_with_a_urdf_file_is_refused_by_either_engine(
     file = written(tmp_path, ARM.format(izz=0.001), "arm.urdf")
     read_urdf(file, base=base, shapes=False)
     change, named = OF_URDF[what]
-    read_wrongly(monkeypatch, urdf, change)
+    read_wrongly(monkeypatch, urdf_file, change)
     with pytest.raises(InputError, match=rf"^arm.urdf joint '({named}|base)': .*{engine}"):
         read_urdf(file, base=base, shapes=False)
 
@@ -296,7 +298,7 @@ def test_a_mistake_with_a_urdf_file_is_refused_by_either_engine(
 def test_a_follower_of_a_urdf_file_is_compared(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    read_wrongly(monkeypatch, urdf, joint("grip", mimics=Mimicked("roll", 0.03, 0.01)))
+    read_wrongly(monkeypatch, urdf_file, joint("grip", mimics=Mimicked("roll", 0.03, 0.01)))
     with pytest.raises(InputError, match=r"joint '(grip|roll)'"):
         read_urdf(written(tmp_path, ARM.format(izz=0.001), "arm.urdf"), shapes=False)
 
@@ -326,13 +328,13 @@ def test_engines_are_asked_once_of_the_same_file(
     """And again of another file, pose, base or engine, and of one that was refused."""
     monkeypatch.setenv("KINOLAB_CACHE", str(tmp_path / "cache"))
     asked: list[str] = []
-    right = urdf.urdf_engines
+    right = urdf_file.urdf_engines
 
     def asking(*args: Any, **options: Any) -> Iterator[AbstractSecondEngine]:
         asked.append("")
         yield from right(*args, **options)
 
-    monkeypatch.setattr(urdf, "urdf_engines", asking)
+    monkeypatch.setattr(urdf_file, "urdf_engines", asking)
 
     def times_asked(izz: float = 0.001, **options: Any) -> int:
         asked.clear()
@@ -344,7 +346,7 @@ def test_engines_are_asked_once_of_the_same_file(
     assert [times_asked(base="floating"), times_asked(locked={"elbow": 0.1})] == [1, 0]
     monkeypatch.setattr(disagreements, "versions_of", lambda *_: {"mujoco": "0"})
     assert times_asked() == 1
-    read_wrongly(monkeypatch, urdf, joint("elbow", axis=np.negative))
+    read_wrongly(monkeypatch, urdf_file, joint("elbow", axis=np.negative))
     for _ in range(2):
         with pytest.raises(InputError, match=r"elbow|roll"):
             times_asked(izz=0.0012)

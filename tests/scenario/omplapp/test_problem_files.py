@@ -16,8 +16,8 @@ from kinolab.errors import InputError
 from kinolab.loading import find_machine, find_scenario
 from kinolab.loading.omplapp_problem import read_problem_file
 from kinolab.numerics.arrays import Array
-from kinolab.robots.kinematic_tree import PlacedShape
 from kinolab.robots.solids import overhang
+from kinolab.robots.tree.kinematic_tree import PlacedShape
 from tests.scenario.omplapp.cad_files import collada, geometry, nested, obj, written
 from tests.support import needs
 

@@ -12,7 +12,7 @@ from kinolab.show.film.film import Film, staged
 from kinolab.show.film.gif import gif_parts
 from kinolab.show.film.staging.script_writing import write_script
 from kinolab.show.scene.picture import Picture, Surface
-from kinolab.world.obstacle import box_obstacle
+from kinolab.world.obstacles.obstacle import box_obstacle
 
 
 def box_surface(

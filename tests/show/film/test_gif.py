@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from kinolab.dynamics.facts.machine_facts import BodyGeometry
 from kinolab.dynamics.language.shapes import Disk
-from kinolab.dynamics.machine_facts import BodyGeometry
 from kinolab.files import whole_file
 from kinolab.show.film import gif
 from kinolab.show.film.crew import Crew, Share

@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from kinolab.dynamics.facts.machine_facts import BodyGeometry
 from kinolab.dynamics.language.shapes import Box, Sphere
-from kinolab.dynamics.machine_facts import BodyGeometry
 from kinolab.show.film.staging.inset import Inset
 from kinolab.show.scene.picture import Picture
 from tests.show.film.films import box_surface, make_film

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import kinolab
+from kinolab.dynamics.facts.machine_facts import BodyGeometry
 from kinolab.dynamics.language.shapes import Box, Disk, Sphere
-from kinolab.dynamics.machine_facts import BodyGeometry
 from kinolab.show.film.raster.light import LIGHT_JITTER
 from kinolab.show.film.staging.stage import Stage, build_stage
 from kinolab.show.scene.models.cone import Cone, cone_mesh

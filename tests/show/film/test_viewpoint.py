@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from kinolab.dynamics.facts.machine_facts import BodyGeometry
 from kinolab.dynamics.language.shapes import Box, Sphere
-from kinolab.dynamics.machine_facts import BodyGeometry
 from kinolab.show.film.staging.stage import build_stage
 from kinolab.show.page.follow import follow_track
 from kinolab.show.scene.camera import Angles, Camera, frame_scene

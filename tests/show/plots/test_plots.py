@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 import kinolab
 from kinolab import systems
 from kinolab.cli import run
-from kinolab.dynamics.units import control_units, state_units
+from kinolab.dynamics.model.units import control_units, state_units
 from kinolab.errors import InputError
 from kinolab.problem import PlanningTask
 from kinolab.runs import write_run

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from kinolab.show.page.bundle import bundle
-from kinolab.world.obstacle import box_obstacle
+from kinolab.world.obstacles.obstacle import box_obstacle
 
 MODULES = files("kinolab.show.page").joinpath("drive")
 BOX = box_obstacle("box", (2.0, 2.0, 2.0))  # from -1 to 1 along each axis

@@ -12,8 +12,8 @@ from kinolab.concurrency.cancel import never_cancelled
 from kinolab.problem import PlanningTask
 from kinolab.simulation.reference import resimulate
 from kinolab.trajectory import Trajectory
-from kinolab.trajopt.options import SHORT
-from kinolab.trajopt.segments import Segments
+from kinolab.trajopt.exact.segments import Segments
+from kinolab.trajopt.nlp.options import SHORT
 from kinolab.trajopt.shortening.cycles import cycles_removed
 from kinolab.trajopt.shortening.shortcuts import ConnectionGuesses
 from tests.trajopt.shortening.test_long_plans import STEP, problem_with

@@ -12,7 +12,7 @@ import pytest
 
 import kinolab
 from kinolab.trajectory import Trajectory
-from kinolab.trajopt.options import SHORT
+from kinolab.trajopt.nlp.options import SHORT
 from kinolab.trajopt.shortening.shortcuts import Shortcuts
 
 PIECES = 40

@@ -9,8 +9,8 @@ import kinolab
 from kinolab.problem import PlanningTask
 from kinolab.simulation.machine import states_under
 from kinolab.trajopt.nlp.decision import Knots
+from kinolab.trajopt.nlp.options import SQP
 from kinolab.trajopt.nlp.problem import TrajectoryProblem
-from kinolab.trajopt.options import SQP
 from kinolab.trajopt.sqp.restoration import coarse_to_fine
 from tests.scenario.dynobench.wheel import environment, needs_wheel
 

@@ -10,8 +10,8 @@ import pytest
 import kinolab
 from kinolab.errors import InputError
 from kinolab.world import capsule_obstacle
-from kinolab.world.collision.distance_field import distance_field
-from kinolab.world.obstacle import rotation
+from kinolab.world.distances.distance_field import distance_field
+from kinolab.world.obstacles.obstacle import rotation
 
 RADIUS, LENGTH, AT, RPY = 0.3, 0.8, (1.0, 0.5, 0.4), (0.7, 0.4, -0.3)
 

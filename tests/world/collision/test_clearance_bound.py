@@ -9,7 +9,7 @@ import kinolab
 from kinolab.problem import PlanningTask
 from kinolab.world.collision.clearance_bound import ClearanceBound
 from kinolab.world.collision.collision_scene import collision_scene
-from kinolab.world.collision.triangle_gaps import TOUCHING_MARGIN
+from kinolab.world.distances.triangle_gaps import TOUCHING_MARGIN
 
 SCENARIOS = (
     "rolling_disk_maze",

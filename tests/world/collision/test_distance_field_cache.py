@@ -13,10 +13,10 @@ from numba import typeof
 
 from kinolab.files import keep_last_used
 from kinolab.world import Obstacle, World, box_obstacle, sphere_obstacle
-from kinolab.world.collision import distance_field_cache
 from kinolab.world.collision.collision_scene import collision_scene
-from kinolab.world.collision.distance_field import DistanceField, distance_field
-from kinolab.world.collision.distance_field_cache import GRIDS, cached_distance_field
+from kinolab.world.distances import distance_field_cache
+from kinolab.world.distances.distance_field import DistanceField, distance_field
+from kinolab.world.distances.distance_field_cache import GRIDS, cached_distance_field
 
 BOX = box_obstacle("box", (1.0, 1.0, 1.0), (2.0, 0.0, 0.5))
 BALL = sphere_obstacle("ball", 0.7, (-2.0, 1.0, 0.0))

@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from kinolab.world.collision.gjk import TRIANGLE, Convex, separation
+from kinolab.world.distances.gjk import TRIANGLE, Convex, separation
 
 UPRIGHT, UNUSED = np.eye(3), np.ones(3)
 

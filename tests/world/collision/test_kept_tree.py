@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from kinolab.world import Obstacle, box_obstacle
-from kinolab.world.collision.triangle_grid import mesh_grid
-from kinolab.world.collision.triangle_tree import mesh_tree, triangle_tree
+from kinolab.world.distances.triangle_grid import mesh_grid
+from kinolab.world.distances.triangle_tree import mesh_tree, triangle_tree
 
 
 def mesh(x: float) -> Obstacle:

@@ -13,7 +13,7 @@ from kinolab.dynamics.language.shapes import Box, Sphere
 from kinolab.world import BodyGeometry, CollisionChecker, Obstacle, World, mesh_obstacle
 from kinolab.world.collision import contact_report
 from kinolab.world.collision import fcl as door
-from kinolab.world.kept_together import kept_together
+from kinolab.world.obstacles.kept_together import kept_together
 
 N = 60  # vertices along a side of the field, 1 m apart from 0
 HULL = BodyGeometry("hull", (Box(0.6, 0.4, 0.2),))

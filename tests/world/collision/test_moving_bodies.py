@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from kinolab.dynamics import Box, Sphere
-from kinolab.dynamics.machine_facts import BodyGeometry
+from kinolab.dynamics.facts.machine_facts import BodyGeometry
 from kinolab.world import CollisionChecker, World, box_obstacle
 from kinolab.world.collision.clearance_bound import ClearanceBound
 from kinolab.world.collision.collision_scene import collision_scene

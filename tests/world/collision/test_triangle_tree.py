@@ -11,15 +11,15 @@ import trimesh
 from kinolab.numerics.arrays import Array, allocate
 from kinolab.numerics.jit import kernel
 from kinolab.numerics.struct import Record
-from kinolab.world.collision.gjk import Convex
-from kinolab.world.collision.triangle_gaps import mesh_clearance
-from kinolab.world.collision.triangle_tree import (
+from kinolab.world.distances.gjk import Convex
+from kinolab.world.distances.triangle_gaps import mesh_clearance
+from kinolab.world.distances.triangle_tree import (
     LANES,
     NOWHERE,
     Traversal,
     triangle_tree,
 )
-from kinolab.world.support_functions import SPHERE
+from kinolab.world.shapes.support_functions import SPHERE
 
 COUNTS = (1, 2, LANES, LANES + 1, LANES**2, LANES**2 + 1, 5000)
 

@@ -17,7 +17,7 @@ from kinolab.problem import PlanningTask
 from kinolab.trajopt.nlp.collision_constraints import CollisionConstraints
 from kinolab.world.collision.clearance_bound import ClearanceBound
 from kinolab.world.collision.collision_scene import collision_scene
-from kinolab.world.collision.triangle_gaps import TOUCHING_MARGIN
+from kinolab.world.distances.triangle_gaps import TOUCHING_MARGIN
 from kinolab.world.sensed.cloud_file import read_cloud
 from kinolab.world.sensed.point_cloud import cloud_obstacle
 

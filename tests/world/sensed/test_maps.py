@@ -16,7 +16,7 @@ from kinolab.loading import load
 from kinolab.numerics.struct import Record
 from kinolab.runs.assets import assets_of, portable_scenario
 from kinolab.world import Obstacle
-from kinolab.world.collision.triangle_grid import inside, mesh_grid
+from kinolab.world.distances.triangle_grid import inside, mesh_grid
 from kinolab.world.sensed.cell_rectangles import rectangles
 from kinolab.world.sensed.map_file import FREE, OCCUPIED, UNKNOWN, read_map
 from kinolab.world.sensed.map_obstacles import map_obstacles, relief_obstacle

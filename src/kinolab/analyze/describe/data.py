@@ -12,8 +12,8 @@ from kinolab.analyze.describe.description import Description
 from kinolab.dynamics.analysis.fields.linear_controllability import LinearControllability
 from kinolab.dynamics.analysis.fields.small_time import SmallTimeVerdict
 from kinolab.dynamics.analysis.flatness_of import FlatnessFound
+from kinolab.dynamics.facts.machine_facts import CoordinateFacts
 from kinolab.dynamics.language.inputs import Input, bounds_of
-from kinolab.dynamics.machine_facts import CoordinateFacts
 from kinolab.problem.warnings import machine_warnings
 
 

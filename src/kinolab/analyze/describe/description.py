@@ -25,9 +25,9 @@ from kinolab.dynamics.derivation.derivation import is_kinematic
 from kinolab.dynamics.derivation.singularity import singularity_of
 from kinolab.dynamics.derivation.symbol_table import SymbolTable
 from kinolab.dynamics.derivation.velocity_coordinates import constraint_rows, independent_rows
+from kinolab.dynamics.facts.machine_facts import MachineFacts
 from kinolab.dynamics.language.constraints import PositionConstraint
 from kinolab.dynamics.language.inputs import Input
-from kinolab.dynamics.machine_facts import MachineFacts
 from kinolab.errors import InputError
 
 

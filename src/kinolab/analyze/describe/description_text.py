@@ -9,9 +9,9 @@ from textwrap import wrap
 from kinolab.analyze.describe.controllability import sentences
 from kinolab.analyze.describe.description import Description
 from kinolab.analyze.describe.sizes import BodySize
+from kinolab.dynamics.facts.machine_facts import CoordinateFacts
 from kinolab.dynamics.language.inputs import Input, bounds_of
-from kinolab.dynamics.machine_facts import CoordinateFacts
-from kinolab.dynamics.units import in_digits
+from kinolab.dynamics.model.units import in_digits
 from kinolab.errors import LINE_WIDTH
 from kinolab.problem.warnings import machine_warnings
 

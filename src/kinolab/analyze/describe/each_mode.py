@@ -7,9 +7,9 @@ from collections.abc import Iterator
 import sympy
 
 from kinolab.dynamics import System, in_mode
-from kinolab.dynamics.language.expressions import exact
 from kinolab.dynamics.language.modes import Mode, Transition
-from kinolab.dynamics.language.symbols import ForceSymbol
+from kinolab.dynamics.symbols.expressions import exact
+from kinolab.dynamics.symbols.symbols import ForceSymbol
 
 
 def in_each_mode(system: System) -> Iterator[tuple[str, System]]:

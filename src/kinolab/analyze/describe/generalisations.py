@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 from kinolab.analyze.describe.topology import mechanisms
 from kinolab.dynamics import System
-from kinolab.dynamics.language.expressions import is_zero
 from kinolab.dynamics.language.mechanism_parts import dry_frictions
+from kinolab.dynamics.symbols.expressions import is_zero
 from kinolab.errors import counted
 
 SIMPLEST = 2  # inputs and degrees of freedom of the upright rolling disk

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from kinolab.dynamics import Body, System
-from kinolab.world.geometry import half_extents, placement
+from kinolab.world.shapes.geometry import half_extents, placement
 
 
 @dataclass(frozen=True)

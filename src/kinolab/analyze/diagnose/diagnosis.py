@@ -43,7 +43,7 @@ from kinolab.problem.static_holding import (
 from kinolab.simulation import Stiffness, stiffness
 from kinolab.simulation.held_law import law_sentence
 from kinolab.solve import PlanResult
-from kinolab.verification.clearance_margin import StateClearance, state_clearance
+from kinolab.verification.between_samples.clearance_margin import StateClearance, state_clearance
 
 if TYPE_CHECKING:
     from kinolab.analyze.diagnose.narrow_passage.passage import Passage

@@ -10,7 +10,7 @@ from kinolab.errors import a_few
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 from kinolab.problem.goal_entries import GoalEntry, goal_entries
-from kinolab.verification.clearance_margin import StateClearance, state_clearance
+from kinolab.verification.between_samples.clearance_margin import StateClearance, state_clearance
 from kinolab.world import CollisionChecker
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from kinolab.dynamics.units import state_units
+from kinolab.dynamics.model.units import state_units
 from kinolab.errors import SingularError
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask

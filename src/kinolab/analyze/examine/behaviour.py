@@ -21,7 +21,7 @@ from kinolab.dynamics.language.mechanism_parts import (
     loads_in,
 )
 from kinolab.dynamics.language.quantities import written
-from kinolab.dynamics.units import in_digits
+from kinolab.dynamics.model.units import in_digits
 from kinolab.errors import KinolabError, counted, row_of
 from kinolab.numerics.arrays import Array
 

@@ -11,7 +11,6 @@ import sympy
 from kinolab.analyze.examine.remarks.remark import Remark
 from kinolab.analyze.examine.remarks.subject import Subject
 from kinolab.dynamics import Body, Coordinate
-from kinolab.dynamics.language.expressions import is_zero
 from kinolab.dynamics.language.forces import Effort
 from kinolab.dynamics.language.frames import distance, time_derivative
 from kinolab.dynamics.language.mechanism_parts import (
@@ -20,7 +19,8 @@ from kinolab.dynamics.language.mechanism_parts import (
     tangent_symbols,
 )
 from kinolab.dynamics.language.quantities import written
-from kinolab.dynamics.language.symbols import RateSymbol
+from kinolab.dynamics.symbols.expressions import is_zero
+from kinolab.dynamics.symbols.symbols import RateSymbol
 from kinolab.numerics.arrays import Array
 
 

@@ -14,9 +14,9 @@ from kinolab.dynamics import Coordinate
 from kinolab.dynamics.language.frames import distance, pose
 from kinolab.dynamics.language.mechanism_parts import atoms_of
 from kinolab.dynamics.language.shapes import ShapeKind
-from kinolab.dynamics.language.symbols import RateSymbol
+from kinolab.dynamics.symbols.symbols import RateSymbol
 from kinolab.errors import KinolabError
-from kinolab.world.geometry import frame_in_world, sizes
+from kinolab.world.shapes.geometry import frame_in_world, sizes
 
 
 def drums(subject: Subject) -> Iterator[Remark]:

@@ -14,7 +14,6 @@ from kinolab.analyze.examine.remarks.remark import Remark
 from kinolab.analyze.examine.remarks.subject import UNLIMITED, Subject
 from kinolab.dynamics.derivation.derivation import is_kinematic
 from kinolab.dynamics.language.constraints import Requirement
-from kinolab.dynamics.language.expressions import exact
 from kinolab.dynamics.language.forces import Effort, Load
 from kinolab.dynamics.language.mechanism_parts import (
     atoms_of,
@@ -25,7 +24,8 @@ from kinolab.dynamics.language.mechanism_parts import (
     tangent_symbols,
 )
 from kinolab.dynamics.language.quantities import written
-from kinolab.dynamics.language.symbols import (
+from kinolab.dynamics.symbols.expressions import exact
+from kinolab.dynamics.symbols.symbols import (
     InputSymbol,
     Parameter,
     RateSymbol,

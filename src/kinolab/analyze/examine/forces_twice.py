@@ -18,7 +18,6 @@ from kinolab.analyze.examine.remarks.subject import Subject
 from kinolab.dynamics import Body
 from kinolab.dynamics.derivation.derivation import is_kinematic
 from kinolab.dynamics.language.constraints import PositionConstraint
-from kinolab.dynamics.language.expressions import exact
 from kinolab.dynamics.language.forces import Effort
 from kinolab.dynamics.language.mechanism_parts import (
     atoms_of,
@@ -27,7 +26,8 @@ from kinolab.dynamics.language.mechanism_parts import (
     up_in,
 )
 from kinolab.dynamics.language.quantities import frames_in, written
-from kinolab.dynamics.language.symbols import InputSymbol, ReferenceSymbol, StateSymbol
+from kinolab.dynamics.symbols.expressions import exact
+from kinolab.dynamics.symbols.symbols import InputSymbol, ReferenceSymbol, StateSymbol
 from kinolab.numerics.arrays import Array
 from kinolab.simulation.stability import random_states
 

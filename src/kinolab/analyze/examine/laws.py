@@ -16,7 +16,7 @@ from kinolab.analyze.examine.law_check import LawCheck
 from kinolab.dynamics import Model, System
 from kinolab.dynamics.codegen.methods import METHODS
 from kinolab.dynamics.derivation.singularity import singularity_of
-from kinolab.dynamics.mode_derivations import in_mode
+from kinolab.dynamics.facts.mode_derivations import in_mode
 from kinolab.errors import KinolabError, NoDynamicsError
 from kinolab.scenario.schema import IntegrationSection
 from kinolab.simulation.stability import fastest_rate, random_states, step_too_long

@@ -13,10 +13,10 @@ from kinolab.analyze.examine.remarks.remark import Remark
 from kinolab.analyze.examine.remarks.subject import Subject
 from kinolab.dynamics import Body, Parameter, System
 from kinolab.dynamics.derivation.derivation import is_kinematic
-from kinolab.dynamics.language.expressions import is_zero
 from kinolab.dynamics.language.mechanism_parts import atoms_of, energies_in, loads_in
 from kinolab.dynamics.language.quantities import written
-from kinolab.dynamics.language.symbols import RateSymbol
+from kinolab.dynamics.symbols.expressions import is_zero
+from kinolab.dynamics.symbols.symbols import RateSymbol
 
 
 def unheeded(system: System, file: Path | None) -> Iterator[Remark]:

@@ -14,18 +14,18 @@ from kinolab.analyze.examine.remarks.remark import Remark
 from kinolab.analyze.examine.remarks.subject import Subject
 from kinolab.dynamics import Body, Coordinate, Parameter
 from kinolab.dynamics.codegen.state_space import TURN
-from kinolab.dynamics.language.expressions import exact, parts_of
 from kinolab.dynamics.language.forces import Effort, Gravity
 from kinolab.dynamics.language.frames import Rotation
 from kinolab.dynamics.language.mechanism_parts import energies_in, loads_in
 from kinolab.dynamics.language.shapes import Shape, ShapeKind
-from kinolab.dynamics.units import in_digits
+from kinolab.dynamics.model.units import in_digits
+from kinolab.dynamics.symbols.expressions import exact, parts_of
 from kinolab.numerics.arrays import Array
-from kinolab.robots.joint_inertia import together
-from kinolab.robots.kinematic_tree import Inertial, Link
 from kinolab.robots.solids.solid_mass import box_mass, cylinder_mass, mesh_mass
+from kinolab.robots.tree.joint_inertia import together
+from kinolab.robots.tree.kinematic_tree import Inertial, Link
 from kinolab.simulation.stability import random_states
-from kinolab.world.geometry import placement, sizes, triangles
+from kinolab.world.shapes.geometry import placement, sizes, triangles
 
 # Of a moment of inertia to m r^2, where r is how far the shape goes from that axis. No body that
 # lies within its shape has more than 1, which is that of a hoop. Shapes may leave parts out of a

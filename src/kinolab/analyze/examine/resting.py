@@ -17,10 +17,10 @@ from kinolab.dynamics import Model, toward
 from kinolab.dynamics.analysis.fields.linear_controllability import linear_controllability
 from kinolab.dynamics.derivation.derivation import is_kinematic
 from kinolab.dynamics.language.constraints import VelocityConstraint
-from kinolab.dynamics.language.expressions import is_zero
 from kinolab.dynamics.language.mechanism_parts import atoms_of, loads_in
-from kinolab.dynamics.language.symbols import RateSymbol
-from kinolab.dynamics.units import control_units, state_units
+from kinolab.dynamics.model.units import control_units, state_units
+from kinolab.dynamics.symbols.expressions import is_zero
+from kinolab.dynamics.symbols.symbols import RateSymbol
 from kinolab.errors import KinolabError, row_of
 from kinolab.numerics.arrays import Array
 from kinolab.simulation.stability import random_states

@@ -17,10 +17,10 @@ import sympy
 
 from kinolab.analyze.examine.remarks.remark import Remark
 from kinolab.analyze.examine.remarks.subject import Subject
-from kinolab.dynamics.language.expressions import exact
 from kinolab.dynamics.language.mechanism_parts import coordinate_of, energies_in, loads_in
 from kinolab.dynamics.language.quantities import Change, FrameSpeed, Place
-from kinolab.dynamics.language.symbols import (
+from kinolab.dynamics.symbols.expressions import exact
+from kinolab.dynamics.symbols.symbols import (
     Coordinate,
     InputSymbol,
     Parameter,

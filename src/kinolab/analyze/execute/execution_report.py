@@ -11,7 +11,7 @@ import numpy as np
 from kinolab.analyze.execute.conditions import Conditions
 from kinolab.analyze.execute.execution import Execution, ExecutionRun
 from kinolab.analyze.execute.execution_diagnosis import ExecutionDiagnosis, shortages
-from kinolab.dynamics.units import state_units
+from kinolab.dynamics.model.units import state_units
 from kinolab.problem import PlanningTask
 from kinolab.verification.tube.uncertainty import kept_by_default
 

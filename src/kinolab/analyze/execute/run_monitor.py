@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.analyze.execute.failure import Failure
+from kinolab.dynamics.facts.machine_facts import facts_of
 from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.language.modes import MODE
-from kinolab.dynamics.machine_facts import facts_of
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 from kinolab.problem.goal_entries import GoalEntry, goal_entries

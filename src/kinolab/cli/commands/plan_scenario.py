@@ -103,7 +103,7 @@ def command(
     from kinolab.api import load
     from kinolab.concurrency.processors import processors
     from kinolab.runs import PAGE, add_to_report, read_run, require_place, written_at
-    from kinolab.solve.plan_summary import summary
+    from kinolab.runs.plan_summary import summary
 
     if live and jobs > 1:
         raise InputError([Mistake("--live", "a page shows one search.", "Leave --jobs out.")])
@@ -241,9 +241,9 @@ def _search(
 
     While a plan is improved, there are earlier versions in the folder.
     """
+    from kinolab.runs.plan_summary import progress_text
     from kinolab.scenario import improvement_seconds
     from kinolab.solve import solve
-    from kinolab.solve.plan_summary import progress_text
 
     section = problem.scenario.planner
     optimising = optimize and improvement_seconds(section.improve) > 0

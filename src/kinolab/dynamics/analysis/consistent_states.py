@@ -13,7 +13,7 @@ import numpy as np
 import scipy
 
 from kinolab.dynamics.codegen.state_space import whole_turns
-from kinolab.dynamics.model import Model
+from kinolab.dynamics.model.model import Model
 from kinolab.numerics.arrays import Array
 
 if TYPE_CHECKING:

@@ -7,7 +7,7 @@ import math
 import sympy
 
 from kinolab.dynamics.language.constraints import Constraint, PositionConstraint
-from kinolab.dynamics.language.symbols import Coordinate, Parameter, RateSymbol, TurnRate
+from kinolab.dynamics.symbols.symbols import Coordinate, Parameter, RateSymbol, TurnRate
 
 ANGLE, OPEN = "rad", "m or rad"  # OPEN: a bare number may be a length, 0.3 cos(a)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from kinolab.dynamics.model import Model
+from kinolab.dynamics.model.model import Model
 from kinolab.errors import SingularError
 from kinolab.numerics.arrays import Array
 

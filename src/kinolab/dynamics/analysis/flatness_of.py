@@ -21,7 +21,7 @@ from kinolab.dynamics.derivation.lowering import Lowering
 from kinolab.dynamics.language.flatness import Flat, FlatOutputs, PlaneCurves, output
 from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.language.mechanism_parts import require_one_mode
-from kinolab.dynamics.language.symbols import Coordinate
+from kinolab.dynamics.symbols.symbols import Coordinate
 from kinolab.errors import row_of
 
 

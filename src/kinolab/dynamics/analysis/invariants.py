@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from kinolab.dynamics.model import Model
+from kinolab.dynamics.model.model import Model
 from kinolab.numerics.arrays import Array
 
 RANDOM_STATES = 8

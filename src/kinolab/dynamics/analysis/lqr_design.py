@@ -20,7 +20,7 @@ from kinolab.dynamics.language.json.machine_file import (
     machine_to_json,
 )
 from kinolab.dynamics.language.mechanism import Mechanism
-from kinolab.dynamics.model import Model
+from kinolab.dynamics.model.model import Model
 from kinolab.errors import InputError, KinolabError, Mistake
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.riccati import lqr

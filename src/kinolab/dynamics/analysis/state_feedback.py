@@ -13,8 +13,8 @@ from kinolab.arguments import require_fit, require_numbers
 from kinolab.dynamics.analysis.trim import symbols_of_state
 from kinolab.dynamics.language.feedback import Feedback, Reference
 from kinolab.dynamics.language.inputs import Limit
-from kinolab.dynamics.model import Model
-from kinolab.dynamics.units import state_units
+from kinolab.dynamics.model.model import Model
+from kinolab.dynamics.model.units import state_units
 from kinolab.errors import InputError, Mistake, unknown_name
 
 SET_POINT = "_set"  # ends the name of a reference

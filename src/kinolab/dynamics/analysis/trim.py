@@ -16,10 +16,10 @@ import scipy
 import sympy
 
 from kinolab.arguments import checked
-from kinolab.dynamics.language.expressions import exact
 from kinolab.dynamics.language.frames import Number
 from kinolab.dynamics.language.mechanism_parts import quasi_velocities, state_symbols
-from kinolab.dynamics.model import Model
+from kinolab.dynamics.model.model import Model
+from kinolab.dynamics.symbols.expressions import exact
 from kinolab.errors import InputError, KinolabError, Mistake
 from kinolab.numerics.arrays import Array
 

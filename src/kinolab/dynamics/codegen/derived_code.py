@@ -13,9 +13,9 @@ from kinolab.dynamics.codegen.exports import results_of
 from kinolab.dynamics.codegen.hybrid import emit_hybrid
 from kinolab.dynamics.codegen.mode_formulas import ModeFormulas
 from kinolab.dynamics.derivation.derivation import Derivation, derive
+from kinolab.dynamics.facts.mode_derivations import derive_modes
 from kinolab.dynamics.language.feedback import Feedback
 from kinolab.dynamics.language.mechanism import Mechanism
-from kinolab.dynamics.mode_derivations import derive_modes
 from kinolab.errors import InputError, Mistake
 
 # Of the equations of motion. To derive and compile the 137 531 of a humanoid with 60 coordinates

@@ -30,7 +30,7 @@ from kinolab.dynamics.codegen.emission import emit_function, emit_module
 from kinolab.dynamics.codegen.integrators import RATE, STEP, steppers
 from kinolab.dynamics.codegen.llvm import Register, Routine, literal
 from kinolab.dynamics.codegen.trigonometry import NAME
-from kinolab.dynamics.mode_derivations import ModeDerivation
+from kinolab.dynamics.facts.mode_derivations import ModeDerivation
 
 DEFINED = re.compile(r"^define (?:internal )?(\w+|\{.*?\}) @(\w+)\(([^)]*)\)", re.MULTILINE)
 LOOPS = ("rows_at", "rows_under", "rows_between")

@@ -23,7 +23,7 @@ from kinolab.dynamics.codegen.integrators import LANES, steppers
 from kinolab.dynamics.codegen.llvm import in_lanes
 from kinolab.dynamics.codegen.llvm_jit import link
 from kinolab.dynamics.codegen.methods import METHODS
-from kinolab.dynamics.machine_facts import QuasiVelocityFacts
+from kinolab.dynamics.facts.machine_facts import QuasiVelocityFacts
 from kinolab.numerics.arrays import Array
 
 STATUS, POINTER, INTEGER = ctypes.c_int32, ctypes.c_void_p, ctypes.c_int64

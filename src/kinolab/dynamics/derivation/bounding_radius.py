@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import sympy
 
-from kinolab.dynamics.language.expressions import exact, is_zero
 from kinolab.dynamics.language.shapes import Scalar, Shape
+from kinolab.dynamics.symbols.expressions import exact, is_zero
 
 
 @dataclass(frozen=True)

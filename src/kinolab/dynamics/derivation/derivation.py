@@ -36,7 +36,6 @@ from kinolab.dynamics.derivation.velocity_coordinates import (
     unconstrained_coordinates,
     velocity_coordinates,
 )
-from kinolab.dynamics.language.expressions import is_zero
 from kinolab.dynamics.language.frames import Frame, Translation
 from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.language.mechanism_parts import (
@@ -48,7 +47,8 @@ from kinolab.dynamics.language.mechanism_parts import (
 )
 from kinolab.dynamics.language.quasi_velocities import QuasiVelocity
 from kinolab.dynamics.language.shapes import Shape
-from kinolab.dynamics.language.symbols import ForceSymbol
+from kinolab.dynamics.symbols.expressions import is_zero
+from kinolab.dynamics.symbols.symbols import ForceSymbol
 from kinolab.errors import InputError, Mistake
 from kinolab.numerics.manifolds.state_parts import Part, completed, spheres_of
 

@@ -10,8 +10,8 @@ from kinolab.dynamics.derivation.kinematics import FrameState, Kinematics, Twist
 from kinolab.dynamics.derivation.projected_forces import ProjectedForces, power
 from kinolab.dynamics.derivation.vectors import Matrix3, Vector
 from kinolab.dynamics.language.bodies import Body
-from kinolab.dynamics.language.expressions import exact
 from kinolab.dynamics.language.mechanism_parts import loads, potentials
+from kinolab.dynamics.symbols.expressions import exact
 
 
 class NewtonEuler:

@@ -14,7 +14,6 @@ import sympy
 from kinolab.dynamics.derivation.expression_graph import Node
 from kinolab.dynamics.derivation.kinematics import Kinematics, Twist
 from kinolab.dynamics.derivation.vectors import Vector, Vectors
-from kinolab.dynamics.language.expressions import exact
 from kinolab.dynamics.language.forces import Load
 from kinolab.dynamics.language.frames import Frame
 from kinolab.dynamics.language.quantities import (
@@ -25,6 +24,7 @@ from kinolab.dynamics.language.quantities import (
     frames_in,
     written,
 )
+from kinolab.dynamics.symbols.expressions import exact
 
 
 class ProjectedForces:

@@ -10,7 +10,6 @@ import sympy
 
 from kinolab.dynamics.derivation.expression_graph import ExpressionGraph, Node
 from kinolab.dynamics.derivation.lowering import Lowering
-from kinolab.dynamics.language.expressions import exact
 from kinolab.dynamics.language.frames import motion_of
 from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.language.mechanism_parts import (
@@ -19,7 +18,8 @@ from kinolab.dynamics.language.mechanism_parts import (
     state_parts,
     tangent_symbols,
 )
-from kinolab.dynamics.language.symbols import Coordinate
+from kinolab.dynamics.symbols.expressions import exact
+from kinolab.dynamics.symbols.symbols import Coordinate
 from kinolab.errors import InputError, Mistake
 from kinolab.numerics.manifolds.state_parts import spheres_of
 

@@ -12,16 +12,16 @@ from kinolab.dynamics.codegen.exports import Function, outputs_of, tangent_of
 from kinolab.dynamics.derivation.derivation import Derivation, derive
 from kinolab.dynamics.derivation.expression_graph import Node
 from kinolab.dynamics.derivation.symbol_table import SymbolTable
+from kinolab.dynamics.facts.mode_derivations import ModeDerivation, derive_modes
 from kinolab.dynamics.javascript.constraint_forces import constraint_forces
 from kinolab.dynamics.javascript.facts import as_json, facts_of
 from kinolab.dynamics.javascript.functions import emit_function
 from kinolab.dynamics.javascript.posing import posing
-from kinolab.dynamics.language.expressions import exact
 from kinolab.dynamics.language.feedback import Feedback
 from kinolab.dynamics.language.shapes import Hull, Shape
 from kinolab.dynamics.language.shapes.hulls import hull_surface
-from kinolab.dynamics.mode_derivations import ModeDerivation, derive_modes
-from kinolab.dynamics.model import Model
+from kinolab.dynamics.model.model import Model
+from kinolab.dynamics.symbols.expressions import exact
 
 EMITTED = (
     *("f", "frames", "cables", "energy", "constraint_residual", "constraint_forces"),

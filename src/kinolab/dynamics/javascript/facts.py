@@ -11,8 +11,8 @@ from kinolab.dynamics.codegen.methods import METHODS
 from kinolab.dynamics.derivation.derivation import Derivation
 from kinolab.dynamics.language.inputs import bounds_of
 from kinolab.dynamics.language.mechanism import Mechanism
-from kinolab.dynamics.model import Model
-from kinolab.dynamics.units import state_units
+from kinolab.dynamics.model.model import Model
+from kinolab.dynamics.model.units import state_units
 from kinolab.numerics.arrays import finite_or_none
 from kinolab.numerics.manifolds.state_parts import spheres_of
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import cache
 from pathlib import Path
 
-from kinolab.dynamics.model import Model
+from kinolab.dynamics.model.model import Model
 from kinolab.store import Kind
 
 TEXT: Kind[str] = Kind("js", str.encode, lambda content: bytes(content).decode())

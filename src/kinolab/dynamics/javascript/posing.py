@@ -12,7 +12,7 @@ from kinolab.dynamics.analysis.constraint_units import position_unit, velocity_u
 from kinolab.dynamics.codegen.exports import Function
 from kinolab.dynamics.derivation.derivation import Derivation
 from kinolab.dynamics.derivation.velocity_coordinates import constraint_rows
-from kinolab.dynamics.joint_frames import joint_frames, pose_nodes
+from kinolab.dynamics.facts.joint_frames import joint_frames, pose_nodes
 from kinolab.dynamics.language.constraints import PositionConstraint
 
 

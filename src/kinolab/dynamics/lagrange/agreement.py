@@ -11,7 +11,7 @@ import sympy
 from kinolab.dynamics.lagrange.equations import Equations
 from kinolab.dynamics.lagrange.printing import one_line
 from kinolab.dynamics.language.quasi_velocities import QuasiAcceleration
-from kinolab.dynamics.language.symbols import Acceleration, ForceSymbol, TurnAcceleration
+from kinolab.dynamics.symbols.symbols import Acceleration, ForceSymbol, TurnAcceleration
 
 
 @dataclass(frozen=True)

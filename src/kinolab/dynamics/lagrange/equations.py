@@ -20,7 +20,6 @@ from kinolab.dynamics.lagrange.energies import energy_length, kinetic_energy, we
 from kinolab.dynamics.lagrange.numbers import number_families, written_alike
 from kinolab.dynamics.lagrange.printing import as_latex, one_line, written_length
 from kinolab.dynamics.lagrange.simplification import grouped, simplified
-from kinolab.dynamics.language.expressions import exact
 from kinolab.dynamics.language.frames import motion_of, time_derivative
 from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.language.mechanism_parts import (
@@ -37,7 +36,8 @@ from kinolab.dynamics.language.quasi_velocities import (
     QuasiVelocity,
     QuasiVelocitySymbol,
 )
-from kinolab.dynamics.language.symbols import Acceleration, Parameter, TurnAcceleration, TurnRate
+from kinolab.dynamics.symbols.expressions import exact
+from kinolab.dynamics.symbols.symbols import Acceleration, Parameter, TurnAcceleration, TurnRate
 from kinolab.errors import LINE_WIDTH, InputError, Mistake
 
 # [s] of CPU time after which no further equation is simplified

@@ -10,7 +10,6 @@ import sympy
 from kinolab.dynamics.lagrange.energies import kinetic_energy, weight_energy
 from kinolab.dynamics.lagrange.hyper_dual import FUNCTIONS, Instruction
 from kinolab.dynamics.lagrange.multiplier_form import MultiplierForm, VelocityRow
-from kinolab.dynamics.language.expressions import exact
 from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.language.mechanism_parts import (
     imposed_accelerations,
@@ -21,6 +20,7 @@ from kinolab.dynamics.language.mechanism_parts import (
 )
 from kinolab.dynamics.language.quantities import Change, FrameQuantity, written
 from kinolab.dynamics.language.quasi_velocities import QuasiVelocity, QuasiVelocitySymbol
+from kinolab.dynamics.symbols.expressions import exact
 from kinolab.errors import InputError, Mistake
 
 

@@ -11,7 +11,7 @@ from sympy.printing.str import StrPrinter
 
 from kinolab.dynamics.lagrange.numbers import with_short_numbers
 from kinolab.dynamics.language.quasi_velocities import MOTIONS, QuasiAcceleration
-from kinolab.dynamics.language.symbols import (
+from kinolab.dynamics.symbols.symbols import (
     Acceleration,
     Parameter,
     RateSymbol,

@@ -13,7 +13,7 @@ import sympy
 from kinolab.dynamics.lagrange.numbers import short_number, with_short_numbers
 from kinolab.dynamics.lagrange.terms import Expander, Monomial, Terms, TooLongError
 from kinolab.dynamics.language.quasi_velocities import MOTIONS
-from kinolab.dynamics.language.symbols import InputSymbol
+from kinolab.dynamics.symbols.symbols import InputSymbol
 
 Polynomial: TypeAlias = dict[tuple[int, int], Fraction]  # by powers of sine and cosine
 

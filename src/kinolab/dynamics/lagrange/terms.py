@@ -14,8 +14,8 @@ from typing import Any, TypeAlias
 
 import sympy
 
-from kinolab.dynamics.language.expressions import LARGEST_DENOMINATOR
-from kinolab.dynamics.language.symbols import Coordinate, QuaternionEntry
+from kinolab.dynamics.symbols.expressions import LARGEST_DENOMINATOR
+from kinolab.dynamics.symbols.symbols import Coordinate, QuaternionEntry
 
 Monomial: TypeAlias = frozenset[tuple[sympy.Expr, int]]  # (base, nonzero power)
 Terms: TypeAlias = dict[Monomial, Fraction]

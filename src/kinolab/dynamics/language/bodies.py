@@ -9,9 +9,9 @@ from typing import Any, TypeAlias
 import sympy
 
 from kinolab.arguments import checked
-from kinolab.dynamics.language.expressions import exact, is_zero
 from kinolab.dynamics.language.frames import Frame, Number
 from kinolab.dynamics.language.shapes import DrawnMesh, Scalar, Shape
+from kinolab.dynamics.symbols.expressions import exact, is_zero
 from kinolab.errors import InputError, Mistake
 
 

@@ -8,9 +8,9 @@ from typing import TypeAlias
 import sympy
 
 from kinolab.arguments import checked
-from kinolab.dynamics.language.expressions import exact
 from kinolab.dynamics.language.frames import Number, time_derivative
-from kinolab.dynamics.language.symbols import ForceSymbol
+from kinolab.dynamics.symbols.expressions import exact
+from kinolab.dynamics.symbols.symbols import ForceSymbol
 
 
 @checked

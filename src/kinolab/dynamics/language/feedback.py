@@ -15,10 +15,10 @@ from typing import Any, TypeAlias
 import sympy
 
 from kinolab.arguments import checked
-from kinolab.dynamics.language.expressions import exact
 from kinolab.dynamics.language.frames import Number
 from kinolab.dynamics.language.inputs import Limit
-from kinolab.dynamics.language.symbols import InputSymbol, ReferenceSymbol
+from kinolab.dynamics.symbols.expressions import exact
+from kinolab.dynamics.symbols.symbols import InputSymbol, ReferenceSymbol
 
 Named: TypeAlias = str | InputSymbol | ReferenceSymbol  # an input or reference, by name or symbol
 Law: TypeAlias = Mapping[Named, Number] | Sequence[tuple[Named, Number]]

@@ -16,9 +16,9 @@ from typing import TypeAlias
 import sympy
 
 from kinolab.arguments import checked
-from kinolab.dynamics.language.expressions import exact
 from kinolab.dynamics.language.frames import Number
-from kinolab.dynamics.language.symbols import Coordinate, MachineSymbol
+from kinolab.dynamics.symbols.expressions import exact
+from kinolab.dynamics.symbols.symbols import Coordinate, MachineSymbol
 
 
 class OutputSymbol(MachineSymbol):

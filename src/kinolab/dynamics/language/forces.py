@@ -16,7 +16,6 @@ import sympy
 
 from kinolab.arguments import checked, shown
 from kinolab.dynamics.language.bodies import Body
-from kinolab.dynamics.language.expressions import exact, is_zero, sympify_fields
 from kinolab.dynamics.language.frames import (
     AXES,
     Axis,
@@ -28,7 +27,8 @@ from kinolab.dynamics.language.frames import (
 )
 from kinolab.dynamics.language.quantities import UP, Change, FrameSpeed, apart, place, written
 from kinolab.dynamics.language.shapes import ORIGIN, Point
-from kinolab.dynamics.language.words import LoweredWord, primitives_of
+from kinolab.dynamics.symbols.expressions import exact, is_zero, sympify_fields
+from kinolab.dynamics.symbols.words import LoweredWord, primitives_of
 from kinolab.errors import InputError, Mistake
 
 

@@ -16,10 +16,10 @@ from typing import NoReturn, TypeAlias
 import sympy
 
 from kinolab.arguments import checked
-from kinolab.dynamics.language.expressions import exact
 from kinolab.dynamics.language.shapes import AxisName
-from kinolab.dynamics.language.symbols import Attitude, Coordinate, QuaternionEntry, rate
-from kinolab.dynamics.slips import slipped
+from kinolab.dynamics.symbols.expressions import exact
+from kinolab.dynamics.symbols.slips import slipped
+from kinolab.dynamics.symbols.symbols import Attitude, Coordinate, QuaternionEntry, rate
 from kinolab.errors import InputError, Mistake, UnknownNameError
 
 Number: TypeAlias = int | float | sympy.Expr

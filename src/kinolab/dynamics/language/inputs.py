@@ -18,8 +18,8 @@ from kinolab.dynamics.language.bodies import Body
 from kinolab.dynamics.language.forces import Load, both
 from kinolab.dynamics.language.frames import Axis, Frame, Number
 from kinolab.dynamics.language.quantities import Change, FrameSpeed, apart
-from kinolab.dynamics.language.symbols import Coordinate, InputSymbol, rate
-from kinolab.dynamics.language.words import LoweredWord
+from kinolab.dynamics.symbols.symbols import Coordinate, InputSymbol, rate
+from kinolab.dynamics.symbols.words import LoweredWord
 from kinolab.errors import InputError, Mistake
 
 Limit: TypeAlias = float | tuple[float, float]

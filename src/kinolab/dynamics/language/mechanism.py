@@ -21,10 +21,10 @@ from kinolab.dynamics.language.mechanism_parts import (
     coordinate_of,
 )
 from kinolab.dynamics.language.modes import MODE, Mode, Transition
-from kinolab.dynamics.language.offers import Offer, taking
+from kinolab.dynamics.language.offer import Offer, taking
 from kinolab.dynamics.language.quasi_velocities import QuasiVelocity, State
-from kinolab.dynamics.language.symbols import Coordinate, Parameter
 from kinolab.dynamics.language.validation import mistakes_of
+from kinolab.dynamics.symbols.symbols import Coordinate, Parameter
 from kinolab.errors import InputError, Mistake, listed
 
 

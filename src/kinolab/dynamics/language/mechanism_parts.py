@@ -15,17 +15,17 @@ import sympy
 
 from kinolab.dynamics.language.bodies import Body, Cable
 from kinolab.dynamics.language.constraints import Constraint, PositionConstraint, Requirement
-from kinolab.dynamics.language.expressions import as_written, exact, parts_of
 from kinolab.dynamics.language.feedback import Feedback, Regulator
 from kinolab.dynamics.language.flatness import Flat
 from kinolab.dynamics.language.forces import Effort, Gravity, Load, Potential
 from kinolab.dynamics.language.inputs import Drive, Input, Rate
 from kinolab.dynamics.language.modes import Mode, Transition
-from kinolab.dynamics.language.offers import Offer, offered
+from kinolab.dynamics.language.offer import Offer, offered
 from kinolab.dynamics.language.quantities import UP, FrameQuantity, written
 from kinolab.dynamics.language.quasi_velocities import QuasiVelocity, State
 from kinolab.dynamics.language.shapes import Hull, Shape
-from kinolab.dynamics.language.symbols import (
+from kinolab.dynamics.symbols.expressions import as_written, exact, parts_of
+from kinolab.dynamics.symbols.symbols import (
     Attitude,
     Coordinate,
     Parameter,
@@ -34,7 +34,7 @@ from kinolab.dynamics.language.symbols import (
     TurnRate,
     rate,
 )
-from kinolab.dynamics.language.words import LoweredWord, primitives_of
+from kinolab.dynamics.symbols.words import LoweredWord, primitives_of
 from kinolab.errors import InputError, Mistake
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.manifolds.state_parts import Part

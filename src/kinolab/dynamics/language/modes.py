@@ -17,9 +17,9 @@ import sympy
 
 from kinolab.arguments import checked
 from kinolab.dynamics.language.constraints import Constraint, Requirement
-from kinolab.dynamics.language.expressions import exact
 from kinolab.dynamics.language.forces import Effort
 from kinolab.dynamics.language.frames import Number
+from kinolab.dynamics.symbols.expressions import exact
 
 MODE = "mode"  # the state that says in which mode a machine is: 0 for the first, then 1, …
 

@@ -13,7 +13,6 @@ from dataclasses import dataclass
 import sympy
 
 from kinolab.arguments import checked
-from kinolab.dynamics.language.expressions import exact
 from kinolab.dynamics.language.frames import (
     AXES,
     Axis,
@@ -24,7 +23,8 @@ from kinolab.dynamics.language.frames import (
     time_derivative,
     velocity,
 )
-from kinolab.dynamics.language.symbols import MachineSymbol
+from kinolab.dynamics.symbols.expressions import exact
+from kinolab.dynamics.symbols.symbols import MachineSymbol
 
 UP = sympy.symbols("up_x up_y up_z", real=True)  # unit vector against gravity, in the world
 

@@ -16,9 +16,9 @@ from typing import Any
 import sympy
 
 from kinolab.arguments import checked
-from kinolab.dynamics.language.expressions import exact, sympify_fields
 from kinolab.dynamics.language.frames import Number
-from kinolab.dynamics.language.symbols import (
+from kinolab.dynamics.symbols.expressions import exact, sympify_fields
+from kinolab.dynamics.symbols.symbols import (
     Acceleration,
     MachineSymbol,
     RateSymbol,

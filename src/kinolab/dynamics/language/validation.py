@@ -14,7 +14,6 @@ import sympy
 
 from kinolab.dynamics.language.bodies import Body, Cable
 from kinolab.dynamics.language.constraints import PositionConstraint
-from kinolab.dynamics.language.expressions import exact
 from kinolab.dynamics.language.feedback import Feedback, Regulator
 from kinolab.dynamics.language.flatness import CURVATURE, FlatOutputs, output_symbols
 from kinolab.dynamics.language.forces import Effort, Friction, Load, Potential, Rope
@@ -31,7 +30,8 @@ from kinolab.dynamics.language.modes import MODE
 from kinolab.dynamics.language.quantities import Change, FrameSpeed, written
 from kinolab.dynamics.language.quasi_velocities import QuasiVelocity, QuasiVelocitySymbol
 from kinolab.dynamics.language.shapes import MAX_COORDINATE, Shape
-from kinolab.dynamics.language.symbols import (
+from kinolab.dynamics.symbols.expressions import exact
+from kinolab.dynamics.symbols.symbols import (
     Attitude,
     Coordinate,
     ForceSymbol,
@@ -41,7 +41,7 @@ from kinolab.dynamics.language.symbols import (
     ReferenceSymbol,
     StateSymbol,
 )
-from kinolab.dynamics.language.words import primitives_of, require_hashable
+from kinolab.dynamics.symbols.words import primitives_of, require_hashable
 from kinolab.errors import InputError, Mistake, flaw_of, is_broken, printable, unknown_name
 
 TRIANGLE_TOLERANCE = 1e-9  # relative rounding allowed in eigenvalues of inertias

@@ -17,7 +17,7 @@ import numpy as np
 from kinolab.dynamics.codegen.exports import OPERATORS, Function, tangent_of
 from kinolab.dynamics.codegen.methods import RK4
 from kinolab.dynamics.derivation.expression_graph import ExpressionGraph, Node, Operation
-from kinolab.dynamics.model import Model
+from kinolab.dynamics.model.model import Model
 from kinolab.dynamics.translation.translated import translated
 from kinolab.errors import NoDynamicsError
 from kinolab.numerics.arrays import Array

@@ -12,7 +12,7 @@ from kinolab.dynamics.derivation.expression_graph import (
     ExpressionGraph,
     Node,
 )
-from kinolab.dynamics.model import Model
+from kinolab.dynamics.model.model import Model
 from kinolab.dynamics.translation.translated import translated
 from kinolab.lazy import library_of
 

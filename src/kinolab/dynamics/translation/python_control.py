@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kinolab.arguments import require_numbers
-from kinolab.dynamics.model import Model
+from kinolab.dynamics.model.model import Model
 from kinolab.lazy import library_of
 
 

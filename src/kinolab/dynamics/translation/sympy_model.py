@@ -10,7 +10,7 @@ import sympy
 
 from kinolab.dynamics.analysis.fields.to_sympy import FUNCTIONS
 from kinolab.dynamics.analysis.trim import symbols_of_state
-from kinolab.dynamics.model import Model
+from kinolab.dynamics.model.model import Model
 from kinolab.dynamics.translation.translated import translated
 
 

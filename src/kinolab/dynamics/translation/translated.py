@@ -5,7 +5,7 @@ from __future__ import annotations
 from kinolab.dynamics.codegen.exports import Function, outputs_of
 from kinolab.dynamics.derivation.derivation import derive
 from kinolab.dynamics.derivation.expression_graph import ExpressionGraph
-from kinolab.dynamics.model import Model
+from kinolab.dynamics.model.model import Model
 from kinolab.errors import InputError, Mistake
 
 TRANSLATED = ("f", "frames", "energy", "mass_matrix", "project")

@@ -6,11 +6,11 @@ from collections.abc import Iterator
 
 import sympy
 
-from kinolab.dynamics.language.expressions import exact
 from kinolab.dynamics.language.frames import velocity
 from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.language.mechanism_parts import loads
 from kinolab.dynamics.language.quantities import written
+from kinolab.dynamics.symbols.expressions import exact
 from kinolab.errors import InputError
 from kinolab.problem.objective.formula import formula
 from kinolab.scenario import Issue, Scenario, mistake_at, place_at

@@ -9,11 +9,11 @@ from dataclasses import dataclass
 import sympy
 
 from kinolab.dynamics.language.constraints import Requirement, require
-from kinolab.dynamics.language.expressions import exact
 from kinolab.dynamics.language.forces import Effort, Load, Potential
 from kinolab.dynamics.language.inputs import Control
 from kinolab.dynamics.language.quasi_velocities import State, state
-from kinolab.dynamics.language.symbols import InputSymbol
+from kinolab.dynamics.symbols.expressions import exact
+from kinolab.dynamics.symbols.symbols import InputSymbol
 from kinolab.robots.actuation.actuators import Actuator, Aim, Filter, Tendon
 
 

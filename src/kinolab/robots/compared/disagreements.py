@@ -32,8 +32,8 @@ from kinolab.lazy import versions_of
 from kinolab.numerics.arrays import Array
 from kinolab.robots.compared.machine_forces import MachineForces
 from kinolab.robots.compared.second_engine import AbstractSecondEngine
-from kinolab.robots.kinematic_tree import Joint, coordinate_names, led
-from kinolab.robots.loop_closures import OPEN, STILL
+from kinolab.robots.tree.kinematic_tree import Joint, coordinate_names, led
+from kinolab.robots.tree.loop_closures import OPEN, STILL
 from kinolab.store import Kind, code_in
 
 STATES = 2  # one tells any two machines apart, but for those that agree there by chance

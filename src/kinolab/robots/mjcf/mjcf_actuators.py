@@ -11,11 +11,11 @@ import numpy as np
 
 from kinolab.numerics.arrays import Array
 from kinolab.robots.actuation.actuators import Actuator, Aim, Length, Motor, Thruster
-from kinolab.robots.kinematic_tree import pose_of, usable_name
 from kinolab.robots.mjcf.compiled_model import WORLD_BODY, CompiledModel
 from kinolab.robots.mjcf.mjcf_fields import disabled
 from kinolab.robots.mjcf.mjcf_laws import UNLIMITED, ActuatorLaw
 from kinolab.robots.mjcf.mjcf_tendons import length_of
+from kinolab.robots.tree.kinematic_tree import pose_of, usable_name
 
 
 class ActuatorReader:

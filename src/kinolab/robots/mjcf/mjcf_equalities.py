@@ -6,8 +6,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from kinolab.robots.kinematic_tree import Closure, Mimicked, pose_of
 from kinolab.robots.mjcf.compiled_model import CompiledModel
+from kinolab.robots.tree.kinematic_tree import Closure, Mimicked, pose_of
 
 CLOSING = ("connect", "weld")  # equality constraints that close loops
 

@@ -12,13 +12,13 @@ from pathlib import Path
 from kinolab.arguments import require_fit
 from kinolab.dynamics import System
 from kinolab.errors import InputError
-from kinolab.robots.given_motion import PerJoint, given_motion
+from kinolab.robots.machine.given_motion import PerJoint, given_motion
+from kinolab.robots.machine.robot_machine import assembled
 from kinolab.robots.mjcf.compiled_model import CompiledModel
 from kinolab.robots.mjcf.mjcf_geoms import GeomReader
 from kinolab.robots.mjcf.mjcf_tree import tree_of
-from kinolab.robots.robot_machine import assembled
 from kinolab.robots.solids.convex_parts import check_parts
-from kinolab.robots.tree_mistakes import tree_mistakes
+from kinolab.robots.tree.tree_mistakes import tree_mistakes
 
 
 def read_mjcf(

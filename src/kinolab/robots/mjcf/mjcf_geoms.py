@@ -11,11 +11,11 @@ from kinolab.concurrency.stages import doing
 from kinolab.dynamics.language.shapes import Box, Capsule, Cylinder, Shape, Sphere
 from kinolab.errors import InputError, printable
 from kinolab.numerics.arrays import Array
-from kinolab.robots.kinematic_tree import Inertial, Link, PlacedShape, VisibleMesh, pose_of
 from kinolab.robots.mjcf.compiled_model import WORLD_BODY, CompiledModel
 from kinolab.robots.solids.convex_parts import enclosing_shapes
 from kinolab.robots.solids.enclosing import enclosing_shape
-from kinolab.world.shape_surfaces import Faces
+from kinolab.robots.tree.kinematic_tree import Inertial, Link, PlacedShape, VisibleMesh, pose_of
+from kinolab.world.shapes.shape_surfaces import Faces
 
 # [m], edges of the cube that stands for the half-space behind a plane, which has no end: in its
 # middle a surface is where it should be but for rounding, 1e-10 m

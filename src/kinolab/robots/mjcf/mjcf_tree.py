@@ -13,7 +13,13 @@ from numpy.typing import NDArray
 
 from kinolab.errors import listed
 from kinolab.numerics.arrays import Array
-from kinolab.robots.kinematic_tree import (
+from kinolab.robots.mjcf.compiled_model import WORLD_BODY, CompiledModel
+from kinolab.robots.mjcf.mjcf_actuators import ActuatorReader
+from kinolab.robots.mjcf.mjcf_equalities import closures, followers
+from kinolab.robots.mjcf.mjcf_fields import disabled, not_looked_at, unknown_flags
+from kinolab.robots.mjcf.mjcf_geoms import GeomReader
+from kinolab.robots.mjcf.mjcf_tendons import tendons
+from kinolab.robots.tree.kinematic_tree import (
     Inertial,
     Joint,
     JointKind,
@@ -22,12 +28,6 @@ from kinolab.robots.kinematic_tree import (
     Mimicked,
     pose_of,
 )
-from kinolab.robots.mjcf.compiled_model import WORLD_BODY, CompiledModel
-from kinolab.robots.mjcf.mjcf_actuators import ActuatorReader
-from kinolab.robots.mjcf.mjcf_equalities import closures, followers
-from kinolab.robots.mjcf.mjcf_fields import disabled, not_looked_at, unknown_flags
-from kinolab.robots.mjcf.mjcf_geoms import GeomReader
-from kinolab.robots.mjcf.mjcf_tendons import tendons
 
 KINDS: Mapping[str, JointKind] = {
     "FREE": "floating",

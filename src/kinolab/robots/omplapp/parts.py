@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from kinolab.dynamics.language.frames import WORLD
-from kinolab.robots.constant_frames import constant_frame
-from kinolab.robots.kinematic_tree import PlacedShape
-from kinolab.robots.robot_machine import along_the_axes
+from kinolab.robots.machine.robot_machine import along_the_axes
+from kinolab.robots.tree.constant_frames import constant_frame
+from kinolab.robots.tree.kinematic_tree import PlacedShape
 from kinolab.systems._rigid_bodies import Part
 
 

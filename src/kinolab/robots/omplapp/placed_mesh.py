@@ -22,7 +22,7 @@ from kinolab.untrusted import read
 from kinolab.world.meshes.mesh import load_mesh
 from kinolab.world.meshes.mesh_cache import Mesh
 from kinolab.world.meshes.mesh_reading import AXES, refusal
-from kinolab.world.obstacle import UPRIGHT, rotation
+from kinolab.world.obstacles.obstacle import UPRIGHT, rotation
 
 COLLADA = ".dae"
 # How assimp turns what stands upright, with z up, by the axis that is up in the file.

@@ -23,11 +23,11 @@ from kinolab.concurrency.stages import doing
 from kinolab.errors import InputError, Mistake
 from kinolab.lazy import library_of
 from kinolab.numerics.arrays import Array
-from kinolab.robots.kinematic_tree import PlacedShape
 from kinolab.robots.solids.enclosing import enclosing_shape, volume
+from kinolab.robots.tree.kinematic_tree import PlacedShape
 from kinolab.scenario.values import MOST_PARTS
 from kinolab.store import Kind, pack_arrays, unpack_arrays
-from kinolab.world.shape_surfaces import Faces
+from kinolab.world.shapes.shape_surfaces import Faces
 
 EFFORT = {  # of CoACD's tree search, a third of its own, which takes minutes
     **{"mcts_nodes": 10, "mcts_iterations": 60, "mcts_max_depth": 2},

@@ -13,8 +13,8 @@ import numpy as np
 
 from kinolab.dynamics.language.shapes import Box, Capsule, ShapeKind
 from kinolab.numerics.arrays import Array
-from kinolab.robots.constant_frames import onto_z
-from kinolab.robots.kinematic_tree import PlacedShape, pose_of
+from kinolab.robots.tree.constant_frames import onto_z
+from kinolab.robots.tree.kinematic_tree import PlacedShape, pose_of
 
 LEAST_EDGE = 1e-4  # [m] of a box around a flat mesh
 

@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.numerics.arrays import Array
-from kinolab.robots.kinematic_tree import PlacedShape
 from kinolab.robots.solids.enclosing import enclosing_shape, principal_axes
+from kinolab.robots.tree.kinematic_tree import PlacedShape
 
 
 @dataclass

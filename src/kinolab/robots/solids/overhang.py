@@ -7,9 +7,9 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from kinolab.numerics.arrays import Array
-from kinolab.robots.kinematic_tree import PlacedShape
 from kinolab.robots.solids.enclosing_solids import enclosing_solids
-from kinolab.world.geometry import triangles as triangles_of
+from kinolab.robots.tree.kinematic_tree import PlacedShape
+from kinolab.world.shapes.geometry import triangles as triangles_of
 
 
 def closest_solids(triangles: Array, within: Array) -> tuple[list[PlacedShape], float]:

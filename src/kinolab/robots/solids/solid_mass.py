@@ -9,9 +9,9 @@ import numpy as np
 from scipy.spatial import QhullError
 
 from kinolab.numerics.arrays import Array
-from kinolab.robots.kinematic_tree import Inertial
+from kinolab.robots.tree.kinematic_tree import Inertial
 from kinolab.world.meshes.mesh_components import components
-from kinolab.world.shape_surfaces import Faces
+from kinolab.world.shapes.shape_surfaces import Faces
 
 
 def box_mass(edges: Sequence[float], density: float) -> Inertial:

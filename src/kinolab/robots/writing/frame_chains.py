@@ -11,15 +11,15 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 import sympy
 
-from kinolab.dynamics.language.expressions import is_zero
 from kinolab.dynamics.language.frames import AXES, Frame, Motion, Rotation, Translation
 from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.language.mechanism_parts import AnyCoordinate
-from kinolab.dynamics.language.symbols import Coordinate, Parameter
+from kinolab.dynamics.symbols.expressions import is_zero
+from kinolab.dynamics.symbols.symbols import Coordinate, Parameter
 from kinolab.errors import Mistake
 from kinolab.numerics.arrays import Array
-from kinolab.robots.constant_frames import ROUNDING, turned_about
-from kinolab.robots.kinematic_tree import JointKind, pose_of
+from kinolab.robots.tree.constant_frames import ROUNDING, turned_about
+from kinolab.robots.tree.kinematic_tree import JointKind, pose_of
 
 CLEAN = 1e-15  # what is nearer to 0 or +-1 in a rotation matrix is meant to be that
 REMEDY = "Write it as a chain of joints, such as arm @ move(l) @ rot_z(q)."

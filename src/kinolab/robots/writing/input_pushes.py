@@ -18,18 +18,18 @@ from kinolab.dynamics.derivation.kinematics import Kinematics
 from kinolab.dynamics.derivation.projected_forces import ProjectedForces
 from kinolab.dynamics.derivation.symbol_table import SymbolTable, sampled_values
 from kinolab.dynamics.derivation.velocity_coordinates import unconstrained_coordinates
-from kinolab.dynamics.language.expressions import exact
 from kinolab.dynamics.language.forces import Load
 from kinolab.dynamics.language.frames import relative_pose
 from kinolab.dynamics.language.inputs import Input, bounds_of
 from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.language.mechanism_parts import AnyCoordinate, loads, prescribes
 from kinolab.dynamics.language.quantities import FrameSpeed, frames_in
-from kinolab.dynamics.language.symbols import Coordinate
+from kinolab.dynamics.symbols.expressions import exact
+from kinolab.dynamics.symbols.symbols import Coordinate
 from kinolab.errors import Mistake
 from kinolab.numerics.arrays import Array
 from kinolab.robots.actuation.actuators import Motor, Thruster
-from kinolab.robots.kinematic_tree import pose_of
+from kinolab.robots.tree.kinematic_tree import pose_of
 from kinolab.robots.writing.file_numbers import rounded
 from kinolab.robots.writing.frame_chains import FrameChains
 

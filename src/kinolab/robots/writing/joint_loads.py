@@ -7,12 +7,12 @@ from dataclasses import dataclass
 
 import sympy
 
-from kinolab.dynamics.language.expressions import exact, is_zero
 from kinolab.dynamics.language.forces import Effort, Load
 from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.language.mechanism_parts import AnyCoordinate, energies_in, loads_in
 from kinolab.dynamics.language.quantities import FrameQuantity, FrameSpeed
-from kinolab.dynamics.language.symbols import Coordinate, rate
+from kinolab.dynamics.symbols.expressions import exact, is_zero
+from kinolab.dynamics.symbols.symbols import Coordinate, rate
 from kinolab.errors import Mistake
 from kinolab.robots.actuation.actuators import Motor, Thruster
 from kinolab.robots.writing.frame_chains import FrameChains

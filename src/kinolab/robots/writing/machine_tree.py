@@ -15,11 +15,11 @@ import numpy as np
 from kinolab.dynamics.language.bodies import Body
 from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.language.mechanism_parts import AnyCoordinate
-from kinolab.dynamics.language.symbols import Attitude
+from kinolab.dynamics.symbols.symbols import Attitude
 from kinolab.errors import InputError, Mistake
 from kinolab.numerics.arrays import Array
-from kinolab.robots.constant_frames import ROUNDING
-from kinolab.robots.kinematic_tree import (
+from kinolab.robots.tree.constant_frames import ROUNDING
+from kinolab.robots.tree.kinematic_tree import (
     Inertial,
     Joint,
     KinematicTree,
@@ -27,11 +27,11 @@ from kinolab.robots.kinematic_tree import (
     Mimicked,
     PlacedShape,
 )
-from kinolab.robots.tree_mistakes import massless_joints
+from kinolab.robots.tree.tree_mistakes import massless_joints
 from kinolab.robots.writing.frame_chains import ChainStep, FrameChains, Move
 from kinolab.robots.writing.fresh_names import fresh_name
 from kinolab.robots.writing.joint_loads import Loads, loads_of
-from kinolab.world.geometry import placement
+from kinolab.world.shapes.geometry import placement
 
 WORLD_LINK = "world"
 EQUATIONS = "Equations of motion have it: see to_c() and to_casadi()."

@@ -14,7 +14,7 @@ from kinolab.dynamics.language.shapes import ShapeKind
 from kinolab.errors import Mistake
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.manifolds.rotations import of_matrices
-from kinolab.robots.kinematic_tree import (
+from kinolab.robots.tree.kinematic_tree import (
     Inertial,
     Joint,
     KinematicTree,

@@ -17,8 +17,8 @@ from kinolab.dynamics.language.shapes import ShapeKind
 from kinolab.errors import InputError, Mistake
 from kinolab.numerics.arrays import Array
 from kinolab.robots.actuation.actuators import Motor
-from kinolab.robots.constant_frames import elementary_turns, turned_about
-from kinolab.robots.kinematic_tree import Joint, KinematicTree, Link, PlacedShape, pose_of
+from kinolab.robots.tree.constant_frames import elementary_turns, turned_about
+from kinolab.robots.tree.kinematic_tree import Joint, KinematicTree, Link, PlacedShape, pose_of
 from kinolab.robots.writing.file_numbers import FAR, limits, numbers
 from kinolab.robots.writing.frame_chains import cleaned
 from kinolab.robots.writing.machine_tree import WORLD_LINK, machine_tree

@@ -10,6 +10,6 @@ definition. Lists are passed as copies, states and inputs are not.
 from kinolab.search.ompl.control_search import search as search
 from kinolab.search.ompl.ompl_planner import OmplPlanner as OmplPlanner
 from kinolab.search.ompl.simple_setup import OmplSetup as OmplSetup
-from kinolab.search.ompl.syclop.syclop_planner import AbstractSyclopPlanner as AbstractSyclopPlanner
+from kinolab.search.ompl.syclop_planner import AbstractSyclopPlanner as AbstractSyclopPlanner
 from kinolab.search.ompl.tree_planner import AbstractGridPlanner as AbstractGridPlanner
 from kinolab.search.ompl.tree_planner import AbstractTreePlanner as AbstractTreePlanner

@@ -20,7 +20,7 @@ from kinolab.search.potential.eikonal import Mask, WorkspaceGrid
 from kinolab.search.potential.leading_bodies import sample_states
 from kinolab.simulation import Propagator
 from kinolab.world import BodyGeometry, CollisionChecker
-from kinolab.world.geometry import placement
+from kinolab.world.shapes.geometry import placement
 
 RANDOM_ATTITUDES = 16  # checked per cell
 RANDOM_STATES = 32  # configurations that determine the extent of the workspace

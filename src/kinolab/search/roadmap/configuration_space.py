@@ -14,7 +14,7 @@ from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 from kinolab.simulation import Propagator, Rejections
 from kinolab.steering import Steering, cyclic_coordinates, nearest_equilibrium
-from kinolab.world.geometry import reach_of
+from kinolab.world.shapes.geometry import reach_of
 
 MIN_CHECKS = 12  # first samples of a path, which also give its length
 REST_SHIFT = 0.05  # of a coordinate's scale: shift to test whether an equilibrium keeps it

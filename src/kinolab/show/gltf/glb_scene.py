@@ -21,7 +21,7 @@ from kinolab.show.scene.models.setting import SceneColors
 from kinolab.show.scene.models.surface_mesh import SurfaceMesh, by_color, weld
 from kinolab.show.scene.picture import Floor, Ghost
 from kinolab.show.scene.still import GOAL, INK, PATH, START, extent, goal_ball
-from kinolab.world.geometry import triangles
+from kinolab.world.shapes.geometry import triangles
 
 GHOST_OPACITY = 0.4  # of start, goal and cones
 

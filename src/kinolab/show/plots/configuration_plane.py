@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.dynamics.codegen.state_space import wrapped
-from kinolab.dynamics.language.symbols import Coordinate
-from kinolab.dynamics.units import state_units
+from kinolab.dynamics.model.units import state_units
+from kinolab.dynamics.symbols.symbols import Coordinate
 from kinolab.errors import InputError, unknown_name
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask

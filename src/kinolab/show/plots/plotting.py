@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from kinolab.dynamics.language.symbols import Coordinate
-from kinolab.dynamics.units import state_units
+from kinolab.dynamics.model.units import state_units
+from kinolab.dynamics.symbols.symbols import Coordinate
 from kinolab.problem import PlanningTask
 from kinolab.show.plots.figure import GOAL, PLAN, START, WIDTH, figure_of, label
 from kinolab.trajectory import Trajectory

@@ -11,7 +11,7 @@ from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 from kinolab.show.scene.picture import Ghost, GoalMarker
 from kinolab.world import BodyGeometry
-from kinolab.world.geometry import frame_in_world
+from kinolab.world.shapes.geometry import frame_in_world
 
 
 def goal_mark(problem: PlanningTask, x: Array) -> GoalMarker | Ghost | None:

@@ -19,7 +19,7 @@ from kinolab.show.scene.models.setting import SETTINGS, SceneColors, SettingName
 from kinolab.show.scene.models.surface_mesh import SurfaceMesh, is_room, joined, weld
 
 if TYPE_CHECKING:
-    from kinolab.dynamics.machine_facts import BodyGeometry
+    from kinolab.dynamics.facts.machine_facts import BodyGeometry
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from kinolab.dynamics.machine_facts import CoordinateFacts
+from kinolab.dynamics.facts.machine_facts import CoordinateFacts
 from kinolab.problem import PlanningTask
 
 SCALES = 2.0  # of a coordinate without limits, to both sides of its start

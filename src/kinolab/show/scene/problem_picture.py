@@ -13,8 +13,8 @@ from kinolab.scenario.schema import RenderSection
 from kinolab.show.scene.goal_mark import goal_mark, hidden_obstacles
 from kinolab.show.scene.models.cone import Cone
 from kinolab.show.scene.picture import Frames, Ghost, GoalMarker, Picture, Surface
-from kinolab.world.geometry import triangles
-from kinolab.world.placed_shapes import MANY
+from kinolab.world.distances.placed_shapes import MANY
+from kinolab.world.shapes.geometry import triangles
 
 RENDERED: tuple[Any, ...] = ("view", "azimuth", "elevation", "follow", "cut", "setting")
 WORLD = "world"  # name of its frame

@@ -38,8 +38,8 @@ from kinolab.solve.attempt import motion, old_objects_left_alone
 from kinolab.solve.plan import stream
 from kinolab.solve.refinement import STILL_GAINING
 from kinolab.trajectory import Trajectory
-from kinolab.trajopt.options import SHORT
-from kinolab.trajopt.segments import segment_problem
+from kinolab.trajopt.exact.segments import segment_problem
+from kinolab.trajopt.nlp.options import SHORT
 from kinolab.verification import Certificate, verify
 from kinolab.verification.certificate import collision_check
 

@@ -15,7 +15,7 @@ from kinolab.studio.scene.gizmo import Gizmo, rpy_of, size_in, snapped
 from kinolab.studio.scene.page_inputs import on_hand, on_press, show
 from kinolab.studio.scene.scene_nodes import wxyz_of
 from kinolab.studio.scene.session import Session
-from kinolab.world.obstacle import rotation
+from kinolab.world.obstacles.obstacle import rotation
 
 KINDS = {"Box": "box", "Ball": "sphere", "Cylinder": "cylinder", "Capsule": "capsule"}
 SCALED = ("mesh", "cloud")  # kinds whose size is a factor

@@ -15,10 +15,10 @@ from viser import uplot
 from kinolab.errors import InputError, Mistake
 from kinolab.problem import PlanningTask
 from kinolab.problem.unwrapping import unwrapped
+from kinolab.runs.plan_summary import summary
 from kinolab.scenario import apply_overrides
 from kinolab.show.scene.scenes import told
 from kinolab.solve import PlanResult
-from kinolab.solve.plan_summary import summary
 from kinolab.studio.core.background_work import BackgroundWork, Ended, Told
 from kinolab.studio.core.meaning import ScenarioMeaning
 from kinolab.studio.core.scenario_text import Put

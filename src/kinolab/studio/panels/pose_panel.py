@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from kinolab.dynamics.units import state_units
+from kinolab.dynamics.model.units import state_units
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.manifolds.rotations import to_matrices
 from kinolab.problem import PlanningTask

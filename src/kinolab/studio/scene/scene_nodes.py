@@ -31,7 +31,7 @@ from kinolab.show.scene.problem_picture import picture
 from kinolab.show.scene.still import GOAL, PATH, Still, goal_ball, set_up
 from kinolab.studio.core.tolerance_box import tolerance_box
 from kinolab.trajectory import Trajectory
-from kinolab.world.obstacle import rotation
+from kinolab.world.obstacles.obstacle import rotation
 
 NEAR, COARSE = 0.25, 0.1  # of the scene's size: from where on; and of its triangles: how many
 SKY, SUN = 2.4, 1.7  # intensities of light from above, and from the front

@@ -8,7 +8,7 @@ from math import cos, hypot, pi, sin
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from kinolab.testing.judging import Exercise, require_values
+from kinolab.testing.answers.judging import Exercise, require_values
 
 TORUS = [
     (0.3, -0.2, 1.0, 0.9),

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from kinolab.testing.judging import (
+from kinolab.testing.answers.judging import (
     Exercise,
     WrongAnswerError,
     require_model,

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from math import cos, sin
 from typing import Any
 
-from kinolab.testing.judging import (
+from kinolab.testing.answers.judging import (
     Exercise,
     WrongAnswerError,
     require_motion,

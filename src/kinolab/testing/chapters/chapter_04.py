@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from kinolab.testing.chapters import THREE_DIGITS
-from kinolab.testing.judging import (
+from kinolab.testing.answers.judging import (
+    THREE_DIGITS,
     Exercise,
     WrongAnswerError,
     require_motion,

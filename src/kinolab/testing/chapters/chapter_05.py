@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from kinolab.testing.judging import Exercise, WrongAnswerError, require_values
+from kinolab.testing.answers.judging import Exercise, WrongAnswerError, require_values
 
 RADIUS, TRACK = 0.1, 0.4  # [m] of the wheels, [m] between them
 WHEELBASE = 2.7  # [m]

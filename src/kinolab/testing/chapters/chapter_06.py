@@ -6,8 +6,7 @@ from math import atan2, cos, hypot, sin, sqrt, tan
 
 import numpy as np
 
-from kinolab.testing.chapters import THREE_DIGITS
-from kinolab.testing.judging import Exercise, require_number, require_values
+from kinolab.testing.answers.judging import THREE_DIGITS, Exercise, require_number, require_values
 
 G, HEIGHT = 9.81, 9.0  # [m/s^2], [m] of the trolley
 LENGTH, RADIUS, MASS = 3.0, 0.25, 1.0  # [m], [m], [kg]

@@ -7,7 +7,7 @@ from math import comb, pi
 import numpy as np
 from numpy.typing import NDArray
 
-from kinolab.testing.judging import Exercise, require_values
+from kinolab.testing.answers.judging import Exercise, require_values
 
 Array = NDArray[np.float64]
 

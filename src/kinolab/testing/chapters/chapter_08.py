@@ -6,8 +6,7 @@ from math import cos, hypot, sin
 
 import numpy as np
 
-from kinolab.testing.chapters import THREE_DIGITS
-from kinolab.testing.judging import Exercise, require_number, require_values
+from kinolab.testing.answers.judging import THREE_DIGITS, Exercise, require_number, require_values
 
 CENTRE, RADIUS = (2.0, 1.0), 0.5  # [m] of the pillar
 GAIN, REACH = 0.02, 0.6  # [m^3], [m] of its repulsion

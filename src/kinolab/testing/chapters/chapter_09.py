@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import expm
 
-from kinolab.testing.judging import TOLERANCE, Exercise, WrongAnswerError, require_values
+from kinolab.testing.answers.judging import TOLERANCE, Exercise, WrongAnswerError, require_values
 
 Array = NDArray[np.float64]
 Free = Callable[[Array, Array], bool]

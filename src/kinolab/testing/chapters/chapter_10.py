@@ -7,8 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from kinolab.testing.chapters import THREE_DIGITS
-from kinolab.testing.judging import Exercise, require_number, require_values
+from kinolab.testing.answers.judging import THREE_DIGITS, Exercise, require_number, require_values
 
 G = 9.81  # [m/s^2]
 ROD = 0.5  # [m]

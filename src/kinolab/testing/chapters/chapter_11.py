@@ -8,7 +8,12 @@ from typing import Any
 import numpy as np
 
 from kinolab.errors import KinolabError
-from kinolab.testing.judging import Exercise, WrongAnswerError, require_model, require_values
+from kinolab.testing.answers.judging import (
+    Exercise,
+    WrongAnswerError,
+    require_model,
+    require_values,
+)
 
 G = 9.81  # [m/s^2]
 CEILING = 2.0  # [m] above the floor

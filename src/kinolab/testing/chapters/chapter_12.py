@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 from math import cos, sin
 from typing import Any
 
-from kinolab.testing.chapters import THREE_DIGITS
-from kinolab.testing.judging import (
+from kinolab.testing.answers.judging import (
+    THREE_DIGITS,
     Exercise,
     WrongAnswerError,
     require_model,

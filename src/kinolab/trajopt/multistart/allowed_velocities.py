@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
-from kinolab.trajopt.options import GUESS
+from kinolab.trajopt.nlp.options import GUESS
 
 
 def velocity_directions(problem: PlanningTask, x: Array, coordinates: NDArray[np.int64]) -> Array:

@@ -29,8 +29,8 @@ from kinolab.trajopt.multistart.lazy_roadmap import (
     prm_star_neighbours,
 )
 from kinolab.trajopt.multistart.switching_times import motion_along
+from kinolab.trajopt.nlp.options import GUESS
 from kinolab.trajopt.nlp.problem import TrajectoryProblem
-from kinolab.trajopt.options import GUESS
 
 LENGTH_SECONDS, CURVE_SECONDS = 4e-6, 1e-3  # [s] of work for a curve's length, and for its arcs
 

@@ -18,8 +18,8 @@ from kinolab.numerics.arrays import Array
 from kinolab.numerics.manifolds.rotations import unit
 from kinolab.numerics.work import charge
 from kinolab.problem import PlanningTask
-from kinolab.trajopt.options import GUESS
-from kinolab.world.geometry import core_radius_of, reach_of
+from kinolab.trajopt.nlp.options import GUESS
+from kinolab.world.shapes.geometry import core_radius_of, reach_of
 
 
 def _any_length(paths: Array) -> NDArray[np.bool_]:

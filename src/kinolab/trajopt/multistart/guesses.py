@@ -19,7 +19,7 @@ from kinolab.problem import PlanningTask
 from kinolab.steering.cyclic_coordinates import cyclic_coordinates
 from kinolab.trajopt.multistart.allowed_velocities import velocities_along
 from kinolab.trajopt.nlp.decision import Knots, resampled
-from kinolab.trajopt.options import GUESS
+from kinolab.trajopt.nlp.options import GUESS
 
 
 class Guesses:

@@ -13,7 +13,7 @@ from kinolab.numerics.manifolds.rotations import multiply
 from kinolab.problem import PlanningTask
 from kinolab.steering.cyclic_coordinates import cyclic_coordinates
 from kinolab.trajopt.multistart.allowed_velocities import velocities_along, velocity_directions
-from kinolab.trajopt.options import GUESS
+from kinolab.trajopt.nlp.options import GUESS
 
 
 def turned_along(problem: PlanningTask, path: Array) -> Array:

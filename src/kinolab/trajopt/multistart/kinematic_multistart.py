@@ -23,7 +23,7 @@ from kinolab.trajopt.multistart.guesses import path_time_scaling
 from kinolab.trajopt.multistart.multiple_shooting import Multistart, shoot
 from kinolab.trajopt.multistart.rest_to_rest import inverse_dynamics
 from kinolab.trajopt.nlp.decision import Knots, resampled
-from kinolab.trajopt.options import GUESS
+from kinolab.trajopt.nlp.options import GUESS
 
 
 class KinematicMultistart:

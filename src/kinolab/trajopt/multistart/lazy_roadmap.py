@@ -25,7 +25,7 @@ from kinolab.problem import PlanningTask
 from kinolab.trajectory import Trajectory
 from kinolab.trajopt.multistart.geometric_path import GeometricPaths
 from kinolab.trajopt.multistart.guesses import Guesses
-from kinolab.trajopt.options import GUESS
+from kinolab.trajopt.nlp.options import GUESS
 
 GRAPH_SECONDS = 2e-7  # [s] of work for an edge in a search for a shortest path
 

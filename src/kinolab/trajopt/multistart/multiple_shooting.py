@@ -27,8 +27,7 @@ from kinolab.problem.machines.kinematic_task import follows_every_path
 from kinolab.problem.time_steps import covering_steps
 from kinolab.simulation.reference import trajectory_under
 from kinolab.trajectory import Trajectory
-from kinolab.trajopt.exact import make_exact
-from kinolab.trajopt.minimum_cost import minimize_cost
+from kinolab.trajopt.exact.exact import make_exact
 from kinolab.trajopt.multistart.geometric_path import GeometricPaths
 from kinolab.trajopt.multistart.guesses import Guesses
 from kinolab.trajopt.multistart.headings import turned_along, turned_for_requirements
@@ -36,8 +35,9 @@ from kinolab.trajopt.multistart.lazy_roadmap import LazyRoadmap, straight_roadma
 from kinolab.trajopt.multistart.rest_to_rest import along_corners
 from kinolab.trajopt.nlp.decision import Knots
 from kinolab.trajopt.nlp.dynamics_constraint import refined, repeatable
+from kinolab.trajopt.nlp.options import GUESS, SQP
 from kinolab.trajopt.nlp.problem import TrajectoryProblem
-from kinolab.trajopt.options import GUESS, SQP
+from kinolab.trajopt.sqp.minimum_cost import minimize_cost
 from kinolab.trajopt.sqp.restoration import restore_feasibility
 
 if TYPE_CHECKING:

@@ -20,7 +20,7 @@ from kinolab.problem import PlanningTask
 from kinolab.problem.time_steps import covering_steps
 from kinolab.trajopt.multistart.allowed_velocities import velocity_directions
 from kinolab.trajopt.nlp.decision import Knots
-from kinolab.trajopt.options import TIMING
+from kinolab.trajopt.nlp.options import TIMING
 
 SAMPLES = 16  # configurations of a leg between its ends and at them
 

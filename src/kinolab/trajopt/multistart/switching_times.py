@@ -29,8 +29,8 @@ from kinolab.simulation.sensitivities import StepSensitivities
 from kinolab.trajectory import Trajectory
 from kinolab.trajopt.nlp.feasibility_check import satisfies_all
 from kinolab.trajopt.nlp.goal_constraint import GoalConstraint, meets_centre
+from kinolab.trajopt.nlp.options import GUESS
 from kinolab.trajopt.nlp.problem import TrajectoryProblem
-from kinolab.trajopt.options import GUESS
 
 # [s] of work for an arc with derivatives, on an idle computer: the call, and for each operation of
 # the equations of motion, each evaluation of them and each entry of a state

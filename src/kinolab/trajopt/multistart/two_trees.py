@@ -27,10 +27,10 @@ from kinolab.search.tree.sampled.sampled_growth import Growth
 from kinolab.search.tree.sampled.sampled_tree import SampledTree
 from kinolab.search.tree.tree import controls_to
 from kinolab.simulation.rollout import Rollout
+from kinolab.trajopt.exact.segments import segment_problem
 from kinolab.trajopt.multistart.driftless import is_driftless
 from kinolab.trajopt.nlp.decision import Knots, resampled
-from kinolab.trajopt.options import GUESS
-from kinolab.trajopt.segments import segment_problem
+from kinolab.trajopt.nlp.options import GUESS
 
 
 def reversal(problem: PlanningTask) -> Array | None:

@@ -16,7 +16,7 @@ from kinolab.problem.machines.standing import standing
 from kinolab.simulation.reference import trajectory_under
 from kinolab.steering.nearest_equilibrium import nearest_equilibrium
 from kinolab.trajectory import Trajectory
-from kinolab.trajopt.exact import make_exact
+from kinolab.trajopt.exact.exact import make_exact
 from kinolab.trajopt.multistart.multiple_shooting import Multistart
 
 DELAYS = (0.0, 0.25, 0.5, 1.0, 2.0)  # of a motion's duration, tried in turn

@@ -20,22 +20,22 @@ from kinolab.numerics.struct import Record
 from kinolab.problem import PlanningTask
 from kinolab.simulation.machine import call_at
 from kinolab.trajopt.nlp.path_constraints import LinearInequalities, Samples
-from kinolab.world.cable import span
 from kinolab.world.collision.broadphase import BroadphaseScene, make_broadphase, place
-from kinolab.world.collision.gjk import TRIANGLE, Convex, box_gap
-from kinolab.world.collision.signed_distance import extent, gap_along, highest, signed_gap
-from kinolab.world.collision.triangle_gaps import (
+from kinolab.world.distances.gjk import TRIANGLE, Convex, box_gap
+from kinolab.world.distances.obstacle_blocks import following
+from kinolab.world.distances.placed_shapes import ObstacleArrays, enclose, obstacle_arrays
+from kinolab.world.distances.signed_distance import extent, gap_along, highest, signed_gap
+from kinolab.world.distances.triangle_gaps import (
     begin_search,
     limit_of,
     next_leaf,
     plane_bound,
     triangle_bounds,
 )
-from kinolab.world.collision.triangle_tree import Traversal, TriangleTree, mesh_tree
-from kinolab.world.geometry import core_radius_of
-from kinolab.world.obstacle_blocks import following
-from kinolab.world.placed_shapes import ObstacleArrays, enclose, obstacle_arrays
-from kinolab.world.redundant_obstacles import without_redundant
+from kinolab.world.distances.triangle_tree import Traversal, TriangleTree, mesh_tree
+from kinolab.world.obstacles.redundant_obstacles import without_redundant
+from kinolab.world.shapes.cable import span
+from kinolab.world.shapes.geometry import core_radius_of
 
 # Compiled in; the machine code is rebuilt when this file changes.
 FD_STEP = 1e-6  # finite difference of a coordinate, in its unit

@@ -12,7 +12,7 @@ from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 from kinolab.problem.time_steps import covering_steps
 from kinolab.trajectory import Trajectory
-from kinolab.trajopt.options import SHORT
+from kinolab.trajopt.nlp.options import SHORT
 
 
 @dataclass(frozen=True, eq=False)

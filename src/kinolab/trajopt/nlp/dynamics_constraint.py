@@ -27,8 +27,8 @@ from kinolab.simulation.reference import (
 from kinolab.simulation.sensitivities import StepSensitivities
 from kinolab.trajectory import Trajectory
 from kinolab.trajopt.nlp.decision import ONE_PHASE, Knots
+from kinolab.trajopt.nlp.options import NLP, SHORT
 from kinolab.trajopt.nlp.transitions import Transitions
-from kinolab.trajopt.options import NLP, SHORT
 
 # Methods that are tried in turn, with the fewest and the most substeps of each: order 8 pays where
 # steps are long, and where a machine is stiff it does not.

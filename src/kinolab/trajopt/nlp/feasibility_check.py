@@ -11,9 +11,9 @@ from kinolab.problem.task import LIMIT_TOLERANCE
 from kinolab.trajectory import Trajectory
 from kinolab.trajopt.nlp.decision import Knots
 from kinolab.trajopt.nlp.dynamics_constraint import repeatable, true_steps
+from kinolab.trajopt.nlp.options import NLP
 from kinolab.trajopt.nlp.path_constraints import PathConstraints, Samples, beginnings, samples
 from kinolab.trajopt.nlp.problem import Excess, TrajectoryProblem
-from kinolab.trajopt.options import NLP
 
 
 def satisfies_all(task: TrajectoryProblem, trajectory: Trajectory) -> bool:

@@ -7,7 +7,7 @@ import numpy as np
 from kinolab.dynamics.codegen.state_space import whole_turns
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
-from kinolab.trajopt.options import SHORT
+from kinolab.trajopt.nlp.options import SHORT
 
 
 class GoalConstraint:

@@ -18,7 +18,7 @@ from kinolab.numerics.arrays import Array
 from kinolab.numerics.columnar import Columns
 from kinolab.problem import PlanningTask
 from kinolab.trajopt.nlp.decision import ONE_PHASE, Knots
-from kinolab.trajopt.options import NLP
+from kinolab.trajopt.nlp.options import NLP
 
 
 class PathConstraints:

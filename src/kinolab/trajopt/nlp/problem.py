@@ -28,6 +28,7 @@ from kinolab.trajopt.nlp.decision import Knots, Scaling, Weights
 from kinolab.trajopt.nlp.dynamics_constraint import derived_map, is_discrete
 from kinolab.trajopt.nlp.goal_constraint import GoalConstraint
 from kinolab.trajopt.nlp.linearization import Linearization
+from kinolab.trajopt.nlp.options import NLP, SQP
 from kinolab.trajopt.nlp.path_constraints import (
     LinearInequalities,
     PathConstraints,
@@ -37,7 +38,6 @@ from kinolab.trajopt.nlp.path_constraints import (
     variable_scales,
 )
 from kinolab.trajopt.nlp.transitions import Transitions
-from kinolab.trajopt.options import NLP, SQP
 
 Inequalities: TypeAlias = PathConstraints | CollisionConstraints  # along a trajectory
 

@@ -20,12 +20,12 @@ from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 from kinolab.simulation.sensitivities import StepSensitivities
 from kinolab.trajopt.nlp.decision import ONE_PHASE, Knots
+from kinolab.trajopt.nlp.options import NLP
 from kinolab.trajopt.nlp.path_constraints import (
     LinearInequalities,
     central_differences,
     variable_scales,
 )
-from kinolab.trajopt.options import NLP
 
 # Margins of a transition from its guard, the rate of that and its condition: the guard is zero,
 # falls, and the condition holds.

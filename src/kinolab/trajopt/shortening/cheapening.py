@@ -18,8 +18,8 @@ from kinolab.problem.objective.costed import costed
 from kinolab.problem.time_steps import covering_steps
 from kinolab.simulation.reference import DivergedError, resimulate, trajectory_under
 from kinolab.trajectory import Trajectory
-from kinolab.trajopt.exact import connect_to_goal
-from kinolab.trajopt.minimum_cost import minimize_cost
+from kinolab.trajopt.exact.exact import connect_to_goal
+from kinolab.trajopt.exact.segments import Segments, SlidingWindow, is_long
 from kinolab.trajopt.nlp.decision import Knots, even_knots, resampled
 from kinolab.trajopt.nlp.dynamics_constraint import refined, true_trajectory
 from kinolab.trajopt.nlp.feasibility_check import (
@@ -28,10 +28,10 @@ from kinolab.trajopt.nlp.feasibility_check import (
     satisfies_all_at_knots,
 )
 from kinolab.trajopt.nlp.goal_constraint import meets_centre
+from kinolab.trajopt.nlp.options import SHORT, SQP
 from kinolab.trajopt.nlp.problem import NO_EXCESS, TrajectoryProblem, most_time, usual_room
-from kinolab.trajopt.options import SHORT, SQP
-from kinolab.trajopt.segments import Segments, SlidingWindow, is_long
 from kinolab.trajopt.shortening.phases import phases_of, shortened_phases
+from kinolab.trajopt.sqp.minimum_cost import minimize_cost
 from kinolab.trajopt.sqp.restoration import make_knots_exact, restore_feasibility
 
 

@@ -18,9 +18,9 @@ from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 from kinolab.steering.cyclic_coordinates import cyclic_coordinates
 from kinolab.trajectory import Trajectory
+from kinolab.trajopt.exact.segments import Segments, straight
 from kinolab.trajopt.nlp.decision import Knots, resampled
-from kinolab.trajopt.options import SHORT
-from kinolab.trajopt.segments import Segments, straight
+from kinolab.trajopt.nlp.options import SHORT
 
 
 def cycles_removed(segments: Segments, motion: Trajectory) -> Iterator[Trajectory]:

@@ -21,7 +21,6 @@ from kinolab.problem.time_steps import covering_steps
 from kinolab.simulation.sensitivities import StepSensitivities
 from kinolab.steering.cyclic_coordinates import cyclic_coordinates
 from kinolab.trajectory import Trajectory
-from kinolab.trajopt.minimum_cost import minimize_cost
 from kinolab.trajopt.nlp.decision import Knots, Phases, resampled
 from kinolab.trajopt.nlp.dynamics_constraint import (
     is_discrete,
@@ -30,6 +29,7 @@ from kinolab.trajopt.nlp.dynamics_constraint import (
     true_trajectory,
 )
 from kinolab.trajopt.nlp.feasibility_check import excess_between_knots, satisfies_all
+from kinolab.trajopt.nlp.options import LOOSE, NLP, SHORT, SQP, TIGHT, StoppingTolerances
 from kinolab.trajopt.nlp.problem import (
     Minimised,
     TrajectoryProblem,
@@ -37,7 +37,7 @@ from kinolab.trajopt.nlp.problem import (
     nobody_asks,
     usual_room,
 )
-from kinolab.trajopt.options import LOOSE, NLP, SHORT, SQP, TIGHT, StoppingTolerances
+from kinolab.trajopt.sqp.minimum_cost import minimize_cost
 from kinolab.trajopt.sqp.restoration import restore_feasibility
 
 

@@ -21,11 +21,11 @@ from kinolab.steering.maneuver import Maneuver
 from kinolab.steering.path_families import path_family
 from kinolab.steering.path_motion import Path, PathMotion
 from kinolab.trajectory import Trajectory
+from kinolab.trajopt.exact.segments import Segments, straight
 from kinolab.trajopt.multistart.geometric_path import GeometricPaths
 from kinolab.trajopt.multistart.guesses import Guesses, path_time_scaling
 from kinolab.trajopt.nlp.decision import Knots, resampled
-from kinolab.trajopt.options import SHORT
-from kinolab.trajopt.segments import Segments, straight
+from kinolab.trajopt.nlp.options import SHORT
 
 
 class Shortcuts:

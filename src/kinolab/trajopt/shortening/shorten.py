@@ -17,8 +17,8 @@ from kinolab.problem.time_steps import covering_steps
 from kinolab.search.budget import Budget
 from kinolab.simulation.reference import DivergedError, resimulate
 from kinolab.trajectory import Trajectory
-from kinolab.trajopt.exact import connect_to_goal
-from kinolab.trajopt.minimum_cost import minimize_cost
+from kinolab.trajopt.exact.exact import connect_to_goal
+from kinolab.trajopt.exact.segments import Segments, SlidingWindow, is_long
 from kinolab.trajopt.nlp.decision import Knots, even_knots, resampled
 from kinolab.trajopt.nlp.dynamics_constraint import is_motion, refined, true_trajectory
 from kinolab.trajopt.nlp.feasibility_check import (
@@ -27,6 +27,7 @@ from kinolab.trajopt.nlp.feasibility_check import (
     satisfies_all_at_knots,
 )
 from kinolab.trajopt.nlp.goal_constraint import meets_centre
+from kinolab.trajopt.nlp.options import END, SHORT, SQP
 from kinolab.trajopt.nlp.problem import (
     NO_EXCESS,
     Excess,
@@ -35,11 +36,10 @@ from kinolab.trajopt.nlp.problem import (
     nobody_asks,
     usual_room,
 )
-from kinolab.trajopt.options import END, SHORT, SQP
-from kinolab.trajopt.segments import Segments, SlidingWindow, is_long
 from kinolab.trajopt.shortening.cycles import cycles_removed
 from kinolab.trajopt.shortening.phases import phases_of, shortened_phases
 from kinolab.trajopt.shortening.shortcuts import Shortcuts
+from kinolab.trajopt.sqp.minimum_cost import minimize_cost
 from kinolab.trajopt.sqp.restoration import make_knots_exact, restore_feasibility
 
 

@@ -21,8 +21,8 @@ from kinolab.numerics.block_banded import BlockBandedSystem, transposed
 from kinolab.numerics.work import charge
 from kinolab.trajopt.nlp.decision import Scaling
 from kinolab.trajopt.nlp.linearization import Linearization
+from kinolab.trajopt.nlp.options import SQP
 from kinolab.trajopt.nlp.path_constraints import LinearInequalities
-from kinolab.trajopt.options import SQP
 from kinolab.trajopt.sqp.subproblem import Step, Subproblem
 
 Flags: TypeAlias = NDArray[np.bool_]

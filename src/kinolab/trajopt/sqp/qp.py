@@ -20,8 +20,8 @@ from kinolab.numerics.arrays import Array
 from kinolab.numerics.work import charge
 from kinolab.trajopt.nlp.decision import Scaling
 from kinolab.trajopt.nlp.linearization import Linearization
+from kinolab.trajopt.nlp.options import SQP
 from kinolab.trajopt.nlp.path_constraints import LinearInequalities
-from kinolab.trajopt.options import SQP
 from kinolab.trajopt.sqp.subproblem import Step, Subproblem, TrustRegion
 
 

@@ -13,8 +13,8 @@ from __future__ import annotations
 from kinolab.numerics.arrays import Array
 from kinolab.trajopt.nlp.decision import Knots, Weights
 from kinolab.trajopt.nlp.dynamics_constraint import refined
+from kinolab.trajopt.nlp.options import SQP
 from kinolab.trajopt.nlp.problem import TrajectoryProblem
-from kinolab.trajopt.options import SQP
 from kinolab.trajopt.sqp.solver import minimize
 
 

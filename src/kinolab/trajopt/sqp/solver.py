@@ -10,8 +10,8 @@ import math
 from dataclasses import dataclass
 
 from kinolab.trajopt.nlp.decision import Knots, Scaling, Weights, cost
+from kinolab.trajopt.nlp.options import SQP
 from kinolab.trajopt.nlp.problem import MultipleShooting
-from kinolab.trajopt.options import SQP
 from kinolab.trajopt.sqp.feasibility_step import feasibility_step
 from kinolab.trajopt.sqp.qp import solve
 from kinolab.trajopt.sqp.subproblem import subproblem

@@ -6,8 +6,8 @@ To add a check, write a function in a file of its own that takes a ``CheckContex
 
 from collections.abc import Callable
 
-from kinolab.verification.check import Check, CheckContext
 from kinolab.verification.checks.along_motion import limits, requirements
+from kinolab.verification.checks.check import Check, CheckContext
 from kinolab.verification.checks.contacts import collision
 from kinolab.verification.checks.equations_of_motion import equations
 from kinolab.verification.checks.goal_reached import goal, goals_on_the_way

@@ -11,15 +11,15 @@ from kinolab.numerics.intervals import IntervalArray
 from kinolab.problem import PlanningTask
 from kinolab.problem.goal import KeepOutCone
 from kinolab.simulation.motion_pieces import MotionPieces
-from kinolab.verification.boxes import MostExcess, hidden_excess
-from kinolab.verification.check import (
+from kinolab.verification.between_samples.boxes import MostExcess, hidden_excess
+from kinolab.verification.between_samples.peaks import Excess, peaks
+from kinolab.verification.checks.check import (
     LIMIT_TOLERANCE,
     Check,
     CheckContext,
     worst_along,
     worst_entry,
 )
-from kinolab.verification.peaks import Excess, peaks
 
 # Of the size of its terms, or of a limit: what interval arithmetic leaves to samples, which see all
 # that changes no faster than the machine moves. Of the states themselves, which are polynomials:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 from kinolab.numerics.arrays import Array
-from kinolab.verification.check import Check, CheckContext, judged
-from kinolab.verification.dense_motion import DenseMotion, TooFastError
+from kinolab.verification.between_samples.dense_motion import DenseMotion, TooFastError
+from kinolab.verification.checks.check import Check, CheckContext, judged
 from kinolab.world import CollisionChecker
 
 

@@ -10,10 +10,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from kinolab.dynamics.second_derivation import SecondDerivation
+from kinolab.dynamics.model.second_derivation import SecondDerivation
 from kinolab.errors import SingularError
 from kinolab.numerics.arrays import Array
-from kinolab.verification.check import Check, CheckContext, judged
+from kinolab.verification.checks.check import Check, CheckContext, judged
 
 AGREEMENT = 1e-8  # of the largest change of the state and a scale a second; rounding is below 1e-12
 ROWS_PER_BATCH = 256

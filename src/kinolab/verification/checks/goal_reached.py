@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from kinolab.problem.goals_reached import ends
-from kinolab.verification.check import Check, CheckContext, judged
+from kinolab.verification.checks.check import Check, CheckContext, judged
 
 
 def goal(context: CheckContext) -> Check:

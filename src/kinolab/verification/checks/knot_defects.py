@@ -14,8 +14,14 @@ from kinolab.simulation.reference import (
     DivergedError,
     follow_each,
 )
-from kinolab.verification.check import LIMIT_TOLERANCE, Check, CheckContext, judged, worst_entry
-from kinolab.verification.dense_motion import TooFastError
+from kinolab.verification.between_samples.dense_motion import TooFastError
+from kinolab.verification.checks.check import (
+    LIMIT_TOLERANCE,
+    Check,
+    CheckContext,
+    judged,
+    worst_entry,
+)
 
 # of a state's scale: allowed defect between a knot and the state propagated from the one before
 DEFECT_TOLERANCE = 1e-6

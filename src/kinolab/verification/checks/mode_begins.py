@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from kinolab.verification.check import Check, CheckContext, worst_entry
+from kinolab.verification.checks.check import Check, CheckContext, worst_entry
 
 
 def transitions(context: CheckContext) -> Check | None:

@@ -5,7 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from kinolab.dynamics.analysis.consistent_states import CONSTRAINT_TOLERANCE
-from kinolab.verification.check import LIMIT_TOLERANCE, Check, CheckContext, judged, worst_entry
+from kinolab.verification.checks.check import (
+    LIMIT_TOLERANCE,
+    Check,
+    CheckContext,
+    judged,
+    worst_entry,
+)
 
 
 def numbers(context: CheckContext) -> Check:

@@ -19,7 +19,7 @@ from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 from kinolab.verification.lower_bound.shortest_path import shortest_path
 from kinolab.world import BodyGeometry, CollisionChecker, World
-from kinolab.world.geometry import placement
+from kinolab.world.shapes.geometry import placement
 
 Solid: TypeAlias = tuple[float, Callable[[float], Shape]]  # its radius, and it with another one
 CORNERS = 64  # of the polygon that stands for a disc

@@ -32,7 +32,7 @@ from kinolab.verification.lower_bound.speed_envelope import (
     magnitude,
     turning,
 )
-from kinolab.world.collision.distance_field import digest
+from kinolab.world.distances.distance_field import digest
 
 # Of a bound: verified motions may miss limits, start and equations of motion by less than that.
 SLACK = 1e-6

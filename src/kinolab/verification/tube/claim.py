@@ -12,7 +12,7 @@ import numpy as np
 from kinolab.concurrency.stages import doing
 from kinolab.numerics.arrays import finite_or_none
 from kinolab.problem import PlanningTask
-from kinolab.verification.check import Check
+from kinolab.verification.checks.check import Check
 from kinolab.verification.tube.proof import Prover, TubeProof
 from kinolab.verification.tube.uncertainty import Uncertainty
 

@@ -19,7 +19,7 @@ import numpy as np
 
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
-from kinolab.verification.dense_motion import DenseMotion
+from kinolab.verification.between_samples.dense_motion import DenseMotion
 from kinolab.verification.tube.hazards import Hazard
 from kinolab.world import CollisionChecker, World
 

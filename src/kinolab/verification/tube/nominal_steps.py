@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from kinolab.dynamics.flow_formulas import FlowFormulas
+from kinolab.dynamics.model.flow_formulas import FlowFormulas
 from kinolab.numerics import intervals
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.interval_analysis.interval_matrices import growth, meet, product, within

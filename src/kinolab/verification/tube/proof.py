@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from kinolab.concurrency.stages import doing
-from kinolab.dynamics.flow_formulas import FlowFormulas
+from kinolab.dynamics.model.flow_formulas import FlowFormulas
 from kinolab.errors import InputError, Mistake
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
@@ -16,7 +16,7 @@ from kinolab.problem.unwrapping import unwrapped
 from kinolab.simulation.reference import OdeMotion, reference_motion
 from kinolab.steering.tracker import LARGE_DEVIATION, Tracker
 from kinolab.trajectory import Trajectory
-from kinolab.verification.dense_motion import DenseMotion
+from kinolab.verification.between_samples.dense_motion import DenseMotion
 from kinolab.verification.tube.contact_search import ContactSearch
 from kinolab.verification.tube.hazards import (
     Hazard,

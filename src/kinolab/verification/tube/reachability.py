@@ -14,7 +14,7 @@ from functools import cached_property
 
 import numpy as np
 
-from kinolab.dynamics.flow_formulas import FlowFormulas
+from kinolab.dynamics.model.flow_formulas import FlowFormulas
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.interval_analysis.interval_matrices import middle, radius
 from kinolab.numerics.interval_analysis.zonotopes import SUMS, Zonotope

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kinolab.dynamics.flow_formulas import along
 from kinolab.dynamics.language.shapes import Shape
+from kinolab.dynamics.model.flow_formulas import along
 from kinolab.numerics import intervals
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.interval_analysis.interval_matrices import hull
@@ -21,7 +21,7 @@ from kinolab.numerics.intervals import IntervalArray
 from kinolab.problem import PlanningTask
 from kinolab.verification.tube.nominal_steps import BOXES
 from kinolab.verification.tube.reachability import Reachability, Tube
-from kinolab.world.geometry import core_radius_of, placement, triangles
+from kinolab.world.shapes.geometry import core_radius_of, placement, triangles
 
 
 @dataclass(frozen=True, eq=False)

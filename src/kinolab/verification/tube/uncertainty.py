@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from kinolab.dynamics.language.mechanism import Mechanism
-from kinolab.dynamics.language.symbols import Parameter
+from kinolab.dynamics.symbols.symbols import Parameter
 from kinolab.errors import InputError, Mistake, unknown_name
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
@@ -160,7 +160,7 @@ def varied_by_default(problem: PlanningTask, kept: tuple[str, ...]) -> tuple[str
 
 def shown_by(problem: PlanningTask) -> set[str]:
     """Return the parameters on which the size of a shape or a cable depends."""
-    from kinolab.dynamics.machine_facts import facts_of
+    from kinolab.dynamics.facts.machine_facts import facts_of
 
     system, found = problem.system, set()
     for name, value in system.parameter_values.items():

@@ -14,28 +14,28 @@ from typing import Annotated, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from kinolab.dynamics.facts.machine_facts import BodyGeometry, CableGeometry
 from kinolab.dynamics.language.shapes import ShapeKind
-from kinolab.dynamics.machine_facts import BodyGeometry, CableGeometry
 from kinolab.errors import UnknownNameError
 from kinolab.numerics.arrays import Array, Integers
 from kinolab.numerics.jit import kernel
-from kinolab.world.cable import span_all
 from kinolab.world.collision.clearance import clearance_at
-from kinolab.world.collision.gjk import Convex
-from kinolab.world.collision.sphere_tree import STACK_SIZE
-from kinolab.world.collision.triangle_gaps import mesh_clearance
-from kinolab.world.collision.triangle_grid import (
+from kinolab.world.distances.gjk import Convex
+from kinolab.world.distances.obstacle_blocks import following
+from kinolab.world.distances.placed_shapes import ObstacleArrays, enclose, obstacle_arrays
+from kinolab.world.distances.sphere_tree import STACK_SIZE
+from kinolab.world.distances.triangle_gaps import mesh_clearance
+from kinolab.world.distances.triangle_grid import (
     MeshGrid,
     inside,
     mesh_grid,
     near_surface,
     overlap,
 )
-from kinolab.world.collision.triangle_tree import Traversal, TriangleTree
-from kinolab.world.geometry import placement, sizes, sizes_of
-from kinolab.world.obstacle_blocks import following
-from kinolab.world.placed_shapes import ObstacleArrays, enclose, obstacle_arrays
-from kinolab.world.world import World
+from kinolab.world.distances.triangle_tree import Traversal, TriangleTree
+from kinolab.world.obstacles.world import World
+from kinolab.world.shapes.cable import span_all
+from kinolab.world.shapes.geometry import placement, sizes, sizes_of
 
 COLLIDES = -1  # a verdict of ``broadphase``; other numbers count the pairs that are left for FCL
 MAX_PENETRATION = 1e-6  # [m] that a wheel or a foot may press into the ground

@@ -9,11 +9,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from kinolab.dynamics.machine_facts import BodyGeometry, CableGeometry
+from kinolab.dynamics.facts.machine_facts import BodyGeometry, CableGeometry
 from kinolab.errors import InputError, Mistake
 from kinolab.numerics.arrays import Array, allocate
 from kinolab.numerics.struct import Record
-from kinolab.world.cable import NO_ENDS, span_all
 from kinolab.world.collision.broadphase import (
     CheckerArrays,
     Scratch,
@@ -26,11 +25,12 @@ from kinolab.world.collision.broadphase import (
 from kinolab.world.collision.clearance import clearance_at
 from kinolab.world.collision.contact_report import Contact, contacts_at
 from kinolab.world.collision.fcl import CONTACT_MARGIN, Narrowphase, Obstacles
-from kinolab.world.collision.triangle_tree import mesh_tree
-from kinolab.world.geometry import sizes, sizes_of
-from kinolab.world.placed_shapes import obstacle_arrays
-from kinolab.world.shrinking import shrunk_body, shrunk_cable
-from kinolab.world.world import World
+from kinolab.world.distances.placed_shapes import obstacle_arrays
+from kinolab.world.distances.triangle_tree import mesh_tree
+from kinolab.world.obstacles.world import World
+from kinolab.world.shapes.cable import NO_ENDS, span_all
+from kinolab.world.shapes.geometry import sizes, sizes_of
+from kinolab.world.shapes.shrinking import shrunk_body, shrunk_cable
 
 
 class CollisionChecker:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 
 from kinolab.numerics.jit import kernel
-from kinolab.world.collision.gjk import Convex, box_gap, separation_within
-from kinolab.world.collision.triangle_gaps import mesh_clearance
-from kinolab.world.obstacle_blocks import following
+from kinolab.world.distances.gjk import Convex, box_gap, separation_within
+from kinolab.world.distances.obstacle_blocks import following
+from kinolab.world.distances.triangle_gaps import mesh_clearance
 
 
 @kernel

@@ -12,16 +12,16 @@ import math
 from kinolab.numerics.arrays import Array, allocate
 from kinolab.numerics.jit import kernel
 from kinolab.numerics.struct import Record
-from kinolab.world.cable import finite, span
 from kinolab.world.collision.broadphase import MAX_PENETRATION, Scratch, place
 from kinolab.world.collision.collision_scene import CollisionScene
-from kinolab.world.collision.distance_field import distance_bound
-from kinolab.world.collision.gjk import Convex, box_gap, separation_within
-from kinolab.world.collision.triangle_gaps import TOUCHING_MARGIN, mesh_clearance
-from kinolab.world.collision.triangle_grid import inside
-from kinolab.world.obstacle_blocks import following
-from kinolab.world.placed_shapes import enclose
-from kinolab.world.support_functions import half_extent
+from kinolab.world.distances.distance_field import distance_bound
+from kinolab.world.distances.gjk import Convex, box_gap, separation_within
+from kinolab.world.distances.obstacle_blocks import following
+from kinolab.world.distances.placed_shapes import enclose
+from kinolab.world.distances.triangle_gaps import TOUCHING_MARGIN, mesh_clearance
+from kinolab.world.distances.triangle_grid import inside
+from kinolab.world.shapes.cable import finite, span
+from kinolab.world.shapes.support_functions import half_extent
 
 CABLE_SPHERES = 16  # balls along a cable
 

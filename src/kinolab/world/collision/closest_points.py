@@ -13,17 +13,23 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import fcl
 import numpy as np
 
+from kinolab.dynamics.facts.machine_facts import BodyGeometry
 from kinolab.dynamics.language.shapes import Shape
-from kinolab.dynamics.machine_facts import BodyGeometry
 from kinolab.numerics.arrays import Array
-from kinolab.world.collision.fcl import body_object, obstacle_object, overlapping
-from kinolab.world.geometry import placement, sizes
-from kinolab.world.placed_shapes import obstacle_arrays
-from kinolab.world.support_functions import core_radius, core_support
-from kinolab.world.world import World
+from kinolab.world.collision.fcl import (
+    body_object,
+    nearest_points,
+    obstacle_object,
+    overlapping,
+    point_capsule,
+    touch,
+)
+from kinolab.world.distances.placed_shapes import obstacle_arrays
+from kinolab.world.obstacles.world import World
+from kinolab.world.shapes.geometry import placement, sizes
+from kinolab.world.shapes.support_functions import core_radius, core_support
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,7 +79,7 @@ class GapFinder:
             count = overlapping(mover.box, self._boxes, self._near)
             for obstacle, is_mesh in (self._obstacles[k] for k in self._near[:count].tolist()):
                 # Whether two things touch is known a hundred times sooner than how far they are.
-                if _touch(mover.swollen, obstacle):
+                if touch(mover.swollen, obstacle):
                     found.append(_gap(mover, obstacle, is_mesh))
         return [gap for gap in found if gap.distance < self._reach]
 
@@ -86,8 +92,7 @@ class _Mover:
         self.body, self.kind, self.over_ground = body, int(kind), over_ground
         self._own = placement(shape)
         self.ball = shape.symmetric == "xyz"
-        point = fcl.Capsule(self.half[0], 0.0)
-        self.exact: Any = fcl.CollisionObject(point) if self.ball else body_object(shape, 0.0)
+        self.exact: Any = point_capsule(self.half[0]) if self.ball else body_object(shape, 0.0)
         self.swollen: Any = body_object(shape, reach)
         self.turn, self.at = np.eye(3), np.zeros(3)
         # no point is farther from the centre than a corner of the half sizes and a cap's radius
@@ -104,16 +109,10 @@ class _Mover:
             thing.setTranslation(self.at)
 
 
-def _touch(a: object, b: object) -> bool:
-    return bool(fcl.collide(a, b, fcl.CollisionRequest(), fcl.CollisionResult()))
-
-
 def _gap(mover: _Mover, obstacle: object, is_mesh: bool) -> Gap:
-    if _touch(mover.exact, obstacle):
+    if touch(mover.exact, obstacle):
         return Gap(mover.body, 0.0, np.zeros(3), np.zeros(3))
-    request, result = fcl.DistanceRequest(enable_nearest_points=True), fcl.DistanceResult()
-    distance = float(fcl.distance(mover.exact, obstacle, request, result))
-    first, second = (np.array(point, dtype=float) for point in result.nearest_points)
+    distance, first, second = nearest_points(mover.exact, obstacle)
     on_body, on_obstacle = (second, first) if is_mesh else (first, second)
     if mover.ball and distance > 0:
         # FCL's point on the ball is up to 0.2 mm off; the one on the obstacle tells the direction.

@@ -8,16 +8,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kinolab.dynamics.machine_facts import BodyGeometry, CableGeometry
+from kinolab.dynamics.facts.machine_facts import BodyGeometry, CableGeometry
 from kinolab.numerics.arrays import Integers
 from kinolab.world.collision.broadphase import BroadphaseScene, make_broadphase
-from kinolab.world.collision.distance_field import DistanceField
-from kinolab.world.collision.distance_field_cache import shared_distance_field
-from kinolab.world.collision.sphere_tree import SphereTree, sphere_tree
-from kinolab.world.collision.triangle_grid import MeshGrid
-from kinolab.world.collision.triangle_tree import TriangleTree, mesh_tree
-from kinolab.world.placed_shapes import ObstacleArrays, obstacle_arrays
-from kinolab.world.world import World
+from kinolab.world.distances.distance_field import DistanceField
+from kinolab.world.distances.distance_field_cache import shared_distance_field
+from kinolab.world.distances.placed_shapes import ObstacleArrays, obstacle_arrays
+from kinolab.world.distances.sphere_tree import SphereTree, sphere_tree
+from kinolab.world.distances.triangle_grid import MeshGrid
+from kinolab.world.distances.triangle_tree import TriangleTree, mesh_tree
+from kinolab.world.obstacles.world import World
 
 
 class CollisionScene(NamedTuple):

@@ -18,8 +18,8 @@ from kinolab.world.collision.broadphase import (
     place,
 )
 from kinolab.world.collision.fcl import Narrowphase, overlapping
-from kinolab.world.collision.triangle_grid import inside, near_surface, overlap
-from kinolab.world.placed_shapes import enclose
+from kinolab.world.distances.placed_shapes import enclose
+from kinolab.world.distances.triangle_grid import inside, near_surface, overlap
 
 GROUND_NAME = "ground"
 LARGE = 50_000  # triangles, for which FCL builds its search tree in 0.2 s

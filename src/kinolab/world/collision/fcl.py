@@ -1,4 +1,4 @@
-"""FCL behind one door: does this shape touch that obstacle?
+"""FCL behind one door: does this shape touch that obstacle, and what pushes it away?
 
 What decides about collision only ever asks FCL whether two things collide, never how far apart or
 how deep they are: see ``separation``. Its answers have a tolerance, which ``CONTACT_MARGIN``
@@ -17,17 +17,17 @@ import fcl
 import numpy as np
 from numpy.typing import NDArray
 
+from kinolab.dynamics.facts.machine_facts import BodyGeometry, CableGeometry
 from kinolab.dynamics.language.shapes import Shape, ShapeKind
 from kinolab.dynamics.language.shapes.hulls import grown_hull, hull_surface
-from kinolab.dynamics.machine_facts import BodyGeometry, CableGeometry
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.jit import kernel
 from kinolab.world.collision.broadphase import Scratch
-from kinolab.world.collision.triangle_grid import overlap
-from kinolab.world.geometry import frame_in_world, sizes
-from kinolab.world.kept_together import kept_together
-from kinolab.world.obstacle import Obstacle
-from kinolab.world.shape_surfaces import Faces
+from kinolab.world.distances.triangle_grid import overlap
+from kinolab.world.obstacles.kept_together import kept_together
+from kinolab.world.obstacles.obstacle import Obstacle
+from kinolab.world.shapes.geometry import frame_in_world, sizes
+from kinolab.world.shapes.shape_surfaces import Faces
 
 # [m] that bodies are inflated by, so that touching is a collision for every pair
 CONTACT_MARGIN = 1e-5
@@ -48,6 +48,24 @@ def obstacle_object(obstacle: Obstacle) -> object:
     thing.setRotation(turn)
     thing.setTranslation(at)
     return thing
+
+
+def point_capsule(radius: float) -> object:
+    """Make a ball of a capsule without length, whose points nearest to a mesh are right."""
+    return fcl.CollisionObject(fcl.Capsule(radius, 0.0))
+
+
+def touch(a: object, b: object) -> bool:
+    """Say whether two objects touch."""
+    return bool(fcl.collide(a, b, fcl.CollisionRequest(), fcl.CollisionResult()))
+
+
+def nearest_points(a: object, b: object) -> tuple[float, Array, Array]:
+    """Return the distance of two objects in [m], and their points, shape (3,), in FCL's order."""
+    request, result = fcl.DistanceRequest(enable_nearest_points=True), fcl.DistanceResult()
+    distance = float(fcl.distance(a, b, request, result))
+    first, second = (np.array(point, dtype=float) for point in result.nearest_points)
+    return distance, first, second
 
 
 class Obstacles:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from kinolab.numerics.arrays import Array
 from kinolab.world.meshes.mesh_components import components
-from kinolab.world.shape_surfaces import Faces
+from kinolab.world.shapes.shape_surfaces import Faces
 
 
 class SingleFaces(NamedTuple):

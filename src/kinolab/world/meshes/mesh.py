@@ -16,7 +16,7 @@ from kinolab.world.meshes.mesh_cache import MESHES, Mesh
 from kinolab.world.meshes.mesh_components import connected_parts
 from kinolab.world.meshes.mesh_reading import read_triangles, refusal, too_many
 from kinolab.world.meshes.obj_materials import materials_file
-from kinolab.world.shape_surfaces import Faces
+from kinolab.world.shapes.shape_surfaces import Faces
 
 FORMATS = ("stl", "obj", "ply", "glb", "off", "dae")
 

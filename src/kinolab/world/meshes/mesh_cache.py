@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from kinolab.numerics.arrays import Array
 from kinolab.store import Kind, pack_arrays, unpack_arrays
-from kinolab.world.shape_surfaces import Faces
+from kinolab.world.shapes.shape_surfaces import Faces
 
 
 class Mesh(NamedTuple):

@@ -9,7 +9,7 @@ import scipy
 from numpy.typing import NDArray
 
 from kinolab.numerics.arrays import Array
-from kinolab.world.shape_surfaces import Faces
+from kinolab.world.shapes.shape_surfaces import Faces
 
 
 class Components(NamedTuple):

@@ -15,7 +15,7 @@ from kinolab.errors import InputError, Mistake
 from kinolab.numerics.arrays import Array
 from kinolab.world.meshes.mesh_limits import require_size
 from kinolab.world.meshes.obj_materials import Materials
-from kinolab.world.shape_surfaces import Faces
+from kinolab.world.shapes.shape_surfaces import Faces
 
 if TYPE_CHECKING:
     import trimesh

@@ -19,7 +19,7 @@ from kinolab.untrusted import read, refuse_many
 from kinolab.world.meshes.mesh import check, locate
 from kinolab.world.meshes.mesh_components import Components, components
 from kinolab.world.meshes.mesh_reading import refusal
-from kinolab.world.obstacle import ORIGIN, Numbers, Obstacle, placed
+from kinolab.world.obstacles.obstacle import ORIGIN, Numbers, Obstacle, placed
 from kinolab.world.sensed.cell_rectangles import rectangles
 from kinolab.world.sensed.map_file import (
     OCCUPIED,
@@ -29,7 +29,7 @@ from kinolab.world.sensed.map_file import (
     read_map,
     required,
 )
-from kinolab.world.shape_surfaces import BOX_FACES, Faces, box_surface
+from kinolab.world.shapes.shape_surfaces import BOX_FACES, Faces, box_surface
 
 HEIGHT = 1.0  # [m] of walls where nothing is said
 

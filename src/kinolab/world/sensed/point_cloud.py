@@ -13,7 +13,7 @@ from kinolab.world.meshes.mesh import check
 from kinolab.world.meshes.mesh_components import Components
 from kinolab.world.meshes.mesh_hints import MAX_EXTENT
 from kinolab.world.meshes.mesh_reading import refusal
-from kinolab.world.obstacle import ORIGIN, Numbers, Obstacle, placed, upright
+from kinolab.world.obstacles.obstacle import ORIGIN, Numbers, Obstacle, placed, upright
 from kinolab.world.sensed.cloud_file import read_cloud
 
 

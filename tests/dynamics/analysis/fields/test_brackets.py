@@ -13,7 +13,7 @@ from kinolab import systems
 from kinolab.dynamics import VectorField, VectorFields, lie_bracket, vector_fields
 from kinolab.dynamics.analysis.fields.bracket_filtration import BracketFiltration
 from kinolab.dynamics.lagrange.printing import written_length
-from kinolab.dynamics.language.expressions import as_written
+from kinolab.dynamics.symbols.expressions import as_written
 from kinolab.errors import InputError
 
 SYMBOLS = x, y, z = sp.symbols("x y z", real=True)

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from kinolab.dynamics.facts.machine_facts import BodyGeometry
 from kinolab.dynamics.language.shapes import Box, Capsule, Cylinder, Disk, Shape, Sphere
-from kinolab.dynamics.machine_facts import BodyGeometry
 from kinolab.show.scene.models.paint import MARK, paint, painted_bodies
 from kinolab.show.scene.models.surface_mesh import is_room, join, normals, weld
 

@@ -17,7 +17,7 @@ from kinolab.show.film.raster.rasterizer import GROUND, blank, darken
 from kinolab.show.film.raster.shading import pen
 from kinolab.show.scene.camera import frame_scene
 from kinolab.show.scene.models.surface_mesh import weld
-from kinolab.world.geometry import triangles
+from kinolab.world.shapes.geometry import triangles
 
 UP = np.array([0.0, 0.0, 1.0])
 

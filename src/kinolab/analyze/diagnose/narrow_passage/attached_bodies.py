@@ -11,11 +11,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kinolab.dynamics.machine_facts import BodyGeometry
+from kinolab.dynamics.facts.machine_facts import BodyGeometry
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
-from kinolab.world.geometry import half_extents, placement
-from kinolab.world.shrinking import MIN_THICKNESS
+from kinolab.world.shapes.geometry import half_extents, placement
+from kinolab.world.shapes.shrinking import MIN_THICKNESS
 
 
 @dataclass(frozen=True)

@@ -13,12 +13,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kinolab.analyze.diagnose.motion_per_coordinate import motion_per_coordinate
 from kinolab.analyze.diagnose.narrow_passage.configuration_path import (
     Configurations,
     SearchEffort,
     find_path,
 )
+from kinolab.analyze.diagnose.narrow_passage.motion_per_coordinate import motion_per_coordinate
 from kinolab.analyze.diagnose.narrow_passage.path_deformation import PathDeformation
 from kinolab.analyze.diagnose.narrow_passage.path_widening import (
     RESOLUTION,

@@ -11,10 +11,10 @@ from kinolab.analyze.examine.remarks.subject import Subject
 from kinolab.analyze.examine.shapes.joints import SMALL
 from kinolab.analyze.examine.shapes.touching_bodies import APART, TouchingBodies
 from kinolab.dynamics import Body, Coordinate
-from kinolab.dynamics.language.expressions import is_zero
+from kinolab.dynamics.symbols.expressions import is_zero
 from kinolab.numerics.arrays import Array
 from kinolab.simulation.stability import random_states
-from kinolab.world.geometry import frame_in_world, triangles
+from kinolab.world.shapes.geometry import frame_in_world, triangles
 
 ROUNDING = 1e-9  # relative, of velocities: compiled derivatives are exact
 SEEN = 1e-3  # share of a velocity from which it is another one

@@ -8,8 +8,8 @@ import numpy as np
 
 from kinolab.analyze.examine.remarks.remark import Remark
 from kinolab.analyze.examine.remarks.subject import Subject
+from kinolab.dynamics.facts.machine_facts import BodyGeometry
 from kinolab.dynamics.language.constraints import PositionConstraint
-from kinolab.dynamics.machine_facts import BodyGeometry
 from kinolab.numerics.arrays import Array
 from kinolab.simulation.stability import random_states
 from kinolab.world import CollisionChecker, World

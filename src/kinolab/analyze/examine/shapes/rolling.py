@@ -20,10 +20,10 @@ from kinolab.dynamics.language.mechanism_parts import (
     tangent_symbols,
 )
 from kinolab.dynamics.language.shapes import Shape, ShapeKind
-from kinolab.dynamics.language.symbols import RateSymbol
+from kinolab.dynamics.symbols.symbols import RateSymbol
 from kinolab.errors import KinolabError
 from kinolab.numerics.arrays import Array
-from kinolab.world.geometry import frame_in_world, sizes
+from kinolab.world.shapes.geometry import frame_in_world, sizes
 
 ROUNDING = 1e-6  # relative, of slips: compiled derivatives are exact
 WRONG = 0.02  # share of the spin's own slip from which a rolling wheel slips

@@ -12,13 +12,13 @@ import numpy as np
 from kinolab.analyze.examine.remarks.remark import Remark
 from kinolab.analyze.examine.remarks.subject import Subject
 from kinolab.dynamics import Body
+from kinolab.dynamics.facts.machine_facts import BodyGeometry
 from kinolab.dynamics.language.constraints import PositionConstraint
 from kinolab.dynamics.language.mechanism_parts import atoms_of, coordinate_of
-from kinolab.dynamics.machine_facts import BodyGeometry
 from kinolab.numerics.arrays import Array
 from kinolab.simulation.stability import random_states
 from kinolab.world import CollisionChecker, World
-from kinolab.world.geometry import lowest_z, reach_of
+from kinolab.world.shapes.geometry import lowest_z, reach_of
 
 TOUCHING = 1e-4  # of the smaller body's reach: what rounded sizes in a file leave between two
 SUNK = 0.1  # of the reach: how far a body on the ground may stand in it and is on it

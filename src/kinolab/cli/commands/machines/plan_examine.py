@@ -20,7 +20,7 @@ def command(what: str, overrides: tuple[str, ...], quiet: bool) -> int:
     """Say what WHAT does, what is odd about it, and whether the laws of mechanics hold."""
     from kinolab.analyze.examine import examine
     from kinolab.dynamics import System
-    from kinolab.dynamics.machine_facts import facts_of
+    from kinolab.dynamics.facts.machine_facts import facts_of
     from kinolab.loading import file_of_machine, find_scenario, find_system
     from kinolab.problem.warnings import machine_warnings
 

@@ -96,7 +96,7 @@ def _export_machine(what: str, folder: Path, form: str, *, partial: bool, plant:
         files = system.to_c()
     else:
         from kinolab.robots import mjcf_text, urdf_text
-        from kinolab.robots.kinematic_tree import usable_name
+        from kinolab.robots.tree.kinematic_tree import usable_name
 
         text = (mjcf_text if form == "mjcf" else urdf_text)(system, partial=partial)
         files = {usable_name(system.name) + {"mjcf": ".xml", "urdf": ".urdf"}[form]: text}

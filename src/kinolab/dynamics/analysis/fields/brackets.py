@@ -11,8 +11,8 @@ import sympy
 
 from kinolab.arguments import checked
 from kinolab.dynamics.lagrange.printing import one_line, written_length
-from kinolab.dynamics.language.expressions import exact
 from kinolab.dynamics.language.frames import Number
+from kinolab.dynamics.symbols.expressions import exact
 from kinolab.errors import InputError, Mistake
 
 

@@ -20,7 +20,7 @@ from kinolab.dynamics.analysis.fields.brackets import VectorField
 from kinolab.dynamics.analysis.fields.points import complete_point, rational_point
 from kinolab.dynamics.analysis.fields.vector_fields import VectorFields
 from kinolab.dynamics.analysis.jets.ranks import RANK_TOLERANCE, Rank, Vectors, rank_of
-from kinolab.dynamics.language.symbols import Parameter
+from kinolab.dynamics.symbols.symbols import Parameter
 from kinolab.errors import InputError, Mistake
 
 MAX_DEGREE = 12  # of a bracket; growth vectors of the course's machines end much earlier

@@ -8,10 +8,10 @@ from typing import TypeAlias
 
 import sympy
 
-from kinolab.dynamics.language.expressions import as_written
 from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.language.mechanism_parts import tangent_symbols
-from kinolab.dynamics.language.symbols import Coordinate, TurnRate
+from kinolab.dynamics.symbols.expressions import as_written
+from kinolab.dynamics.symbols.symbols import Coordinate, TurnRate
 
 Slopes: TypeAlias = Mapping[Coordinate, sympy.Expr]  # partial derivatives, by coordinate
 

@@ -31,10 +31,10 @@ from kinolab.dynamics.derivation.velocity_coordinates import (
     independent_rows,
 )
 from kinolab.dynamics.language.constraints import PositionConstraint
-from kinolab.dynamics.language.expressions import as_written
 from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.language.mechanism_parts import tangent_symbols
-from kinolab.dynamics.language.symbols import TurnRate
+from kinolab.dynamics.symbols.expressions import as_written
+from kinolab.dynamics.symbols.symbols import TurnRate
 from kinolab.numerics.arrays import Array
 
 COEFFICIENT_TOLERANCE = 1e-6  # on variation of constant coefficients between configurations

@@ -13,7 +13,7 @@ from kinolab.dynamics.analysis.fields.vector_fields import combination_text
 from kinolab.dynamics.analysis.jets.ranks import RANK_TOLERANCE, reduced_rows
 from kinolab.dynamics.derivation.symbol_table import SymbolTable
 from kinolab.dynamics.derivation.velocity_coordinates import constraint_rows
-from kinolab.dynamics.model import Model
+from kinolab.dynamics.model.model import Model
 from kinolab.errors import InputError, Mistake, UnknownNameError
 from kinolab.numerics.arrays import Array
 

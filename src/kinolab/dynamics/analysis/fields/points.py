@@ -11,7 +11,7 @@ import sympy
 
 from kinolab.dynamics.analysis.fields.vector_fields import VectorFields
 from kinolab.dynamics.analysis.jets.scalars import Turn
-from kinolab.dynamics.language.symbols import QuaternionEntry
+from kinolab.dynamics.symbols.symbols import QuaternionEntry
 from kinolab.errors import InputError, Mistake, UnknownNameError
 
 # rational points are multiples of 1 / RATIONAL_DENOMINATOR, so that their powers stay small

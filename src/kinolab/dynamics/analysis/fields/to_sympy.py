@@ -8,7 +8,7 @@ import sympy
 
 from kinolab.dynamics.derivation import lowering
 from kinolab.dynamics.derivation.expression_graph import ARITHMETIC, ExpressionGraph, Node
-from kinolab.dynamics.language.expressions import as_written
+from kinolab.dynamics.symbols.expressions import as_written
 
 FUNCTIONS = {
     **{name: function for function, name in lowering.FUNCTIONS.items()},

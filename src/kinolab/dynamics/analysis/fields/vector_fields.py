@@ -15,7 +15,7 @@ from kinolab.dynamics.analysis.fields.brackets import VectorField
 from kinolab.dynamics.analysis.fields.to_sympy import to_sympy
 from kinolab.dynamics.derivation.expression_graph import ExpressionGraph, Node
 from kinolab.dynamics.derivation.lowering import Lowering
-from kinolab.dynamics.language.expressions import exact
+from kinolab.dynamics.symbols.expressions import exact
 from kinolab.errors import InputError, Mistake
 
 REGULAR_SAMPLES = 3  # sampled states; a single one may be degenerate

@@ -16,7 +16,7 @@ from kinolab.dynamics.analysis.jets.ranks import rank_of
 from kinolab.dynamics.derivation.expression_graph import ExpressionGraph, Node
 from kinolab.dynamics.language.inputs import Input, bounds_of
 from kinolab.dynamics.language.mechanism import Mechanism
-from kinolab.dynamics.model import Model
+from kinolab.dynamics.model.model import Model
 from kinolab.numerics.arrays import Array
 
 

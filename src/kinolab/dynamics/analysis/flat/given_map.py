@@ -19,7 +19,7 @@ from kinolab.dynamics.derivation.lowering import Lowering
 from kinolab.dynamics.language.flatness import CURVATURE, FlatOutputs, PlaneCurves, output_symbols
 from kinolab.dynamics.language.forces import Effort
 from kinolab.dynamics.language.mechanism import Mechanism
-from kinolab.dynamics.model import Model
+from kinolab.dynamics.model.model import Model
 from kinolab.errors import InputError, Mistake
 from kinolab.store import pickled
 

@@ -18,7 +18,7 @@ from kinolab.dynamics.analysis.flat.control_system import ControlSystem
 from kinolab.dynamics.analysis.flat.given_map import wrong_map
 from kinolab.dynamics.analysis.flat.output_candidates import Candidate, Candidates
 from kinolab.dynamics.language.flatness import FlatOutputs, output
-from kinolab.dynamics.language.symbols import Coordinate
+from kinolab.dynamics.symbols.symbols import Coordinate
 
 
 def hanging_map(control: ControlSystem, outputs: Sequence[Candidate]) -> FlatOutputs | None:

@@ -18,9 +18,9 @@ import sympy
 from kinolab.dynamics.analysis.flat.control_system import ControlSystem
 from kinolab.dynamics.derivation.expression_graph import Node
 from kinolab.dynamics.derivation.lowering import Lowering
-from kinolab.dynamics.joint_frames import pose_nodes
+from kinolab.dynamics.facts.joint_frames import pose_nodes
 from kinolab.dynamics.language.frames import Frame, move, movers_of, pose
-from kinolab.dynamics.language.symbols import Coordinate
+from kinolab.dynamics.symbols.symbols import Coordinate
 
 AXES = ("x", "y", "z")
 CENTRE = "the centre of mass of "

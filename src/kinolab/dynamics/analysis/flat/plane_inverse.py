@@ -14,7 +14,7 @@ from kinolab.dynamics.analysis.fields.system_fields import allowed_motions
 from kinolab.dynamics.analysis.flat.control_system import ControlSystem
 from kinolab.dynamics.analysis.flat.given_map import wrong_map
 from kinolab.dynamics.language.flatness import CURVATURE, PlaneCurves
-from kinolab.dynamics.language.symbols import Coordinate
+from kinolab.dynamics.symbols.symbols import Coordinate
 from kinolab.errors import InputError
 
 

@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 import sympy
 
-from kinolab.dynamics.language.expressions import exact
 from kinolab.dynamics.language.shapes.packed_rows import packed, unpacked
+from kinolab.dynamics.symbols.expressions import exact
 from kinolab.errors import InputError, Mistake
 
 OPERATIONS: dict[str, type] = {

@@ -17,7 +17,7 @@ from kinolab.dynamics.language.inputs import Input
 from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.language.mechanism_parts import up_in
 from kinolab.dynamics.language.quantities import written
-from kinolab.dynamics.language.words import primitives_of
+from kinolab.dynamics.symbols.words import primitives_of
 
 
 def in_known_words(system: Mechanism, known: Collection[type]) -> Mechanism:

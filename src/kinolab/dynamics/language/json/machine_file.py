@@ -18,12 +18,12 @@ from kinolab.dynamics.language.constraints import (
     Requirement,
     VelocityConstraint,
 )
-from kinolab.dynamics.language.expressions import parts_of
 from kinolab.dynamics.language.feedback import Feedback, Reference, Regulator
 from kinolab.dynamics.language.flatness import FlatOutputs, PlaneCurves, output_symbols
 from kinolab.dynamics.language.forces import FORCES, Gravity
 from kinolab.dynamics.language.frames import Axis, Frame, Orientation, Rotation, Translation
 from kinolab.dynamics.language.inputs import INPUTS
+from kinolab.dynamics.language.joint_friction import JointFriction
 from kinolab.dynamics.language.json.expression_tree import (
     expanded_size,
     expression_to_tree,
@@ -32,14 +32,15 @@ from kinolab.dynamics.language.json.expression_tree import (
 from kinolab.dynamics.language.json.known_words import in_known_words
 from kinolab.dynamics.language.json.machine_folder import FEEDBACK_FILE, MACHINE_FILE
 from kinolab.dynamics.language.json.size_limits import size_mistakes, written_out
+from kinolab.dynamics.language.lumped_mass import Lump, LumpedMass
 from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.language.mechanism_parts import quasi_velocities
 from kinolab.dynamics.language.modes import Mode, Transition
-from kinolab.dynamics.language.offers import JointFriction, Lump, LumpedMass
 from kinolab.dynamics.language.quantities import FrameSpeed
 from kinolab.dynamics.language.quasi_velocities import QuasiVelocity, State
 from kinolab.dynamics.language.shapes import SHAPES, DrawnMesh, Hull
-from kinolab.dynamics.language.symbols import (
+from kinolab.dynamics.symbols.expressions import parts_of
+from kinolab.dynamics.symbols.symbols import (
     KINDS,
     Attitude,
     Coordinate,

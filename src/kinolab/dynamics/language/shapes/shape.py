@@ -19,7 +19,7 @@ from kinolab.dynamics.language.shapes.hulls import (
     require_round,
 )
 from kinolab.dynamics.language.shapes.packed_rows import packed, unpacked
-from kinolab.dynamics.language.words import Word
+from kinolab.dynamics.symbols.words import Word
 from kinolab.errors import InputError, Mistake
 from kinolab.numerics.arrays import Array
 

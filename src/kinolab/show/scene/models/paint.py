@@ -14,11 +14,11 @@ from kinolab.show.scene.models.ball import Color, Pattern, ball, pale
 from kinolab.show.scene.models.painted_body import DEGREES, PaintedBody, fineness
 from kinolab.show.scene.models.rotor import rotor
 from kinolab.show.scene.models.surface_mesh import SurfaceMesh, weld
-from kinolab.world.geometry import SECTIONS, placement, triangles
-from kinolab.world.shape_surfaces import cylinder_surface
+from kinolab.world.shapes.geometry import SECTIONS, placement, triangles
+from kinolab.world.shapes.shape_surfaces import cylinder_surface
 
 if TYPE_CHECKING:
-    from kinolab.dynamics.machine_facts import BodyGeometry
+    from kinolab.dynamics.facts.machine_facts import BodyGeometry
 
 # Okabe and Ito, Color Universal Design, 2008; ordered so that a machine starts with its strongest.
 COLORS: tuple[Color, ...] = (

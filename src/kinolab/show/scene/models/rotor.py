@@ -9,7 +9,7 @@ import numpy as np
 
 from kinolab.numerics.arrays import Array
 from kinolab.show.scene.models.surface_mesh import SurfaceMesh, join, weld
-from kinolab.world.shape_surfaces import box_surface, cylinder_surface
+from kinolab.world.shapes.shape_surfaces import box_surface, cylinder_surface
 
 if TYPE_CHECKING:
     from kinolab.dynamics.language.shapes import Shape

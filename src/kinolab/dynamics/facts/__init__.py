@@ -1,0 +1,1 @@
+"""What planning asks of a machine besides its equations."""

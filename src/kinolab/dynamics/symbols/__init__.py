@@ -1,0 +1,1 @@
+"""What formulas of machines are made of: symbols, exact expressions, words; and slips of a pen."""

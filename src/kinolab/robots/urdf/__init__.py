@@ -1,0 +1,1 @@
+"""Robots in URDF files of ROS, and in the templates that they are made from."""

@@ -1,1 +1,0 @@
-"""Syclop: OMPL's planners that are guided by paths through a decomposition into regions."""

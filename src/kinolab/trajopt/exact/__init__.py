@@ -1,0 +1,1 @@
+"""Motions made exact: between two states, and into the centre of the goal."""

@@ -1,0 +1,1 @@
+"""What stands in the way: obstacles, floors, and the world of both."""
