@@ -147,8 +147,8 @@ def test_a_force_that_follows_from_frames_and_gravity_is_not_to_be_added(
     effort: Callable[[Any], Any], title: str
 ) -> None:
     """L has m r^2 q_dot^2 / 2 and m g r sin(q): all these are in its equations already."""
-    (found,) = broken(swinging(effort))
-    assert f"{title} that is there twice: plate" in found
+    found = broken(swinging(effort))
+    assert any(f"{title} that is there twice: plate" in remark for remark in found)
 
 
 @pytest.mark.parametrize(

@@ -82,6 +82,9 @@ def decoupling_fields(system: Mechanism) -> DecouplingFields:
 
     Friction is left out, and named where it would keep the machine from following a field.
 
+    Args:
+        system: The machine.
+
     Raises:
         InputError: If the notion does not apply to the machine, with the reason, or if the machine
             cannot be derived. A machine to which it applies may have no such fields.

@@ -62,6 +62,7 @@ def least_dissipation(
     constraints hold; other forces do not count.
 
     Args:
+        system: The machine.
         given: Rates in [m/s] or [rad/s], such as ``{rate(phi): 4.0}`` or ``{"phi_dot": 4.0}``.
         at: Coordinates in [m] or [rad], likewise; those left out are 0.
 

@@ -57,6 +57,7 @@ def in_mode(system: Mechanism, mode: str) -> Mechanism:
     It has the inputs that have an effect in this mode.
 
     Args:
+        system: The machine.
         mode: The mode's name.
 
     Raises:

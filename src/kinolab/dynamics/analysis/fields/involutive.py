@@ -82,6 +82,9 @@ class InvolutiveClosure:
 def involutive_closure(system: Mechanism) -> InvolutiveClosure:
     """Compute the involutive closure and find a machine's integrable constraints.
 
+    Args:
+        system: The machine.
+
     Raises:
         InputError: If its constraints depend on inputs.
     """

@@ -106,6 +106,7 @@ def small_time_controllability(
     """Decide, if possible, small-time local controllability at a state.
 
     Args:
+        fields: Of the machine.
         at: The state, by name; missing entries are 0.
         held: Inputs that hold the system at this state, by name.
         limits: Of the inputs, by name; symmetric when left out.

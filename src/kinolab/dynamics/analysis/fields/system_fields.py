@@ -38,6 +38,9 @@ def vector_fields(system: Mechanism) -> VectorFields:
     one, auxiliary states last. Where an input does not enter linearly, all inputs become states
     whose rates are the inputs, which preserves accessibility.
 
+    Args:
+        system: The machine.
+
     Raises:
         InputError: If the machine cannot be derived.
 
@@ -74,6 +77,9 @@ def allowed_motions(system: Mechanism) -> VectorFields:
 
     The kernel of w(q): one field per independent velocity, named after it. Masses and forces play
     no part.
+
+    Args:
+        system: The machine.
 
     Raises:
         InputError: If the constraints depend on inputs or auxiliary states, or no fixed choice of
