@@ -189,6 +189,17 @@ def others_axes(subject: Subject) -> Iterator[Remark]:
         yield Remark("axis of another body", entry.name, what, part)
 
 
+def _motors(subject: Subject, x: Array) -> Iterator[tuple[Input, Body, Body, Array]]:
+    """Yield inputs between two bodies about an axis: what, on which, against which, the axis."""
+    for entry in subject.system.inputs:
+        on, base = getattr(entry, "on", None), getattr(entry, "reacts_on", None)
+        about = getattr(entry, "about", None)
+        if isinstance(on, Body) and isinstance(base, Body) and isinstance(about, Axis):
+            direction = _axis(subject, about, x)
+            if direction is not None:
+                yield entry, on, base, direction
+
+
 def parted_axles(subject: Subject) -> Iterator[Remark]:
     """Yield the motors between two bodies side by side that have no axle in common.
 
@@ -196,14 +207,9 @@ def parted_axles(subject: Subject) -> Iterator[Remark]:
     along it.
     """
     x = _aside(subject)
-    for entry in subject.system.inputs:
-        on, base = getattr(entry, "on", None), getattr(entry, "reacts_on", None)
-        about = getattr(entry, "about", None)
-        if not (isinstance(on, Body) and isinstance(base, Body) and isinstance(about, Axis)):
-            continue
+    for entry, on, base, direction in _motors(subject, x):
         ours, theirs = subject.moving(on.frame), subject.moving(base.frame)
-        direction = _axis(subject, about, x)
-        if ours <= theirs or theirs <= ours or direction is None:
+        if ours <= theirs or theirs <= ours:
             continue
         spin = (subject.spin(on, x) - subject.spin(base, x)).T  # (nq, 3)
         origin = subject.poses(x)[subject.place_of(on)][:, 3]
@@ -225,15 +231,11 @@ def parted_axles(subject: Subject) -> Iterator[Remark]:
 def passed_joints(subject: Subject) -> Iterator[Remark]:
     """Yield the motors that react on a body beyond the one on whose joint they act."""
     x = _aside(subject)
-    for entry in subject.system.inputs:
-        on, base = getattr(entry, "on", None), getattr(entry, "reacts_on", None)
-        about = getattr(entry, "about", None)
-        if not (isinstance(on, Body) and isinstance(base, Body) and isinstance(about, Axis)):
-            continue
-        direction, known = _axis(subject, about, x), subject.moving(base.frame)
+    for entry, on, base, direction in _motors(subject, x):
+        known = subject.moving(base.frame)
         for mount in (b for b in subject.carriers(on)[:1] if known < subject.moving(b.frame)):
             joint = _joint(subject, on, mount, x, turns=True)
-            if joint is not None and direction is not None and abs(joint @ direction) > 1 - ALONG:
+            if joint is not None and abs(joint @ direction) > 1 - ALONG:
                 what = f"{on.name} turns about that axis on {mount.name}, and {entry.name} reacts "
                 what += f"on {base.name}, beyond it: is it reacts_on={mount.name}? Only a belt or "
                 what += f"a shaft past {mount.name} turns it so."
