@@ -35,6 +35,7 @@ IN_TIME, LATE = 60.0, -1.0  # [s] deadlines where the clock stands still
 def asked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Replanner:
     """Return a planner that has all the time it needs."""
     monkeypatch.setattr(replanner, "time", SimpleNamespace(monotonic=lambda: 0.0))
+    monkeypatch.setattr(replanner, "SEARCH", IN_TIME)  # searches go by a clock that does not stand
     problem = Problem.of(problem_of(tmp_path, FAR + BOX))
     return problem.replanner(
         problem.solve("rrt_fast", seed=1, improve=2.0), deadline=IN_TIME, tolerance=0.0
