@@ -62,7 +62,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     group = parser.getgroup("kinolab")
     remaining = "run only what has not passed in the last run without this option"
     group.addoption("--remaining", action="store_true", help=remaining)
-    recording = f"write {RECORD.name} from this run, which must be a full one"
+    recording = f"write to {RECORD.name} how long what runs now takes"
     group.addoption("--record-durations", action="store_true", help=recording)
 
 
@@ -174,8 +174,14 @@ class Recorder:
         if not (self._config.getoption("remaining") or self._config.getoption("collectonly")):
             self._config.cache.set("kinolab/passed", sorted(self._passed))
         if self._config.getoption("record_durations"):
-            slow = {name: round(s, 1) for name, s in sorted(self._seconds.items()) if s >= SEARCH}
-            RECORD.write_text(json.dumps(slow, indent=0) + "\n", encoding="utf-8")
+            slow = {name: round(s, 1) for name, s in self._seconds.items() if s >= SEARCH}
+            others = {name: s for name, s in _recorded().items() if self._did_not_run(name)}
+            known = dict(sorted({**others, **slow}.items()))
+            RECORD.write_text(json.dumps(known, indent=0) + "\n", encoding="utf-8")
+
+    def _did_not_run(self, name: str) -> bool:
+        """Say whether a test or fixture did not run, and its file or folder is still there."""
+        return name not in self._seconds and (HERE.parent / name.partition("::")[0]).exists()
 
     def pytest_terminal_summary(self, terminalreporter: pytest.TerminalReporter) -> None:
         known = self._marked | _recorded().keys()
