@@ -30,9 +30,9 @@ from kinolab.dynamics import (
     velocity,
     zero,
 )
-from kinolab.dynamics.derivation.bounding_radius import bounding_radius
 from kinolab.dynamics.language.json.machine_file import machine_from_json, machine_to_json
 from kinolab.dynamics.language.shapes import ORIGIN, AxisName, Hull, Point, Shape
+from kinolab.dynamics.language.shapes.bounding_radius import bounding_radius
 from kinolab.errors import InputError
 from kinolab.robots.writing.mjcf_text import mjcf_text
 from kinolab.robots.writing.urdf_text import urdf_text

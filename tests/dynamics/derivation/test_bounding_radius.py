@@ -26,8 +26,8 @@ from kinolab.dynamics import (
     rot_y,
     rot_z,
 )
-from kinolab.dynamics.derivation.bounding_radius import bounding_radius
 from kinolab.dynamics.language.shapes import AxisName
+from kinolab.dynamics.language.shapes.bounding_radius import bounding_radius
 
 Array = Any  # NumPy arrays of float64
 CENTRES = [(0.0, 0.0, 0.0), (0.3, 0.0, 0.0), (0.0, -0.2, 0.0), (0.1, 0.2, -0.3), (0.0, 0.0, 0.5)]

@@ -19,7 +19,6 @@ from typing import Any
 
 import numpy as np
 
-from kinolab.dynamics.derivation.bounding_radius import bounding_radius
 from kinolab.dynamics.derivation.expression_graph import Node
 from kinolab.dynamics.derivation.kinematics import FrameState, Kinematics
 from kinolab.dynamics.derivation.lowering import Lowering
@@ -47,6 +46,7 @@ from kinolab.dynamics.language.mechanism_parts import (
 )
 from kinolab.dynamics.language.quasi_velocities import QuasiVelocity
 from kinolab.dynamics.language.shapes import Shape
+from kinolab.dynamics.language.shapes.bounding_radius import bounding_radius
 from kinolab.dynamics.symbols.expressions import is_zero
 from kinolab.dynamics.symbols.symbols import ForceSymbol
 from kinolab.errors import InputError, Mistake
