@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.dynamics import Model, System
+from kinolab.dynamics.derivation.sampled_states import feasible_values
 from kinolab.dynamics.derivation.symbol_table import SymbolTable
-from kinolab.dynamics.derivation.velocity_coordinates import feasible_values
 from tests import registered
 from tests.dynamics.wheeled import roller_racer
 from tests.feedback_machines import cart_pole

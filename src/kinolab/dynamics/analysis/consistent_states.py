@@ -119,8 +119,8 @@ class _LoopClosure:
     def __init__(
         self, plant: Model, constraints: Sequence[Constraint], *, redundant: bool = False
     ) -> None:
+        from kinolab.dynamics.derivation.sampled_states import gradient
         from kinolab.dynamics.derivation.symbol_table import SymbolTable
-        from kinolab.dynamics.derivation.velocity_coordinates import gradient
         from kinolab.dynamics.language.constraints import PositionConstraint
 
         self.constraints = [

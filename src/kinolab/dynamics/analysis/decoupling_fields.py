@@ -25,9 +25,9 @@ from kinolab.dynamics.analysis.fields.to_sympy import to_sympy
 from kinolab.dynamics.analysis.fields.vector_fields import VectorFields
 from kinolab.dynamics.derivation.derivation import Derivation, derive
 from kinolab.dynamics.derivation.expression_graph import Node
+from kinolab.dynamics.derivation.sampled_states import feasible_values
 from kinolab.dynamics.derivation.symbol_table import SymbolTable
 from kinolab.dynamics.derivation.symbolic_solve import Guards, solve_square
-from kinolab.dynamics.derivation.velocity_coordinates import feasible_values
 from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.language.mechanism_parts import imposed_velocities, tangent_symbols
 from kinolab.errors import InputError, Mistake

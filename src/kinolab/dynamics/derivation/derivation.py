@@ -23,6 +23,7 @@ from kinolab.dynamics.derivation.expression_graph import Node
 from kinolab.dynamics.derivation.kinematics import FrameState, Kinematics
 from kinolab.dynamics.derivation.lowering import Lowering
 from kinolab.dynamics.derivation.newton_euler import NewtonEuler
+from kinolab.dynamics.derivation.sampled_states import feasible_values
 from kinolab.dynamics.derivation.symbol_table import SymbolTable
 from kinolab.dynamics.derivation.symbolic_solve import Guards, solve_definite, solve_square
 from kinolab.dynamics.derivation.vectors import Vector
@@ -30,8 +31,6 @@ from kinolab.dynamics.derivation.velocity_coordinates import (
     VelocityCoordinates,
     combine,
     constraint_rows,
-    feasible_values,
-    independent_rows,
     unconstrained_coordinates,
     velocity_coordinates,
 )
@@ -42,7 +41,6 @@ from kinolab.dynamics.language.mechanism_parts import (
     coordinate_of,
     imposed_velocities,
     require_one_mode,
-    state_parts,
 )
 from kinolab.dynamics.language.quasi_velocities import QuasiVelocity
 from kinolab.dynamics.language.shapes import Shape
@@ -161,18 +159,12 @@ class _Derivation:
         self.tape = self.binding.tape
         self.guards = Guards()
         self.balance: tuple[tuple[int, ...], tuple[Node, ...], tuple[Node, ...]] = (), (), ()
-        self.multipliers = system.velocities == "all" and bool(system.constraints)
-        if self.multipliers:
-            if imposed_velocities(system):
-                what = 'a given velocity needs independent ones; velocities="all" has none.'
-                raise InputError([Mistake(f"system {system.name!r}", what)])
-            self.rows = constraint_rows(self.binding)
-            self.redundant = independent_rows(self.binding, self.rows)[1]
-            self.chart = unconstrained_coordinates(self.binding)
-        else:
-            self.chart = velocity_coordinates(self.binding, self.guards)
-            self.rows = list(self.chart.rows)
-            self.redundant = self.chart.redundant
+        self.multipliers = self.binding.by_multipliers
+        if self.multipliers and self.binding.imposed:
+            what = 'a given velocity needs independent ones; velocities="all" has none.'
+            raise InputError([Mistake(f"system {system.name!r}", what)])
+        self.chart = velocity_coordinates(self.binding, self.guards)
+        self.rows = self.chart.rows
         if not self.chart.states and not self.chart.input_directions:
             what = "nothing in it can move."
             remedy = "Give it coordinates, and fewer constraints than coordinates."
@@ -203,9 +195,9 @@ class _Derivation:
             binding=binding,
             independent=chart.independent,
             quasi=chart.quasi,
-            redundant=self.redundant,
+            redundant=chart.redundant,
             state=state,
-            parts=completed(state_parts(self.system), len(state)),
+            parts=completed(self.binding.parts, len(state)),
             derivative=(*flow, *accelerations, *extras),
             velocities=chart.velocities,
             flow=flow,
@@ -409,7 +401,7 @@ class _Derivation:
 
     def _projection(self) -> tuple[Node, ...]:
         """Return the state after one Newton step onto the constraints, unit vectors normalized."""
-        spheres, gaps = spheres_of(state_parts(self.system)), self._gaps()
+        spheres, gaps = spheres_of(self.binding.parts), self._gaps()
         if not (spheres or gaps or self.multipliers):
             return ()
         q = self._shifted(gaps) if gaps else list(self.binding.configuration)

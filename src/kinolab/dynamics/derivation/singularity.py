@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from kinolab.dynamics.derivation.regularity import singular_configuration
 from kinolab.dynamics.derivation.symbol_table import SymbolTable
 from kinolab.dynamics.derivation.symbolic_solve import Guards
-from kinolab.dynamics.derivation.velocity_choice import singular_configuration
 from kinolab.dynamics.derivation.velocity_coordinates import velocity_coordinates
 from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.language.mechanism_parts import imposed_velocities

@@ -1,11 +1,10 @@
-"""The symbol table: a machine's symbols as graph variables, and random values of them."""
+"""The symbol table: a machine's symbols as graph variables, and what is imposed on them."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
-import numpy as np
 import sympy
 
 from kinolab.dynamics.derivation.expression_graph import ExpressionGraph, Node
@@ -13,15 +12,18 @@ from kinolab.dynamics.derivation.lowering import Lowering
 from kinolab.dynamics.language.frames import motion_of
 from kinolab.dynamics.language.mechanism import Mechanism
 from kinolab.dynamics.language.mechanism_parts import (
+    ImposedVelocity,
     configuration_symbols,
+    imposed_accelerations,
+    imposed_velocities,
     quasi_velocities,
     state_parts,
     tangent_symbols,
 )
+from kinolab.dynamics.language.quasi_velocities import QuasiVelocity
 from kinolab.dynamics.symbols.expressions import exact
-from kinolab.dynamics.symbols.symbols import Coordinate
 from kinolab.errors import InputError, Mistake
-from kinolab.numerics.manifolds.state_parts import spheres_of
+from kinolab.numerics.manifolds.state_parts import Part
 
 SOME_VELOCITY = "State a velocity, such as V.y or rate(x)."
 
@@ -40,6 +42,10 @@ class SymbolTable:
         states: The auxiliary states.
         inputs: The inputs.
         parameters: The parameters.
+        parts: Of the configuration, as ``state_parts``.
+        quasi: The quasi-velocities that the author chose as independent velocities.
+        imposed: Velocities that inputs, auxiliary states and time impose.
+        driven: Indices of the velocities whose acceleration is an input, with its node.
     """
 
     system: Mechanism
@@ -51,6 +57,10 @@ class SymbolTable:
     states: tuple[Node, ...]
     inputs: tuple[Node, ...]
     parameters: tuple[Node, ...]
+    parts: tuple[Part, ...]
+    quasi: tuple[QuasiVelocity, ...]
+    imposed: tuple[ImposedVelocity, ...]
+    driven: dict[int, Node]
 
     @classmethod
     def of(cls, system: Mechanism) -> SymbolTable:
@@ -64,8 +74,8 @@ class SymbolTable:
             for symbol in (*q, *v, *further, *controls, *system.parameters)
         }
         lower = Lowering(tape, bound)
-        quasi = {v.symbol: lower(v.velocity) for v in quasi_velocities(system)}
-        lower = Lowering(tape, bound | quasi)
+        quasi, rates = quasi_velocities(system), [symbol.name for symbol in v]
+        lower = Lowering(tape, bound | {each.symbol: lower(each.velocity) for each in quasi})
         return cls(
             system=system,
             tape=tape,
@@ -76,7 +86,23 @@ class SymbolTable:
             states=tuple(bound[symbol] for symbol in further),
             inputs=tuple(bound[symbol] for symbol in controls),
             parameters=tuple(bound[symbol] for symbol in system.parameters),
+            parts=state_parts(system),
+            quasi=quasi,
+            imposed=tuple(imposed_velocities(system)),
+            driven={
+                rates.index(f"{coordinate}_dot"): bound[symbol]
+                for coordinate, symbol in imposed_accelerations(system).items()
+            },
         )
+
+    @property
+    def by_multipliers(self) -> bool:
+        """Whether all velocities are states, and accelerations follow from multipliers."""
+        return self.system.velocities == "all" and bool(self.system.constraints)
+
+    def names(self, nodes: Iterable[Node]) -> list[str]:
+        """Return the names of variables."""
+        return [self.tape.operations[node].label for node in nodes]
 
     def flow(self, velocities: Sequence[Node] | None = None) -> dict[Node, Node]:
         """Return q_dot at given velocities, by the nodes of q."""
@@ -112,49 +138,3 @@ class SymbolTable:
     def at(self, velocities: Sequence[Node]) -> Mapping[Node, Node]:
         """Return the substitution of the velocity variables by given nodes."""
         return dict(zip(self.tangent, velocities, strict=True))
-
-
-# More than 12 never changed a choice.
-def sampled_values(system: Mechanism, count: int = 12) -> Iterator[dict[str, float]]:
-    """Yield values of all symbols by name: the rest position first, then random ones in limits.
-
-    For decisions made once, which must be reproducible: the same machine always gives the same
-    values.
-    """
-    generator = np.random.default_rng(0)
-    names = [symbol.name for symbol in configuration_symbols(system)]
-    for k in range(count):
-        values = dict(system.parameter_values)
-        for coordinate in system.coordinates:
-            if isinstance(coordinate, Coordinate):
-                value = random_value(coordinate, generator)
-                values[coordinate.name] = value if k else rest_value(coordinate)
-                values[f"{coordinate.name}_dot"] = float(generator.normal())
-            else:
-                values |= {s.name: float(generator.normal()) for s in coordinate.entries}
-                values |= {s.name: float(generator.normal()) for s in coordinate.rates}
-        for part in spheres_of(state_parts(system)):
-            own = names[part.own]
-            length = float(np.linalg.norm([values[name] for name in own]))
-            values |= {name: values[name] / length if length else 0.0 for name in own}
-            values[own[-1]] += 0.0 if length else 1.0
-        values |= {entry.name: float(generator.normal()) for entry in system.states}
-        values |= {entry.name: float(generator.normal()) for entry in system.inputs}
-        yield values
-
-
-def rest_value(coordinate: Coordinate) -> float:
-    """Return a coordinate's default start: 0, or the limit nearest to it."""
-    return min(max(0.0, coordinate.lower), coordinate.upper)
-
-
-def random_value(coordinate: Coordinate, generator: np.random.Generator) -> float:
-    """Sample a coordinate: anywhere on a circle, within its limits on a line."""
-    if coordinate.topology == "circle":
-        return float(generator.uniform(-np.pi, np.pi))
-    lower, upper = coordinate.lower, coordinate.upper
-    if not np.isfinite(lower):
-        lower = (upper if np.isfinite(upper) else coordinate.scale) - 2 * coordinate.scale
-    if not np.isfinite(upper):
-        upper = lower + 2 * coordinate.scale
-    return float(generator.uniform(lower, upper))

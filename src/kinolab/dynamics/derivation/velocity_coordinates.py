@@ -7,22 +7,19 @@ of v may be quasi-velocities, which are rows with the quasi-velocity on the righ
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 import sympy
 
 from kinolab.dynamics.derivation.expression_graph import ExpressionGraph, Node
-from kinolab.dynamics.derivation.symbol_table import SOME_VELOCITY, SymbolTable, sampled_values
+from kinolab.dynamics.derivation.regularity import VelocityChoice
+from kinolab.dynamics.derivation.sampled_states import feasible_values
+from kinolab.dynamics.derivation.symbol_table import SOME_VELOCITY, SymbolTable
 from kinolab.dynamics.derivation.symbolic_solve import Guards, solve_square
-from kinolab.dynamics.derivation.velocity_choice import VelocityChoice, choose_velocities
+from kinolab.dynamics.derivation.velocity_choice import choose_velocities
 from kinolab.dynamics.language.mechanism import Mechanism
-from kinolab.dynamics.language.mechanism_parts import (
-    imposed_accelerations,
-    imposed_velocities,
-    tangent_symbols,
-)
 from kinolab.dynamics.language.quasi_velocities import QuasiVelocity
 from kinolab.errors import InputError, Mistake
 
@@ -51,7 +48,7 @@ class VelocityCoordinates:
     """All velocities as functions of the independent ones.
 
     Attributes:
-        rows: The conditions without redundant ones.
+        rows: The conditions; without redundant ones, but where multipliers follow from them.
         redundant: Names of redundant constraints.
         quasi: The quasi-velocities that are states, before the rates that are.
         quasi_rows: Their definitions.
@@ -97,9 +94,11 @@ def constraint_rows(binding: SymbolTable) -> list[ConstraintRow]:
 
 
 def velocity_coordinates(binding: SymbolTable, guards: Guards) -> VelocityCoordinates:
-    """Choose the independent velocities and solve for all others."""
-    rows, redundant = _conditions(binding)
-    return _solve(binding, guards, rows, redundant, _choice(binding, rows, redundant))
+    """Choose the independent velocities and solve for all others; with multipliers all are such."""
+    rows, redundant, choice = _chosen(binding)
+    if binding.by_multipliers:
+        return replace(unconstrained_coordinates(binding), rows=tuple(rows), redundant=redundant)
+    return _solve(binding, guards, rows, redundant, choice)
 
 
 def chosen_quasi_velocities(system: Mechanism) -> tuple[QuasiVelocity, ...]:
@@ -110,27 +109,27 @@ def chosen_quasi_velocities(system: Mechanism) -> tuple[QuasiVelocity, ...]:
     """
     if system.velocities == "all":
         return ()
-    binding = SymbolTable.of(system)
-    rows, redundant = _conditions(binding)
-    return _choice(binding, rows, redundant).quasi
+    return _chosen(SymbolTable.of(system))[-1].quasi
 
 
-def _conditions(binding: SymbolTable) -> tuple[list[ConstraintRow], tuple[str, ...]]:
-    """Return what constraints, inputs and speeds demand of velocities; also what is redundant."""
-    rows, redundant = independent_rows(binding, constraint_rows(binding))
+def _chosen(
+    binding: SymbolTable,
+) -> tuple[list[ConstraintRow], tuple[str, ...], VelocityChoice]:
+    """Return what constraints, inputs and speeds demand of velocities, and which are chosen.
+
+    In between, the names of redundant constraints.
+    """
+    every, states = constraint_rows(binding), list(feasible_values(binding))
+    rows, redundant = _independent(every, _samples(binding, every, states))
+    if binding.by_multipliers:
+        return every, redundant, VelocityChoice(())
     rows += [
         _row(binding, entry.where, str(entry.symbol), entry.velocity, binding.lower(entry.symbol))
-        for entry in imposed_velocities(binding.system)
+        for entry in binding.imposed
     ]
-    return rows, redundant
-
-
-def _choice(
-    binding: SymbolTable, rows: Sequence[ConstraintRow], redundant: Sequence[str]
-) -> VelocityChoice:
-    samples = _samples(binding, rows) if rows else np.empty((1, 0, len(binding.tangent)))
+    samples = _samples(binding, rows, states) if rows else np.empty((1, 0, len(binding.tangent)))
     covectors = [row.covector for row in rows]
-    return choose_velocities(binding, covectors, samples, _driven(binding), redundant)
+    return rows, redundant, choose_velocities(binding, covectors, samples, redundant)
 
 
 def unconstrained_coordinates(binding: SymbolTable) -> VelocityCoordinates:
@@ -143,13 +142,14 @@ def _row(
 ) -> ConstraintRow:
     tape = binding.tape
     node, covector = binding.linear_slopes(velocity, lambda: where)
+    flow = binding.flow()
     at_rest = tape.substitute([node], dict.fromkeys(binding.tangent, tape.zero))[0]
     if at_rest != tape.zero:
         what = "it does not vanish when the machine rests."
         raise InputError([Mistake(where, what, SOME_VELOCITY)])
     if all(entry == tape.zero for entry in covector):
         raise InputError([Mistake(where, "no rate occurs in it.", SOME_VELOCITY)])
-    (bias,) = tape.derivative([node], binding.flow())
+    (bias,) = tape.derivative([node], flow)
     return ConstraintRow(name, covector, value, bias)
 
 
@@ -157,7 +157,12 @@ def independent_rows(
     binding: SymbolTable, rows: list[ConstraintRow]
 ) -> tuple[list[ConstraintRow], tuple[str, ...]]:
     """Drop constraints that depend linearly on previous ones at every sampled state."""
-    samples = _samples(binding, rows)
+    return _independent(rows, _samples(binding, rows, feasible_values(binding)))
+
+
+def _independent(
+    rows: list[ConstraintRow], samples: np.ndarray
+) -> tuple[list[ConstraintRow], tuple[str, ...]]:
     chosen: list[int] = []
     for k in range(len(rows)):
         trial = samples[:, [*chosen, k], :]
@@ -169,12 +174,14 @@ def independent_rows(
     return [rows[k] for k in chosen], redundant
 
 
-def _samples(binding: SymbolTable, rows: Sequence[ConstraintRow]) -> np.ndarray:
-    """Evaluate the covectors at random states; shape (samples, rows, velocities)."""
+def _samples(
+    binding: SymbolTable, rows: Sequence[ConstraintRow], states: Iterable[Mapping[str, float]]
+) -> np.ndarray:
+    """Evaluate the covectors at states; shape (samples, rows, velocities)."""
     flat = [entry for row in rows for entry in row.covector]
     shape = (len(rows), len(binding.tangent))
     found = []
-    for values in feasible_values(binding):
+    for values in states:
         try:
             found.append(np.reshape(binding.tape.evaluate(flat, values), shape))
         except (ArithmeticError, ValueError):
@@ -184,53 +191,6 @@ def _samples(binding: SymbolTable, rows: Sequence[ConstraintRow]) -> np.ndarray:
         where = f"system {binding.system.name!r}"
         raise InputError([Mistake(where, what, "Check them and the limits.")])
     return np.array(found)
-
-
-def feasible_values(binding: SymbolTable) -> Iterator[dict[str, float]]:
-    """Yield sampled values of all symbols, projected onto the position constraints."""
-    gaps = [binding.lower(constraint.position) for constraint in binding.system.closures]
-    slopes = [node for gap in gaps for node in gradient(binding, gap)]
-    names = [binding.tape.operations[node].label for node in binding.configuration]
-    for values in sampled_values(binding.system):
-        try:
-            if _close(binding, gaps, slopes, names, values):
-                yield values
-        except (ArithmeticError, ValueError):
-            continue
-
-
-def gradient(binding: SymbolTable, node: Node) -> list[Node]:
-    """Return the derivatives of a node by the entries of the configuration."""
-    tape = binding.tape
-    return [tape.derivative([node], {q: tape.one})[0] for q in binding.configuration]
-
-
-def _close(
-    binding: SymbolTable,
-    gaps: Sequence[Node],
-    slopes: Sequence[Node],
-    names: Sequence[str],
-    values: dict[str, float],
-) -> bool:
-    """Project a configuration onto the constraints by least-norm Newton steps."""
-    if not gaps:
-        return True
-    for _ in range(50):  # towards a configuration that satisfies the loop closure
-        gap = np.array(binding.tape.evaluate(gaps, values))
-        if np.abs(gap).max() < 1e-10:  # [m] or [rad], of such a configuration
-            return True
-        matrix = np.reshape(binding.tape.evaluate(slopes, values), (len(gaps), len(names)))
-        move = np.linalg.lstsq(matrix, gap, rcond=None)[0]
-        for name, change in zip(names, move, strict=True):
-            values[name] -= float(change)
-    return False
-
-
-def _driven(binding: SymbolTable) -> dict[int, sympy.Symbol]:
-    """Return the indices of the velocities whose acceleration is an input, with its symbol."""
-    names = [symbol.name for symbol in tangent_symbols(binding.system)]
-    imposed = imposed_accelerations(binding.system).items()
-    return {names.index(f"{coordinate}_dot"): symbol for coordinate, symbol in imposed}
 
 
 def _solve(
@@ -269,7 +229,6 @@ def _solve(
     )
     biases = tape.substitute([row.bias for row in defining], binding.at(velocities))
     (drift,) = solve_square(tape, block, [[tape.neg(bias) for bias in biases]], Guards())
-    driven = _driven(binding)
     return VelocityCoordinates(
         rows=tuple(rows),
         redundant=redundant,
@@ -279,9 +238,9 @@ def _solve(
         independent=independent,
         states=states,
         driven={
-            k: binding.lower(driven[i])
+            k: binding.driven[i]
             for k, i in enumerate(independent, start=len(quasi_rows))
-            if i in driven
+            if i in binding.driven
         },
         directions=tuple(spread[: len(states)]),
         input_directions=dict(zip(inputs, spread[len(states) :], strict=True)),

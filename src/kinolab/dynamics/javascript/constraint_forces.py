@@ -19,11 +19,11 @@ from kinolab.dynamics.codegen.exports import Function
 from kinolab.dynamics.derivation.derivation import Derivation
 from kinolab.dynamics.derivation.expression_graph import Node
 from kinolab.dynamics.derivation.kinematics import FrameState, Kinematics
+from kinolab.dynamics.derivation.sampled_states import feasible_values
 from kinolab.dynamics.derivation.symbol_table import SymbolTable
 from kinolab.dynamics.derivation.velocity_coordinates import (
     ConstraintRow,
     constraint_rows,
-    feasible_values,
     unconstrained_coordinates,
 )
 from kinolab.numerics.arrays import Array

@@ -25,8 +25,8 @@ from pathlib import Path
 import numpy as np
 
 from kinolab.dynamics import System
-from kinolab.dynamics.derivation.symbol_table import SymbolTable, sampled_values
-from kinolab.dynamics.derivation.velocity_coordinates import feasible_values
+from kinolab.dynamics.derivation.sampled_states import feasible_values, sampled_values
+from kinolab.dynamics.derivation.symbol_table import SymbolTable
 from kinolab.errors import Mistake
 from kinolab.lazy import versions_of
 from kinolab.numerics.arrays import Array
@@ -128,7 +128,7 @@ class _RandomStates:
 
     def __init__(self, system: System) -> None:
         binding = SymbolTable.of(system)
-        self.rates = [binding.tape.operations[node].label for node in binding.tangent]
+        self.rates = binding.names(binding.tangent)
         self.entries = {
             c.name: ([s.name for s in c.entries], [s.name for s in c.rates])
             for c in system.coordinates
@@ -136,7 +136,7 @@ class _RandomStates:
         found = [*islice(feasible_values(binding), STATES + 1)]
         self.closed = bool(found)
         # The first state that is sampled is that of rest. Forces are defined in open loops, too.
-        self.states = (found or [*sampled_values(system, STATES + 1)])[-STATES:]
+        self.states = (found or [*sampled_values(binding, STATES + 1)])[-STATES:]
         generator = np.random.default_rng(0)
         self.a = generator.normal(size=(len(self.states), len(self.rates)))
         self.forces, self.slopes = MachineForces(system, binding)(self.states, self.a)

@@ -15,8 +15,8 @@ import numpy as np
 import sympy
 
 from kinolab.dynamics import System
+from kinolab.dynamics.derivation.sampled_states import feasible_values
 from kinolab.dynamics.derivation.symbol_table import SymbolTable
-from kinolab.dynamics.derivation.velocity_coordinates import feasible_values
 from kinolab.dynamics.language.bodies import Body
 from kinolab.dynamics.language.constraints import PositionConstraint, closed
 from kinolab.dynamics.language.frames import Frame, Motion, Rotation, Translation, turn_matrix

@@ -16,7 +16,8 @@ import sympy
 from kinolab.dynamics.derivation.expression_graph import Node
 from kinolab.dynamics.derivation.kinematics import Kinematics
 from kinolab.dynamics.derivation.projected_forces import ProjectedForces
-from kinolab.dynamics.derivation.symbol_table import SymbolTable, sampled_values
+from kinolab.dynamics.derivation.sampled_states import sampled_values
+from kinolab.dynamics.derivation.symbol_table import SymbolTable
 from kinolab.dynamics.derivation.velocity_coordinates import unconstrained_coordinates
 from kinolab.dynamics.language.forces import Load
 from kinolab.dynamics.language.frames import relative_pose
@@ -50,9 +51,9 @@ class InputPushes:
         self._system, self._chains = system, chains
         self._factors = dict.fromkeys(system.coordinates, 1.0) | dict(factors)
         self._bodies = {body.frame: body for body in reversed(system.bodies)}
-        binding = SymbolTable.of(system)
-        self._tape = binding.tape
-        self._forces = ProjectedForces(Kinematics(binding, unconstrained_coordinates(binding)))
+        self._binding = SymbolTable.of(system)
+        whole = unconstrained_coordinates(self._binding)
+        self._forces = ProjectedForces(Kinematics(self._binding, whole))
         self._owners = [
             c for c in system.coordinates for _ in range(1 if isinstance(c, Coordinate) else 3)
         ]
@@ -87,7 +88,7 @@ class InputPushes:
 
     def _motor(self, entry: Input, acting: Sequence[Load]) -> Motor | None:
         """Return the motor of a joint, if loads act on one with a constant factor."""
-        total = [self._tape.zero] * len(self._owners)
+        total = [self._binding.tape.zero] * len(self._owners)
         for load in acting:
             self._forces.push(total, load, lambda: str(entry))
         table = self._in_positions(total)
@@ -132,5 +133,5 @@ class InputPushes:
     def _in_positions(self, nodes: Sequence[Node]) -> Array:
         """Return values of nodes in some positions of the machine, shape (positions, nodes)."""
         # 6 positions of the machine, in which forces are compared
-        values = islice(sampled_values(self._system, 6 + 1), 1, None)
-        return np.array([self._tape.evaluate(nodes, each) for each in values])
+        values = islice(sampled_values(self._binding, 6 + 1), 1, None)
+        return np.array([self._binding.tape.evaluate(nodes, each) for each in values])

@@ -12,12 +12,12 @@ from kinolab.arguments import checked
 from kinolab.dynamics.analysis.fields.vector_fields import VectorFields, first
 from kinolab.dynamics.derivation.derivation import Derivation, derive
 from kinolab.dynamics.derivation.expression_graph import Node
+from kinolab.dynamics.derivation.sampled_states import feasible_values
 from kinolab.dynamics.derivation.symbol_table import SymbolTable
 from kinolab.dynamics.derivation.symbolic_solve import Guards
 from kinolab.dynamics.derivation.velocity_coordinates import (
     VelocityCoordinates,
     constraint_rows,
-    feasible_values,
     velocity_coordinates,
 )
 from kinolab.dynamics.language.inputs import bounds_of
