@@ -36,7 +36,5 @@ def test_every_point_of_the_goal_has_a_ball_of_its_tolerance(shown: Picture) -> 
 
 def test_the_picture_shows_them_above_the_ground(shown: Picture) -> None:
     """A ring on the floor would be hidden below the shelf."""
-    seen = seen_points(
-        shown, shown.obstacle_meshes(), shown.machine(), np.zeros((0, len(shown.bodies), 12))
-    )
+    seen = seen_points(shown, shown.obstacle_meshes(), shown.machine(), ())
     assert seen[:, 2].max() >= 3.05  # [m]: the upper one's top

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal, TypeAlias
@@ -70,6 +71,13 @@ class Camera:
             column = 0.5 * width + focal * seen[..., 0] / depth
             row = 0.5 * height - focal * seen[..., 1] / depth
         return np.stack([column, row, depth], axis=-1)
+
+    def nearest_pixel(self, paths: Sequence[Array], size: tuple[int, int]) -> float:
+        """Size of a pixel in [m] where points (..., 3) come nearest; 0 without any."""
+        if not paths:
+            return 0.0
+        nearest = min(float(self.project(path, size)[..., 2].min()) for path in paths)
+        return float(2.0 * nearest * np.tan(0.5 * self.fov) / size[1])
 
 
 def horizontal_axes(up: ArrayLike) -> tuple[Array, Array]:

@@ -34,6 +34,7 @@ class Still:
         size: Of all that is seen, in [m].
         machine: The bodies in their finest detail.
         reach: How far they reach from their middle, in [m].
+        paths: Where the corners of their own bounding boxes are along the way, as ``paths_of``.
     """
 
     picture: Picture
@@ -43,6 +44,7 @@ class Still:
     size: float
     machine: Sequence[SurfaceMesh]
     reach: float
+    paths: Sequence[Array]
 
     @property
     def words(self) -> tuple[int, int, int]:
@@ -91,7 +93,8 @@ def set_up(picture: Picture, motion: Array) -> tuple[Still, Array]:
         motion: Poses that it must contain, shape (nt, nb, 12).
     """
     machine, obstacles = picture.machine(), picture.obstacle_meshes()
-    cloud, floor = seen_points(picture, obstacles, machine, motion), None
+    paths, floor = paths_of(machine, motion), None
+    cloud = seen_points(picture, obstacles, machine, paths)
     reach, largest = reach_of(machine, motion), float(np.ptp(cloud, axis=0).max())
     if picture.frames is not None:
         length = axis_length(reach, largest, len(picture.frames.names))
@@ -103,21 +106,20 @@ def set_up(picture: Picture, motion: Array) -> tuple[Still, Array]:
         flat = box_corners(np.append(floor.low, 0.0), np.append(floor.high, 0.0))[::2]
         cloud = np.concatenate([cloud, flat])
     look = outlook(picture, obstacles, cloud, motion, machine)
-    return Still(picture, obstacles, look, floor, largest, machine, reach), cloud
+    return Still(picture, obstacles, look, floor, largest, machine, reach, paths), cloud
 
 
 def seen_points(
     picture: Picture,
     obstacles: Sequence[SurfaceMesh],
-    machine: tuple[SurfaceMesh, ...],
-    motion: Array,
+    machine: Sequence[SurfaceMesh],
+    paths: Sequence[Array],
 ) -> Array:
     """Points whose convex hull contains everything that is drawn, shape (n, 3)."""
-    parts = [mesh.vertices for mesh in obstacles]
+    parts = [*(mesh.vertices for mesh in obstacles), *paths]
     ghosts = [ghost for ghost in (picture.start, picture.goal) if isinstance(ghost, Ghost)]
-    tables = [motion, *(ghost.table[None] for ghost in ghosts)]
-    for table in tables:
-        parts += [swept(mesh, table[:, i]) for i, mesh in enumerate(machine) if len(mesh.faces)]
+    for ghost in ghosts:
+        parts += paths_of(machine, ghost.table[None])
     parts += [np.asarray(ghost.lines, dtype=np.float64) for ghost in ghosts]
     if picture.path is not None:
         parts += [np.asarray(path, dtype=np.float64) for path in (picture.path, *picture.others)]
@@ -136,11 +138,21 @@ def seen_points(
     return np.concatenate([found, _bounds(picture, found)])
 
 
-def swept(mesh: SurfaceMesh, poses: Array) -> Array:
-    """The corners of a mesh's own bounding box at every pose, shape (nt, 8, 3)."""
-    corners = box_corners(mesh.vertices.min(axis=0), mesh.vertices.max(axis=0))
-    g = poses.reshape(-1, 3, 4)
-    return np.asarray(np.einsum("tij,kj->tki", g[:, :, :3], corners) + g[:, None, :, 3])
+def paths_of(machine: Sequence[SurfaceMesh], motion: Array) -> list[Array]:
+    """The corners of the bounding box of each body that is drawn, at every pose, (nt, 8, 3) each.
+
+    Args:
+        machine: A mesh of each body.
+        motion: Their poses, shape (nt, nb, 12).
+    """
+    paths = []
+    for i, mesh in enumerate(machine):
+        if len(mesh.faces):
+            corners = box_corners(mesh.vertices.min(axis=0), mesh.vertices.max(axis=0))
+            g = motion[:, i].reshape(-1, 3, 4)
+            turned = np.einsum("tij,kj->tki", g[:, :, :3], corners)
+            paths.append(np.asarray(turned + g[:, None, :, 3]))
+    return paths
 
 
 def goal_ball(goal: GoalMarker) -> SurfaceMesh:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinolab.numerics.arrays import Array
-from kinolab.show.scene.camera import AZIMUTH, Angles, frame_scene, usual_elevation
+from kinolab.show.scene.camera import AZIMUTH, Angles, Camera, frame_scene, usual_elevation
 from kinolab.show.scene.models.surface_mesh import SurfaceMesh, flat_patches, is_room, join
 from kinolab.show.scene.picture import Ghost, GoalMarker, Picture
 from kinolab.show.scene.sight import SEEN, Screens
@@ -75,20 +75,22 @@ def outlook(
     screens = Screens(whole.vertices, whole.faces, one_sided.astype(bool))
     moving = {k: _placed(movers, motion[k]) for k in np.unique(watched[2]).tolist() if movers}
     sight = _Sight(picture, cloud, screens, *watched, moving)
-    best, most = usual, sight.fraction(usual)
+    best, most = usual, sight.fraction(sight.camera(usual))
     # 0.9: fraction seen from the usual direction with which nothing else is tried
     if picture.view == "perspective" and most < (MOST if count < FEW else 0.9):
         sight = replace(sight, cloud=_outermost(cloud))
-        worth = most + FILLING * sight.filled(usual)
+        worth = most + FILLING * sight.filled(sight.camera(usual))
         for angles in _others(picture, usual):
-            seen = sight.fraction(angles)
-            # 0.04: fraction that another direction must show besides
-            if seen + FILLING * sight.filled(angles) > worth + 0.04:
-                best, most, worth = angles, seen, seen + FILLING * sight.filled(angles)
+            camera = sight.camera(angles)
+            seen = sight.fraction(camera)
+            value = seen + FILLING * sight.filled(camera)
+            if value > worth + 0.04:  # fraction that another direction must show besides
+                best, most, worth = angles, seen, value
     if most >= OPEN or not len(whole.faces):
         return Outlook(best, most, nothing)
     ends = np.cumsum([len(mesh.faces) for mesh in meshes])[:-1]
-    return Outlook(best, most, tuple(np.split(_opened(sight, best, whole), ends)))
+    opened = _opened(sight, sight.camera(best), whole)
+    return Outlook(best, most, tuple(np.split(opened, ends)))
 
 
 def _outermost(cloud: Array) -> Array:
@@ -113,19 +115,18 @@ class _Sight:
     rows: NDArray[np.int64]  # of the motion, at which one wants to see each point
     moving: Mapping[int, Screens]  # obstacles that move, where they are at these rows
 
-    def hiding(self, angles: Angles) -> NDArray[np.int64]:
-        camera = frame_scene(self.cloud, self.picture.up, self.picture.view, SIZE, angles=angles)
-        return self.screens.hiding(camera, self.points)
+    def camera(self, angles: Angles) -> Camera:
+        """The camera whose picture has all of the scene."""
+        return frame_scene(self.cloud, self.picture.up, self.picture.view, SIZE, angles=angles)
 
-    def filled(self, angles: Angles) -> float:
+    def filled(self, camera: Camera) -> float:
         """How much of the picture's width and height the scene takes, where it takes less."""
-        camera = frame_scene(self.cloud, self.picture.up, self.picture.view, SIZE, angles=angles)
         places = camera.project(self.cloud, SIZE)[:, :2]
         return float(np.min(np.ptp(places, axis=0) / SIZE))
 
-    def fraction(self, angles: Angles) -> float:
-        seen = self.hiding(angles) == SEEN
-        camera = frame_scene(self.cloud, self.picture.up, self.picture.view, SIZE, angles=angles)
+    def fraction(self, camera: Camera) -> float:
+        """How much of the points' weight is seen."""
+        seen = self.screens.hiding(camera, self.points) == SEEN
         for row, screens in self.moving.items():
             there = self.rows == row
             seen[there] &= screens.hiding(camera, self.points[there]) == SEEN
@@ -187,7 +188,7 @@ def _goal(picture: Picture, bodies: NDArray[np.int64]) -> Array:
     return np.array([mark.position for mark in marks], dtype=np.float64).reshape(-1, 3)
 
 
-def _opened(sight: _Sight, angles: Angles, whole: SurfaceMesh) -> NDArray[np.bool_]:
+def _opened(sight: _Sight, camera: Camera, whole: SurfaceMesh) -> NDArray[np.bool_]:
     """Which faces are made translucent so that one sees the way: large flat ones, as a whole."""
     patches, areas = flat_patches(whole)
     # 2e-3 of all surface: smaller patches hide little, and are left alone
@@ -195,7 +196,7 @@ def _opened(sight: _Sight, angles: Angles, whole: SurfaceMesh) -> NDArray[np.boo
     veiled = np.zeros(len(patches), dtype=bool)
     for _ in range(8):  # layers of walls that are made translucent at most
         left = np.flatnonzero(~veiled)
-        hiding = replace(sight, screens=sight.screens.part(left)).hiding(angles)
+        hiding = sight.screens.part(left).hiding(camera, sight.points)
         found = left[np.unique(hiding[hiding != SEEN])]
         found = found[large[found]]
         if sight.weights[hiding == SEEN].sum() >= OPEN or not len(found):

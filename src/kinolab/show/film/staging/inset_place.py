@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -16,16 +16,17 @@ from kinolab.show.film.staging.assembly import Assembly
 from kinolab.show.film.staging.backdrop import backdrop
 from kinolab.show.film.staging.inset import SUPERSAMPLING, Inset
 from kinolab.show.film.staging.script import Script
-from kinolab.show.film.staging.stage import PAPER, Stage, nearest_pixel
+from kinolab.show.film.staging.stage import PAPER, Stage
 from kinolab.show.film.staging.text import heading
-from kinolab.show.scene.still import swept
+from kinolab.show.scene.still import paths_of
 
 LEAST_MAGNIFICATION, MAX_MAGNIFICATION = 1.2, 12.0  # times; of a picture by itself, of any
 
 
 def build_inset(stage: Stage, script: Script) -> Inset | None:
     """Return the inset of a film; None if the machine is large enough, or no corner is free."""
-    places, apparent = _apparent(stage, script)
+    paths = paths_of(stage.machine.bodies, script.poses)
+    places, apparent = _apparent(stage, script, paths)
     # 0.07 of the picture's height: larger machines need no inset
     if not 0.0 < apparent < 0.07 * script.size[1]:
         return None
@@ -36,23 +37,22 @@ def build_inset(stage: Stage, script: Script) -> Inset | None:
         return None
     # 0.45 of the inset's height that the machine takes
     times = min(0.45 * (box[3] - box[1]) / apparent, MAX_MAGNIFICATION)
-    return _enlarged(stage, script, box, times)
+    return _enlarged(stage, script, paths, box, times)
 
 
 def whole_window(stage: Stage, script: Script) -> Inset | None:
     """Return a window as large as the picture that goes with the machine; None if it is large."""
-    (_, apparent), tall = _apparent(stage, script), script.size[1]
+    paths = paths_of(stage.machine.bodies, script.poses)
+    (_, apparent), tall = _apparent(stage, script, paths), script.size[1]
     # 0.3 of a whole picture's height that the machine takes that it goes with
     times = min(0.3 * tall / apparent, MAX_MAGNIFICATION) if apparent > 0.0 else 1.0
     if times <= LEAST_MAGNIFICATION:
         return None
-    return replace(_enlarged(stage, script, (0, 0, *script.size), times), framed=False)
+    return replace(_enlarged(stage, script, paths, (0, 0, *script.size), times), framed=False)
 
 
-def _apparent(stage: Stage, script: Script) -> tuple[Array, float]:
+def _apparent(stage: Stage, script: Script, paths: Sequence[Array]) -> tuple[Array, float]:
     """Where the corners of the bodies' boxes are in the picture, and the machine's usual size."""
-    bodies = stage.machine.bodies
-    paths = [swept(mesh, script.poses[:, i]) for i, mesh in enumerate(bodies) if len(mesh.faces)]
     if not paths:
         return np.zeros((0, 0, 2)), 0.0
     places = np.concatenate(
@@ -61,14 +61,15 @@ def _apparent(stage: Stage, script: Script) -> tuple[Array, float]:
     return places, float(np.median(np.ptp(places, axis=1).max(axis=1)))
 
 
-def _enlarged(stage: Stage, script: Script, box: Box, times: float) -> Inset:
+def _enlarged(
+    stage: Stage, script: Script, paths: Sequence[Array], box: Box, times: float
+) -> Inset:
     """The machine and what is around it, so many times as large."""
     camera, picture = stage.pen.camera, stage.still.picture
     wide, tall = script.size
     large = (round(wide * times * SUPERSAMPLING), round(tall * times * SUPERSAMPLING))
     pen = Pen(camera, large, stage.pen.light, SUPERSAMPLING)
-    pixel = nearest_pixel(camera, stage.machine.bodies, script.poses, large)
-    machine = picture.machine(SUPERSAMPLING * pixel)
+    machine = picture.machine(SUPERSAMPLING * camera.nearest_pixel(paths, large))
     layers = backdrop(stage.still, machine, pen)
     assembly = Assembly(machine, picture.radii)
     return Inset(pen, assembly, Tiles(layers, PAPER), box, times, stage.still)

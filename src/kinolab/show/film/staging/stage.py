@@ -25,11 +25,10 @@ from kinolab.show.film.staging.assembly import Assembly
 from kinolab.show.film.staging.backdrop import backdrop
 from kinolab.show.film.staging.drawn_axes import axes_at, put_names
 from kinolab.show.film.staging.signs import Signs, signs
-from kinolab.show.scene.camera import Camera, frame_scene
+from kinolab.show.scene.camera import frame_scene
 from kinolab.show.scene.frame_axes import axis_length
-from kinolab.show.scene.models.surface_mesh import SurfaceMesh
 from kinolab.show.scene.picture import Picture
-from kinolab.show.scene.still import INK, Still, set_up, swept
+from kinolab.show.scene.still import INK, Still, set_up
 
 PAPER = (250, 250, 248)  # behind the sky
 OUTLINE, CABLE = 0.8, 1.6  # [pixel]
@@ -108,20 +107,9 @@ def build_stage(picture: Picture, motion: Array, size: tuple[int, int]) -> Stage
     camera = frame_scene(cloud, picture.up, picture.view, size, angles=still.outlook.angles)
     up = np.asarray(picture.up, dtype=np.float64) / np.linalg.norm(picture.up)
     tool = pen(camera, size, up, 3)  # small pixels per pixel and axis
-    machine = picture.machine(nearest_pixel(camera, still.machine, motion, size))
+    machine = picture.machine(camera.nearest_pixel(still.paths, size))
     layers, body = backdrop(still, machine, tool), Assembly(machine, picture.radii)
     return Stage(tool, body, layers, still)
-
-
-def nearest_pixel(
-    camera: Camera, machine: Sequence[SurfaceMesh], motion: Array, size: tuple[int, int]
-) -> float:
-    """Size of a pixel in [m] where a motion (nt, nb, 12) comes nearest to the camera."""
-    paths = [swept(mesh, motion[:, i]) for i, mesh in enumerate(machine) if len(mesh.faces)]
-    if not paths:
-        return 0.0
-    nearest = min(float(camera.project(path, size)[..., 2].min()) for path in paths)
-    return float(2.0 * nearest * np.tan(0.5 * camera.fov) / size[1])
 
 
 def put_machine(
