@@ -15,7 +15,7 @@ from kinolab.errors import KinolabError
 from kinolab.problem import PlanningTask
 from kinolab.search import Budget
 from kinolab.solve.jobs import INTERRUPTED, AbstractJob, ProcessJob, ThreadJob
-from kinolab.solve.plan import Attempt, Request
+from kinolab.solve.plan import Attempt, Listeners, Request
 from kinolab.solve.solution_pool import SolutionPool
 from kinolab.solve.worker import OUT_OF_MEMORY
 
@@ -35,23 +35,21 @@ def solve_at_once(
     request: Request,
     pool: SolutionPool,
     in_threads: bool,
-    *,
-    progress: Callable[[int, float], None] | None = None,
-    watch: Callable[[Budget], None] | None = None,
+    listeners: Listeners,
 ) -> None:
-    """Run ``pool.jobs`` searches in parallel until one has a plan or all have ended.
+    """Run ``request.jobs`` searches in parallel until one has a plan or all have ended.
 
     Raises:
         InputError: If this platform cannot start such processes.
         JobsError: If the searches cannot be started, or none of them completed.
     """
     budget = Budget(request.time_limit)
-    if watch:
-        watch(budget)
+    if listeners.watch:
+        listeners.watch(budget)
     team = _Team(pool, request)
     try:
         team.start(problem, in_threads)
-        team.listen(budget, progress)
+        team.listen(budget, listeners.progress)
     finally:
         team.close()
     if pool.best is None and not budget.interrupted:
@@ -77,7 +75,7 @@ class _Team:
             JobsError: If one of them cannot be started.
         """
         parcel = b"" if in_threads else pickle.dumps(problem)
-        for part in self._request.split(self._pool.jobs):
+        for part in self._request.split():
             try:
                 if in_threads:
                     self._jobs.append(ThreadJob(problem, part, self._pool))

@@ -14,7 +14,7 @@ from kinolab.scenario import Effort, argument_mistakes
 from kinolab.search import Budget
 from kinolab.solve.legs import solved_in_legs
 from kinolab.solve.parallel import solve_at_once
-from kinolab.solve.plan import PlanResult, Request, make_planner
+from kinolab.solve.plan import Listeners, PlanResult, Request, make_planner
 from kinolab.solve.sequential_runs import sequential_runs
 from kinolab.solve.solution_pool import SolutionPool
 from kinolab.trajectory import Trajectory
@@ -77,76 +77,75 @@ def solve(
     """
     _check_arguments(planner, jobs, seed=seed, time_limit=time_limit,
                      max_iterations=max_iterations, improve=improve)  # fmt: skip
-    if in_legs(problem):
-        if guess is not None:
-            what, remedy = "a motion is no guess for several goals.", "Leave it out."
-            raise InputError([Mistake("solve guess", what, remedy)])
-        rest: dict[str, Any] = {
-            "planner": planner, "seed": seed, "time_limit": time_limit, "progress": progress,
-            "max_iterations": max_iterations, "jobs": jobs, "anytime": anytime,
-            "optimize": optimize, "contained": contained, "watch": watch, **settings,
-        }  # fmt: skip
-        return solved_in_legs(
-            problem,
-            lambda leg: solve(leg, improve=improve, **rest),
-            # [s] of work on each leg between goals, to tell how far these are apart
-            lambda leg: solve(leg, improve=1.0, **rest),
-        )
-    if robust and problem.scenario.robust is not None:
-        if jobs > 1 or anytime:
-            what = "plans that are proved are made one after the other."
-            raise InputError([Mistake("solve", what, "Leave out jobs and anytime.")])
-        from kinolab.solve.robustness.robust_plans import solved_robustly  # late: loads SymPy
-        from kinolab.verification.tube.uncertainty import Uncertainty
-
-        asked = Uncertainty.of(problem)
-        assert asked is not None
-        made, claim = solved_robustly(
-            problem,
-            asked,
-            lambda one, given: solve(
-                one, planner, seed, time_limit, max_iterations=max_iterations, optimize=optimize,
-                improve=improve, guess=given, contained=contained, progress=progress, watch=watch,
-                robust=False, **settings,
-            ),
-            guess,
-        )  # fmt: skip
-        if claim is None or made.trajectory is None:
-            return made
-        return replace(made, certificate=verify(problem, made.trajectory), claim=claim)
     section = problem.scenario.planner
-    searcher = make_planner(problem, planner, settings)
-    problem.require_goal()
-    problem.check_endpoints()
-    if guess is not None:
-        require_fit("solve guess", Trajectory, guess)
-        require_motion_of(problem.model, guess, "solve guess")
     request = Request(
         planner,
         settings,
         seed=section.seed if seed is None else seed,
         time_limit=section.time_limit if time_limit is None else time_limit,
         max_iterations=max_iterations or section.max_iterations,
+        jobs=jobs,
         anytime=anytime,
         optimize=optimize,
         improve=improve,
         guess=guess,
+        contained=contained,
+        robust=robust,
     )
-    pool = SolutionPool(jobs, improved)
-    budgets: list[Budget] = []
+    return _planned(problem, request, Listeners(progress, watch, improved))
 
-    def watched(budget: Budget) -> None:
+
+def _planned(problem: PlanningTask, request: Request, listeners: Listeners) -> PlanResult:
+    """Plan leg by leg, for a proof, or at once, as the scenario asks."""
+    inner = replace(listeners, improved=None)  # what is better of a part is none of the whole
+    if in_legs(problem):
+        if request.guess is not None:
+            what, remedy = "a motion is no guess for several goals.", "Leave it out."
+            raise InputError([Mistake("solve guess", what, remedy)])
+        # [s] of work on each leg between goals, to tell how far these are apart
+        glance = replace(request, improve=1.0)
+        return solved_in_legs(
+            problem,
+            lambda leg: _planned(leg, request, inner),
+            lambda leg: _planned(leg, glance, inner),
+        )
+    if not request.robust or problem.scenario.robust is None:
+        return _searched(problem, request, listeners)
+    if request.jobs > 1 or request.anytime:
+        what = "plans that are proved are made one after the other."
+        raise InputError([Mistake("solve", what, "Leave out jobs and anytime.")])
+    from kinolab.solve.robustness.robust_plans import solved_robustly  # late: loads SymPy
+
+    made, claim = solved_robustly(
+        problem,
+        lambda one, guess: _searched(one, replace(request, guess=guess), inner),
+        request.guess,
+    )
+    if claim is None or made.trajectory is None:
+        return made
+    return replace(made, certificate=verify(problem, made.trajectory), claim=claim)
+
+
+def _searched(problem: PlanningTask, request: Request, listeners: Listeners) -> PlanResult:
+    """Return the best plan of one search or several."""
+    searcher = make_planner(problem, request.planner, request.settings)
+    problem.require_goal()
+    problem.check_endpoints()
+    if request.guess is not None:
+        require_fit("solve guess", Trajectory, request.guess)
+        require_motion_of(problem.model, request.guess, "solve guess")
+    pool, budgets = SolutionPool(request.jobs, listeners.improved), list[Budget]()
+
+    def watch(budget: Budget) -> None:
         budgets.append(budget)
-        if watch:
-            watch(budget)
+        if listeners.watch:
+            listeners.watch(budget)
 
-    if jobs > 1:
-        in_threads = searcher.in_threads and not contained
-        solve_at_once(problem, request, pool, in_threads, progress=progress, watch=watched)
+    own = replace(listeners, watch=watch, improved=pool.compare)
+    if request.jobs > 1:
+        solve_at_once(problem, request, pool, searcher.in_threads and not request.contained, own)
     else:
-        for found, after in sequential_runs(
-            problem, searcher, request, progress=progress, watch=watched, better=pool.compare
-        ):
+        for found, after in sequential_runs(problem, searcher, request, own):
             pool.add(found, after)
     best = pool.plan(interrupted=any(budget.interrupted for budget in budgets))
     if best is not None and best.status == "solved" and best.trajectory is not None:
@@ -156,12 +155,12 @@ def solve(
         "interrupted",
         None,
         None,
-        planner or section.name,
+        request.planner or problem.scenario.planner.name,
         request.seed,
         sum(attempt.iterations for attempt in pool.all),
         problem.goal_distance(problem.start),
         message="Interrupted before anything was found.",
-        jobs=jobs,
+        jobs=request.jobs,
         attempts=pool.all,
         interrupted=True,
     )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, fields, replace
 from itertools import count
 from pathlib import Path
@@ -15,7 +15,7 @@ from kinolab import planners
 from kinolab.errors import InputError, Mistake, unknown_name
 from kinolab.problem import PlanningTask
 from kinolab.scenario import Effort
-from kinolab.search import AbstractPlanner
+from kinolab.search import AbstractPlanner, Budget
 from kinolab.search.graph import SearchGraph
 from kinolab.search.plugins import full_reference
 from kinolab.settings import settings_of
@@ -191,6 +191,9 @@ class Request:
         optimize: Whether to make solutions exact and shorter.
         improve: Seconds of work for that, or ``"auto"``; None for the scenario's.
         guess: A motion that is tried before the first search, if any.
+        jobs: Number of parallel searches.
+        contained: Whether each of several has a process of its own in any case.
+        robust: Whether a plan is proved under the scenario's [robust], if it has one.
     """
 
     planner: str | None
@@ -203,6 +206,9 @@ class Request:
     optimize: bool = True
     improve: Effort | None = None
     guess: Trajectory | None = None
+    jobs: int = 1
+    contained: bool = False
+    robust: bool = True
 
     def effort(self, problem: PlanningTask) -> Effort:
         """Return the work on making solutions better, in [s] or ``"auto"``."""
@@ -212,10 +218,25 @@ class Request:
         """Yield the seeds to try."""
         return count(self.seed, self.stride) if self.anytime else iter((self.seed,))
 
-    def split(self, jobs: int) -> Iterator[Request]:
+    def split(self) -> Iterator[Request]:
         """Yield the request of each parallel job, with disjoint seeds."""
-        for k in range(jobs):
-            yield replace(self, seed=self.seed + k, stride=jobs)
+        for k in range(self.jobs):
+            yield replace(self, seed=self.seed + k, stride=self.jobs)
+
+
+@dataclass(frozen=True)
+class Listeners:
+    """What is called while it is planned.
+
+    Attributes:
+        progress: During a search, with the iterations and seconds so far, of all searches.
+        watch: With the budget before each search, so that it can be interrupted.
+        improved: With each verified plan that is better than those before.
+    """
+
+    progress: Callable[[int, float], None] | None = None
+    watch: Callable[[Budget], None] | None = None
+    improved: Callable[[PlanResult], None] | None = None
 
 
 def make_planner(
@@ -252,7 +273,7 @@ def _require_known(chosen: str, settings: Mapping[str, Any]) -> None:
     """
     planner = planners.get(chosen)
     known = sorted(entry.name for entry in settings_of(planner))
-    arguments = {entry.name for entry in fields(Request)} - {"settings", "stride"} | {"jobs"}
+    arguments = {entry.name for entry in fields(Request)} - {"settings", "stride"}
     kind, unknown = f"setting of {planner.name}", [key for key in settings if key not in known]
     if unknown:
         raise InputError(

@@ -18,17 +18,14 @@ from kinolab.solve.attempt import attempt
 from kinolab.solve.cheaper import Cheapening
 from kinolab.solve.guessed import GuessedMotion
 from kinolab.solve.improve import PlanImprover
-from kinolab.solve.plan import REFUSED, PlanResult, Request, stream
+from kinolab.solve.plan import REFUSED, Listeners, PlanResult, Request, stream
 
 
 def sequential_runs(
     problem: PlanningTask,
     searcher: AbstractPlanner,
     request: Request,
-    *,
-    progress: Callable[[int, float], None] | None = None,
-    watch: Callable[[Budget], None] | None = None,
-    better: Callable[[PlanResult], None] | None = None,
+    listeners: Listeners,
 ) -> Iterator[tuple[PlanResult, float]]:
     """Yield the plan of each seed, and the seconds since the beginning of the first search.
 
@@ -38,10 +35,9 @@ def sequential_runs(
     Args:
         searcher: The planner with its settings.
         request: Seeds and limits.
-        progress: Called during a search with the iterations and seconds so far, of all searches.
-        watch: Called with the budget before each search, so that it can be interrupted.
-        better: Called with each verified plan that is better than those before with its seed.
+        listeners: Of which ``improved`` is called with what is better than all with its seed.
     """
+    progress, better = listeners.progress, listeners.improved
     clock, solved, timed = _Clock(progress), False, without_objective(problem)
     searched = problem if searcher.compares_costs else timed
     improving = PlanImprover(timed, searcher, request, lambda: clock.elapsed, better)
@@ -62,8 +58,8 @@ def sequential_runs(
                 break
             last, budget = budget, Budget(left, searches.left, clock.report if progress else None)
             budget.refused = searches.refused.total()
-            if watch:
-                watch(budget)
+            if listeners.watch:
+                listeners.watch(budget)
             if last is not None and last.interrupted:
                 break  # interrupted before this budget was registered
             # With optimisation, shortening the first motion is a better use of the time.

@@ -16,7 +16,7 @@ from kinolab.concurrency.process_worker import leave_with
 from kinolab.errors import KinolabError
 from kinolab.problem import PlanningTask
 from kinolab.search import Budget
-from kinolab.solve.plan import PlanResult, Request, make_planner
+from kinolab.solve.plan import Listeners, PlanResult, Request, make_planner
 from kinolab.solve.sequential_runs import sequential_runs
 
 OUT_OF_MEMORY, INTERNAL = 6, 70  # exit codes
@@ -94,12 +94,10 @@ def _search(
     connection: Connection, problem: PlanningTask, request: Request, watch: Callable[[Budget], None]
 ) -> None:
     searcher = make_planner(problem, request.planner, request.settings)
-    for found, after in sequential_runs(
-        problem,
-        searcher,
-        request,
+    listeners = Listeners(
         progress=lambda iterations, seconds: connection.send(Searching(iterations, seconds)),
         watch=watch,
-        better=lambda plan: connection.send(Better(plan)),
-    ):
+        improved=lambda plan: connection.send(Better(plan)),
+    )
+    for found, after in sequential_runs(problem, searcher, request, listeners):
         connection.send(Found(found, after))

@@ -78,22 +78,22 @@ def best_tuned(prover: Prover, uncertainty: Uncertainty) -> tuple[Prover, TubePr
 
 def solved_robustly(
     problem: PlanningTask,
-    asked: Uncertainty,
     solve: Callable[[PlanningTask, Trajectory | None], T],
     guess: Trajectory | None,
 ) -> tuple[T, Claim | None]:
-    """Return a plan that is proved under an uncertainty, or under less, and what is proved.
+    """Return a plan that is proved as its scenario asks, or under less, and what is proved.
 
     Args:
-        asked: What may differ from its assumptions.
+        problem: With [robust], which says what may differ from a plan's assumptions.
         solve: Plans, from a motion that is nearly one where there is such.
         guess: The first of them.
 
     Raises:
         InputError: If there is no proof for the machine, or the uncertainty makes no sense for it.
     """
+    asked = Uncertainty.of(problem)
+    assert asked is not None
     require_provable(problem)
-    asked.require(problem)
     last: tuple[T, Prover] | None = None
     reserves, factor = Reserves(), FIRST_FACTOR
     for _ in range(5):  # rounds of plans, each with more kept back; what needs more is not proved
