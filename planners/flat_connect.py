@@ -12,7 +12,7 @@ from kinolab.problem import PlanningTask
 from kinolab.search import AbstractPlanner, Budget, Outcome, SearchResult, setting, unsolved
 from kinolab.search.flat.flat_search import FlatConnection
 from kinolab.search.flat.flat_trees import FILLED, LINKED
-from kinolab.search.tree.compiled_planner import rejection_sources
+from kinolab.search.rejection_sources import rejection_sources
 
 NO_PLACE = (
     "flat_connect comes to rest in the goal, where it found no free place to rest; "

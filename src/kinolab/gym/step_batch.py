@@ -19,7 +19,7 @@ from kinolab.problem.own_motion import other_machine
 from kinolab.problem.time_steps import covering_steps
 from kinolab.runs.dynobench_result import has_its_steps
 from kinolab.search.tree.problem_arrays import goal_violation
-from kinolab.search.tree.tree_extension import search_state
+from kinolab.search.tree.search_state import search_state
 from kinolab.simulation.propagator import (
     COLLISION,
     EQUATIONS,

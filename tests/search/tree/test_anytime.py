@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from kinolab.search import Budget
-from kinolab.search.tree.compiled_planner import IncumbentImprovement
+from kinolab.search.tree.incumbent_improvement import IncumbentImprovement
 
 
 class Bounded:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from abc import abstractmethod
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
 from functools import partial
@@ -12,39 +12,29 @@ from typing import ClassVar
 
 import numpy as np
 
-from kinolab.dynamics.codegen.methods import METHODS
-from kinolab.numerics.arrays import Array
 from kinolab.numerics.work import charge, in_whole_ticks
 from kinolab.problem import PlanningTask
-from kinolab.problem.goals_reached import SAME_TIME
 from kinolab.problem.objective.costed import costed
-from kinolab.problem.time_steps import covering_steps
 from kinolab.scenario import improvement_seconds
 from kinolab.search.budget import Budget
 from kinolab.search.planner import AbstractTreeSearch
+from kinolab.search.rejection_sources import rejection_sources
 from kinolab.search.result import Outcome, SearchResult, unsolved
+from kinolab.search.tree.growth_work import ITERATION_SECONDS, step_seconds
+from kinolab.search.tree.incumbent_improvement import IncumbentImprovement, trees_cost
+from kinolab.search.tree.search_state import SearchState, search_state
 from kinolab.search.tree.sub_searches import GoalConnections, InterleavedSearches, SubSearch
 from kinolab.search.tree.time_slices import RestartRounds, TimeSlices
 from kinolab.search.tree.tree import (
-    COST_UNIT,
     FULL,
     REACHED,
     controls_to,
     nearer,
     step_counts,
 )
-from kinolab.search.tree.tree_extension import (
-    UNBOUNDED_STEPS,
-    AbstractTreeExtension,
-    SearchState,
-    search_state,
-)
+from kinolab.search.tree.tree_extension import AbstractTreeExtension
 from kinolab.settings import setting, with_default
-from kinolab.simulation import Propagator
-from kinolab.simulation.reference import cost_of_inputs
 from kinolab.simulation.resimulated_goal import TrueEnds
-
-ITERATION_SECONDS = 1.5e-6  # [s] of work for an iteration of a tree, its steps apart
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -155,119 +145,3 @@ class AbstractCompiledPlanner(AbstractTreeSearch):
             return result  # nobody asks why none was found
         states = tree.nodes.x[: int(tree.nodes.size[0])]
         return replace(result, rejections=rejection_sources(own, states, self.max_steps, budget))
-
-
-def rejection_sources(
-    problem: PlanningTask, states: Array, max_steps: int, budget: Budget
-) -> dict[str, dict[str, float]]:
-    """Estimate the fractions of rejections by cause and source, as ``Rejections.shares``.
-
-    Args:
-        states: From which motions begin, shape (n, nx), at least one.
-        max_steps: Maximum control duration in steps.
-        budget: Of the finished search; if no time is left, few motions are made.
-    """
-    with budget.preparing():
-        generator, judge = np.random.default_rng(0), Propagator(problem)
-    lower, upper = problem.model.control_bounds.T
-    # a few similar motions are repeated: the compiled loop counts causes, not their sources
-    for node in generator.integers(len(states), size=100):
-        # [s] allowed for them beyond the search's time limit
-        if budget.elapsed > budget.time_limit + 0.02:
-            break
-        x, u = states[node].tolist(), generator.uniform(lower, upper).tolist()
-        for _ in range(generator.integers(max_steps) + 1):
-            x, free = judge.step(x, u, problem.step)
-            if not free:
-                break
-    return judge.rejections.shares()
-
-
-class IncumbentImprovement:
-    """The incumbent solution and the time limit of its improvement.
-
-    Args:
-        seconds: Time to continue after the first solution, in [s].
-        step: Time step of the motions in [s].
-        cost: Returns what inputs (N, nu) cost; the number of steps when left out.
-
-    Attributes:
-        longest: Duration in [s] that none may exceed.
-        u: Inputs of the shortest solution (N, nu); None before there is one.
-        statistics: Duration of the first solution in [s], and the number of improvements.
-    """
-
-    def __init__(
-        self, budget: Budget, seconds: float, step: float, cost: Callable[[Array], int] = len
-    ) -> None:
-        self._clock, self._seconds, self._step = budget.clock, seconds, step
-        self._cost = cost
-        self._until, self._pointless = math.inf, False
-        self._most, self._gained, self._patience = UNBOUNDED_STEPS, math.inf, budget.patience
-        # A duration says nothing of what else a motion costs.
-        if math.isfinite(budget.below) and seconds > 0 and cost is len:
-            self._most = covering_steps(budget.below, step)
-            self._gained = self._clock()
-        self.longest = math.inf
-        self.u: Array | None = None
-        self.statistics: dict[str, float] = {}
-
-    @property
-    def over(self) -> bool:
-        """Whether the search must end."""
-        now = self._clock()
-        return self._pointless or now >= self._until or now - self._gained >= self._patience
-
-    def bound(self, tree: AbstractTreeExtension) -> None:
-        """Bound a tree from its beginning where a motion is known already."""
-        if self._most < UNBOUNDED_STEPS:
-            tree.shorten(self._most)
-
-    def wants(self, u: Array) -> bool:
-        """Say whether inputs (N, nu) are shorter, or cost less, than the incumbent."""
-        return len(u) * self._step <= self.longest + SAME_TIME and self._cost(u) < self._most
-
-    def found(self, u: Array, tree: AbstractTreeExtension) -> None:
-        """Accept inputs (N, nu) as the incumbent, and bound the tree by their length."""
-        if self.u is None:
-            self.statistics = {"first_duration": len(u) * self._step, "improvements": 0.0}
-            self._until = self._clock() + self._seconds
-        else:
-            self.statistics["improvements"] += 1.0
-        self.u, self._most, self._gained = u, self._cost(u), self._clock()
-        self._pointless = self.over or not tree.shorten(self._most)
-
-
-def trees_cost(problem: PlanningTask, u: Array) -> int:
-    """Return what inputs (N, nu) cost by [objective], as trees count it."""
-    return int(min(cost_of_inputs(problem, u) / COST_UNIT, UNBOUNDED_STEPS - 1.0))
-
-
-def step_seconds(problem: PlanningTask) -> float:
-    """Return what a step in a tree takes on an idle computer with all that belongs to it, in [s].
-
-    Fitted to the scenarios that come with kinolab and to dynobench (one core of an AMD EPYC); it
-    holds within a factor of two for most, and of four for all of them.
-    """
-    integration, operations = problem.scenario.integration, problem.model.operations
-    method = METHODS[integration.method]
-    evaluations = integration.substeps * method.evaluations(problem.model.nx)
-    shapes = sum(len(body.shapes) for body in problem.bodies) + len(problem.cables)
-    seconds = 4e-7 + operations * (7e-9 + 7e-10 * evaluations) + 1.5e-7 * shapes
-    if problem.model.plant is not problem.model:
-        seconds += 4e-6  # the law
-    if problem.machine.requirements:
-        seconds *= 2.0
-    if problem.machine.modes:
-        seconds += 2e-5  # every step may end a mode
-    return in_whole_ticks(seconds)  # the sum of steps is the same in whatever parts they are made
-
-
-def growth_seconds(each_step: float, steps: int, iterations: int) -> float:
-    """Return what the growth of a tree takes on an idle computer, in [s].
-
-    Args:
-        each_step: What a step takes, in [s].
-        steps, iterations: That were made.
-    """
-    return steps * each_step + iterations * ITERATION_SECONDS

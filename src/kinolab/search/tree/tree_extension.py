@@ -1,46 +1,16 @@
-"""Interface of tree extensions, and the search state that compiled loops work on."""
+"""Interface of tree extensions."""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from typing import NamedTuple
 
 import numpy as np
 
 from kinolab.numerics.arrays import Array
-from kinolab.numerics.rng import State, generator
-from kinolab.problem import PlanningTask
 from kinolab.search.graph import SearchGraph
-from kinolab.search.tree.problem_arrays import ProblemArrays, gather_problem
 from kinolab.search.tree.tree import ALL_STEPS, Tree
-from kinolab.simulation.collision_context import (
-    CollisionContext,
-    CollisionScratch,
-    collision_context,
-)
-from kinolab.simulation.machine import Machine, machine_of
 
 UNBOUNDED_STEPS = 2**62  # more than any motion has
-
-
-class SearchState(NamedTuple):
-    """Machine, problem, collision scene and random state of one search."""
-
-    machine: Machine
-    problem: ProblemArrays
-    collision: CollisionContext
-    scratch: CollisionScratch
-    random: State
-
-
-def search_state(problem: PlanningTask, goal_region_scale: float, seed: int) -> SearchState:
-    """Collect the state of one search; concurrent searches share no written data."""
-    return SearchState(
-        machine_of(problem),
-        gather_problem(problem, goal_region_scale, seed),
-        *collision_context(problem),
-        generator(seed),
-    )
 
 
 class AbstractTreeExtension(ABC):

@@ -15,7 +15,7 @@ from kinolab.planners.auto import Auto
 from kinolab.problem import PlanningTask
 from kinolab.search import Budget
 from kinolab.search.tree import search_state
-from kinolab.search.tree.compiled_planner import ITERATION_SECONDS, step_seconds
+from kinolab.search.tree.growth_work import ITERATION_SECONDS, step_seconds
 from kinolab.search.tree.threads import OtherTrees, other_trees
 from kinolab.search.tree.tree import FULL, GROWING, REACHED, insert_node, tree
 from kinolab.search.tree.tree_extension import AbstractTreeExtension

@@ -51,6 +51,7 @@ from kinolab.search.tree.sampled.witnesses import (
     sweep,
     witness_at,
 )
+from kinolab.search.tree.search_state import SearchState
 from kinolab.search.tree.tree import (
     FULL,
     GROWING,
@@ -61,7 +62,7 @@ from kinolab.search.tree.tree import (
     insert_node,
     note_nearest,
 )
-from kinolab.search.tree.tree_extension import UNBOUNDED_STEPS, SearchState
+from kinolab.search.tree.tree_extension import UNBOUNDED_STEPS
 
 NEAREST, SPARSE, IN_COST_SPACE = range(3)  # kinds of growth: RRT, SST, AO-RRT
 

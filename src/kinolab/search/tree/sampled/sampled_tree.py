@@ -23,8 +23,9 @@ from kinolab.search.tree.sampled.sampled_growth import (
     prune,
 )
 from kinolab.search.tree.sampled.witnesses import witnesses
+from kinolab.search.tree.search_state import SearchState
 from kinolab.search.tree.tree import tree
-from kinolab.search.tree.tree_extension import UNBOUNDED_STEPS, AbstractTreeExtension, SearchState
+from kinolab.search.tree.tree_extension import UNBOUNDED_STEPS, AbstractTreeExtension
 from kinolab.settings import setting
 
 

@@ -18,7 +18,7 @@ from kinolab.concurrency.submitting import submitted
 from kinolab.numerics.arrays import Array
 from kinolab.numerics.work import charge
 from kinolab.problem import PlanningTask
-from kinolab.search.tree.compiled_planner import growth_seconds, step_seconds
+from kinolab.search.tree.growth_work import growth_seconds, step_seconds
 from kinolab.search.tree.time_slices import RestartRounds
 from kinolab.search.tree.tree import FULL, GROWING, REACHED, controls_to
 from kinolab.search.tree.tree_extension import AbstractTreeExtension

@@ -13,9 +13,10 @@ from kinolab.numerics.struct import Record
 from kinolab.problem import PlanningTask
 from kinolab.search.tree.sampled.sampled_growth import SPARSE, Growth
 from kinolab.search.tree.sampled.sampled_tree import AbstractSampledPlanner, SampledTree
+from kinolab.search.tree.search_state import SearchState
 from kinolab.search.tree.threads.parallel_growth import abandon, grow_in_rounds, help_growing
 from kinolab.search.tree.threads.workers import BOARD_SIZE, MOST_ENDS, OVER, Workers, another
-from kinolab.search.tree.tree_extension import AbstractTreeExtension, SearchState
+from kinolab.search.tree.tree_extension import AbstractTreeExtension
 from kinolab.settings import setting
 
 
