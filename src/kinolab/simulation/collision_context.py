@@ -63,16 +63,16 @@ def collision_context(
         finest: As ``resolution`` takes it: passages half as wide count as free.
     """
     world, spacing = problem.world, resolution(problem, finest)
-    gliding = not moves_upright(problem, touching=False)
+    upright = [problem.bodies[k].touches_ground for k in moving_upright(problem)]
     # A foot may touch the ground but not sink: only fine checks tell the difference.
-    max_step = spacing if moves_upright(problem, touching=True) else math.inf
+    max_step = spacing if any(upright) else math.inf
     limits = [("xyz".index(axis), *pair) for axis, pair in world.bounds.items()]
     all_around = collision_scene(
         problem.bodies,
         world,
         cables=problem.cables,
         self_pairs=problem.machine.collisions,
-        glides=gliding,
+        glides=all(upright),  # but for what touches the ground
     )
     bodies, cables = len(problem.bodies), len(problem.cables)
     sizes = {"nx": problem.model.nx, "bodies": bodies, "cables": cables, "pairs": 1}
@@ -102,25 +102,24 @@ def resolution(problem: PlanningTask, finest: float = math.inf) -> float:
     return max(min(clearance, finest), MIN_RESOLUTION)
 
 
-def moves_upright(problem: PlanningTask, *, touching: bool) -> bool:
-    """Return whether any body's lowest point changes height, of those touching the ground or not.
+def moving_upright(problem: PlanningTask) -> list[int]:
+    """Return the bodies whose lowest point changes height over the ground; none without one.
 
     Bodies that stay at one height need no margin against the ground, which would block them.
     """
-    chosen = [k for k, body in enumerate(problem.bodies) if body.touches_ground is touching]
-    if not (problem.world.ground and chosen):
-        return False
+    if not problem.world.ground:
+        return []
     generator, nq = np.random.default_rng(0), problem.model.nq
     states = problem.sample_goals(generator, np.ones(RANDOM_STATES))
     states[:, :nq] += generator.normal(size=(RANDOM_STATES, nq))
     poses = problem.frames(states).reshape(RANDOM_STATES, -1, 3, 4)
-    lowest = [
-        lowest_heights(shape, poses[:, body])
-        for body in chosen
-        for shape in problem.bodies[body].shapes
-    ]
     # Not finite: some sampled states have no pose, which says nothing about heights.
-    return bool(lowest) and not np.ptp(lowest, axis=1).max() <= MIN_RESOLUTION
+    return [
+        k
+        for k, body in enumerate(problem.bodies)
+        for shape in body.shapes
+        if not np.ptp(lowest_heights(shape, poses[:, k])) <= MIN_RESOLUTION
+    ]
 
 
 @kernel
