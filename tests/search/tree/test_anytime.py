@@ -23,7 +23,7 @@ class Bounded:
 
 def bounds(budget: Budget, seconds: float) -> list[int]:
     tree: Any = Bounded()
-    IncumbentImprovement(budget, seconds, 0.1).bound(tree)
+    IncumbentImprovement(tree, budget, seconds, 0.1)
     return list(tree.most)
 
 

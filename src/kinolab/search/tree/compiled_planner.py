@@ -79,23 +79,27 @@ class AbstractCompiledPlanner(AbstractTreeSearch):
         priced = (self.compares_costs and costed(problem)) or problem
         tree = self.extension(priced, search_state(priced, self.goal_region_scale, seed))
         with closing(tree):
-            return self._grow(problem, seed, budget, tree)
+            return self._grow(problem, priced, seed, budget, tree)
 
     def _grow(
-        self, problem: PlanningTask, seed: int, budget: Budget, tree: AbstractTreeExtension
+        self,
+        problem: PlanningTask,
+        own: PlanningTask,
+        seed: int,
+        budget: Budget,
+        tree: AbstractTreeExtension,
     ) -> SearchResult:
+        """Return the result; the tree's own problem may have a state more, which is the cost."""
         tree.begin()
         tree.grow(0)
         section, objective = problem.scenario.planner, problem.scenario.objective
         seconds = improvement_seconds(section.improve if budget.improve is None else budget.improve)
         budget.restart()  # code was compiled and loaded until here
-        own = problem if tree.nodes.cost_entry < 0 else costed(problem) or problem
-        cost = len if own is problem else partial(trees_cost, problem)
-        best = IncumbentImprovement(budget, seconds, problem.step, cost)
-        best.longest = (objective and objective.max_time) or math.inf
-        best.bound(tree)
         sub_searches = self.beside(problem, seed, budget) if own is problem else ()
         beside, predicate = InterleavedSearches(sub_searches), own.goal.predicate
+        cost = len if own is problem else partial(trees_cost, problem)
+        best = IncumbentImprovement(tree, budget, seconds, problem.step, cost)
+        best.longest = (objective and objective.max_time) or math.inf
         truth, rounds = TrueEnds(problem), RestartRounds(self.restart_after)
         slices = TimeSlices(budget, rounds)
         own_map = problem.scenario.integration.truth == "discrete"  # no re-simulation needed
@@ -117,7 +121,7 @@ class AbstractCompiledPlanner(AbstractTreeSearch):
                 if found is not None and best.wants(found):
                     accepted = own_map or truth.excess(found) <= 1.0
                     if accepted:
-                        best.found(found, tree)
+                        best.found(found)
                     # solutions rejected by re-simulation after which the tree restarts
                     elif truth.refused % 10 == 0:
                         rounds.left = 0.0

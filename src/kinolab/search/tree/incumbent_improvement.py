@@ -19,6 +19,7 @@ class IncumbentImprovement:
     """The incumbent solution and the time limit of its improvement.
 
     Args:
+        tree: Is bounded from its beginning where a motion is known already.
         seconds: Time to continue after the first solution, in [s].
         step: Time step of the motions in [s].
         cost: Returns what inputs (N, nu) cost; the number of steps when left out.
@@ -30,16 +31,22 @@ class IncumbentImprovement:
     """
 
     def __init__(
-        self, budget: Budget, seconds: float, step: float, cost: Callable[[Array], int] = len
+        self,
+        tree: AbstractTreeExtension,
+        budget: Budget,
+        seconds: float,
+        step: float,
+        cost: Callable[[Array], int] = len,
     ) -> None:
+        self._tree, self._cost = tree, cost
         self._clock, self._seconds, self._step = budget.clock, seconds, step
-        self._cost = cost
         self._until, self._pointless = math.inf, False
         self._most, self._gained, self._patience = UNBOUNDED_STEPS, math.inf, budget.patience
         # A duration says nothing of what else a motion costs.
         if math.isfinite(budget.below) and seconds > 0 and cost is len:
             self._most = covering_steps(budget.below, step)
             self._gained = self._clock()
+            tree.shorten(self._most)
         self.longest = math.inf
         self.u: Array | None = None
         self.statistics: dict[str, float] = {}
@@ -50,16 +57,11 @@ class IncumbentImprovement:
         now = self._clock()
         return self._pointless or now >= self._until or now - self._gained >= self._patience
 
-    def bound(self, tree: AbstractTreeExtension) -> None:
-        """Bound a tree from its beginning where a motion is known already."""
-        if self._most < UNBOUNDED_STEPS:
-            tree.shorten(self._most)
-
     def wants(self, u: Array) -> bool:
         """Say whether inputs (N, nu) are shorter, or cost less, than the incumbent."""
         return len(u) * self._step <= self.longest + SAME_TIME and self._cost(u) < self._most
 
-    def found(self, u: Array, tree: AbstractTreeExtension) -> None:
+    def found(self, u: Array) -> None:
         """Accept inputs (N, nu) as the incumbent, and bound the tree by their length."""
         if self.u is None:
             self.statistics = {"first_duration": len(u) * self._step, "improvements": 0.0}
@@ -67,7 +69,7 @@ class IncumbentImprovement:
         else:
             self.statistics["improvements"] += 1.0
         self.u, self._most, self._gained = u, self._cost(u), self._clock()
-        self._pointless = self.over or not tree.shorten(self._most)
+        self._pointless = self.over or not self._tree.shorten(self._most)
 
 
 def trees_cost(problem: PlanningTask, u: Array) -> int:
