@@ -32,8 +32,8 @@ from kinolab.dynamics import (
 from kinolab.numerics.arrays import allocate
 from kinolab.numerics.struct import Record
 from kinolab.search import Budget, Outcome, SearchResult
-from kinolab.search.flat.arc_words import ArcWord, shortest_word
 from kinolab.simulation.reference import resimulate
+from kinolab.steering.arc_words import ArcWord, shortest_word
 from kinolab.steering.reeds_shepp import Arc, lengths
 
 Array = NDArray[np.float64]

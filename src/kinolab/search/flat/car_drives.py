@@ -17,9 +17,9 @@ from kinolab.numerics.arrays import Array, Integers
 from kinolab.numerics.jit import kernel
 from kinolab.numerics.lu import factor, substitute
 from kinolab.problem.goal_kernel import wrapped_angle
-from kinolab.search.flat.arc_words import LETTERS, ArcWord
 from kinolab.search.flat.flat_pieces import MOVE, begin_later
 from kinolab.search.flat.flat_states import pose_at
+from kinolab.steering.arc_words import LETTERS, ArcWord
 
 NUDGE = 1e-6  # of a second: by which holds are changed for derivatives
 TURNS, PHASES = 2 * LETTERS + 1, 3 * LETTERS  # of steering and of speed at most

@@ -6,7 +6,6 @@ import math
 
 from kinolab.numerics.jit import kernel
 from kinolab.numerics.rng import uniform
-from kinolab.search.flat.arc_words import shortest_word
 from kinolab.search.flat.car_drives import (
     REVERSES,
     SLOPE,
@@ -20,6 +19,7 @@ from kinolab.search.flat.flat_states import is_possible, pose_at
 from kinolab.search.flat.line_ramps import CRUISE, put_line
 from kinolab.search.flat.piece_sweeps import free_until, is_piece_free
 from kinolab.search.tree.flat_arrays import copy
+from kinolab.steering.arc_words import shortest_word
 
 SLOWEST, QUICKER, TIMES = 60.0, 1.05, 200  # [s] of steering that is tried first, and quicker ones
 LITTLE = 0.01  # of steering from side to side
