@@ -77,6 +77,16 @@ def test_an_arc_that_is_short_is_not_overlooked(sliver: float) -> None:
     assert len(found) <= 3
 
 
+@pytest.mark.parametrize("backward", [True, False])
+@pytest.mark.parametrize("curvature", [0.0, 0.8, -0.8])
+def test_one_arc_needs_no_whole_circle_beside_it(curvature: float, backward: bool) -> None:
+    """Its neighbours have length 0 but for rounding, which must not pass for a turn right round."""
+    for k, begin in enumerate(poses(200, 8.0, 5), start=1):
+        one = Arc(k / 60, curvature)  # less than half a circle: beyond, one reverses
+        found = arcs(begin, one.after(begin), 1 / 0.8, backward=backward)
+        assert sum(abs(a.length) for a in found) == pytest.approx(one.length, abs=1e-6)
+
+
 @both_kinds
 @pytest.mark.parametrize("end", [ORIGIN, (0.0, 0.0, 2 * np.pi), (0.0, 0.0, -4 * np.pi)])
 def test_the_same_pose_needs_no_arc(backward: bool, length: Length, end: PlanePose) -> None:

@@ -104,7 +104,8 @@ def solve_three(lengths, form, xi, eta, phi, forward):  # type: ignore[no-untype
         xi, eta: The last circle's centre, from the first one's.
         phi: The heading at the end.
     """
-    rho, theta = math.hypot(xi, eta), math.atan2(eta, xi)
+    rho = math.hypot(xi, eta)
+    theta = math.atan2(eta, xi) if rho > ROUNDING else 0.0  # both circles are one: any way serves
     if form == CSC:
         t, u = theta, rho
         v = phi - t
@@ -121,12 +122,22 @@ def solve_three(lengths, form, xi, eta, phi, forward):  # type: ignore[no-untype
         t = theta + 0.5 * u + math.pi
         v = phi - t + u
     if forward:  # the same circles, the other way round where it would reverse
-        whole = 2.0 * math.pi
-        lengths[0], lengths[1], lengths[2] = t % whole, u % whole if form == CCC else u, v % whole
+        lengths[0], lengths[1], lengths[2] = ahead(t), ahead(u) if form == CCC else u, ahead(v)
         return True
     t, v = wrapped_angle(t), wrapped_angle(v)
     lengths[0], lengths[1], lengths[2] = t, u, v
     return t >= -ROUNDING and (form == CCC or v >= -ROUNDING)
+
+
+@kernel
+def ahead(turn):  # type: ignore[no-untyped-def]
+    """Return the same turn without driving backward: none where it lacks a rounding to a circle.
+
+    Args:
+        turn: In [rad].
+    """
+    turned = wrapped_angle(turn)
+    return max(turned, 0.0) if turned > -ROUNDING else turned + 2.0 * math.pi
 
 
 @kernel

@@ -1,21 +1,19 @@
-"""Reeds-Shepp and Dubins curves from OMPL, decomposed into arcs."""
+"""Curves of Reeds and Shepp, and of Dubins, as arcs in [m]."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import lru_cache
-from math import copysign, cos, sin
-from typing import Any, TypeAlias
+from math import cos, sin
+from typing import TypeAlias
 
 import numpy as np
 
-from kinolab.dynamics.codegen.state_space import wrapped
-from kinolab.numerics.arrays import Array
+from kinolab.numerics.arrays import Array, allocate
+from kinolab.numerics.struct import Record
+from kinolab.steering.arc_words import ArcWord, shortest_word
 
 PlanePose: TypeAlias = tuple[float, float, float]  # x, y in [m], heading in [rad]
-
-KINDS = [(gear, side) for gear in (1, -1) for side in (0, 1, -1)]
 
 
 @dataclass(frozen=True)
@@ -44,14 +42,6 @@ class Arc:
             turned,
         )
 
-    def continues(self, other: Arc) -> bool:
-        """Say whether another arc has the same curvature and direction."""
-        return self.curvature == other.curvature and self.length * other.length > 0
-
-    def longer(self, by: float) -> Arc:
-        """Return the arc extended by a length in [m]."""
-        return Arc(self.length + copysign(by, self.length), self.curvature)
-
     def after(self, begin: PlanePose) -> PlanePose:
         """Return the pose at its end, from the one at its beginning."""
         x, y, heading = begin
@@ -70,22 +60,16 @@ def arcs(begin: PlanePose, end: PlanePose, radius: float, *, backward: bool = Tr
         radius: Minimum turning radius in [m].
         backward: Whether it may reverse (Reeds-Shepp) or not (Dubins).
     """
-    pieces = _Curve(begin, end, radius, backward=backward).arcs()
-    whole = _merged(pieces, lambda last, arc: last.continues(arc))
-    # A bisection interval across a junction may pass for a third, tiny arc.
-    # 1e-6 [m] below which an arc is dropped
-    found = _merged(whole, lambda _, arc: abs(arc.length) <= 1e-6)
-    return [arc for arc in found if abs(arc.length) > 1e-6]
-
-
-def _merged(arcs: Iterable[Arc], belongs: Callable[[Arc, Arc], bool]) -> list[Arc]:
-    """Merge each arc that belongs to its predecessor into it."""
-    found: list[Arc] = []
-    for arc in arcs:
-        if found and belongs(found[-1], arc):
-            found[-1] = found[-1].longer(abs(arc.length))
-        else:
-            found.append(arc)
+    word, found = allocate(ArcWord, {}), list[Arc]()
+    ends = np.array([begin, end], dtype=float)
+    shortest_word(Record(word), *ends, float(radius), backward)
+    for length, side in zip(word.length[: word.size[0]].tolist(), word.side.tolist(), strict=False):
+        arc = Arc(length * radius, side / radius)
+        if abs(arc.length) <= 1e-6:  # [m] below which an arc is dropped
+            continue
+        if found and found[-1].curvature == arc.curvature and found[-1].length * arc.length > 0.0:
+            arc = Arc(found.pop().length + arc.length, arc.curvature)  # it goes on alike
+        found.append(arc)
     return found
 
 
@@ -97,70 +81,6 @@ def lengths(poses: Sequence[PlanePose], radius: float, *, backward: bool = True)
         radius: Minimum turning radius in [m].
         backward: As for ``arcs``.
     """
-    space = _space(radius, backward)
-    states = [_state(space, pose) for pose in poses]
-    return np.array([[space.distance(a, b) for b in states] for a in states])
-
-
-@lru_cache(maxsize=8)
-def _space(radius: float, backward: bool) -> Any:
-    import ompl.base  # late: machines that are not cars need none
-
-    space = (ompl.base.ReedsSheppStateSpace if backward else ompl.base.DubinsStateSpace)(radius)
-    bounds = ompl.base.RealVectorBounds(2)
-    bounds.setLow(-1e6)  # [m] bounds that OMPL requires
-    bounds.setHigh(1e6)
-    space.setBounds(bounds)
-    return space
-
-
-def _state(space: Any, pose: PlanePose) -> Any:
-    state, (x, y, heading) = space.allocState(), pose
-    state.setXY(x, y)
-    state.setYaw(heading)
-    return state
-
-
-class _Curve:
-    """An OMPL curve, which exposes poses but not arcs."""
-
-    def __init__(self, begin: PlanePose, end: PlanePose, radius: float, *, backward: bool) -> None:
-        self._space = _space(radius, backward)
-        self._begin, self._end, self._here = (
-            _state(self._space, pose) for pose in (begin, end, begin)
-        )
-        self.length, self._radius = float(self._space.distance(self._begin, self._end)), radius
-        self.size = max(self.length, radius, *map(abs, (*begin[:2], *end[:2])))
-
-    def pose(self, fraction: float) -> PlanePose:
-        """Return the pose at a fraction of the length."""
-        self._space.interpolate(self._begin, self._end, fraction, self._here)
-        return self._here.getX(), self._here.getY(), self._here.getYaw()
-
-    def arcs(self) -> Iterator[Arc]:
-        """Yield its arcs, by bisection until each interval is a single one."""
-        yield from self._between(0.0, 1.0, self.pose(0.0), self.pose(1.0))
-
-    def _between(
-        self, begin: float, end: float, before: PlanePose, after: PlanePose
-    ) -> Iterator[Arc]:
-        arc = self._single((end - begin) * self.length, before, after)
-        if arc is not None:
-            yield arc
-        elif end - begin > 2.0**-40:  # fraction of a curve that is not bisected further
-            middle = (begin + end) / 2
-            half = self.pose(middle)
-            yield from self._between(begin, middle, before, half)
-            yield from self._between(middle, end, half, after)
-
-    def _single(self, length: float, before: PlanePose, after: PlanePose) -> Arc | None:
-        """Return the single arc of a length between two poses, or None."""
-        for gear, side in KINDS:
-            arc = Arc(gear * length, side / self._radius)
-            x, y, heading = arc.after(before)
-            turned = float(wrapped(heading - after[2]))
-            off = max(abs(x - after[0]), abs(y - after[1]), abs(turned) * self._radius)
-            # 1e-12 relative to the curve's size: how far a pose may be off its arc
-            if off <= 1e-12 * self.size:
-                return arc
-        return None
+    word, ends = Record(allocate(ArcWord, {})), np.array(poses, dtype=float)
+    rows = [[shortest_word(word, a, b, float(radius), backward) for b in ends] for a in ends]
+    return np.array(rows)
