@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import io
 import math
+import tomllib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -45,51 +47,11 @@ class Column:
     timed: bool = False
 
 
-COLUMNS = (
-    Column("index", "whole", "place of the run in the study, from 0"),
-    Column("task", "text", "hash of all that decides the result of the run"),
-    Column("scenario", "text", "name of the scenario"),
-    Column("planner", "text", "name or label of the planner"),
-    Column("seed", "whole", "of the random numbers"),
-    Column("settings", "text", "what was swept, as JSON by dotted key"),
-    Column("fixed", "text", "what the study sets besides, as JSON by dotted key"),
-    Column(
-        "status",
-        "text",
-        "as `plan` reports it, or `error`, `crashed`, `killed`, `out_of_memory`, `cpu_limit`, "
-        "`memory_limit`",
-    ),
-    Column("solved", "truth", "whether there is a verified plan"),
-    Column(
-        "checked", "truth", "whether the files of the run passed `plan check`; null if not asked"
-    ),
-    Column("iterations", "whole", "of the search"),
-    Column("duration", "number", "of the motion, in s"),
-    Column("duration_bound", "number", "below which no plan's is, proved, in s; 0: unknown"),
-    Column("first_duration", "number", "of the first verified motion, in s"),
-    Column("goal_distance", "number", "norm of the goal errors at the end, in SI units"),
-    Column("clearance", "number", "smallest distance to an obstacle or between bodies, in m"),
-    Column("steps", "whole", "of the motion"),
-    Column("motion", "text", "hash of the times, states and inputs of the motion"),
-    Column("statistics", "text", "the planner's own counters, as JSON"),
-    Column("message", "text", "what the run says"),
-    Column("search", "number", "processor time of the search, in s", timed=True),
-    Column("prepare", "number", "time of what precedes a search, in s", timed=True),
-    Column("verify", "number", "time of verification, in s", timed=True),
-    Column("cpu", "number", "processor time of the run, in s", timed=True),
-    Column("wall", "number", "time of the run by the clock, in s", timed=True),
-    Column("memory", "number", "largest resident memory, libraries included, in MB", timed=True),
-    Column(
-        "improvements", "pairs", "verified motions: s since the start, duration in s", timed=True
-    ),
-    Column("began", "number", "start of the run, in s since 1970", timed=True),
-    Column("load", "number", "load average of the computer at the start", timed=True),
-    Column("computer", "text", "hash of processor, cores, system and versions", timed=True),
-    Column("host", "text", "name of the computer", timed=True),
-    Column("processor", "text", "its processor", timed=True),
-    Column("cores", "whole", "processors that it may use", timed=True),
-    Column("system", "text", "operating system and architecture", timed=True),
-    Column("versions", "text", "of Python, kinolab and libraries, as JSON", timed=True),
+CONTENT = tomllib.loads(files(__package__).joinpath("columns.toml").read_text("utf-8"))
+COLUMNS = tuple(
+    Column(name, *facts, timed=part == "timed")
+    for part, own in CONTENT.items()
+    for name, facts in own.items()
 )
 
 

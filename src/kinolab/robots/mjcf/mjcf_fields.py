@@ -10,7 +10,9 @@ from __future__ import annotations
 
 import math
 import re
+import tomllib
 from collections.abc import Iterator
+from importlib.resources import files
 from itertools import islice
 from typing import Any
 
@@ -19,127 +21,20 @@ from numpy.typing import NDArray
 
 from kinolab.numerics.arrays import Array
 
-
-def _fields_of(table: str) -> frozenset[str]:
-    """Return the fields of a table with lines "prefix: names", or "name:"."""
-    lines = (line.partition(":") for line in re.sub(r"\n {8}", " ", table.strip()).split("\n"))
-    return frozenset(
-        f"{prefix.strip()}{name}" for prefix, _, names in lines for name in names.split() or [""]
-    )
-
-
-READ = _fields_of("""
-    body_: parentid rootid weldid mocapid jntnum jntadr geomnum geomadr pos quat ipos iquat
-        mass inertia sameframe gravcomp
-    jnt_: type qposadr dofadr bodyid limited actfrclimited pos axis stiffness stiffnesspoly
-        range actfrcrange actgravcomp
-    dof_: jntid frictionloss armature damping dampingpoly
-    geom_: type contype conaffinity bodyid dataid matid size pos quat rgba
-    mesh_: vertadr vertnum faceadr facenum vert face
-    mat_: rgba
-    site_: bodyid pos quat
-    eq_: type obj1id obj2id objtype active0 data
-    actuator_: trntype dyntype gaintype biastype trnid gainprm biasprm ctrllimited ctrlrange
-        gear forcelimited forcerange group dynprm actlimited actrange actearly
-    tendon_: type adr num actfrclimited actfrcrange stiffness stiffnesspoly damping dampingpoly
-        frictionloss armature limited range lengthspring
-    wrap_: type objid prm
-    pair_: geom1 geom2
-    exclude_: signature
-    qpos_: spring
-    opt_: gravity disableflags enableflags disableactuator
-    qpos0:
-""")
-# Of contacts, solvers and pictures; what MuJoCo derives of other fields; of actuators that trntype,
-# dyntype and gaintype refuse; counts.
-WITHOUT_EFFECT = _fields_of("""
-    body_: dofnum dofadr treeid simple subtreemass invweight0 margin user contype
-        conaffinity bvhadr bvhnum
-    jnt_: actuatorid group plasticadr solref solimp margin user
-    dof_: bodyid parentid treeid Madr simplenum solref solimp invweight0 M0 length
-    geom_: condim group priority sameframe castshadow solmix solref solimp aabb rbound
-        friction margin gap fluid user
-    site_: type dataid matid group sameframe size user rgba
-    eq_: solimp solref
-    pair_: dim signature solref solreffriction solimp margin gap friction
-    tendon_: matid actuatorid group plasticadr treenum treeid width solref_lim solimp_lim
-        solref_fri solimp_fri margin length0 invweight0 user rgba
-    actuator_: ctrladr ctrlnum ctrlspec outadr outnum actadr actnum cranklength history historyadr
-        user acc0 length0 lengthrange
-    flg_: gravcomp surfacevel adhesion
-    ten_: J_rownnz J_rowadr J_colind
-    opt_: timestep impratio tolerance ls_tolerance noslip_tolerance ccd_tolerance
-        sleep_tolerance magnetic o_margin o_solref o_solimp o_friction integrator cone
-        jacobian solver iterations ls_iterations noslip_iterations ccd_iterations
-        sdf_initpoints sdf_iterations apirate mpr_tolerance mpr_iterations
-    plugin:
-    vis:
-    stat:
-    names:
-    names_map:
-    paths:
-    signature:
-    opt:
-""")
+TABLES = tomllib.loads(files(__package__).joinpath("mjcf_fields.toml").read_text("utf-8"))
+SPELLED, ELEMENTS, FLAGS = TABLES["spelled"], TABLES["elements"], TABLES["flags"]
+READ, WITHOUT_EFFECT = (
+    frozenset(f"{prefix}{name}" for prefix, names in TABLES[key].items() for name in names.split())
+    for key in ("read", "without_effect")
+)
+REASONS = {begin: why for why, begins in TABLES["reasons"].items() for begin in begins.split()}
 # Whole elements; flexes, plugins and height fields are refused where they are used.
 ELEMENTS_WITHOUT_EFFECT = re.compile(
     "(bvh|oct|cam|light|tex|mat|mesh|skin|hfield|sensor|numeric|text|tuple|key|name|exclude|wrap"
     "|tree|plugin|flex|flexedge|B|C|D|M|efm0|efmC)_.*|map.2.|n[a-zA-Z0-9_]*"
 )
-# Why what has no counterpart has none, by what names of fields begin with.
-REASONS = {
-    "opt_density": "makes a fluid push on all that moves, and no fluid is modelled",
-    "opt_viscosity": "makes a fluid push on all that moves, and no fluid is modelled",
-    "opt_wind": "makes a fluid push on all that moves, and no fluid is modelled",
-    "jnt_springyield": "is where a spring yields, which would be a state of its own",
-    "tendon_springyield": "is where a spring yields, which would be a state of its own",
-    "geom_adhesion": "is a force of contacts, and contacts do not push",
-    "geom_surfacevel": "moves what touches, and contacts do not push",
-    "actuator_history": "delays an input, whose past would be a state",
-    "actuator_delay": "delays an input, whose past would be a state",
-    "actuator_plugin": "is code of its own, of which no equations are derived",
-    "body_plugin": "is code of its own, of which no equations are derived",
-    "geom_plugin": "is code of its own, of which no equations are derived",
-}
 NONE = -1  # of an address or number: there is none
 NEUTRAL = {"body_plugin": NONE, "geom_plugin": NONE, "actuator_plugin": NONE}
-SPELLED = {
-    "jnt_actfrcrange": "actuatorfrcrange",
-    "jnt_limited": "range",
-    "jnt_stiffnesspoly": "stiffness",
-    "dof_dampingpoly": "damping",
-    "tendon_stiffnesspoly": "stiffness",
-    "tendon_dampingpoly": "damping",
-    "actuator_dampingpoly": "damping",
-    "qpos0": "ref",
-    "qpos_spring": "springref",
-}  # as MJCF spells what mjModel calls otherwise
-ELEMENTS = {
-    "body": "BODY",
-    "jnt": "JOINT",
-    "dof": "JOINT",
-    "geom": "GEOM",
-    "site": "SITE",
-    "eq": "EQUALITY",
-    "tendon": "TENDON",
-    "actuator": "ACTUATOR",
-    "pair": "PAIR",
-    "mesh": "MESH",
-}  # names of types of objects, by prefix
-
-# Which fields a flag <flag name="disable"/> sets to nothing.
-FLAGS = {
-    "EQUALITY": "eq_active0",
-    "FRICTIONLOSS": "dof_frictionloss tendon_frictionloss",
-    "LIMIT": "jnt_limited tendon_limited",
-    "SPRING": "jnt_stiffness jnt_stiffnesspoly tendon_stiffness tendon_stiffnesspoly",
-    "DAMPER": "dof_damping dof_dampingpoly tendon_damping tendon_dampingpoly",
-    "GRAVITY": "opt_gravity body_gravcomp",
-    "CLAMPCTRL": "actuator_ctrllimited",
-}
-OTHER_FLAGS = """CONSTRAINT CONTACT ACTUATION WARMSTART FILTERPARENT REFSAFE SENSOR MIDPHASE
-    EULERDAMP AUTORESET NATIVECCD ISLAND MULTICCD"""  # applied elsewhere, or without effect
-ENABLING = "OVERRIDE ENERGY FWDINV INVDISCRETE SLEEP DIAGEXACT IPC SPECULATIVE"  # without effect
 
 
 def disabled(mujoco: Any, model: Any) -> set[str]:
@@ -165,8 +60,11 @@ def apply_flags(mujoco: Any, model: Any) -> None:
 
 def unknown_flags(mujoco: Any, model: Any) -> Iterator[str]:
     """Yield what is said of flags that are in no table."""
-    kinds = {"disable": (mujoco.mjtDisableBit, "mjDSBL_", f"{' '.join(FLAGS)} {OTHER_FLAGS}"),
-             "enable": (mujoco.mjtEnableBit, "mjENBL_", ENABLING)}  # fmt: skip
+    further = TABLES["other_flags"]
+    kinds = {
+        "disable": (mujoco.mjtDisableBit, "mjDSBL_", f"{' '.join(FLAGS)} {further['disable']}"),
+        "enable": (mujoco.mjtEnableBit, "mjENBL_", further["enable"]),
+    }
     for word, (bits, prefix, known) in kinds.items():
         flags = int(getattr(model.opt, f"{word}flags"))
         for name, bit in bits.__members__.items():
