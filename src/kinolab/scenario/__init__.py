@@ -21,16 +21,8 @@ from kinolab.scenario.overrides import override_place as override_place
 from kinolab.scenario.planner_keys import argument_mistakes as argument_mistakes
 from kinolab.scenario.planner_keys import shared_settings as shared_settings
 from kinolab.scenario.rules import PLANNER_KEYS as PLANNER_KEYS
-from kinolab.scenario.schema import DirectionGoal as DirectionGoal
-from kinolab.scenario.schema import GoalSection as GoalSection
-from kinolab.scenario.schema import IntegrationSection as IntegrationSection
-from kinolab.scenario.schema import KeepOut as KeepOut
-from kinolab.scenario.schema import MotionSection as MotionSection
-from kinolab.scenario.schema import ObjectiveSection as ObjectiveSection
 from kinolab.scenario.schema import ObstacleEntry as ObstacleEntry
 from kinolab.scenario.schema import PlannerSection as PlannerSection
-from kinolab.scenario.schema import PointGoal as PointGoal
-from kinolab.scenario.schema import RenderSection as RenderSection
 from kinolab.scenario.schema import Scenario as Scenario
 from kinolab.scenario.schema import SystemSection as SystemSection
 from kinolab.scenario.schema import WorldSection as WorldSection

@@ -6,4 +6,3 @@ Source: github.com/quimortiz/dynobench, version 0.0.4.
 from kinolab.scenario.dynobench.environment import is_environment as is_environment
 from kinolab.scenario.dynobench.environment import read_environment as read_environment
 from kinolab.scenario.dynobench.machines import MACHINES as MACHINES
-from kinolab.scenario.dynobench.machines import KnownMachine as KnownMachine

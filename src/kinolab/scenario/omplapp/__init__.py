@@ -8,4 +8,3 @@ from kinolab.scenario.omplapp.cfg_text import CfgValue as CfgValue
 from kinolab.scenario.omplapp.problem_file import CfgPose as CfgPose
 from kinolab.scenario.omplapp.problem_file import ProblemFile as ProblemFile
 from kinolab.scenario.omplapp.problem_file import read_problem as read_problem
-from kinolab.scenario.omplapp.wanted_planner import WantedPlanner as WantedPlanner
