@@ -17,7 +17,7 @@ from kinolab.dynamics.analysis.consistent_states import (
 )
 from kinolab.dynamics.codegen.state_space import StateSpace
 from kinolab.dynamics.facts.machine_facts import MachineFacts, member_of, members
-from kinolab.dynamics.language.shapes import Shape, ShapeKind
+from kinolab.dynamics.language.shapes import ShapeKind
 from kinolab.errors import EndpointError, InputError, Mistake
 from kinolab.numerics.arrays import Array
 from kinolab.problem.goal import Goal, KeepOutCone, PointTarget
@@ -374,7 +374,8 @@ class PlanningTask:
     def _touching(self, x: Array) -> Iterator[tuple[str, str]]:
         obstacles = {obstacle.name: obstacle.remedy for obstacle in self.world.obstacles}
         resting = {body.name for body in self.bodies if body.touches_ground}
-        round_ones = {body.name for body in self.bodies if any(map(_is_disk, body.shapes))}
+        kinds = {body.name: [shape.lowered()[0] for shape in body.shapes] for body in self.bodies}
+        round_ones = {name for name, own in kinds.items() if ShapeKind.CYLINDER in own}
         floor = ' If that is its floor, write ground = "plane" below [world].'
         wheel, large = " A body that stands on it has touches_ground=True.", ""
         system = self.scenario.system
@@ -573,10 +574,6 @@ class PlanningTask:
 
 def _listed(numbers: tuple[float, ...]) -> str:
     return ", ".join(f"{number:g}" for number in numbers)
-
-
-def _is_disk(shape: Shape) -> bool:
-    return shape.lowered()[0] is ShapeKind.CYLINDER
 
 
 def _contact_sentence(contact: Any, remedy: str) -> str:

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import difflib
 import importlib.resources
 import os
-from collections.abc import Sequence
 from pathlib import Path
 
-from kinolab.errors import InputError, Mistake, printable
+from kinolab.errors import InputError, Mistake, meant, printable
 from kinolab.scenario.toml_text import shortened
 from kinolab.untrusted import read
 
@@ -62,11 +60,11 @@ def _no_file(path: Path, where: str) -> Mistake:
         return Mistake(where, "this is not an ordinary file.", "Give a .toml file.")
     what = f"there is no file {shortened(printable(os.path.abspath(path)), 400)}."
     if path.parent != Path(".") or path.suffix in ENDINGS:
-        return Mistake(where, what, _suggestion(path.stem, _neighbours(path)))
+        return Mistake(where, what, meant(path.stem, _neighbours(path)))
     return Mistake(
         where,
         f"no scenario is called {shortened(path.name)!r}, and {what}",
-        f"{_suggestion(path.name, [*builtin_scenarios(), *_neighbours(path)])} "
+        f"{meant(path.name, [*builtin_scenarios(), *_neighbours(path)])} "
         f"Built in: {', '.join(builtin_scenarios()) or 'none'}.".lstrip(),
     )
 
@@ -76,8 +74,3 @@ def _neighbours(path: Path) -> list[str]:
     if not os.path.isdir(path.parent):
         return []
     return sorted(file.name for end in endings for file in path.parent.glob(f"*{end}"))
-
-
-def _suggestion(name: str, known: Sequence[str]) -> str:
-    close = difflib.get_close_matches(name, known, n=1, cutoff=0.5)
-    return f"Did you mean {close[0]!r}?" if close else ""

@@ -177,7 +177,8 @@ def _notebook(path: Path, due: bool, told: Told) -> Report:
 
 def _clocks(notebook: Any, told: Told) -> tuple[Callable[..., None], Callable[..., None]]:
     """Return what is called before and after each cell: it tells which runs, and what it took."""
-    numbers = {k: n for n, k in enumerate(_code_cells(notebook), start=1)}
+    code = (k for k, cell in enumerate(notebook.cells) if cell.cell_type == "code")
+    numbers = {k: n for n, k in enumerate(code, start=1)}
     begun = 0.0
 
     def begin(cell_index: int, **_: Any) -> None:
@@ -192,10 +193,6 @@ def _clocks(notebook: Any, told: Told) -> tuple[Callable[..., None], Callable[..
             told(f"cell {numbers[cell_index]} of {len(numbers)} took {took:.1f} s")
 
     return begin, end
-
-
-def _code_cells(notebook: Any) -> list[int]:
-    return [k for k, cell in enumerate(notebook.cells) if cell.cell_type == "code"]
 
 
 def _execute(client: Any, environment: dict[str, str]) -> None:

@@ -114,7 +114,7 @@ def _one_sided(subject: Subject) -> Iterator[Remark]:
             if (
                 alone.free_symbols == {speed}
                 and not alone.subs(speed, 0)
-                and _is_even(alone, speed)
+                and sympy.simplify(alone - alone.subs(speed, -speed)) == 0
             ):
                 what = (
                     f"The {effort} is the same forward and backward: against the motion one way, "
@@ -123,10 +123,6 @@ def _one_sided(subject: Subject) -> Iterator[Remark]:
                 what += "-c * v * abs(v)."
                 yield Remark("friction that pushes", str(effort), what, (type(effort).__name__, ""))
                 break
-
-
-def _is_even(size: sympy.Expr, speed: sympy.Symbol) -> bool:
-    return bool(sympy.simplify(size - size.subs(speed, -speed)) == 0)
 
 
 def _self_feeding(subject: Subject) -> Iterator[Remark]:

@@ -15,6 +15,7 @@ from kinolab.dynamics.language.modes import MODE
 from kinolab.numerics.arrays import Array
 from kinolab.problem import PlanningTask
 from kinolab.problem.goal_entries import GoalEntry, goal_entries
+from kinolab.verification.between_samples.clearance_margin import shown_length
 from kinolab.world import NO_ENDS, CollisionChecker
 
 VERBS = {
@@ -205,10 +206,6 @@ def _collided(
     told = [f"{c.body} {VERBS.get(c.kind, 'touches')} {c.obstacle}".rstrip() for c in contacts]
     bodies = tuple(dict.fromkeys(name for c in contacts for name in (c.body, c.obstacle)))
     apart = max((off.get(body, 0.0) for body in bodies), default=0.0)
-    place = f", {_length(apart)} from where the plan has it" if apart > 0 else ""
+    place = f", {shown_length(apart)} from where the plan has it" if apart > 0 else ""
     detail = f"{' and '.join(told) or 'something touches'}{place}"
     return Failure("collided", ", ".join(pairs) or "unknown", detail, t, k, bodies)
-
-
-def _length(metres: float) -> str:
-    return f"{metres:.3g} m" if metres >= 1.0 else f"{1000 * metres:.3g} mm"

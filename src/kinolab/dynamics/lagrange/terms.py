@@ -106,7 +106,7 @@ class Expander:
             powers = [(entry, power * exponent) for entry, power in monomial]
             if all(power.is_Integer for _, power in powers) and _has_root(factor, exponent):
                 made = {_signless(e, p, exponent): int(p) for e, p in powers}
-                return {frozenset(made.items()): _rooted(factor, exponent)}
+                return {frozenset(made.items()): fraction(sympy.Pow(_rational(factor), exponent))}
         written = self._write(base)
         if not exponent.is_Integer:
             root = sympy.Pow(written, sympy.Rational(1, exponent.q))
@@ -205,10 +205,6 @@ def _has_root(factor: Fraction, exponent: sympy.Rational) -> bool:
     if exponent.is_Integer:
         return True
     return bool(factor > 0 and sympy.Pow(_rational(factor), exponent).is_Rational)
-
-
-def _rooted(factor: Fraction, exponent: sympy.Rational) -> Fraction:
-    return fraction(sympy.Pow(_rational(factor), exponent))
 
 
 def _signless(base: sympy.Expr, power: sympy.Rational, exponent: sympy.Rational) -> sympy.Expr:

@@ -51,7 +51,9 @@ def closing_constraints(
         triple = slice(3 * k, 3 * k + 3)
         for axis, direction in _moving(np.hstack([*slopes[:, triple]])).items():
             weighted = zip(direction, equations[triple], strict=True)
-            equation = sympy.Add(*(_weight(w) * entry for w, entry in weighted if w))
+            equation = sympy.Add(
+                *((1 if w == 1.0 else float(w)) * entry for w, entry in weighted if w)
+            )
             yield closed(equation, f"{name} {kind} {axis}")
 
 
@@ -171,7 +173,3 @@ def _along_axes(direction: Array) -> Array:
     clean: Array = np.where(np.abs(direction) < ROUNDING, 0.0, direction)
     clean /= np.linalg.norm(clean)
     return clean * float(np.sign(clean[np.abs(clean).argmax()]))
-
-
-def _weight(share: float) -> sympy.Expr | float:
-    return sympy.Integer(1) if share == 1.0 else float(share)

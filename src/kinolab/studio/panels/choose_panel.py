@@ -109,7 +109,9 @@ class ChoosePanel:
                 self._limit(what, ends)
         section = problem.scenario.planner
         planner = planners.get(section.name) if section.name in planners.names() else None
-        self._explained.content = _first_line(planner.__doc__) if planner else ""
+        self._explained.content = (
+            (planner.__doc__ or "").strip().partition("\n")[0] if planner else ""
+        )
         with self._settings:
             for setting in shared_settings():
                 self._setting(setting, getattr(section, setting.name))
@@ -199,10 +201,6 @@ class ChoosePanel:
 
 def _known(planner: str) -> str:
     return planner if planner in planners.names() else planners.names()[0]
-
-
-def _first_line(text: str | None) -> str:
-    return (text or "").strip().partition("\n")[0]
 
 
 def _limits(problem: PlanningTask) -> dict[str, tuple[float, float]]:

@@ -53,13 +53,14 @@ class ClearanceMargin:
 
     def __str__(self) -> str:
         beside = f" ({', '.join(self.beside)})" if self.beside else ""
-        whole = f"smallest clearance {_length(self.clearance + self.required)}"
+        whole = f"smallest clearance {shown_length(self.clearance + self.required)}"
         if self.required:
-            whole += f", {_length(self.clearance)} more than [world] clearance asks for,"
+            whole += f", {shown_length(self.clearance)} more than [world] clearance asks for,"
         return f"{whole} at t = {round(self.time, TIME_DIGITS):.6g} s{beside}"
 
 
-def _length(metres: float) -> str:
+def shown_length(metres: float) -> str:
+    """Return a length in [m] in words, below a metre in millimetres."""
     return f"{metres:.3g} m" if metres >= 1.0 else f"{1000 * metres:.3g} mm"
 
 

@@ -82,7 +82,8 @@ def _of_one_input(fields: VectorFields) -> str:
     """
     (name,) = fields.inputs
     for k in range(1, fields.dimension - 1):
-        if work_for(fields, 2) * (k + 1) > MAX_WORK or _jet_work(fields, k + 2) > MAX_WORK:
+        chain = work_for(replace(fields, inputs={}), k + 2)  # of brackets, by multiplications
+        if work_for(fields, 2) * (k + 1) > MAX_WORK or chain > MAX_WORK:
             return ""
         found = [_involutive(fields, point, k) for point in fields.points]
         if all(involutive is False for involutive in found):
@@ -92,11 +93,6 @@ def _of_one_input(fields: VectorFields) -> str:
                 "involutive (Charlet, Levine and Marino 1989)"
             )
     return ""
-
-
-def _jet_work(fields: VectorFields, degree: int) -> int:
-    """Estimate the multiplications for a chain of brackets of a degree."""
-    return work_for(replace(fields, inputs={}), degree)
 
 
 def _involutive(fields: VectorFields, point: Mapping[str, float], k: int) -> bool | None:
