@@ -121,8 +121,9 @@ def examine(machine: System | PlanningTask | str | Path) -> Examination:
     else:
         scenario = loading.find_scenario(str(machine))
         system = loading.find_system(scenario)
-    file = loading.file_of_machine(scenario)
-    return examined(System.of(system), scenario.integration, file=file)
+    file, system = loading.file_of_machine(scenario), System.of(system)
+    start = loading.stated_start(scenario, system.model())
+    return examined(system, scenario.integration, file=file, start=start)
 
 
 def _to_simulate(

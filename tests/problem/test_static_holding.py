@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 import kinolab
+from kinolab.dynamics import Body, Drive, Rope, System, length, move, toward
 from kinolab.problem.goal_states import goal_states
 from kinolab.problem.static_holding import (
     best_static_holding,
@@ -57,7 +58,7 @@ def test_a_machine_that_cannot_stop_is_told_its_lower_limit(tmp_path: Path) -> N
     text = f'schema = 1\ntitle = "On"\nsystem.name = "unicycle1_v1"\n{world}\n'
     problem = problem_of(tmp_path, text, "start={ x = 1, y = 1 }", "goal.x=5")
     (sentence,) = holding_sentences(problem, static_holding(problem, problem.start), None)
-    assert sentence.endswith("to hold it takes v = 0 m/s or rad/s (its limit is 0.25).")
+    assert sentence.endswith("to hold it takes v = 0 m/s (its limit is 0.25).")
 
 
 def test_a_machine_with_feedback_is_told_the_limit_of_its_reference() -> None:
@@ -113,6 +114,26 @@ def test_a_goal_about_an_equilibrium_can_be_rested_in(theta: str, tmp_path: Path
     assert held is not None
     assert held.holds
     assert list(holding_sentences(problem, None, held)) == []
+
+
+def test_a_rope_of_which_the_goal_says_nothing_is_reeled_to_hold_the_goal() -> None:
+    """A load hangs at rest wherever its rope is as long as that: at z, but for the stretch."""
+    z, reel = length("z", speed=2.0), length("l", 1.0, 20.0, speed=1.0)
+    deck = Body("deck", move(0, 0, z), mass=240.0)
+    roof = move(0, 0, 20.0)
+    rope = Rope(between=(roof, deck.frame), stiffness=1e5, length=reel, damping=3e3)
+    winch = Drive("winch", on=reel, limit=0.5)
+    lift = System("lift", bodies=[deck], gravity=toward("-z"), inputs=[winch], efforts=[rope])
+    problem = kinolab.load(
+        {
+            "title": "A deck is lifted",
+            "system": lift,
+            "world": {"bounds": {"z": [0.0, 19.0]}},
+            "start": {"z": 2.0, "l": 17.98},
+            "goal": {"z": 9.0, "at_rest": True, "tolerance": 0.01},
+        }
+    )
+    assert rest_warnings(problem) == ()
 
 
 def test_a_goal_whose_equilibrium_is_outside_cannot_be_rested_in(tmp_path: Path) -> None:

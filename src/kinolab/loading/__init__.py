@@ -12,3 +12,4 @@ from kinolab.loading.tables import read_changed as read_changed
 from kinolab.loading.tables import read_table as read_table
 from kinolab.loading.tables import read_with_obstacle as read_with_obstacle
 from kinolab.loading.targets import start_table as start_table
+from kinolab.loading.targets import stated_start as stated_start

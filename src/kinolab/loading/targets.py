@@ -29,6 +29,12 @@ def start_of(scenario: Scenario, model: Model) -> Array:
     return start
 
 
+def stated_start(scenario: Scenario, model: Model) -> Array | None:
+    """Return the start (nx,) that a scenario states; None where it says nothing of this machine."""
+    known = {*model.state_names, *(part.name for part in model.space.spheres)}
+    return start_of(scenario, model) if scenario.start and known >= {*scenario.start} else None
+
+
 def start_table(model: Model, x: ArrayLike) -> dict[str, float | list[float]]:
     """Return what ``[start]`` says of a state (nx,): unit vectors as lists, all else as numbers.
 

@@ -79,7 +79,7 @@ def start_holding(problem: PlanningTask) -> StaticHolding | None:
     held = static_holding(problem, problem.start)
     if held is not None and held.holds:
         return held
-    for x, _ in _equilibria(problem, [problem.start]):
+    for x, _ in _equilibria(problem, [problem.start], problem.scales):
         moved = np.abs(problem.space.difference(problem.start, x)) / problem.scales
         # of a state's scale: a start is written with a few digits
         if moved[: problem.model.nq].max(initial=0.0) <= 1e-4:
@@ -99,7 +99,8 @@ def best_static_holding(problem: PlanningTask, states: Sequence[Array]) -> Stati
     """
     found = _held(problem, states)
     if not any(held.holds for held in found):
-        near = (x for x, _ in _equilibria(problem, states) if problem.goal_excess(x) <= 1.0)
+        found_near = _equilibria(problem, states, _in_tolerances(problem))
+        near = (x for x, _ in found_near if problem.goal_excess(x) <= 1.0)
         found += [held for held in _held(problem, near) if held.holds]
     return min(found, key=_effort, default=None)
 
@@ -108,13 +109,27 @@ def _held(problem: PlanningTask, states: Iterable[Array]) -> list[StaticHolding]
     return [held for x in states if (held := static_holding(problem, x)) is not None]
 
 
-def _equilibria(problem: PlanningTask, states: Iterable[Array]) -> Iterator[tuple[Array, Array]]:
+def _equilibria(
+    problem: PlanningTask, states: Iterable[Array], scales: Array
+) -> Iterator[tuple[Array, Array]]:
     """Yield equilibria near states (nx,), within all limits but those of the inputs (nu,)."""
     for near in states:
         # steps of Newton's method towards the equilibrium that is nearest
-        found = equilibrium(problem.model, near, scales=problem.scales, drawn_back=5)
+        found = equilibrium(problem.model, near, scales=scales, drawn_back=5)
         if found is not None and not any(problem.limit_violations(found[0])):
             yield found
+
+
+def _in_tolerances(problem: PlanningTask) -> Array:
+    """Return what counts as a large difference in the goal, shape (nx,): a tolerance at most.
+
+    So what the goal leaves free moves first towards an equilibrium, as ropes do of which it says
+    nothing.
+    """
+    scales = problem.scales.copy()
+    wanted = list(problem.goal.indices)
+    scales[wanted] = np.minimum(scales[wanted], problem.goal.tolerances)
+    return scales
 
 
 def _effort(held: StaticHolding) -> tuple[bool, float]:
@@ -153,7 +168,7 @@ def _is_held_nearby(problem: PlanningTask) -> bool:
     lower, upper = problem.model.control_bounds.T
     return any(
         bool(((lower <= u) & (u <= upper)).all()) and problem.goal_excess(x) <= 1.0
-        for x, u in _equilibria(problem, samples)
+        for x, u in _equilibria(problem, samples, _in_tolerances(problem))
     )
 
 

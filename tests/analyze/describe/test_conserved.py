@@ -9,7 +9,20 @@ from kinolab import systems
 from kinolab.analyze.describe.conserved import conserved_momenta, cyclic_coordinates_of
 from kinolab.analyze.describe.description import describe
 from kinolab.analyze.describe.description_text import described_as_text
-from kinolab.dynamics import Body, Box, System, Torque, angle, length, move, rot_y, toward
+from kinolab.dynamics import (
+    WORLD,
+    Body,
+    Box,
+    Drive,
+    Rope,
+    System,
+    Torque,
+    angle,
+    length,
+    move,
+    rot_y,
+    toward,
+)
 
 
 def swinging_cart() -> System:
@@ -44,6 +57,16 @@ def test_a_driven_symmetry_is_cyclic_but_conserves_nothing() -> None:
     crane = systems.get("crane")
     assert {"x", "y"} <= set(cyclic_coordinates_of(crane))
     assert conserved_momenta(crane) == ()
+
+
+def test_a_winch_without_mass_conserves_nothing() -> None:
+    """Its input decides how fast it turns, and no momentum could stay as it is."""
+    z, reel = length("z"), length("l", 0.5, 3.0)
+    stone = Body("stone", move(0, 0, z), mass=2.0)
+    rope = Rope(between=(WORLD, stone.frame), stiffness=5000.0, length=reel)
+    winch = Drive("reel", on=reel, limit=1.0)
+    hung = System("hung", bodies=[stone], gravity=toward("-z"), inputs=[winch], efforts=[rope])
+    assert conserved_momenta(hung) == ()
 
 
 @pytest.mark.parametrize("pairs", [[], [("cart", "bob")]])

@@ -18,7 +18,19 @@ from kinolab.analyze.examine.behaviour import behaviour
 from kinolab.analyze.examine.examination import examine, remarks_on
 from kinolab.analyze.examine.remarks.subject import Subject
 from kinolab.analyze.examine.shapes.passing_bodies import passing_bodies
-from kinolab.dynamics import WORLD, Body, Force, System, Viscous, length, move, rate
+from kinolab.dynamics import (
+    WORLD,
+    Body,
+    Disk,
+    Force,
+    System,
+    Viscous,
+    angle,
+    length,
+    move,
+    rate,
+    rot_y,
+)
 from kinolab.errors import InputError
 from kinolab.scenario.schema import IntegrationSection
 from tests.analyze.examine.mistaken import (
@@ -188,6 +200,40 @@ def test_a_stone_that_is_let_go_falls_as_far_as_galilei_says() -> None:
     stone = Body("stone", move(0, 0, length("z")), mass=1.0, shape=Sphere(0.05))
     told = examine(System("stone", bodies=[stone], gravity=toward("-z")))
     assert "Let go at rest, in 0.5 s stone falls 1.2 m." in told.sentences
+
+
+def test_a_machine_is_let_go_where_its_scenario_starts(tmp_path: Path) -> None:
+    """A spring of 2 m is as long as its own at z = 2, and pulls it up from 1, where z begins."""
+    (tmp_path / "bob.py").write_text(
+        "from kinolab.dynamics import *\n\n\ndef bob():\n"
+        "    body = Body('bob', move(0, 0, length('z', 1.0, 9.0)), mass=1.0)\n"
+        "    spring = Spring(between=(WORLD, body.frame), stiffness=20.0, length=2.0)\n"
+        "    return System('bob', bodies=[body], efforts=[spring])\n"
+    )
+    (tmp_path / "bob.toml").write_text(
+        'schema = 1\ntitle = "A bob"\nsystem.file = "bob.py"\nstart.z = 2.5\ngoal.z = 2.0\n'
+    )
+    alone = kinolab.examine(tmp_path / "bob.py").sentences
+    begun = kinolab.examine(tmp_path / "bob.toml").sentences
+    assert any(told.startswith("Let go at z = 1, in 0.5 s bob rises") for told in alone)
+    assert any(
+        told.startswith("Let go at the scenario's start, in 0.5 s bob falls") for told in begun
+    )
+
+
+@pytest.mark.parametrize(
+    ("axle", "named"), [("x", True), ("y", False)], ids=["about another axis", "about its axle"]
+)
+def test_a_round_body_has_like_moments_across_its_axle(axle: str, named: bool) -> None:
+    disk = Body(
+        "disk",
+        move(0, 0, 0.25) @ rot_y(angle("phi")),
+        mass=1.0,
+        inertia=(0.03125, 0.015625, 0.015625) if axle == "x" else (0.015625, 0.03125, 0.015625),
+        shape=Disk(0.25, 0.05, axis="y"),
+    )
+    found = titles(System("disk", bodies=[disk]))
+    assert ("inertia in another order: disk" in found) is named
 
 
 def test_what_nothing_holds_or_drives_is_named() -> None:

@@ -21,7 +21,7 @@ from kinolab.loading.find import file_of_machine
 
 HOME = Path(__file__).parents[3]
 HERE = Path(__file__).parent
-FOLDERS = ("unseen", "third", "fourth")
+FOLDERS = ("unseen", "third", "fourth", "fifth")
 TRUTHS = [tomllib.loads((HERE / f / "truth.toml").read_text("utf-8")) for f in FOLDERS]
 MACHINES: dict[str, str] = {name: path for t in TRUTHS for name, path in t["machines"].items()}
 MISTAKES = {

@@ -141,3 +141,18 @@ def test_axes_are_drawn_where_they_are_asked_for(axes: bool) -> None:
     assert (scene.frames is not None) is axes
     if axes:
         assert scene.frames.names == ("world", "x", "wheel")
+
+
+@pytest.mark.parametrize(("height", "rolls"), [(0.9, False), (0.03, True)])
+def test_a_long_plank_on_a_high_pivot_leaves_no_track_on_the_ground(
+    height: float, rolls: bool
+) -> None:
+    """It reaches farther than it is high above the ground, and is in the air all the same."""
+    tilt, s = angle("tilt", -0.3, 0.3), length("s", -1, 1)
+    plank = Body(
+        "plank", move(s, 0, height) @ rot_y(tilt), mass=1.0, inertia=0.5, shape=Box(2.4, 0.3, 0.04)
+    )
+    machine = System("plank", bodies=[plank])
+    ground = {"world": {"ground": "plane"}}
+    _, drawn, _ = shown(machine, {"s": 0.5}, {"s": 0.0}, {"s": 0.5}, **ground)
+    assert drawn.rolls is rolls

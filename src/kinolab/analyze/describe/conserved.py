@@ -7,6 +7,7 @@ import numpy as np
 from kinolab.dynamics import Coordinate, Model, System
 from kinolab.dynamics.analysis.invariants import change_by, random_states_about_rest, steady
 from kinolab.dynamics.derivation.derivation import is_kinematic
+from kinolab.dynamics.language.mechanism_parts import imposed_accelerations
 from kinolab.numerics.arrays import Array
 
 
@@ -26,7 +27,9 @@ def conserved_momenta(system: System) -> tuple[str, ...]:
     if held or not plain or system.states or is_kinematic(model.system):
         return ()
     (kept,) = steady(model, lambda x: (model.mass_matrix(x) * model.velocity(x))[None])
-    return tuple(c.name for c, one in zip(system.coordinates, kept, strict=True) if one)
+    driven = imposed_accelerations(system)  # whatever is massless has no momentum to keep
+    names = (c.name for c, one in zip(system.coordinates, kept, strict=True) if one)
+    return tuple(name for name in names if name not in driven)
 
 
 def momenta_of(system: System) -> tuple[str, ...]:

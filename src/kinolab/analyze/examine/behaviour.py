@@ -31,11 +31,15 @@ SEEN = 1e-3  # [m] or [rad]: less is called rest
 MOST = 3  # inputs, bodies and names that sentences name; more are counted
 
 
-def behaviour(subject: Subject) -> Iterator[str]:
-    """Yield at most nine sentences about a machine."""
+def behaviour(subject: Subject, start: Array | None = None) -> Iterator[str]:
+    """Yield at most nine sentences about a machine.
+
+    Args:
+        start: The state (nx,) at which a scenario begins, to let it go there.
+    """
     yield from _freedoms(subject)
     yield _gravity(subject)
-    yield from _let_go(subject)
+    yield from _let_go(subject, start)
     yield from _inputs(subject)
     yield from _left_alone(subject)
     yield from _conserved(subject)
@@ -61,7 +65,8 @@ def _freedoms(subject: Subject) -> Iterator[str]:
         )
     if follows:
         told += f", {_listed(follows)} {'follow' if len(follows) > 1 else 'follows'} from "
-        told += "the constraints" if subject.system.constraints else "them"
+        sources = ["them"] * is_kinematic(subject.system)
+        told += " and ".join([*sources, *["the constraints"] * bool(subject.system.constraints)])
     yield f"{told}."
 
 
@@ -77,16 +82,20 @@ def _gravity(subject: Subject) -> str:
     return f"Gravity pulls toward {way}{along}, with {strength:.4g} m/s^2."
 
 
-def _let_go(subject: Subject) -> Iterator[str]:
-    """Say how bodies move from rest with all inputs 0; from beside it if they stay there."""
+def _let_go(subject: Subject, start: Array | None) -> Iterator[str]:
+    """Say how bodies move from rest with all inputs 0; from beside it if they stay there.
+
+    Rest is where a scenario starts, or where all coordinates are 0 or as near to it as may be.
+    """
     if is_kinematic(subject.system):
         yield "It is kinematic: its inputs are velocities, and without them it stays where it is."
         return
     # 0.1 of the span of coordinates: beside rest
     aside = subject.moved(dict.fromkeys(subject.plain, 0.1))
-    begun = [f"{c} = {aside[k]:.3g}" for c, k in subject.plain.items() if abs(aside[k]) > SEEN]
-    beside = f"Let go at {_listed(begun)}"
-    for x, begin in ((subject.rest, "Let go at rest"), (aside, beside)):
+    places = [(subject.rest, _begun(subject, subject.rest)), (aside, _begun(subject, aside))]
+    if start is not None:
+        places.insert(0, (start, "Let go at the scenario's start"))
+    for x, begin in places:
         try:
             moved = _moved(subject, x)
         except KinolabError:
@@ -95,6 +104,12 @@ def _let_go(subject: Subject) -> Iterator[str]:
             yield f"{begin}, in {LET_GO:g} s {_listed(moved, more='bodies')}."
             return
     yield f"Let go at rest or beside it, nothing moves in {LET_GO:g} s."
+
+
+def _begun(subject: Subject, x: Array) -> str:
+    """Say where a machine is let go."""
+    begun = [f"{c} = {x[k]:.3g}" for c, k in subject.plain.items() if abs(x[k]) > SEEN]
+    return f"Let go at {_listed(begun)}" if begun else "Let go at rest"
 
 
 def _moved(subject: Subject, x: Array) -> list[str]:
@@ -241,10 +256,12 @@ def _sizes(subject: Subject) -> Iterator[str]:
     told = []
     if heavy:
         one, other = heavy[0], heavy[-1]
-        told.append(f"Its masses are {_span(one.mass, one.name, other.mass, other.name, 'kg')}")
+        what = "its masses are" if heavy[1:] else "its mass is"
+        told.append(f"{what} {_span(one.mass, one.name, other.mass, other.name, 'kg')}")
     if solid:
         sizes = [(max(b.extent or (0.0,)), b.name) for b in (solid[0], solid[-1])]
-        told.append(f"its sizes {_span(*sizes[0], *sizes[1], 'm')}")
+        what = "its sizes are" if solid[1:] else "its size is"
+        told.append(f"{what} {_span(*sizes[0], *sizes[1], 'm')}")
     if told:
         text = ", ".join(told)
         yield f"{text[0].upper()}{text[1:]}."

@@ -28,19 +28,23 @@ def drums(subject: Subject) -> Iterator[Remark]:
     for constraint in system.constraints:
         rates = {a for a in atoms_of(constraint.velocity) if isinstance(a, RateSymbol)}
         owners = [rate.coordinate for rate in rates]
-        by_unit = {c.unit: c for c in owners if isinstance(c, Coordinate)}
-        if len(owners) != 2 or set(by_unit) != {"m", "rad"}:
+        plain = [c for c in owners if isinstance(c, Coordinate)]
+        turned = [c for c in plain if c.unit == "rad"]
+        run_off = sorted((c for c in plain if c.unit == "m"), key=str)  # lengths of one rope
+        if len(plain) != len(owners) or len(turned) != 1 or not run_off:
             continue
-        turn, run = (constraint.velocity.diff(RateSymbol(by_unit[u])) for u in ("rad", "m"))
+        turn, *runs = (constraint.velocity.diff(RateSymbol(c)) for c in (*turned, *run_off))
         try:
-            ratio = abs(system.number(turn / run))
+            ratios = [abs(system.number(turn / run)) for run in runs]
         except TypeError:
             continue  # it depends on the coordinates
-        radii = _turned(subject, by_unit["rad"])
-        for name, radius in radii.items():
-            twice = abs(ratio - 2 * radius) <= ROUNDING * ratio
-            if twice and not any(abs(ratio - r) <= ROUNDING * ratio for r in radii.values()):
-                what = f"By {constraint.name!r}, {by_unit['m']} runs by {ratio:.4g} m where {name} "
+        ratio, radii = ratios[0], _turned(subject, turned[0])
+        fits = any(abs(ratio - radius) <= ROUNDING * ratio for _, radius in radii)
+        if fits or np.ptp(ratios) > ROUNDING * ratio:
+            continue
+        for name, radius in radii:
+            if abs(ratio - 2 * radius) <= ROUNDING * ratio:
+                what = f"By {constraint.name!r}, {run_off[0]} runs by {ratio:.4g} m where {name} "
                 what += f"turns by 1 rad, and its radius is {radius:.4g} m: its rim is half as "
                 what += "fast. Is a diameter in the place of a radius?"
                 yield Remark("runs by the diameter", name, what, ("zero", constraint.name))
@@ -86,13 +90,14 @@ def wound(subject: Subject) -> Iterator[Remark]:
                 return
 
 
-def _turned(subject: Subject, coordinate: Coordinate) -> dict[str, float]:
-    """Return the radii in [m] of the round bodies that a coordinate turns in their place."""
-    found, k = {}, subject.plain[coordinate]
+def _turned(subject: Subject, coordinate: Coordinate) -> list[tuple[str, float]]:
+    """Return the radii in [m] of the round shapes of bodies that a coordinate turns in place."""
+    found: list[tuple[str, float]] = []
+    k, round_ = subject.plain[coordinate], {ShapeKind.SPHERE, ShapeKind.CYLINDER}
     for body in subject.system.bodies:
-        shape = round_shape(subject, body)
         spin = subject.spin(body, subject.rest)[:, k]
         still = not subject.poses_by(subject.rest)[subject.place_of(body), :, 3, k].any()
-        if shape is not None and still and np.abs(spin).max() > ROUNDING:
-            found[body.name] = float(sizes(shape)[1][0])
+        if still and np.abs(spin).max() > ROUNDING:
+            kinds = [sizes(shape) for shape in subject.system.resolved_shapes(body)]
+            found += [(body.name, float(half[0])) for kind, half in kinds if kind in round_]
     return found

@@ -38,15 +38,17 @@ from kinolab.analyze.examine.resting import overturned, pushed_down, without_res
 from kinolab.analyze.examine.ropes import ropes
 from kinolab.analyze.examine.shapes.carried import left_behind, on_their_own_axis, swung_off
 from kinolab.analyze.examine.shapes.joints import parted, sized_otherwise
+from kinolab.analyze.examine.shapes.landings import landings
 from kinolab.analyze.examine.shapes.passing_bodies import passing_bodies
 from kinolab.analyze.examine.shapes.rolling import slips
 from kinolab.analyze.examine.shapes.steered_wheels import steering
-from kinolab.analyze.examine.shapes.touching_bodies import contacts, standing
+from kinolab.analyze.examine.shapes.touching_bodies import contacts, standing, sunk
 from kinolab.analyze.examine.shapes.twins import required, twins
 from kinolab.analyze.examine.units_agree import units_agree
 from kinolab.dynamics import System
 from kinolab.errors import LINE_WIDTH, counted
 from kinolab.loading.well_posed import unlimited_sentences
+from kinolab.numerics.arrays import Array
 from kinolab.scenario.schema import IntegrationSection
 from kinolab.simulation.held_law import stiff_law, wrong_law
 from kinolab.simulation.stability import fastest_rate, step_too_long
@@ -110,13 +112,18 @@ class Examination:
 
 
 def examine(
-    system: System, integration: IntegrationSection | None = None, *, file: Path | None = None
+    system: System,
+    integration: IntegrationSection | None = None,
+    *,
+    file: Path | None = None,
+    start: Array | None = None,
 ) -> Examination:
     """Examine a machine.
 
     Args:
         integration: How planning integrates it; not checked if left out.
         file: The file that describes it, in which the lines of remarks are looked up.
+        start: The state (nx,) at which a scenario begins; left out where it says nothing of it.
 
     Raises:
         InputError: If the machine cannot be derived.
@@ -129,13 +136,14 @@ def examine(
     for title, machine in in_each_mode(system):
         subject = Subject(machine.with_feedback(None))
         passing, left_out = passing_bodies(subject)
-        told = (*behaviour(subject), passing, *_limits(machine), step, advice)
+        begun = None if system.modes else start
+        told = (*behaviour(subject, begun), passing, *_limits(machine), step, advice)
         sentences += [title] * bool(title)
         sentences += [one for one in told if one and one not in sentences]
         found += (*remarks_on(subject), *left_out)
         mode = title.partition("\n")[0].removeprefix(system.name)
         checked += [replace(law, law=law.law + mode) for law in laws(machine, chosen)]
-    found += (*law, *unheeded(system, file))
+    found += (*law, *unheeded(system, file), *landings(system))
     if not system.modes:  # in one of which a rope may be slack
         found += ropes(Subject(system.with_feedback(None)))
         found += without_effect(Subject(system.with_feedback(None)))
@@ -163,6 +171,7 @@ def remarks_on(subject: Subject) -> Iterator[Remark]:
     yield from left_behind(subject)
     yield from on_their_own_axis(subject)
     yield from standing(subject)
+    yield from sunk(subject)
     yield from reactions(subject)
     yield from turned_away(subject)
     yield from others_axes(subject)

@@ -15,6 +15,7 @@ from scipy.integrate import solve_ivp
 from kinolab.analyze.examine.law_check import LawCheck
 from kinolab.dynamics import Model, System
 from kinolab.dynamics.codegen.methods import METHODS
+from kinolab.dynamics.derivation.derivation import is_kinematic
 from kinolab.dynamics.derivation.singularity import singularity_of
 from kinolab.dynamics.facts.mode_derivations import in_mode
 from kinolab.errors import KinolabError, NoDynamicsError
@@ -174,4 +175,6 @@ def _steps(model: Model, settings: IntegrationSection) -> LawCheck:
     if wrong is not None:
         return LawCheck(law, rate * step, METHODS[settings.method].stability, wrong.sentence)
     note = f"the fastest decay rate is {rate:.3g} /s"
+    if is_kinematic(model.system) and not model.system.states:
+        note = "it is kinematic, and nothing in it decays by itself"
     return LawCheck(law, rate * step, METHODS[settings.method].stability, note)

@@ -52,7 +52,7 @@ FITS, MISFITS = 2.0, 4.0
 def odd_numbers(subject: Subject) -> Iterator[Remark]:
     """Yield the numbers that look like another unit."""
     for body in subject.system.bodies:
-        swapped = [*_order(subject, body), *_flat(subject, body)]
+        swapped = [*_order(subject, body), *_flat(subject, body), *_round(subject, body)]
         yield from swapped[:1] or _inertia(subject, body)
         yield from _density(subject, body)
         yield from _length(subject, body)
@@ -247,6 +247,27 @@ def _flat(subject: Subject, body: Body) -> Iterator[Remark]:
             what = f"It is a flat wheel, and has {given[k]:.4g} kg m^2 about its axle, {'xyz'[k]}, "
             what += f"and {least:.4g} kg m^2 across: the largest moment of inertia of what is flat "
             what += "is that about its axle."
+            yield Remark("inertia in another order", body.name, what, ("Body", body.name))
+
+
+def _round(subject: Subject, body: Body) -> Iterator[Remark]:
+    """Yield the bodies of revolution of which not the axle, but another axis is the odd one out.
+
+    What is round has one moment of inertia about all axes across its axle.
+    """
+    found = _wheel(subject, body)
+    given = [subject.system.number(body.inertia_matrix[j, j]) for j in range(3)]
+    for k, other in ((0, 1), (0, 2), (1, 2)):
+        odd = 3 - k - other
+        alike = abs(given[k] - given[other]) <= ROUNDING * max(given)
+        differs = abs(given[odd] - given[k]) > SLACK * max(given)
+        if found is not None and alike and differs and odd != found[0]:
+            axle, across = "xyz"[found[0]], "xyz"[3 - odd - found[0]]
+            what = (
+                f"Its shape is round about {axle}. It has {given[k]:.4g} kg m^2 about {axle} and "
+            )
+            what += f"about {across}, and {given[odd]:.4g} about {'xyz'[odd]}: across its axle the "
+            what += "moments of inertia of what is round are alike."
             yield Remark("inertia in another order", body.name, what, ("Body", body.name))
 
 

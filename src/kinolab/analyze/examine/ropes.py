@@ -11,6 +11,7 @@ from kinolab.analyze.examine.remarks.subject import Subject
 from kinolab.dynamics import Cable, Coordinate, Frame
 from kinolab.dynamics.derivation.derivation import is_kinematic
 from kinolab.dynamics.language.forces import Effort
+from kinolab.dynamics.language.frames import pose
 from kinolab.dynamics.language.inputs import Input
 from kinolab.numerics.arrays import Array
 
@@ -42,12 +43,18 @@ def ropes(subject: Subject) -> Iterator[Remark]:
 
 
 def _beside(subject: Subject, cable: Cable, changed: list[Coordinate]) -> Iterator[Remark]:
-    """Yield the tensions that act on one end of a cable and not toward its other end."""
-    for entry in subject.system.inputs if changed else ():
+    """Yield the tensions that act on one end of a cable and not toward its other end.
+
+    Of a rope, which pulls by itself, the end that they share may be the fixed one.
+    """
+    pulling = [effort for effort in subject.system.efforts if hasattr(effort, "tension")]
+    words: tuple[Input | Effort, ...] = (*subject.system.inputs, *pulling)
+    for entry in words if changed else ():
         ends = getattr(entry, "between", None)
         if not isinstance(ends, tuple) or any(_same(c, ends) for c in subject.system.cables):
             continue
-        alike = [end for end in ends if end.moves and end in cable.between]
+        fixed_too = entry in pulling
+        alike = [end for end in ends if (end.moves or fixed_too) and end in cable.between]
         if len(alike) == 1:
             pulls, leads = (
                 next(e for e in pair if e != alike[0]) for pair in (ends, cable.between)
@@ -55,8 +62,9 @@ def _beside(subject: Subject, cable: Cable, changed: list[Coordinate]) -> Iterat
             what = f"It pulls {_named(subject, alike[0])} toward {_named(subject, pulls)}, and the "
             what += f"cable {cable.name!r} leads to {_named(subject, leads)}: between= names other "
             what += "frames than those of its cable."
-            part = (type(entry).__name__, entry.name)
-            yield Remark("pulls elsewhere than its cable", entry.name, what, part)
+            name = getattr(entry, "name", "")
+            about, part = name or cable.name, (type(entry).__name__, name)
+            yield Remark("pulls elsewhere than its cable", about, what, part)
 
 
 def _same(cable: Cable, ends: tuple[Frame, ...]) -> bool:
@@ -70,6 +78,12 @@ def _named(subject: Subject, frame: Frame) -> str:
         return str(body.name)
     if not frame.motions:
         return "the origin of the world"
+    for body in subject.system.bodies:
+        count = len(body.frame.motions)
+        rest = Frame(frame.motions[count:])
+        if frame.motions[:count] == body.frame.motions and not rest.moves:
+            at = pose(rest)[1].subs(subject.system.substitutions)
+            return f"({', '.join(f'{float(entry):.4g}' for entry in at)}) of {body.name}"
     names = sorted(subject.moving(frame))
     return f"a point that moves with {' and '.join(names)}" if names else "a fixed point"
 

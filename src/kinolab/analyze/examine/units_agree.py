@@ -1,7 +1,8 @@
 """Whether what is added has one unit, and whether forces, energies and rates have theirs.
 
 Numbers may stand for anything, as 2 does in a drag of 2 * v**2, and so may what has no unit: only
-what is certain is told. Halves and signs have none.
+what is certain is told. Halves and signs have none, but for the half of a mass as an inertia, as
+m / 4 and m / 12 have of 1 m^2.
 
 Source: Bridgman, Dimensional Analysis, 1922, chapter 2 (terms of a sum have one dimension).
 """
@@ -40,6 +41,7 @@ UNITS = {
     "H": (2, 1, -2, -2), "F": (-2, -1, 4, 2), "C": (0, 0, 1, 1), "T": (0, 1, -2, -1),
     "Wb": (2, 1, -2, -1), "Pa": (-1, 1, -2, 0), "Hz": (0, 0, -1, 0),
 }  # fmt: skip
+INERTIA = "kg m^2"
 HARMLESS = frozenset({sympy.Integer(-1), sympy.Rational(1, 2), sympy.Rational(-1, 2)})
 FACTOR = re.compile(r"([A-Za-zΩ]+|1)(?:\^(-?\d+(?:\.\d+)?))?$")
 
@@ -63,6 +65,9 @@ def units_agree(subject: Subject) -> Iterator[Remark]:
         else:
             if found is None or not unit or found == parsed(unit):
                 continue
+            halved = exact(expression).as_coeff_Mul()[0] == sympy.Rational(1, 2)
+            if halved and (found, unit) == (parsed("kg"), INERTIA):
+                continue
             what = f"{expression} is in {_text(found)}, and it stands where {unit} is due: is a "
             what += "coordinate there where its rate is meant, or is a factor missing?"
         if (part[0], about) not in told:
@@ -78,7 +83,7 @@ def _stated(subject: Subject) -> Iterator[Stated]:
     for body in system.bodies:
         part = ("Body", body.name)
         yield part, body.name, body.mass, "kg"
-        yield from ((part, body.name, entry, "kg m^2") for entry in body.inertia_matrix)
+        yield from ((part, body.name, entry, INERTIA) for entry in body.inertia_matrix)
         for motion in body.frame.motions:
             yield from ((part, body.name, entry, "m") for entry in getattr(motion, "by", ()))
             yield part, body.name, getattr(motion, "angle", 0), "rad"

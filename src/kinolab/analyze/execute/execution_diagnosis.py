@@ -150,8 +150,9 @@ def _more_room(executor: Executor, execution: Execution, group: FailureGroup) ->
         yield from _clearance(executor, execution, group)
     elif first.outcome == "strayed":
         yield (
-            "Plan with more to spare there: a [[keep_out]] takes a clearance, and [world] bounds "
-            "may be narrower for the plan than the room is."
+            "Plan with more to spare there: "
+            + "a [[keep_out]] takes a clearance, and " * bool(executor.problem.keep_outs)
+            + "[world] bounds may be narrower for the plan than the room is."
         )
     elif first.outcome == "lost":
         yield "The equations end there: keep the plan away from it ([bounds])."

@@ -18,6 +18,8 @@ from kinolab.dynamics.language.bodies import Body
 from kinolab.dynamics.language.forces import Load, both
 from kinolab.dynamics.language.frames import Axis, Frame, Number
 from kinolab.dynamics.language.quantities import Change, FrameSpeed, apart
+from kinolab.dynamics.symbols.dimensions import rate_unit_of
+from kinolab.dynamics.symbols.expressions import exact
 from kinolab.dynamics.symbols.symbols import Coordinate, InputSymbol, rate
 from kinolab.dynamics.symbols.words import LoweredWord
 from kinolab.errors import InputError, Mistake
@@ -182,7 +184,7 @@ class Rate(Input):
     @property
     def unit(self) -> str:
         """Unit of the input."""
-        return f"{self.on.unit}/s" if isinstance(self.on, Coordinate) else "m/s or rad/s"
+        return rate_unit_of(exact(self.velocity))
 
 
 @checked

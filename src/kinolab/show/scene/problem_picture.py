@@ -60,7 +60,7 @@ def picture(problem: PlanningTask, x: np.ndarray, settings: RenderSection | None
         **{name: getattr(settings, name) for name in RENDERED},
         path=path,
         others=[poses[:, k, 3::4] for k in leaders] if len(leaders) < len(problem.leaders) else [],
-        rolls=_rolls(problem, drawn, path),
+        rolls=_rolls(problem, drawn, poses[:, drawn]),
         frames=frames_of(problem, x, poses) if settings.axes else None,
         start=Ghost(hidden_obstacles(problem, poses[0]), cables[0].reshape(-1, 2, 3)),
         lines=cables if cables.size else None,
@@ -103,11 +103,22 @@ def path_body(problem: PlanningTask, poses: np.ndarray) -> int:
     return next((k for k in seen if goes[k]), problem.leading)
 
 
-def _rolls(problem: PlanningTask, body: int, path: np.ndarray) -> bool:
-    """Whether a path (n, 3) of a body is a track: it is never higher than the body itself."""
-    reach = max(map(_reach, problem.bodies[body].shapes), default=0.0)
+def _rolls(problem: PlanningTask, body: int, poses: np.ndarray) -> bool:
+    """Whether the path of a body is a track on the ground, and not a way through the air.
+
+    It is one where the body's origin is never higher than it reaches, and the gap below it never
+    larger than it is high: a plank on a high pivot is long, and yet in the air.
+
+    Args:
+        poses: Along the way, shape (nt, 12).
+    """
+    shapes = problem.bodies[body].shapes
     # 1.01 of a body's reach: as high is its origin at most while it touches the ground
-    return bool(path[:, 2].max(initial=0.0) <= 1.01 * reach)
+    if poses[:, 11].max(initial=0.0) > 1.01 * max(map(_reach, shapes), default=0.0):
+        return False
+    corners = np.concatenate([np.zeros((1, 3)), *(triangles(shape)[0] for shape in shapes)])
+    heights = poses[:, 8:11] @ corners.T + poses[:, 11:]
+    return bool(np.all(heights.min(axis=1) <= np.ptp(heights, axis=1)))
 
 
 def _reach(shape: Shape) -> float:

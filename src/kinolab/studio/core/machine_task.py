@@ -34,7 +34,7 @@ def examine_machine(tell: Callable[[Any], None], problem: PlanningTask) -> Exami
     from kinolab.analyze.describe.each_mode import in_each_mode
     from kinolab.analyze.examine import examine
     from kinolab.dynamics import System
-    from kinolab.loading import file_of_machine
+    from kinolab.loading import file_of_machine, stated_start
 
     system = System.of(problem.system)
     tell(Told("deriving its equations"))
@@ -43,5 +43,7 @@ def examine_machine(tell: Callable[[Any], None], problem: PlanningTask) -> Exami
         for title, machine in in_each_mode(system)
     )
     tell(Told("examining its laws"))
-    found = examine(system, problem.scenario.integration, file=file_of_machine(problem.scenario))
+    scenario = problem.scenario
+    file, start = file_of_machine(scenario), stated_start(scenario, system.model())
+    found = examine(system, scenario.integration, file=file, start=start)
     return Examined(found.verdict, str(found), equations)

@@ -77,6 +77,10 @@ def parting(
     """Say that two bodies part when coordinates move by a share of their spans."""
     share = dict.fromkeys(by, way)
     gap = contact.gap(contact.subject.moved(share))
+    if contact.entangled and not contact.moved_together:
+        what = f"At rest they stand in each other, and no longer where {when}: is the place of one "
+        what += "of them wrong? Bodies pass through each other unless collisions= names them."
+        return Remark("touches at rest only", contact.names, what, ("Body", contact.one.name))
     what = f"They touch at rest, and no longer where {when}"
     what += f" (a gap of {gap:.3g} m)" if gap > APART * contact.reach else ""
     if contact.other is not None and not contact.moved_together and contact.held:

@@ -18,7 +18,7 @@ from kinolab.dynamics.language.mechanism_parts import atoms_of, coordinate_of
 from kinolab.numerics.arrays import Array
 from kinolab.simulation.stability import random_states
 from kinolab.world import CollisionChecker, World
-from kinolab.world.shapes.geometry import lowest_z, reach_of
+from kinolab.world.shapes.geometry import frame_in_world, lowest_z, reach_of
 
 TOUCHING = 1e-4  # of the smaller body's reach: what rounded sizes in a file leave between two
 SUNK = 0.1  # of the reach: how far a body on the ground may stand in it and is on it
@@ -100,6 +100,24 @@ class TouchingBodies:
         return solid, CollisionChecker(solid, World(), self_pairs=names)
 
     @property
+    def entangled(self) -> bool:
+        """Whether the middle of a shape of one body is in the other one at rest."""
+        if self.other is None:
+            return False
+        poses = self.subject.poses(self.subject.rest)
+        placed = [
+            [(shape, *frame_in_world(shape, poses[self.subject.place_of(body)]))
+             for shape in self.subject.system.resolved_shapes(body)]
+            for body in self.pair
+        ]  # fmt: skip
+        return any(
+            float(shape.depths(axes.T @ (middle - centre))) > 0.0
+            for own, others in (placed, placed[::-1])
+            for shape, axes, centre in own
+            for _, _, middle in others
+        )
+
+    @property
     def touches(self) -> bool:
         """Whether they touch at rest; what is round may stand in the ground with its trimmings."""
         gap = self.gap(self.subject.rest)
@@ -124,6 +142,22 @@ def contacts(subject: Subject) -> Iterator[TouchingBodies]:
         near = np.linalg.norm(far) <= (1 + TOUCHING) * (reaches[one.name] + reaches[other.name])
         if near and found.moved_by and found.touches:
             yield found
+
+
+def sunk(subject: Subject) -> Iterator[Remark]:
+    """Yield the bodies that may touch the ground, and are deep in it however the machine moves."""
+    states = [subject.rest, *random_states(subject.model)]
+    for body in subject.system.bodies:
+        if not (body.touches_ground and body.shapes and subject.moving(body.frame)):
+            continue
+        geometry = BodyGeometry(body.name, subject.system.resolved_shapes(body))
+        contact = TouchingBodies(subject, body, None, reach_of(geometry))
+        gaps = [contact.gap(x) for x in states]
+        if max(gaps) < -SUNK * contact.reach and np.ptp(gaps) <= TOUCHING * contact.reach:
+            what = f"Its shape always goes {-gaps[0]:.3g} m into the ground z = 0, which it may "
+            what += "touch and not enter. Is it as high above the ground as its radius or half its "
+            what += "height, and has its shape a diameter in the place of a radius?"
+            yield Remark("sunk into the ground", body.name, what, ("Body", body.name))
 
 
 def standing(subject: Subject) -> Iterator[Remark]:

@@ -21,7 +21,7 @@ def command(what: str, overrides: tuple[str, ...], quiet: bool) -> int:
     from kinolab.analyze.examine import examine
     from kinolab.dynamics import System
     from kinolab.dynamics.facts.machine_facts import facts_of
-    from kinolab.loading import file_of_machine, find_scenario, find_system
+    from kinolab.loading import file_of_machine, find_scenario, find_system, stated_start
     from kinolab.problem.warnings import machine_warnings
 
     progress = Progress(quiet)
@@ -33,7 +33,8 @@ def command(what: str, overrides: tuple[str, ...], quiet: bool) -> int:
     for told in machine_warnings(facts_of(system)):
         say(f"warning: {told}")
     progress(f"deriving and examining {system.name}")
-    found = examine(system, scenario.integration, file=file_of_machine(scenario))
+    file, start = file_of_machine(scenario), stated_start(scenario, system.model())
+    found = examine(system, scenario.integration, file=file, start=start)
     progress.close()
     say(str(found))
     return FAILED if found.faults else 0
