@@ -7,7 +7,7 @@ from pathlib import Path
 
 import nox
 
-VERSIONS = ["3.11", "3.12", "3.13"]
+VERSIONS = nox.project.python_versions(nox.project.load_toml("pyproject.toml"))
 
 nox.options.sessions = ["lint", "test"]
 

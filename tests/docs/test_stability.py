@@ -67,3 +67,15 @@ def test_the_version_to_cite_is_the_one_there_is() -> None:
     if "dev" not in project["version"]:
         changes = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
         assert f"## {project['version']} (" in changes
+
+
+def test_workflows_run_what_the_project_says_it_runs_on() -> None:
+    """And what it says it runs on is what README says, and CONTRIBUTING and the first page."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    named = [c.split(" :: ")[-1] for c in project["classifiers"] if "Python :: 3." in c]
+    workflow = yaml.safe_load((ROOT / ".github/workflows/ci.yml").read_text(encoding="utf-8"))
+    assert workflow["jobs"]["versions"]["strategy"]["matrix"]["python"] == named
+    assert project["requires-python"] == f">={named[0]}"
+    for page in ("README.md", "CONTRIBUTING.md", "docs/start.md"):
+        text = (ROOT / page).read_text(encoding="utf-8")
+        assert f"Python {named[0]} to {named[-1]}" in text, page
