@@ -21,8 +21,11 @@ from kinolab.analyze.examine.shapes.passing_bodies import passing_bodies
 from kinolab.dynamics import (
     WORLD,
     Body,
+    Cable,
     Disk,
     Force,
+    Pull,
+    Sphere,
     System,
     Viscous,
     angle,
@@ -30,6 +33,7 @@ from kinolab.dynamics import (
     move,
     rate,
     rot_y,
+    toward,
 )
 from kinolab.errors import InputError
 from kinolab.scenario.schema import IntegrationSection
@@ -157,6 +161,16 @@ def test_a_wrong_radius_is_told_beside_the_right_one() -> None:
     assert "it rolls as with the radius 0.4 m, and its middle is 0.2 m from where" in found.sentence
 
 
+@pytest.mark.parametrize("drawn", [True, False])
+def test_a_rope_that_may_push_is_named_and_a_muscle_may(drawn: bool) -> None:
+    hook = move(0, 0, -length("l", 0.5, 5.0))
+    load = Body("load", hook, mass=3.0, shape=Sphere(0.1))
+    winch = Pull("winch", between=(WORLD, hook), limit=(-60.0, 60.0))
+    cables = [Cable((hook, WORLD), "rope")] if drawn else []
+    hoist = System("hoist", bodies=[load], inputs=[winch], gravity=toward("-z"), cables=cables)
+    assert titles(hoist) == ({"rope that pushes: winch"} if drawn else set())
+
+
 def test_what_is_expected_is_left_out_and_what_is_not_there_is_told() -> None:
     wrong = {"without": ("rolling",)}
     for entry in ("no rolling constraint", "no rolling constraint: coin"):
@@ -195,8 +209,6 @@ def test_sentences_say_what_one_can_agree_with() -> None:
 
 def test_a_stone_that_is_let_go_falls_as_far_as_galilei_says() -> None:
     """g t^2 / 2 = 1.2 m in half a second."""
-    from kinolab.dynamics import Body, Sphere, length, move, toward
-
     stone = Body("stone", move(0, 0, length("z")), mass=1.0, shape=Sphere(0.05))
     told = examine(System("stone", bodies=[stone], gravity=toward("-z")))
     assert "Let go at rest, in 0.5 s stone falls 1.2 m." in told.sentences

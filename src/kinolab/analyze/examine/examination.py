@@ -35,7 +35,7 @@ from kinolab.analyze.examine.remarks.place_in_file import place_in
 from kinolab.analyze.examine.remarks.remark import Remark, sorted_out
 from kinolab.analyze.examine.remarks.subject import Subject
 from kinolab.analyze.examine.resting import overturned, pushed_down, without_rest
-from kinolab.analyze.examine.ropes import ropes
+from kinolab.analyze.examine.ropes import pushing_ropes, ropes
 from kinolab.analyze.examine.shapes.carried import left_behind, on_their_own_axis, swung_off
 from kinolab.analyze.examine.shapes.joints import parted, sized_otherwise
 from kinolab.analyze.examine.shapes.landings import landings
@@ -191,6 +191,7 @@ def remarks_on(subject: Subject) -> Iterator[Remark]:
     yield from overturned(subject)
     yield from drums(subject)
     yield from wound(subject)
+    yield from pushing_ropes(subject)
     yield from dampers(subject)
     yield from fixed_drags(subject)
     yield from forces_twice(subject)

@@ -1,4 +1,4 @@
-"""Cables that are drawn where no force acts along them: they hold nothing by themselves."""
+"""Cables that are drawn where no force acts along them, and those that would push."""
 
 from __future__ import annotations
 
@@ -40,6 +40,21 @@ def ropes(subject: Subject) -> Iterator[Remark]:
                 what += "it does is a constraint, a Pull or a Rope."
                 yield Remark("cable that holds nothing", cable.name, what, ("Cable", cable.name))
                 break
+
+
+def pushing_ropes(subject: Subject) -> Iterator[Remark]:
+    """Yield the tensions along a cable that may be negative: a rope cannot push."""
+    inputs = zip(subject.system.inputs, subject.model.control_bounds, strict=True)
+    for entry, (lowest, _) in inputs:
+        ends = getattr(entry, "between", None)
+        if not isinstance(ends, tuple) or lowest >= 0:
+            continue
+        for cable in subject.system.cables:
+            if _same(cable, ends):
+                what = f"Its tension may be {lowest:g} {entry.unit}, and the cable {cable.name!r} "
+                what += "along it cannot push. A single number as its limit means from 0 to it."
+                part = (type(entry).__name__, entry.name)
+                yield Remark("rope that pushes", entry.name, what, part)
 
 
 def _beside(subject: Subject, cable: Cable, changed: list[Coordinate]) -> Iterator[Remark]:
