@@ -171,8 +171,10 @@ class Recorder:
             self._marked.add(report.nodeid)
 
     def pytest_sessionfinish(self) -> None:
-        if not (self._config.getoption("remaining") or self._config.getoption("collectonly")):
-            self._config.cache.set("kinolab/passed", sorted(self._passed))
+        kept = getattr(self._config, "cache", None)  # there is none with -p no:cacheprovider
+        part = self._config.getoption("remaining") or self._config.getoption("collectonly")
+        if kept is not None and not part:
+            kept.set("kinolab/passed", sorted(self._passed))
         if self._config.getoption("record_durations"):
             slow = {name: round(s, 1) for name, s in self._seconds.items() if s >= SEARCH}
             others = {name: s for name, s in _recorded().items() if self._did_not_run(name)}
