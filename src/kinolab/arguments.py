@@ -185,14 +185,21 @@ def _entry_mistake(where: str, kinds: tuple[Any, ...], table: Mapping[Any, Any])
     raise AssertionError("a table is wrong in one of its entries")
 
 
-def _is_table_of(hint: Any) -> bool:
+def _origin(hint: Any) -> Any:
+    """Return the generic type of an annotation, or of what it names, as NumPy 2.5 names arrays."""
     origin = get_origin(hint)
+    named = getattr(origin, "__value__", origin)
+    return get_origin(named) or named
+
+
+def _is_table_of(hint: Any) -> bool:
+    origin = _origin(hint)
     return inspect.isclass(origin) and issubclass(origin, Mapping)
 
 
 def _is_collection_of(hint: Any) -> bool:
     """Whether an annotation is of a list, or similar, of any length."""
-    origin = get_origin(hint)
+    origin = _origin(hint)
     several = inspect.isclass(origin) and issubclass(origin, Collection) and origin is not tuple
     return several and not issubclass(origin, Mapping | np.ndarray)
 
@@ -202,7 +209,7 @@ def _is_collection(value: Any) -> bool:
 
 
 def _fits(hint: Any, value: Any) -> bool:
-    origin, inner = get_origin(hint), get_args(hint)
+    origin, inner = _origin(hint), get_args(hint)
     if hint is Any:
         return True
     if hint == ArrayLike or np.ndarray in (hint, origin):
@@ -262,7 +269,7 @@ def _is_array(value: Any) -> bool:
 
 def _phrases(hint: Any) -> Iterator[str]:
     """Yield descriptions of an annotation, in words."""
-    origin, inner = get_origin(hint), get_args(hint)
+    origin, inner = _origin(hint), get_args(hint)
     if hint == ArrayLike or origin is np.ndarray:
         yield PHRASES["ndarray"]
     elif origin in (Union, UnionType):
