@@ -1,11 +1,15 @@
 """What is promised to stay is there, and all that there is is promised."""
 
+import re
 import sys
 import tomllib
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 import yaml
+from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
 
 from tests.support import ROOT
 
@@ -79,3 +83,23 @@ def test_workflows_run_what_the_project_says_it_runs_on() -> None:
     for page in ("README.md", "CONTRIBUTING.md", "docs/start.md"):
         text = (ROOT / page).read_text(encoding="utf-8")
         assert f"Python {named[0]} to {named[-1]}" in text, page
+
+
+def required(project: dict, entries: list[str]) -> Iterator[Requirement]:
+    """Yield what entries ask for, those of kinolab's own extras in their place."""
+    for entry in map(Requirement, entries):
+        if entry.name != project["name"]:
+            yield entry
+        for extra in entry.extras if entry.name == project["name"] else ():
+            yield from required(project, project["optional-dependencies"][extra])
+
+
+def test_the_lock_has_all_that_developers_install() -> None:
+    """If this fails: ``nox -s lock``."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    lock = (ROOT / "requirements.lock").read_text(encoding="utf-8")
+    locked = re.findall(r"^([\w.-]+)==([\w.+!-]+)", lock, re.MULTILINE)
+    entries = [*project["dependencies"], *project["optional-dependencies"]["dev"]]
+    for wanted in required(project, entries):
+        versions = [v for name, v in locked if name == canonicalize_name(wanted.name)]
+        assert any(map(wanted.specifier.contains, versions)), wanted
