@@ -57,7 +57,7 @@ def test_any_of_several_on_the_way(tmp_path: Path) -> None:
 def test_a_half_plane_is_entered_the_shortest_way(tmp_path: Path) -> None:
     """A tenth beyond x + y = 3 both axes go 1.55 m, in 2 sqrt(1.55) s from rest to rest."""
     problem = puck(tmp_path, REST + HALF_PLANE)
-    plan = problem.solve(seed=1, improve=3)
+    plan = problem.solve(seed=1, improve=3, time_limit=120.0)
     assert plan.status == "solved"
     assert plan.trajectory is not None
     assert plan.duration == pytest.approx(2 * np.sqrt(1.55), rel=0.01)
@@ -70,7 +70,7 @@ def test_a_half_plane_is_entered_the_shortest_way(tmp_path: Path) -> None:
 def test_a_curved_band_is_entered_the_shortest_way(tmp_path: Path) -> None:
     """Of all places with x y = 3/4, the middle, x = y = sqrt(3/4) takes least time."""
     band = '[[goal.region]]\nexpression = "puck.x * y"\nleast = 0.5\nmost = 1.0\n'
-    plan = puck(tmp_path, REST + band).solve(seed=1, improve=3)
+    plan = puck(tmp_path, REST + band).solve(seed=1, improve=3, time_limit=120.0)
     assert plan.status == "solved"
     assert plan.duration == pytest.approx(2 * 0.75**0.25, rel=0.01)
 
