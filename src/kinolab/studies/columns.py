@@ -49,9 +49,9 @@ class Column:
 
 CONTENT = tomllib.loads(files(__package__).joinpath("columns.toml").read_text("utf-8"))
 COLUMNS = tuple(
-    Column(name, *facts, timed=part == "timed")
+    Column(name, kind, meaning, part == "timed")
     for part, own in CONTENT.items()
-    for name, facts in own.items()
+    for name, (kind, meaning) in own.items()
 )
 
 
