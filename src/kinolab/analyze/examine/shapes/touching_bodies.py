@@ -145,15 +145,21 @@ def contacts(subject: Subject) -> Iterator[TouchingBodies]:
 
 
 def sunk(subject: Subject) -> Iterator[Remark]:
-    """Yield the bodies that may touch the ground, and are deep in it however the machine moves."""
+    """Yield the bodies that may touch the ground, and are deep in it however the machine moves.
+
+    Not those whose middle is on the ground: balls around a point on which the machine stands.
+    """
     states = [subject.rest, *random_states(subject.model)]
     for body in subject.system.bodies:
         if not (body.touches_ground and body.shapes and subject.moving(body.frame)):
             continue
         geometry = BodyGeometry(body.name, subject.system.resolved_shapes(body))
         contact = TouchingBodies(subject, body, None, reach_of(geometry))
-        gaps = [contact.gap(x) for x in states]
-        if max(gaps) < -SUNK * contact.reach and np.ptp(gaps) <= TOUCHING * contact.reach:
+        gaps, pose = [contact.gap(x) for x in states], subject.poses(subject.rest)
+        own = pose[subject.place_of(body)]
+        middles = [abs(frame_in_world(shape, own)[1][2]) for shape in geometry.shapes]
+        sinks = max(gaps) < -SUNK * contact.reach and min(middles) > TOUCHING * contact.reach
+        if sinks and np.ptp(gaps) <= TOUCHING * contact.reach:
             what = f"Its shape always goes {-gaps[0]:.3g} m into the ground z = 0, which it may "
             what += "touch and not enter. Is it as high above the ground as its radius or half its "
             what += "height, and has its shape a diameter in the place of a radius?"
