@@ -122,7 +122,7 @@ def examine(machine: System | PlanningTask | str | Path) -> Examination:
         scenario = loading.find_scenario(str(machine))
         system = loading.find_system(scenario)
     file, system = loading.file_of_machine(scenario), System.of(system)
-    start = loading.stated_start(scenario, system.model())
+    start = loading.stated_start(scenario, system)
     return examined(system, scenario.integration, file=file, start=start)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -17,6 +18,9 @@ from kinolab.problem.goal import DirectionTarget, Goal, KeepOutCone, PartTarget,
 from kinolab.scenario import Scenario, axis_vector
 from kinolab.scenario.schema import GoalChoice, GoalSection
 
+if TYPE_CHECKING:
+    from kinolab.dynamics import System
+
 
 def start_of(scenario: Scenario, model: Model) -> Array:
     """Return the state at time zero, at rest where the scenario says nothing, shape (nx,)."""
@@ -29,10 +33,13 @@ def start_of(scenario: Scenario, model: Model) -> Array:
     return start
 
 
-def stated_start(scenario: Scenario, model: Model) -> Array | None:
+def stated_start(scenario: Scenario, system: System) -> Array | None:
     """Return the start (nx,) that a scenario states; None where it says nothing of this machine."""
+    if not scenario.start:
+        return None
+    model = system.model()
     known = {*model.state_names, *(part.name for part in model.space.spheres)}
-    return start_of(scenario, model) if scenario.start and known >= {*scenario.start} else None
+    return start_of(scenario, model) if known >= {*scenario.start} else None
 
 
 def start_table(model: Model, x: ArrayLike) -> dict[str, float | list[float]]:

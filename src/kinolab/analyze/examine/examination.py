@@ -42,7 +42,7 @@ from kinolab.analyze.examine.shapes.landings import landings
 from kinolab.analyze.examine.shapes.passing_bodies import passing_bodies
 from kinolab.analyze.examine.shapes.rolling import slips
 from kinolab.analyze.examine.shapes.steered_wheels import steering
-from kinolab.analyze.examine.shapes.touching_bodies import contacts, standing, sunk
+from kinolab.analyze.examine.shapes.touching_bodies import contacts, standing
 from kinolab.analyze.examine.shapes.twins import required, twins
 from kinolab.analyze.examine.units_agree import units_agree
 from kinolab.dynamics import System
@@ -171,7 +171,6 @@ def remarks_on(subject: Subject) -> Iterator[Remark]:
     yield from left_behind(subject)
     yield from on_their_own_axis(subject)
     yield from standing(subject)
-    yield from sunk(subject)
     yield from reactions(subject)
     yield from turned_away(subject)
     yield from others_axes(subject)

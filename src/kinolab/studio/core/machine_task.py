@@ -44,6 +44,6 @@ def examine_machine(tell: Callable[[Any], None], problem: PlanningTask) -> Exami
     )
     tell(Told("examining its laws"))
     scenario = problem.scenario
-    file, start = file_of_machine(scenario), stated_start(scenario, system.model())
+    file, start = file_of_machine(scenario), stated_start(scenario, system)
     found = examine(system, scenario.integration, file=file, start=start)
     return Examined(found.verdict, str(found), equations)

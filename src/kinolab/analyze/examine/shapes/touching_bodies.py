@@ -144,37 +144,28 @@ def contacts(subject: Subject) -> Iterator[TouchingBodies]:
             yield found
 
 
-def sunk(subject: Subject) -> Iterator[Remark]:
-    """Yield the bodies that may touch the ground, and are deep in it however the machine moves.
+def standing(subject: Subject) -> Iterator[Remark]:
+    """Yield the bodies that are on the ground, or in it, however the machine moves, by mistake.
 
-    Not those whose middle is on the ground: balls around a point on which the machine stands.
+    Of those that may touch it, not those whose middle is on it: balls around a point on which the
+    machine stands.
     """
-    states = [subject.rest, *random_states(subject.model)]
+    states, poses = [subject.rest, *random_states(subject.model)], subject.poses(subject.rest)
     for body in subject.system.bodies:
-        if not (body.touches_ground and body.shapes and subject.moving(body.frame)):
+        if not (body.shapes and subject.moving(body.frame)):
             continue
         geometry = BodyGeometry(body.name, subject.system.resolved_shapes(body))
         contact = TouchingBodies(subject, body, None, reach_of(geometry))
-        gaps, pose = [contact.gap(x) for x in states], subject.poses(subject.rest)
-        own = pose[subject.place_of(body)]
+        gaps, rounding = np.array([contact.gap(x) for x in states]), TOUCHING * contact.reach
+        own = poses[subject.place_of(body)]
         middles = [abs(frame_in_world(shape, own)[1][2]) for shape in geometry.shapes]
-        sinks = max(gaps) < -SUNK * contact.reach and min(middles) > TOUCHING * contact.reach
-        if sinks and np.ptp(gaps) <= TOUCHING * contact.reach:
+        if not body.touches_ground and np.all(np.abs(gaps) <= rounding):
+            what = f"{body.name} always touches the ground z = 0, which is a collision for every "
+            what += "plan. Where it stands, rolls or slides on it: Body(…, touches_ground=True)."
+            yield Remark("collision with the ground", body.name, what, ("Body", body.name))
+        deep = gaps.max() < -SUNK * contact.reach and min(middles) > rounding
+        if body.touches_ground and deep and np.ptp(gaps) <= rounding:
             what = f"Its shape always goes {-gaps[0]:.3g} m into the ground z = 0, which it may "
             what += "touch and not enter. Is it as high above the ground as its radius or half its "
             what += "height, and has its shape a diameter in the place of a radius?"
             yield Remark("sunk into the ground", body.name, what, ("Body", body.name))
-
-
-def standing(subject: Subject) -> Iterator[Remark]:
-    """Yield the bodies that stand on the ground, however the machine moves, and are not said to."""
-    states = [subject.rest, *random_states(subject.model)]
-    for body in subject.system.bodies:
-        if body.touches_ground or not body.shapes or not subject.moving(body.frame):
-            continue
-        geometry = BodyGeometry(body.name, subject.system.resolved_shapes(body))
-        contact = TouchingBodies(subject, body, None, reach_of(geometry))
-        if all(abs(contact.gap(x)) <= TOUCHING * contact.reach for x in states):
-            what = f"{body.name} always touches the ground z = 0, which is a collision for every "
-            what += "plan. Where it stands, rolls or slides on it: Body(…, touches_ground=True)."
-            yield Remark("collision with the ground", body.name, what, ("Body", body.name))

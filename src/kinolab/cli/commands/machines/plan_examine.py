@@ -33,7 +33,7 @@ def command(what: str, overrides: tuple[str, ...], quiet: bool) -> int:
     for told in machine_warnings(facts_of(system)):
         say(f"warning: {told}")
     progress(f"deriving and examining {system.name}")
-    file, start = file_of_machine(scenario), stated_start(scenario, system.model())
+    file, start = file_of_machine(scenario), stated_start(scenario, system)
     found = examine(system, scenario.integration, file=file, start=start)
     progress.close()
     say(str(found))
